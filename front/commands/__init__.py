@@ -45,6 +45,7 @@ COMMANDS = {
     "plot": Entry(".recordings.plot", "Draw a timing chart of a trace."),
     "export": Entry(".recordings.export", "Write a trace as CSV, Parquet or VCD."),
     "compare": Entry(".recordings.compare", "Compare two traces."),
+    "import": Entry(".recordings.imports", "Make a trace of a capture of a real controller."),
     "repair": Entry(".recordings.repair", "Complete a trace that was killed or damaged."),
     "replay": Entry(".recordings.replay", "Replay a trace into a module, a program or a rack."),
     "rerun": Entry(".recordings.rerun", "Run again what a trace was made by."),

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple, get_args
 
 import pytest
 import typer
+from captured import conversation, modbus_tcp, pcap
 from scanrack.commands import build
 from scanrack.jobs.fuzz import folder_lock
 from typer.testing import CliRunner
@@ -26,7 +27,8 @@ INPUTS = {
     "replay path", "replay rack", "replay program", "rerun path", "ladder file", "l5x file",
     "l5x against", "why file", "xref file", "fuzz rack", "fuzz invariants", "fuzz scenario", "check rack",
     "prove rack", "prove new",
-    "serve program", "serve rack", "pclt check files", "pclt list file", "pcl601 program write file",
+    "serve program", "serve rack", "import capture",
+    "pclt check files", "pclt list file", "pcl601 program write file",
     "pmc006 program check file", "pmc006 program write file",
 }  # fmt: skip
 """Parameters that name files to be read."""
@@ -75,6 +77,10 @@ OUTPUTS = {
     "export parquet": Output("export run.mcap -q --parquet {}", "new.parquet", ("run.mcap",)),
     "export vcd": Output("export run.mcap -q --vcd {}", "new.vcd", ("run.mcap",)),
     "export mcap": Output("export run.mcap -q --mcap {}", "new.mcap", ("run.mcap",)),
+    "import out": Output("import talk.pcap --out {}", "new.mcap", ("talk.pcap",)),
+    "import simulated_to": Output(
+        "import talk.pcap --out a.mcap --simulated {}", "new.mcap", ("talk.pcap", "a.mcap")
+    ),
     "repair output": Output("repair torn.mcap -q --output {}", "new.mcap", ("torn.mcap",)),
     "rerun record": Output("rerun run.mcap -q --trust --record {}", "new.mcap", ("run.mcap",)),
     "ladder svg": Output("ladder rungs.toml --svg {}", "new.svg", RUNGS),
@@ -92,6 +98,7 @@ DEFAULTS = {
     "run with units": Output(f"run line.toml {ONE} --record a.mcap", "a.line.mcap", (), "a.line.mcap"),
     "run, trace in the rack file": Output(f"run named.toml {ONE}", "named.trace", (), "named.trace"),
     "plot": Output("plot run.mcap -q", "run.html", (), "run.html"),
+    "import": Output("import talk.pcap", "talk.mcap", (), "talk.mcap"),
     "fuzz": Output("fuzz line.toml --runs 1 -j 1 -q", "line-fuzz", (), "line-fuzz"),
     "prove": Output("prove claims.toml -q", "claims-prove", (), "claims-prove"),
 }
@@ -155,6 +162,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "line.py").write_text("import lib\n\n\ndef logic(scan):\n    lib.step(scan)\n")
     (folder / "lib.py").write_text("def step(scan):\n    pass\n")
     (folder / "unit.pclt").write_text("END\n")
+    talk = [(True, modbus_tcp(1, "06 0005 0064")), (False, modbus_tcp(1, "06 0005 0064"))]
+    (folder / "talk.pcap").write_bytes(pcap(conversation(talk)))
     (folder / "rungs.toml").write_text(RACK.format("line.rung"))
     (folder / "claims.toml").write_text(f"{RACK.format('line.rung')}{CLAIM}")
     (folder / "line.rung").write_text("PROGRAM line\nTAG A : BOOL\nROUTINE Main\nOTE(A);\nEND\n")

@@ -88,6 +88,7 @@ WORDS = {
     "export t.mcap --csv t.csv": 0,
     "compare t.mcap t.mcap": 0,
     "repair t.mcap --output repaired.mcap": 0,
+    "import missing.pcapng": 2,
     "replay t.mcap": 0,
     "rerun t.mcap": 0,
     "rerun p.mcap --trust": 0,

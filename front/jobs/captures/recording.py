@@ -1,0 +1,88 @@
+"""Traces of exchanges: one scan for each, at the time of its reply."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass
+from pathlib import Path
+from struct import Struct
+
+from ...traces.format.layout import SLOT_BYTES, SlotInfo
+from ...traces.format.tagplan import TagPlan, plan_of
+from ...traces.write.recorder import ScanRecorder
+from .pairing import PairedExchange
+from .values import ALWAYS, SAYS, Values, tag_of
+
+SCAN_PERIOD_NS = 1_000_000
+"""In the facts of a trace whose scans have times of their own."""
+
+RUN_MODE = 1
+EXCEPTION = 0x80
+
+
+class ExchangeTags:
+    """The tags of the present exchange, see `traces.format.tagplan.TagSource`."""
+
+    def __init__(self, plan: TagPlan) -> None:
+        self.plan = plan
+        self.pending: list[tuple[str, Mapping[str, str | int]]] = []
+        self.values: dict[str, float] = {each.tag.name: 0 for each in plan.fields}
+        self._row = Struct(f"<{plan.letters}")
+
+    def take(self) -> bytes:
+        """Return the empty image of the slot, and the row of tags."""
+        return bytes(SLOT_BYTES) + self._row.pack(*(self.values[each.tag.name] for each in self.plan.fields))
+
+
+@dataclass(frozen=True, slots=True)
+class Said:
+    """An exchange, and what its reply says of the controller, by name."""
+
+    exchange: PairedExchange
+    values: Values
+
+
+def said_by(controller: str, exchanges: Sequence[PairedExchange]) -> list[Said]:
+    """Return what exchanges say of a controller: `pcl601` or `pmc006`."""
+    words: dict[int, int] = {}
+    return [Said(each, SAYS[controller](each, words)) for each in exchanges]
+
+
+def value_names(*traces: Sequence[Said]) -> list[str]:
+    """Return the names of all values, in the order of their first appearance."""
+    return list(dict.fromkeys(name for trace in traces for each in trace for name in each.values))
+
+
+def record(target: Path, controller: str, said: Sequence[Said], names: Sequence[str]) -> None:
+    """Write a trace of exchanges: scan 0 is the first one, and time begins with its request.
+
+    Args:
+        names: of the values that are tags, see `value_names`.
+
+    Raises:
+        OSError: it can't be written.
+    """
+    tags = ExchangeTags(plan_of([*map(tag_of, names), *ALWAYS]))
+    begin_ns = said[0].exchange.asked_ns
+    facts = {"name": target.stem, "controller": controller, "source": "capture"}
+    slot = SlotInfo(1, controller)
+    recorder = ScanRecorder(
+        target, bytearray(SLOT_BYTES), [slot], scan_period_ns=SCAN_PERIOD_NS, metadata=facts, tags=tags
+    )
+    with closing(recorder):
+        for number, each in enumerate(said):
+            tags.values.update(each.values)
+            tags.values.update(_facts(controller, each.exchange))
+            recorder.scan(number, each.exchange.answered_ns - begin_ns, RUN_MODE)
+
+
+def _facts(controller: str, exchange: PairedExchange) -> dict[str, float]:
+    reply = exchange.reply
+    refused = controller == "pcl601" and reply is not None and len(reply) > 1 and reply[0] & EXCEPTION
+    return {
+        "function": exchange.request[0],
+        "exception": reply[1] if refused and reply is not None else 0,
+        "answered": reply is not None,
+        "reply_ms": (exchange.answered_ns - exchange.asked_ns) / 1e6,
+    }

@@ -1,0 +1,62 @@
+"""A log of frames as text: a time, a direction and bytes in a line.
+
+    0.000 > 01 03 00 00 00 26 c5 d0
+    0.027 < 01 03 4c 00 00 ...
+    12:00:01.250 TX: a5 01 70 00 00 00 00 16
+
+`>`, `->`, TX, sent or request go to the controller; `<`, `<-`, RX, received or reply come from it. Lines that
+have no such form are passed over and counted. A time is seconds, or hours, minutes and seconds.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+LINE_MAX = 4096
+_LINE = re.compile(
+    r"\s*\[?(?:(?P<hours>\d{1,4}):(?P<minutes>\d\d):)?(?P<seconds>\d{1,12}(?:[.,]\d{1,9})?)\]?[\s,;]+"
+    r"(?P<way><-|->|[<>]|[A-Za-z]{2,8})[\s:,;]+(?P<hex>[0-9A-Fa-f]{2}(?:[\s:,-]?[0-9A-Fa-f]{2}){0,511})\s*"
+)
+_ASKED = {">", "->", "tx", "sent", "request"}
+_ANSWERED = {"<", "<-", "rx", "received", "reply"}
+_NOT_HEX = re.compile(r"[^0-9A-Fa-f]")
+
+
+@dataclass(frozen=True, slots=True)
+class LoggedBytes:
+    """Bytes of a line of a log."""
+
+    at_ns: int
+    asked: bool
+    data: bytes
+
+
+class TextLog:
+    """Reads the lines of a log.
+
+    Attributes:
+        passed_over: lines without bytes, so far.
+    """
+
+    def __init__(self) -> None:
+        self.passed_over = 0
+
+    def entries(self, lines: Iterable[str]) -> Iterator[LoggedBytes]:
+        """Yield the bytes of the lines; times never go back."""
+        latest_ns = 0
+        for line in lines:
+            match = _LINE.fullmatch(line) if len(line) <= LINE_MAX else None
+            way = "" if match is None else match["way"].lower()
+            if match is None or way not in _ASKED | _ANSWERED:
+                self.passed_over += bool(line.strip())
+                continue
+            latest_ns = max(latest_ns, _at_ns(match))
+            yield LoggedBytes(latest_ns, way in _ASKED, bytes.fromhex(_NOT_HEX.sub("", match["hex"])))
+
+
+def _at_ns(match: re.Match[str]) -> int:
+    whole, _, fraction = match["seconds"].replace(",", ".").partition(".")
+    minutes = int(match["hours"] or 0) * 60 + int(match["minutes"] or 0)
+    return (minutes * 60 + int(whole)) * 1_000_000_000 + int(fraction.ljust(9, "0") if fraction else 0)

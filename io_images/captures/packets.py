@@ -1,0 +1,208 @@
+"""The packets of a capture file, pcap or pcapng, in the order of the file [draft-ietf-opsawg-pcap, -pcapng].
+
+A file that ends within a packet is one whose program was killed: its whole packets count, and
+`Capture.cut_off` says where it ends. Any other nonsense is a `CaptureError` with the place in the file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from struct import Struct
+from typing import BinaryIO
+
+BLOCK_MAX = 16 << 20
+"""Bytes of the longest block of pcapng that is read."""
+
+PACKET_MAX = 256 << 10
+"""Bytes of the longest packet: the largest snapshot length of tcpdump and Wireshark."""
+
+INTERFACES_MAX = 1024
+NS_PER_S = 1_000_000_000
+
+SECTION, INTERFACE, SIMPLE_PACKET, ENHANCED_PACKET = 0x0A0D0D0A, 1, 3, 6
+BYTE_ORDER_MAGIC = 0x1A2B3C4D
+OPTION_END, OPTION_TSRESOL, OPTION_TSOFFSET = 0, 9, 14
+PCAP_MAGICS = {0xA1B2C3D4: 1_000, 0xA1B23C4D: 1}
+"""Nanoseconds of a unit of time, by magic number."""
+
+_US_DECIMALS = 6
+_DECIMALS_MAX, _BINARY_MAX = 19, 63
+
+
+class CaptureError(ValueError):
+    """A file that is not a capture, or not a sound one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Packet:
+    """A packet as it was on the wire."""
+
+    at_ns: int  # since 1970
+    link_type: int  # LINKTYPE number of its first bytes
+    data: bytes  # as much of it as was captured
+
+
+@dataclass(frozen=True, slots=True)
+class _Interface:
+    link_type: int
+    units_per_s: int
+    offset_s: int
+
+    def at_ns(self, units: int) -> int:
+        return self.offset_s * NS_PER_S + units * NS_PER_S // self.units_per_s
+
+
+class Capture:
+    """A capture file, open for reading.
+
+    Attributes:
+        cut_off: place in the file at which its last, unfinished packet begins; None for a whole file.
+    """
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self._at = 0
+        self.cut_off: int | None = None
+
+    def packets(self) -> Iterator[Packet]:
+        """Yield the packets.
+
+        Raises:
+            CaptureError: the file is no capture, or a length or number in it is not allowed.
+            OSError: it can't be read.
+        """
+        head = self._file.read(4)
+        big, little = int.from_bytes(head, "big"), int.from_bytes(head, "little")
+        self._at = 4
+        if big == SECTION:
+            yield from self._blocks()
+        elif big in PCAP_MAGICS or little in PCAP_MAGICS:
+            order = ">" if big in PCAP_MAGICS else "<"
+            yield from self._records(order, PCAP_MAGICS.get(big) or PCAP_MAGICS[little])
+        else:
+            raise CaptureError(f"it is not a capture: it begins with {head.hex(' ') or 'nothing'}")
+
+    def _read(self, size: int, begin: int) -> bytes:
+        """Return that many bytes; b"" at the end of the file, which is noted."""
+        data = self._file.read(size)
+        self._at += len(data)
+        if len(data) == size:
+            return data
+        if self._at > begin:
+            self.cut_off = begin
+        return b""
+
+    # -- pcap -------------------------------------------------------------------------------------
+
+    def _records(self, order: str, unit_ns: int) -> Iterator[Packet]:
+        head = self._read(20, 0)
+        if not head:
+            return
+        link_type = Struct(f"{order}I").unpack_from(head, 16)[0] & 0xFFFF
+        record = Struct(f"{order}IIII")
+        while True:
+            begin = self._at
+            fields = self._read(record.size, begin)
+            if not fields:
+                return
+            seconds, fraction, captured, _ = record.unpack(fields)
+            if captured > PACKET_MAX:
+                raise CaptureError(f"byte {begin}: a packet of {captured:,} bytes; at most {PACKET_MAX:,}")
+            data = self._read(captured, begin) if captured else b""
+            if len(data) < captured:
+                return
+            yield Packet(seconds * NS_PER_S + fraction * unit_ns, link_type, data)
+
+    # -- pcapng -----------------------------------------------------------------------------------
+
+    def _blocks(self) -> Iterator[Packet]:
+        order, interfaces, kind, begin = "<", list[_Interface](), SECTION, 0
+        while True:
+            length_bytes = self._read(4, begin)
+            if not length_bytes:
+                return
+            more = b""
+            if kind == SECTION:
+                more = self._read(4, begin)
+                if not more:
+                    return
+                order, interfaces = _order(more, begin), []
+            body = self._body(Struct(f"{order}I").unpack(length_bytes)[0], len(more), order, begin)
+            if body is None:
+                return
+            if kind == INTERFACE:
+                interfaces.append(_interface(body, order, begin))
+                if len(interfaces) > INTERFACES_MAX:
+                    raise CaptureError(f"byte {begin}: more than {INTERFACES_MAX:,} interfaces")
+            elif kind == ENHANCED_PACKET:
+                yield _enhanced(body, order, begin, interfaces)
+            elif kind == SIMPLE_PACKET:
+                raise CaptureError(f"byte {begin}: a packet without a time; it needs enhanced packet blocks")
+            begin = self._at
+            kind_bytes = self._read(4, begin)
+            if not kind_bytes:
+                return
+            kind = int.from_bytes(kind_bytes, "little" if order == "<" else "big")
+
+    def _body(self, length: int, read: int, order: str, begin: int) -> bytes | None:
+        """Return the rest of a block without its second length; None at the end of the file."""
+        if length % 4 or not 12 + read <= length <= BLOCK_MAX:
+            said = f"it has to be a multiple of 4, {12 + read} to {BLOCK_MAX:,}"
+            raise CaptureError(f"byte {begin}: a block of {length:,} bytes; {said}")
+        data = self._read(length - 8 - read, begin)
+        if not data:
+            return None
+        again = Struct(f"{order}I").unpack(data[-4:])[0]
+        if again != length:
+            raise CaptureError(f"byte {begin}: a block of {length:,} bytes that ends as one of {again:,}")
+        return data[:-4]
+
+
+def _order(magic: bytes, begin: int) -> str:
+    for order in "<>":
+        if Struct(f"{order}I").unpack(magic)[0] == BYTE_ORDER_MAGIC:
+            return order
+    raise CaptureError(f"byte {begin}: a section with the byte order {magic.hex(' ')}")
+
+
+def _interface(body: bytes, order: str, begin: int) -> _Interface:
+    if len(body) < 8:
+        raise CaptureError(f"byte {begin}: an interface of {len(body)} bytes; it has 8 at least")
+    link_type = Struct(f"{order}H").unpack_from(body)[0]
+    units, offset_s, at = 10**_US_DECIMALS, 0, 8
+    option = Struct(f"{order}HH")
+    while at + option.size <= len(body):
+        code, size = option.unpack_from(body, at)
+        value = body[at + 4 : at + 4 + size]
+        if code == OPTION_END or len(value) < size:
+            break
+        if code == OPTION_TSRESOL and size == 1:
+            units = _units(value[0], begin)
+        if code == OPTION_TSOFFSET and size == 8:
+            offset_s = Struct(f"{order}q").unpack(value)[0]
+        at += 4 + -(-size // 4) * 4
+    return _Interface(link_type, units, offset_s)
+
+
+def _units(resolution: int, begin: int) -> int:
+    """Return units per second of if_tsresol: a power of 10, or with the highest bit of 2."""
+    base, power = (2, resolution & 0x7F) if resolution & 0x80 else (10, resolution)
+    if power > (_BINARY_MAX if base == 2 else _DECIMALS_MAX):
+        raise CaptureError(f"byte {begin}: a unit of time of {base}**-{power} s")
+    return int(base**power)
+
+
+def _enhanced(body: bytes, order: str, begin: int, interfaces: list[_Interface]) -> Packet:
+    head = Struct(f"{order}IIIII")
+    if len(body) < head.size:
+        raise CaptureError(f"byte {begin}: a packet block of {len(body)} bytes; it has {head.size} at least")
+    number, high, low, captured, _ = head.unpack_from(body)
+    if number >= len(interfaces):
+        raise CaptureError(f"byte {begin}: a packet of interface {number}; there are {len(interfaces)}")
+    if captured > min(PACKET_MAX, len(body) - head.size):
+        there = len(body) - head.size
+        raise CaptureError(f"byte {begin}: a packet of {captured:,} bytes in a block with room for {there:,}")
+    interface = interfaces[number]
+    data = body[head.size : head.size + captured]
+    return Packet(interface.at_ns(high << 32 | low), interface.link_type, data)

@@ -1,0 +1,117 @@
+"""TCP segments in packets: link layer, IPv4 or IPv6, TCP.
+
+What is not TCP, or is cut short by the capture, is no segment; nothing is refused. Fragments of IP are none
+either: Modbus and the frames of controllers are shorter than any path's limit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from ipaddress import ip_address
+from struct import Struct
+
+from .packets import Packet
+
+IPV4, IPV6 = 0x0800, 0x86DD
+VLANS = (0x8100, 0x88A8, 0x9100)
+VLANS_MAX = 4
+EXTENSIONS = (0, 43, 60)
+"""IPv6 headers of options that may stand before TCP: hop by hop, routing, destination."""
+
+EXTENSIONS_MAX = 8
+TCP = 6
+SYN, FIN, RST = 0x02, 0x01, 0x04
+
+ETHERNET, NULL, LOOP, SLL, SLL2 = 1, 0, 108, 113, 276
+RAW = (12, 14, 101, 228, 229)
+KIND_AT = {ETHERNET: (12, 14), SLL: (14, 16), SLL2: (0, 20)}
+"""Where the type of the packet is, and where the packet begins, by link type."""
+
+_KIND = Struct(">H")
+_IPV4 = Struct(">BxHxxHxBxx4s4s")
+_IPV6 = Struct(">BxxxHBx16s16s")
+_TCP = Struct(">HHIxxxxBB")
+
+End = tuple[str, int]
+"""Address and port of one end of a connection."""
+
+
+@dataclass(frozen=True, slots=True)
+class Segment:
+    """A TCP segment."""
+
+    at_ns: int
+    source: End
+    target: End
+    sequence: int  # number of its first byte
+    flags: int
+    data: bytes
+
+
+def segment_in(packet: Packet) -> Segment | None:
+    """Return the TCP segment in a packet; None for anything else."""
+    at = _network_at(packet)
+    if at is None or at >= len(packet.data):
+        return None
+    version = packet.data[at] >> 4
+    found = _ipv4(packet.data, at) if version == 4 else _ipv6(packet.data, at) if version == 6 else None
+    if found is None:
+        return None
+    source, target, begin, end = found
+    if end - begin < _TCP.size or end > len(packet.data):
+        return None
+    source_port, target_port, sequence, offset, flags = _TCP.unpack_from(packet.data, begin)
+    data_at = begin + 4 * (offset >> 4)
+    if not begin + 20 <= data_at <= end:
+        return None
+    ends = (_text(source), source_port), (_text(target), target_port)
+    return Segment(packet.at_ns, *ends, sequence, flags, packet.data[data_at:end])
+
+
+def _text(address: bytes) -> str:
+    return str(ip_address(address))
+
+
+def _network_at(packet: Packet) -> int | None:
+    """Return where the IP packet begins."""
+    if packet.link_type in RAW:
+        return 0
+    if packet.link_type in (NULL, LOOP):
+        return 4
+    if packet.link_type not in KIND_AT:
+        return None
+    kind_at, begin = KIND_AT[packet.link_type]
+    for _ in range(VLANS_MAX):
+        if len(packet.data) < begin:
+            return None
+        kind = _KIND.unpack_from(packet.data, kind_at)[0]
+        if kind not in VLANS or packet.link_type == SLL2:
+            return begin if kind in (IPV4, IPV6) else None
+        kind_at, begin = begin + 2, begin + 4
+    return None
+
+
+Found = tuple[bytes, bytes, int, int]
+"""Source, target, and where TCP begins and ends."""
+
+
+def _ipv4(data: bytes, at: int) -> Found | None:
+    if len(data) - at < _IPV4.size:
+        return None
+    head, total, fragment, protocol, source, target = _IPV4.unpack_from(data, at)
+    begin = at + 4 * (head & 0xF)
+    end = at + total if total else len(data)  # 0: the network card cuts it up later
+    whole = not fragment & 0x3FFF  # neither "more fragments" nor an offset
+    return (source, target, begin, end) if protocol == TCP and whole and begin >= at + 20 else None
+
+
+def _ipv6(data: bytes, at: int) -> Found | None:
+    if len(data) - at < _IPV6.size:
+        return None
+    _, size, following, source, target = _IPV6.unpack_from(data, at)
+    begin, end = at + 40, at + 40 + size if size else len(data)
+    for _ in range(EXTENSIONS_MAX):
+        if following not in EXTENSIONS or begin + 2 > min(end, len(data)):
+            break
+        following, begin = data[begin], begin + 8 * (data[begin + 1] + 1)
+    return (source, target, begin, end) if following == TCP else None

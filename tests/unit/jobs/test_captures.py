@@ -1,0 +1,242 @@
+"""Exchanges in captures and logs, the traces made of them, and where a real controller differs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+from captured import conversation, modbus_tcp, pcap, pcapng
+from scanrack.commands import build
+from scanrack.io_images.pmc006.frame import command, reply
+from scanrack.io_images.pmc006.instructions import BY_NAME
+from scanrack.jobs.captures.modelling import simulated
+from scanrack.jobs.captures.pairing import ModbusTcpPairing, PairedExchange, Pairing, PmcPairing, RtuPairing
+from scanrack.jobs.captures.reading import read_capture
+from scanrack.jobs.captures.recording import said_by
+from scanrack.runtime.line.rtu import frame
+from scanrack.traces.read.arrays import read_columns
+from scanrack.traces.read.reader import open_trace
+from typer.testing import CliRunner
+
+MS = 1_000_000
+READ_BASE = bytes.fromhex("03 0005 0001")
+BASE_500 = bytes.fromhex("03 02 01f4")
+"""Register 4x6, the base speed, 500 at first."""
+
+WRITE_BASE = bytes.fromhex("06 0005 0064")
+
+
+def fed(pairing: Pairing, *parts: tuple[int, bool, bytes]) -> list[tuple[bytes, bytes | None]]:
+    found = [each for at, asked, data in parts for each in pairing.feed(at, data, asked=asked, fresh=False)]
+    return [(each.request, each.reply) for each in [*found, *pairing.finish()]]
+
+
+def test_modbus_tcp_pairs_by_transaction_whatever_the_order_and_the_cuts() -> None:
+    asked = modbus_tcp(1, "03 0005 0001") + modbus_tcp(2, "06 0005 0064")
+    answered = modbus_tcp(2, "06 0005 0064") + modbus_tcp(1, "03 02 01f4")
+    parts = [(0, True, asked[:5]), (1, True, asked[5:]), (2, False, answered[:20]), (3, False, answered[20:])]
+    assert fed(ModbusTcpPairing(), *parts) == [(WRITE_BASE, WRITE_BASE), (READ_BASE, BASE_500)]
+
+
+def test_modbus_tcp_without_a_reply_and_with_nonsense_between() -> None:
+    """A transaction number used again ends the request before; bytes that are no frame are dropped."""
+    parts = [
+        (0, True, modbus_tcp(1, "03 0005 0001")),
+        (1, True, modbus_tcp(1, "06 0005 0064")),
+        (2, True, b"GET / HTTP/1.1\r\n\r\n"),
+        (3, False, modbus_tcp(1, "06 0005 0064")),
+        (4, False, modbus_tcp(9, "06 0005 0064")),
+    ]
+    assert fed(ModbusTcpPairing(), *parts) == [(READ_BASE, None), (WRITE_BASE, WRITE_BASE)]
+
+
+def test_open_requests_are_bounded() -> None:
+    pairing = ModbusTcpPairing()
+    parts = [(at, True, modbus_tcp(at, "03 0005 0001")) for at in range(300)]
+    found = [each for at, asked, data in parts for each in pairing.feed(at, data, asked=asked, fresh=False)]
+    assert len(found) == 300 - 256
+
+
+def test_rtu_pairs_a_request_with_the_frame_behind_it() -> None:
+    read, answer, write = frame(1, READ_BASE), frame(1, BASE_500), frame(1, WRITE_BASE)
+    exception = frame(1, b"\x86\x02")
+    parts = [
+        (0, True, read[:3]),
+        (1, True, read[3:]),
+        (2, False, answer[:1]),
+        (3, False, answer[1:]),
+        (4, True, write),
+        (5, True, read),  # the write was not answered
+        (6, False, answer[:-1] + b"?"),
+        (7, True, write),
+        (8, False, exception),
+    ]
+    assert fed(RtuPairing(), *parts) == [
+        (READ_BASE, BASE_500),
+        (WRITE_BASE, None),
+        (READ_BASE, None),
+        (WRITE_BASE, b"\x86\x02"),
+    ]
+
+
+def test_a_pmc006_is_paired_in_order() -> None:
+    read, step = (BY_NAME[name].code for name in ("read_position", "step"))
+    parts = [
+        (0, True, command(1, read)),
+        (1, False, b"\0" + reply(1, -5)),
+        (2, True, command(1, step, 9)),
+        (3, True, command(1, read)),
+        (4, False, reply(1, 4)),
+    ]
+    signed = (-5).to_bytes(4, "little", signed=True)
+    assert fed(PmcPairing(), *parts) == [
+        (bytes((read, 0, 0, 0, 0)), signed),
+        (bytes((step, 9, 0, 0, 0)), None),
+        (bytes((read, 0, 0, 0, 0)), b"\4\0\0\0"),
+    ]
+
+
+TALK = [
+    (True, modbus_tcp(1, "03 0005 0001")),
+    (False, modbus_tcp(1, "03 02 01f4")),
+    (True, modbus_tcp(2, "06 0005 0064")),
+    (False, modbus_tcp(2, "06 0005 0064")),
+    (True, modbus_tcp(3, "03 000c 0002")),
+    (False, modbus_tcp(3, "03 04 fffe ffff")),
+    (True, modbus_tcp(4, "06 0022 0001")),
+    (False, modbus_tcp(4, "86 02")),
+]
+"""Base speed read and written, position -2, a refused write of Busy; a part every millisecond."""
+
+
+def columns_of(path: Path) -> tuple[list[int], Any]:
+    """Return the times of a trace's scans, and its tags."""
+    with open_trace(path) as trace:
+        columns = read_columns(trace, tags=True)
+    return columns.time_ns.tolist(), columns.tags
+
+
+@pytest.mark.parametrize("make", [pcap, pcapng])
+def test_a_capture_becomes_a_trace(tmp_path: Path, make) -> None:
+    (tmp_path / "line.pcapng").write_bytes(make(conversation(TALK)))
+    out = tmp_path / "line.mcap"
+    done = CliRunner().invoke(build(), ["import", str(tmp_path / "line.pcapng"), "--out", str(out)])
+    assert (done.exit_code, done.stdout) == (0, f"{out}: 4 exchanges with unit 1\n")
+    times, tags = columns_of(out)
+    assert times == [1 * MS, 3 * MS, 5 * MS, 7 * MS]
+    assert tags["base_speed"].tolist() == [500, 100, 100, 100]
+    assert tags["position"].tolist() == [0, 0, -2, -2]
+    assert tags["exception"].tolist() == [0, 0, 0, 2]
+    assert tags["function"].tolist() == [3, 6, 3, 6]
+    assert tags["reply_ms"].tolist() == [1.0] * 4
+
+
+def test_a_log_of_frames_becomes_a_trace(tmp_path: Path) -> None:
+    log = tmp_path / "line.log"
+    lines = [
+        "# a remark",
+        f"12:00:00.250 TX: {frame(1, READ_BASE).hex(' ')}",
+        f"12:00:00,257 rx: {frame(1, BASE_500).hex()}",
+    ]
+    log.write_text("\n".join(lines))
+    out = tmp_path / "line.mcap"
+    done = CliRunner().invoke(build(), ["import", str(log), "--rtu-over-tcp", "--out", str(out)])
+    assert (done.exit_code, done.stderr) == (0, "scanrack: note: lines that are no frames: 1\n")
+    times, tags = columns_of(out)
+    assert (times, tags["base_speed"].tolist()) == ([7 * MS], [500])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "content", "said"),
+    [
+        ([], b"nonsense", "it is not a capture; a log of frames is one of a serial line"),
+        (["--as", "pmc006"], b"nonsense", "it is neither a capture nor a log of frames"),
+        ([], pcap([])[:30], "there is no exchange at port 502"),
+        (["--port", "503"], pcap(conversation(TALK)), "there is no exchange at port 503; its ports are 502"),
+        (["--unit", "9"], pcap(conversation(TALK)), "there is no unit 9; it has 1"),
+        (
+            [],
+            pcap(conversation([*TALK, (True, modbus_tcp(5, "03 0005 0001", unit=4))])),
+            "it has the units 1, 4: give --unit",
+        ),
+        (["--out", "line.bin"], pcap(conversation(TALK)), "line.bin is the capture"),
+    ],
+)
+def test_what_cannot_be_imported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, arguments: list[str], content: bytes, said: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("line.bin").write_bytes(content)
+    done = CliRunner().invoke(build(), ["import", "line.bin", *arguments])
+    assert done.exit_code == 2
+    assert said in done.stderr
+    assert [each.name for each in tmp_path.iterdir()] == ["line.bin"]
+
+
+def test_a_truncated_capture_is_told(tmp_path: Path) -> None:
+    (tmp_path / "a.pcap").write_bytes(pcap(conversation(TALK))[:-1])
+    captured = read_capture(tmp_path / "a.pcap", ModbusTcpPairing)
+    assert len(captured.exchanges) == 4
+    assert captured.notes[0].startswith("the file ends within a packet, at byte ")
+    assert captured.notes[1] == "requests without a sound reply: 1"
+
+
+# -- the model ---------------------------------------------------------------------------------------
+
+
+def exchange(asked_ms: int, answered_ms: int, request: str, answer: str | None) -> PairedExchange:
+    reply_ = None if answer is None else bytes.fromhex(answer)
+    return PairedExchange(asked_ms * MS, answered_ms * MS, 1, bytes.fromhex(request), reply_)
+
+
+def modelled(*exchanges: PairedExchange) -> list[dict[str, int]]:
+    return [each.values for each in simulated("pcl601", said_by("pcl601", exchanges))]
+
+
+START = [
+    exchange(0, 10, "06 0006 03e8", "06 0006 03e8"),  # at most 1000 steps/s
+    exchange(20, 30, "06 0005 03e7", "06 0005 03e7"),  # 999 from the first step on
+    exchange(40, 50, "10 0001 0002 04 2710 0000", "10 0001 0002"),  # 10,000 steps
+    exchange(60, 80, "06 0000 0001", "06 0000 0001"),  # go
+]
+
+
+@pytest.mark.parametrize(
+    ("real", "model"), [(120, 120), (125, 125), (139, 139), (141, 140), (90, 100), (0, 100), (9999, 140)]
+)
+def test_a_position_within_the_window_is_explained(real: int, model: int) -> None:
+    """Go acts between 60 and 80 ms, the read between 180 and 200: 1000 steps/s for 100 to 140 ms."""
+    read = exchange(180, 200, "03 000c 0002", f"03 04 {real:04x} 0000")
+    assert modelled(*START, read)[-1]["position"] == pytest.approx(model, abs=1)
+
+
+def test_a_register_that_differs_is_told() -> None:
+    read = exchange(0, 10, "03 0005 0001", "03 02 01f5")
+    assert modelled(read) == [{"base_speed": 500}]
+
+
+def test_a_write_without_a_reply_has_acted() -> None:
+    write = exchange(0, 0, "06 0005 0064", None)
+    assert modelled(write, exchange(5, 9, "03 0005 0001", "03 02 0064")) == [{}, {"base_speed": 100}]
+
+
+def test_a_pmc006_is_modelled_too() -> None:
+    read = PairedExchange(0, MS, 1, bytes((BY_NAME["read_position"].code, 0, 0, 0, 0)), b"\7\0\0\0")
+    [said] = simulated("pmc006", said_by("pmc006", [read]))
+    assert said.values == {"read_position": 0}
+
+
+def test_the_two_traces_are_compared(tmp_path: Path) -> None:
+    """The real controller says base speed 501 in its first exchange; later ones are as the model's."""
+    talk = [(asked, data.replace(b"\x01\xf4", b"\x01\xf5")) for asked, data in TALK[:4]]
+    (tmp_path / "line.pcap").write_bytes(pcap(conversation(talk)))
+    real, model = str(tmp_path / "real.mcap"), str(tmp_path / "model.mcap")
+    run = CliRunner()
+    words = ["import", str(tmp_path / "line.pcap"), "--out", real, "--simulated", model, "--quiet"]
+    assert run.invoke(build(), words).exit_code == 0
+    told = run.invoke(build(), ["compare", real, model])
+    assert told.exit_code == 1
+    assert "differ, first in scan 0" in told.stdout
+    assert "base_speed" in told.stdout
+    assert "1 of 2 scans differ" in told.stdout
