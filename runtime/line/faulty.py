@@ -61,7 +61,7 @@ def hits_of(value: str) -> Hits:
     return Hits(count, of)
 
 
-class FaultyDevice(Device):
+class FaultInjector(Device):
     """A device of a line with faults on request; without any it is the device.
 
     Args:

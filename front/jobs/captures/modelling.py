@@ -21,7 +21,7 @@ from ...runtime.controllers.pmc006.controller import Pmc006Controller
 from ...runtime.controllers.pmc006.line import Pmc006
 from ...runtime.line import pcl601_pdus as pdus
 from .pairing import PairedExchange
-from .recording import Said
+from .recording import Statement
 from .values import SAYS, Values
 
 READS = (*pdus.COUNTED, pdus.REPORT_ID)
@@ -30,7 +30,7 @@ Answer = Callable[[int, PairedExchange], bytes | None]
 """From an instant, which never goes back, and a request to the reply."""
 
 
-def simulated(controller: str, said: Sequence[Said]) -> list[Said]:
+def simulated(controller: str, said: Sequence[Statement]) -> list[Statement]:
     """Return what a simulated controller says, powered up at the first request.
 
     Scan n of both traces is the same exchange, at the same time. A request without a reply is taken as one
@@ -52,7 +52,7 @@ def _is_read(controller: str, exchange: PairedExchange) -> bool:
     return row is not None and row.kind is Kind.READ
 
 
-def _modelled(real: Said, early: _Model, late: _Model, *, reads: bool) -> Said:
+def _modelled(real: Statement, early: _Model, late: _Model, *, reads: bool) -> Statement:
     exchange = real.exchange
     if exchange.reply is None:
         if not reads:
@@ -65,7 +65,7 @@ def _modelled(real: Said, early: _Model, late: _Model, *, reads: bool) -> Said:
     reply, values = late.ask(exchange.answered_ns, exchange)
     shown = [values, *(each for _, each in seen)]
     explained = {name: _nearest(real.values.get(name), name, shown) for name in values}
-    return Said(replace(exchange, reply=reply), explained)
+    return Statement(replace(exchange, reply=reply), explained)
 
 
 def _nearest(real: int | None, name: str, shown: Sequence[Values]) -> int:

@@ -9,8 +9,7 @@ from typing import Protocol
 
 from typing_extensions import override
 
-from ...io_images.pmc006.frame import REPLY, Frame
-from ...io_images.pmc006.frame import Framer as PmcFramer
+from ...io_images.pmc006 import frame as pmc
 from ...runtime.line import pcl601_pdus as pdus
 from ...runtime.line.ports.modbustcp import HEADER, NotModbusError, split_frames
 from ...runtime.line.rtu import LONGEST, Framer, Timing, is_frame
@@ -153,18 +152,18 @@ class PmcPairing(Pairing):
     """A PMC006's frames: a reply does not name its instruction, so that they are paired in order."""
 
     def __init__(self) -> None:
-        self._framers = {True: PmcFramer(), False: PmcFramer()}
-        self._open: deque[tuple[int, Frame]] = deque()
+        self._framers = {True: pmc.Framer(), False: pmc.Framer()}
+        self._open: deque[tuple[int, pmc.Frame]] = deque()
 
     @override
     def feed(self, at_ns: int, data: bytes, *, asked: bool, fresh: bool) -> Iterator[PairedExchange]:
         if fresh:
             self._framers[asked].drop()
         for frame in self._framers[asked].feed(data):
-            if asked and frame.second != REPLY:
+            if asked and frame.second != pmc.REPLY:
                 yield from self.finish()  # one at a time: without a reply before the next it has none
                 self._open.append((at_ns, frame))
-            elif self._open and frame.second == REPLY and frame.third == self._open[0][1].second:
+            elif self._open and frame.second == pmc.REPLY and frame.third == self._open[0][1].second:
                 asked_ns, request = self._open.popleft()
                 reply = _signed(frame.data)
                 yield PairedExchange(asked_ns, at_ns, request.second, _instruction(request), reply)
@@ -176,7 +175,7 @@ class PmcPairing(Pairing):
             yield _unanswered(asked_ns, request.second, _instruction(request))
 
 
-def _instruction(frame: Frame) -> bytes:
+def _instruction(frame: pmc.Frame) -> bytes:
     return bytes((frame.third,)) + _signed(frame.data)
 
 

@@ -20,7 +20,7 @@ PORTS_SHOWN = 8
 
 
 @dataclass(slots=True)
-class Captured:
+class Talk:
     """What a file has of one controller.
 
     Attributes:
@@ -34,7 +34,7 @@ class Captured:
 
 def read_capture(
     path: Path, pairing: Callable[[], Pairing], port: int = MODBUS_PORT, unit: int | None = None
-) -> Captured:
+) -> Talk:
     """Read a capture, pcap or pcapng, or a log of frames.
 
     Args:
@@ -70,7 +70,7 @@ def is_capture(head: bytes) -> bool:
     return SECTION in numbers or any(number in PCAP_MAGICS for number in numbers)
 
 
-def _captured(file: BinaryIO, head: bytes, pairing: Callable[[], Pairing], port: int) -> Captured:
+def _captured(file: BinaryIO, head: bytes, pairing: Callable[[], Pairing], port: int) -> Talk:
     if is_capture(head):
         return _of_packets(Capture(file), pairing, port)
     if pairing is ModbusTcpPairing:
@@ -79,9 +79,9 @@ def _captured(file: BinaryIO, head: bytes, pairing: Callable[[], Pairing], port:
     return _of_text(file, pairing())
 
 
-def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> Captured:
+def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> Talk:
     streams, pairings, ports = Streams(), dict[object, Pairing](), set[int]()
-    found = Captured([])
+    found = Talk([])
     segments = (segment for packet in capture.packets() if (segment := segment_in(packet)) is not None)
     for chunk in streams.chunks(segments):
         asked = chunk.target[1] == port
@@ -104,8 +104,8 @@ def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> 
     return found
 
 
-def _of_text(file: BinaryIO, pairing: Pairing) -> Captured:
-    log, found = TextLog(), Captured([])
+def _of_text(file: BinaryIO, pairing: Pairing) -> Talk:
+    log, found = TextLog(), Talk([])
     for entry in log.entries(_lines(file)):
         _add(found, pairing.feed(entry.at_ns, entry.data, asked=entry.asked, fresh=False))
     _add(found, pairing.finish())
@@ -124,13 +124,13 @@ def _lines(file: BinaryIO) -> Iterator[str]:
         yield line.decode("utf-8", "replace").rstrip("\r\n")
 
 
-def _add(found: Captured, exchanges: Iterator[PairedExchange]) -> None:
+def _add(found: Talk, exchanges: Iterator[PairedExchange]) -> None:
     found.exchanges.extend(exchanges)
     if len(found.exchanges) > EXCHANGES_MAX:
         raise ValueError(f"it has more than {EXCHANGES_MAX:,} exchanges: cut it into parts")
 
 
-def _of_unit(path: Path, captured: Captured, unit: int | None) -> Captured:
+def _of_unit(path: Path, captured: Talk, unit: int | None) -> Talk:
     units = sorted({each.unit for each in captured.exchanges})
     if unit is None and len(units) > 1:
         raise ValueError(f"{path}: it has the units {', '.join(map(str, units))}: give --unit")

@@ -36,25 +36,25 @@ class ExchangeTags:
 
 
 @dataclass(frozen=True, slots=True)
-class Said:
+class Statement:
     """An exchange, and what its reply says of the controller, by name."""
 
     exchange: PairedExchange
     values: Values
 
 
-def said_by(controller: str, exchanges: Sequence[PairedExchange]) -> list[Said]:
+def said_by(controller: str, exchanges: Sequence[PairedExchange]) -> list[Statement]:
     """Return what exchanges say of a controller: `pcl601` or `pmc006`."""
     words: dict[int, int] = {}
-    return [Said(each, SAYS[controller](each, words)) for each in exchanges]
+    return [Statement(each, SAYS[controller](each, words)) for each in exchanges]
 
 
-def value_names(*traces: Sequence[Said]) -> list[str]:
+def value_names(*traces: Sequence[Statement]) -> list[str]:
     """Return the names of all values, in the order of their first appearance."""
     return list(dict.fromkeys(name for trace in traces for each in trace for name in each.values))
 
 
-def record(target: Path, controller: str, said: Sequence[Said], names: Sequence[str]) -> None:
+def record(target: Path, controller: str, said: Sequence[Statement], names: Sequence[str]) -> None:
     """Write a trace of exchanges: scan 0 is the first one, and time begins with its request.
 
     Args:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ...io_images.pcl601 import Code
-from ...runtime.line.faulty import FaultyDevice
+from ...runtime.line.faulty import FaultInjector
 from ...runtime.line.gateway import Gateway
 from ...runtime.line.hosts import split_address
 from ...runtime.line.ports import (
@@ -114,9 +114,9 @@ class ServedLine:
         )
         return GatewayServer(gateway, modbus, clock, listener), modbus.name
 
-    def _with_faults(self, unit: Unit) -> FaultyDevice:
+    def _with_faults(self, unit: Unit) -> FaultInjector:
         device = unit.device
-        return FaultyDevice(device, (lambda: device.turnaround_ns) if self._timed else lambda: 0)
+        return FaultInjector(device, (lambda: device.turnaround_ns) if self._timed else lambda: 0)
 
     def _line(self) -> Device:
         devices: Sequence[Device] = (

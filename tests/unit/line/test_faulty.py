@@ -10,7 +10,7 @@ from scanrack.io_images.pmc006.instructions import BY_NAME
 from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
-from scanrack.runtime.line.faulty import FaultyDevice
+from scanrack.runtime.line.faulty import FaultInjector
 from scanrack.runtime.line.gateway import Gateway, GatewayRequest
 from scanrack.runtime.line.rtu import frame, is_frame
 from scanrack.runtime.line.timed import TimedLine
@@ -24,9 +24,9 @@ BASE_SPEED = bytes.fromhex("03 02 01f4")
 """Register 4x6, 500 at first."""
 
 
-def pcl601(timed: bool = False) -> FaultyDevice:
+def pcl601(timed: bool = False) -> FaultInjector:
     device = Pcl601(timing=PORT_TIMING)
-    return FaultyDevice(device, (lambda: device.turnaround_ns) if timed else (lambda: 0))
+    return FaultInjector(device, (lambda: device.turnaround_ns) if timed else (lambda: 0))
 
 
 def asked(device: Device, request: bytes, now_ns: int = 0) -> list[tuple[int, bytes]]:
@@ -50,7 +50,7 @@ def test_a_read_of_all_registers_takes_the_line_as_long_as_its_characters() -> N
 def test_a_pmc006_answers_after_sixteen_characters_of_ten_bits_at_9600_baud() -> None:
     device = Pmc006(Pmc006Controller(address=1))
     request = command(1, BY_NAME["read_position"].code)
-    said = asked(TimedLine(FaultyDevice(device, lambda: device.turnaround_ns)), request)
+    said = asked(TimedLine(FaultInjector(device, lambda: device.turnaround_ns)), request)
     assert b"".join(data for _, data in said) == reply(1, 0)
     assert said[-1][0] == pytest.approx(160 * 1e9 / 9600, abs=3)
 
