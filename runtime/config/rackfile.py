@@ -23,6 +23,7 @@ from ...io_images.site import sites_of
 from ...io_images.text_limits import TextKind, TextLimitError, check_text
 from ..machine import EncoderSpec, Jam, Slip, Switch
 from .axis_tables import AxisTable
+from .fuzz_table import FuzzTable
 from .machine_tables import MachineTable, StationTable, TimelineTable
 from .prove_tables import PropertyTable, ProveTable
 from .rackspec import ForceSpec, IncidentSpec, MisplacedError, RackSpec, SlotSpec
@@ -199,6 +200,7 @@ _MODELS: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | 
     ("incident",): IncidentSpec,
     ("unit",): UnitSpec,
     ("axes", ANY): AxisTable,
+    ("fuzz",): FuzzTable,
     ("prove",): ProveTable,
     ("prove", "property"): PropertyTable,
     ("stubs", ANY): StubTable,

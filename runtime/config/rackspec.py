@@ -32,6 +32,7 @@ from ..machine.spec import INPUT_NAMES
 from ..modules.record import LiveModule, Trait
 from ..modules.registry import MODULES, has, live_port, words_of
 from .axis_tables import AxisTable
+from .fuzz_table import FuzzTable
 from .machine_tables import MachineTable, Table
 from .prove_tables import ProveTable
 from .quantities import Milliseconds, Number, Seconds, between, exact_ns
@@ -266,6 +267,7 @@ class RackSpec(Table):
         keep_traces: number of earlier recordings kept under numbers; 0 = none.
         axes: axes of a ladder program's motion instructions, by tag: the 3601 behind each, or an ideal one.
         prove: what `scanrack prove` proves of the program, and what it assumes.
+        fuzz: how `scanrack fuzz` searches it.
         slot: the slots, at least one.
         unit: controllers on a serial line beside the rack.
     """
@@ -285,6 +287,7 @@ class RackSpec(Table):
     )
     axes: dict[str, AxisTable] = Field(default_factory=dict)
     prove: ProveTable = ProveTable()
+    fuzz: FuzzTable = FuzzTable()
     seed: Annotated[int, Field(ge=0)] = 0
     mode: Literal["run", "program", "test"] = "run"
     slot: Annotated[tuple[SlotSpec, ...], Field(strict=False, min_length=1)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated
@@ -23,14 +24,17 @@ from ...terminal.as_json import JsonOption, say_json
 from ...terminal.complaints import reported_mistakes
 from ...terminal.status import DONE, NO
 from ...terminal.terminal import say
-from .fuzz_session import Session
+from .fuzz_session import Budget, Session
 from .fuzz_summary import failure, failure_row
 
 DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion", "commands-end")
 """The checks without --check and --invariants."""
 
 
-def _kinds(job: Job, only: list[str], without: list[str]) -> frozenset[Kind]:
+def _kinds(job: Job, only: Sequence[str], without: Sequence[str]) -> frozenset[Kind]:
+    """Return the kinds of the options; without any, those of the rack file."""
+    if not (only or without):
+        only, without = job.spec.fuzz.only, job.spec.fuzz.without
     names = {kind.value: kind for kind in Kind}
     for name in (*only, *without):
         if name not in names:
@@ -73,10 +77,20 @@ def _fuzz_command(
         str | None, typer.Option("--for", metavar="TIME", help="Machine time of a run, such as '10 s'.")
     ] = None,
     runs: Annotated[
-        int, typer.Option("--runs", min=1, help="How many scenarios to try, less those of shrinking.")
+        int,
+        typer.Option(
+            "--runs", min=1, help="How many scenarios to try, less those of shrinking and of the corpus."
+        ),
     ] = 500,
     time: Annotated[
         str | None, typer.Option("--time", metavar="TIME", help="Search for so long instead: '2 h'.")
+    ] = None,
+    scans: Annotated[
+        int | None, typer.Option("--scans", min=1, help="Search for so many scans instead.")
+    ] = None,
+    processor: Annotated[
+        str | None,
+        typer.Option("--processor", metavar="TIME", help="Search for so much processor time instead."),
     ] = None,
     only: Annotated[
         list[str] | None,
@@ -138,6 +152,7 @@ def _fuzz_command(
             checks=_checks(check or [], list(files)),
             scans=_scans(job, duration, learned),
             kinds=_kinds(job, only or [], without or []),
+            seed=job.spec.fuzz.seed,
         )
         bench_of.cache_clear()  # the files may have changed since another call in this process
         bench_of(setup)  # refuse unusable files before a search begins
@@ -149,8 +164,12 @@ def _fuzz_command(
             job=job,
             setup=setup,
             folder=folder,
-            runs=runs,
-            limit_ns=None if time is None else parse_duration(time),
+            budget=Budget(
+                runs,
+                None if time is None else parse_duration(time),
+                scans,
+                None if processor is None else parse_duration(processor),
+            ),
             jobs=jobs or (os.cpu_count() or 1 if dask is None else None),
             dask=dask,
             base=None if learned is None else learned.scenario,

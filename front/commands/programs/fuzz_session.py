@@ -73,14 +73,34 @@ def noting_ctrl_c() -> Iterator[Callable[[], bool]]:
 
 
 @dataclass(frozen=True, slots=True)
+class Budget:
+    """How long a session searches: the limit that is reached first; the runs count without any other."""
+
+    runs: int  # number of scenarios
+    wall_ns: int | None = None
+    scans: int | None = None
+    processor_ns: int | None = None  # of all workers
+
+    @property
+    def is_by_runs(self) -> bool:
+        """Whether only the runs count."""
+        return self.wall_ns is None and self.scans is None and self.processor_ns is None
+
+    def is_left(self, state: State, before: State, used_ns: int) -> bool:
+        """Return whether the search may go on."""
+        used = used_ns, state.scans - before.scans, state.processor_ns
+        limits = self.wall_ns, self.scans, self.processor_ns
+        return all(limit is None or each < limit for each, limit in zip(used, limits, strict=True))
+
+
+@dataclass(frozen=True, slots=True)
 class Session:
     """The options of one call of the command."""
 
     job: Job
     setup: Setup
     folder: Path
-    runs: int  # number of scenarios without a limit of time
-    limit_ns: int | None  # duration of the search; None = until all runs are done
+    budget: Budget
     jobs: int | None  # tasks at a time; None = as many as the cluster has threads
     dask: str | None  # address of a Dask scheduler, or None
     base: Scenario | None  # the scenario of a recording, or None
@@ -96,12 +116,12 @@ class Session:
     @property
     def examples(self) -> int:
         """Number of scenarios per task."""
-        return self._most_examples if self.tasks is None else -(-self.runs // self.tasks)
+        return self._most_examples if self.tasks is None else -(-self.budget.runs // self.tasks)
 
     @property
     def tasks(self) -> int | None:
-        """Number of tasks; None = limited by time only."""
-        return None if self.limit_ns is not None else -(-self.runs // self._most_examples)
+        """Number of tasks; None = limited by the budget only."""
+        return -(-self.budget.runs // self._most_examples) if self.budget.is_by_runs else None
 
     @property
     def _most_examples(self) -> int:
@@ -194,7 +214,7 @@ class Session:
         again: tuple[Scenario, ...],
         start_ns: int,
     ) -> int:
-        deadline_ns = None if self.limit_ns is None else start_ns + self.limit_ns
+        before = replace(state)
         first = state.tasks + -(-len(again) // self.examples)
         work = Work(self.setup.from_anywhere(), memory.finds.from_anywhere())
         with self._progress(state) as show, noting_ctrl_c() as pressed:
@@ -214,7 +234,7 @@ class Session:
                     tasks=self.tasks,
                     jobs=self.jobs,
                     again=again,
-                    go_on=lambda: not pressed() and (deadline_ns is None or wall_ns() < deadline_ns),
+                    go_on=lambda: not pressed() and self.budget.is_left(state, before, wall_ns() - start_ns),
                     news=news,
                 )
             except KeyboardInterrupt:
@@ -256,7 +276,7 @@ class Session:
             return
         columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
         with Progress(*columns, console=console) as bar:
-            total = self.tasks if self.limit_ns is None else self.limit_ns
+            total = self.tasks if self.budget.wall_ns is None else self.budget.wall_ns
             yield self._bar(bar, bar.add_task("searching", total=total), state)
 
     def _bar(self, bar: Progress, task: TaskID, state: State) -> Callable[[list[Counterexample]], None]:
@@ -265,7 +285,8 @@ class Session:
         def show(found: list[Counterexample]) -> None:
             for each in found:
                 bar.console.print(on_a_line(str(each.broken)), highlight=False, markup=False)
-            done = state.tasks - tasks_before if self.limit_ns is None else wall_ns() - start_ns
+            timed = self.budget.wall_ns is not None
+            done = wall_ns() - start_ns if timed else state.tasks - tasks_before
             text = f"{state.runs:,} runs, {len(state.found)} broken"
             bar.update(task, completed=done, description=text)
 

@@ -57,6 +57,8 @@ def summary_row(state: State, before: State, others: Set[str]) -> dict[str, obje
         "scans": state.scans - before.scans,
         "runs_in_all": state.runs,
         "scans_in_all": state.scans,
+        "processor_s": state.processor_ns / 1e9,
+        "steps": state.steps,
         "held": sorted(others - _untried(others, state)),
         "never_tested": sorted(_untried(others, state)),
         "rules": dict(state.rules),

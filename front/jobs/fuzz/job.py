@@ -56,6 +56,7 @@ class Setup:
     checks: tuple[str, ...]  # standard invariants by name
     scans: int
     kinds: frozenset[Kind]
+    seed: int = 0
 
     def from_anywhere(self) -> Setup:
         """Return the same with absolute paths, for a worker in another folder."""

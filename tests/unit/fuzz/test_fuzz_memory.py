@@ -212,3 +212,35 @@ def test_a_full_disk_ends_the_search_with_the_recipe_on_the_terminal(rack, monke
     monkeypatch.undo()
     assert fuzz(rack, "--scenario", tmp_path / "it.json").exit_code == 1
     assert len(list((tmp_path / "out" / "finds").iterdir())) == 1  # as it was found
+
+
+def test_the_rack_file_says_how_it_is_searched_and_the_options_come_first(rack):
+    text = rack.read_text(encoding="utf-8")
+    rack.write_text(text + '\n[fuzz]\nseed = 7\nonly = ["weather"]\n', encoding="utf-8")
+    wrong = CliRunner().invoke(build(), ["fuzz", str(rack)])
+    assert wrong.exit_code == 2
+    assert "unknown kind 'weather': allowed are inputs" in wrong.stderr
+    rack.write_text(text + "\n[fuzz]\nsed = 7\n", encoding="utf-8")
+    assert "sed" in CliRunner().invoke(build(), ["fuzz", str(rack)]).stderr
+    rack.write_text(text + '\n[fuzz]\nonly = ["power"]\nwithout = ["power"]\n', encoding="utf-8")
+    nothing = CliRunner().invoke(build(), ["fuzz", str(rack)])
+    assert "--without power: nothing is left that is random" in nothing.stderr
+    assert fuzz(rack).exit_code == 0  # --only inputs
+
+
+@pytest.mark.slow
+def test_another_seed_is_another_search_and_the_same_is_the_same(rack):
+    steps = []
+    for number, seed in enumerate((0, 7, 7)):
+        rack.write_text(f"{RACK}\n[fuzz]\nseed = {seed}\n", encoding="utf-8")
+        words = ("--only", "power", "--out", str(rack.parent / str(number)), "--json")
+        told = CliRunner().invoke(build(), ["fuzz", str(rack), "--runs", "5", "--jobs", "1", *words])
+        steps.append(json.loads(told.stdout)["steps"])
+    assert steps[0] != steps[1] == steps[2]
+
+
+@pytest.mark.slow
+def test_a_budget_that_is_used_up_ends_the_search_after_the_task_at_work(rack):
+    told = fuzz(rack, "--processor", "1 us", "--scans", 10**9, "--for", "20 ms")
+    assert told.exit_code in (0, 1), told.output
+    assert state_in(rack).tasks == 1

@@ -6,6 +6,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
+from scanrack.commands.programs.fuzz_session import Budget
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.jobs.fuzz import Press, Scenario, SearchReport
 from scanrack.jobs.fuzz.aim.corpus import Corpus
@@ -120,3 +121,20 @@ def test_entries_of_a_corpus_on_disk_are_run_first_by_tasks_of_their_own():
     campaign(work, State(), InlineExecutor, examples=5, tasks=2, jobs=1, again=again)
     assert [(task.number, task.examples) for task in asked] == [(0, 4), (1, 3), (2, 5), (3, 5)]
     assert {each for task in asked for each in task.again} == set(again)
+
+
+@pytest.mark.parametrize(
+    ("budget", "left"),
+    [
+        (Budget(1), True),
+        (Budget(1, wall_ns=5), True),
+        (Budget(1, wall_ns=4), False),
+        (Budget(1, scans=31), True),
+        (Budget(1, scans=30), False),
+        (Budget(1, processor_ns=8), True),
+        (Budget(1, wall_ns=9, processor_ns=7), False),
+    ],
+)
+def test_the_limit_that_is_reached_first_ends_a_search(budget, left):
+    """100 scans of earlier sessions do not count."""
+    assert budget.is_left(State(scans=130, processor_ns=7), State(scans=100), 4) is left

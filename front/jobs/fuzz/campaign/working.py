@@ -13,6 +13,9 @@ from .confirming import Confirmation
 from .fresh import in_fresh_process
 from .recipes import RecipeFolder
 
+SEED_BITS = 32
+"""Bits of a task's number in the seed of its search."""
+
 
 @dataclass(frozen=True, slots=True)
 class Work:
@@ -33,7 +36,7 @@ class Work:
             bench,
             self.setup.kinds,
             examples=task.examples,
-            start=task.number,
+            start=self.setup.seed << SEED_BITS | task.number,
             base=task.base,
             corpus=task.corpus,
             known=task.known,
