@@ -23,6 +23,7 @@ from ...runtime.loop.scan import ScanLogic
 from ...runtime.machine.spec import input_name
 from ...traces.plot import Mark, save_page
 from ...traces.read.reader import open_trace
+from ...traces.replay import Recording
 from ..load.claims import has_claims, with_monitors
 from ..load.loading import Job, load_job
 from ..load.program import load_program
@@ -32,6 +33,8 @@ from ..trust.attachments import forget_imported
 from ..trust.owned import in_use
 from . import STANDARD, Counterexample, Invariant, InvariantError, Scenario, TrialBench, load_invariants
 from .aim.branches import branches_noted
+from .explain.cause import cause_of
+from .explain.futures import Inevitable, inevitable
 from .folder_lock import write_text
 from .laws.claimed import invariants_in
 from .report import report
@@ -197,16 +200,21 @@ def hand_over(job: Job, setup: Setup, bench: TrialBench, found: Counterexample, 
         if found.scenario.tears:
             again.append("(without the inputs that come in the middle of a scan: no rack file has them)")
     again += _recorded(job, bench, found.scenario, scans, folder)
-    chart = _drawn(found, folder)
-    write_text(folder / "report.txt", report(found, chart, again, check), used)
+    late = inevitable(bench, found)
+    with open_trace(folder / "trace.mcap") as trace:
+        cause = cause_of(Recording.of(trace), job, str(job.rack_file), found.broken)
+    chart = _drawn(found, late, folder)
+    write_text(folder / "report.txt", report(found, late, cause, chart, again, check), used)
 
 
-def _drawn(found: Counterexample, folder: Path) -> list[str]:
+def _drawn(found: Counterexample, late: Inevitable, folder: Path) -> list[str]:
     """Draw the trace as a page; return its path, and the link to the failure."""
     broken, page = found.broken, folder / "chart.html"
-    mark = Mark(broken.now_ns, None, "broken", f"{broken.invariant} is broken", str(broken))
+    marks = [Mark(broken.now_ns, None, "broken", f"{broken.invariant} is broken", str(broken))]
+    if late.is_clear and late.scan < broken.scan:
+        marks.append(Mark(late.now_ns, None, "broken", "from here on inevitable", "\n".join(late.lines)))
     with open_trace(folder / "trace.mcap") as trace:
-        save_page(trace, page, title=broken.sentence, more=[mark])
+        save_page(trace, page, title=broken.sentence, more=marks)
     around = max(0, broken.now_ns - AROUND_NS), broken.now_ns + AROUND_NS
     return [
         str(page),

@@ -5,15 +5,25 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from .explain.futures import Inevitable
 from .folder_lock import write_text
 from .scenarios.words import told
 from .search import Counterexample
 
 
-def report(found: Counterexample, chart: Sequence[str], again: Sequence[str], check: str) -> str:
+def report(
+    found: Counterexample,
+    late: Inevitable,
+    cause: Sequence[str],
+    chart: Sequence[str],
+    again: Sequence[str],
+    check: str,
+) -> str:
     """Return the text of a failure's report.
 
     Args:
+        late: since when it was inevitable.
+        cause: the chain behind the output that changed last.
         chart: links to its picture, complete and around the failure.
         again: commands that repeat it, and obstacles.
         check: the command that tests a changed program.
@@ -23,6 +33,8 @@ def report(found: Counterexample, chart: Sequence[str], again: Sequence[str], ch
         ("What it takes:", told(found.scenario)),
         (f"At the end of scan {broken.scan}, {broken.now_ns / 1e9:g} s:", broken.shows),
         ("Rules that fired in that scan:", broken.rules or ["none"]),
+        ("Since when it was inevitable, whatever people do:", late.lines),
+        *([("Why the last output came on before it:", cause)] if cause else []),
         ("Its picture, and the part around the failure:", chart),
         ("Run it again:", again),
         ("Look whether the program still does it, after a change:", [check]),

@@ -126,6 +126,10 @@ class Draws:
         """Whether there is something with an instant to draw."""
         return bool(self._all)
 
+    def event(self, at: int) -> Timed | None:
+        """Return an event that begins in a scan; None if there is nothing with an instant to draw."""
+        return self._random.choice(self._all)(at, NO_EDGES) if self._all else None
+
     def narrow(self) -> None:
         """Draw a few kinds of events only, as a rule: many kinds hide what one of them alone brings about."""
         random, all_events = self._random, self._all

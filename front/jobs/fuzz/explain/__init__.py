@@ -1,0 +1,1 @@
+"""What a search says: when a failure became inevitable, what its cause was, what was not reached."""
