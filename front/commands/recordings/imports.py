@@ -11,6 +11,7 @@ import typer
 from ...jobs.captures.modelling import simulated
 from ...jobs.captures.reading import MODBUS_PORT, pairing_of, read_capture
 from ...jobs.captures.recording import record, said_by, value_names
+from ...jobs.captures.words import record_words, word_scans
 from ...terminal.complaints import reported_mistakes
 from ...terminal.status import DONE, complain
 from ...terminal.terminal import say
@@ -21,6 +22,7 @@ from ...traces.files.guard import TRACE, check_output
 class CapturedController(StrEnum):
     """Controllers whose exchanges are understood."""
 
+    AMCI3601 = "amci3601"
     PCL601 = "pcl601"
     PMC006 = "pmc006"
 
@@ -30,7 +32,7 @@ def _import_command(
         Path, typer.Argument(help="A capture, pcap or pcapng, or a log of frames.", show_default=False)
     ],
     controller: Annotated[
-        CapturedController, typer.Option("--as", metavar="CONTROLLER", help="pcl601 or pmc006.")
+        CapturedController, typer.Option("--as", metavar="CONTROLLER", help="amci3601, pcl601 or pmc006.")
     ] = CapturedController.PCL601,
     unit: Annotated[
         int | None, typer.Option("--unit", help="Its address, if there are several.", min=0, max=255)
@@ -59,12 +61,15 @@ def _import_command(
 
     A scan is an exchange, at the time of its reply. Registers are tags by their names. With --simulated the
     same requests go to a simulated controller: compare the two traces to see where the real one differs.
+    Of a 3601 as remote I/O a scan is a read of its input words: replay gives them to a simulated one.
 
     Example: scanrack import line.pcapng --as pcl601 --unit 1 --simulated model.mcap
 
     Exit status: 0 done, 2 a file or option can't be used, 3 a trace can't be written.
     """
     with reported_mistakes():
+        if controller is CapturedController.AMCI3601 and simulated_to is not None:
+            raise ValueError("--simulated: the words of an amci3601 are for scanrack replay")
         target = out or Path(capture.name).with_suffix(".mcap")
         outputs = [target] if simulated_to is None else [target, simulated_to]
         used = {capture: "the capture"}
@@ -72,17 +77,27 @@ def _import_command(
             check_output(each, TRACE, used)
             used[each] = "the other trace"
         found = read_capture(capture, pairing_of(controller, rtu=rtu_over_tcp), port, unit)
+        if controller is CapturedController.AMCI3601:
+            scans = word_scans(found.exchanges)
+            record_words(target, scans, found.exchanges[0].asked_ns)
+            _tell(found.notes, f"{target}: {len(scans):,} scans of a PLC", quiet=quiet)
+            raise typer.Exit(DONE)
         real = said_by(controller, found.exchanges)
         model = [] if simulated_to is None else simulated(controller, real)
         names = value_names(real, model)
         record(target, controller, real, names)
         if simulated_to is not None:
             record(simulated_to, controller, model, names)
-        for note in () if quiet else found.notes:
-            complain(f"note: {note}")
-        if not quiet:
-            say(f"{target}: {len(real):,} exchanges with unit {found.exchanges[0].unit}")
+        done = f"{target}: {len(real):,} exchanges with unit {found.exchanges[0].unit}"
+        _tell(found.notes, done, quiet=quiet)
     raise typer.Exit(DONE)
+
+
+def _tell(notes: list[str], done: str, *, quiet: bool) -> None:
+    if not quiet:
+        for note in notes:
+            complain(f"note: {note}")
+        say(done)
 
 
 def register(app: typer.Typer) -> None:

@@ -182,6 +182,45 @@ def test_a_truncated_capture_is_told(tmp_path: Path) -> None:
     assert captured.notes[1] == "requests without a sound reply: 1"
 
 
+def test_words_of_remote_io_become_scans(tmp_path: Path) -> None:
+    """Written before the first read, read by 04 and 17h; a refused write and other registers are no words."""
+    talk = [
+        (True, modbus_tcp(1, "10 0000 0002 04 0001 0002")),
+        (False, modbus_tcp(1, "10 0000 0002")),
+        (True, modbus_tcp(2, "04 0000 0009")),
+        (False, modbus_tcp(2, "04 12" + "".join(f"{word:04x}" for word in range(101, 110)))),
+        (True, modbus_tcp(3, "06 0007 ffff")),
+        (False, modbus_tcp(3, "06 0007 ffff")),
+        (True, modbus_tcp(4, "06 0000 0007")),
+        (False, modbus_tcp(4, "86 02")),
+        (True, modbus_tcp(5, "17 0009 0001 0001 0001 02 0009")),
+        (False, modbus_tcp(5, "17 02 0033")),
+        (True, modbus_tcp(6, "03 0000 0008")),
+        (False, modbus_tcp(6, "03 10" + 16 * "00")),
+    ]
+    (tmp_path / "line.pcap").write_bytes(pcap(conversation(talk)))
+    out = tmp_path / "line.mcap"
+    words = ["import", str(tmp_path / "line.pcap"), "--as", "amci3601", "--out", str(out)]
+    done = CliRunner().invoke(build(), words)
+    assert (done.exit_code, done.stdout) == (0, f"{out}: 2 scans of a PLC\n")
+    with open_trace(out) as trace:
+        scans = [
+            (each.now_ns, list(each.outputs(1).words), list(each.inputs(1).words)) for each in trace.scans()
+        ]
+    inputs = list(range(101, 109))
+    assert scans == [
+        (3 * MS, [1, 2, 0, 0, 0, 0, 0, -1], inputs),
+        (9 * MS, [1, 9, 0, 0, 0, 0, 0, -1], [101, 0x33, *inputs[2:]]),
+    ]
+
+
+def test_without_input_words_there_are_no_scans(tmp_path: Path) -> None:
+    (tmp_path / "line.pcap").write_bytes(pcap(conversation(TALK[2:4])))
+    done = CliRunner().invoke(build(), ["import", str(tmp_path / "line.pcap"), "--as", "amci3601"])
+    assert done.exit_code == 2
+    assert "no input words are read" in done.stderr
+
+
 # -- the model ---------------------------------------------------------------------------------------
 
 
