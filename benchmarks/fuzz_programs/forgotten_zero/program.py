@@ -14,7 +14,9 @@ from scanrack.io_images.amci3601 import (
 USED = InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT
 WORDS = Configuration(inputs_used=USED, step_and_direction=True, starting_speed=500).to_image()
 IDLE, RESET, ZERO = Idle().to_image(), ResetErrors().to_image(), PresetPosition(0).to_image()
-MOVES = [Move(MoveKind.ABSOLUTE, at, speed=6000, acceleration=50, deceleration=50).to_image() for at in (900, 0)]
+MOVES = [
+    Move(MoveKind.ABSOLUTE, at, speed=6000, acceleration=50, deceleration=50).to_image() for at in (900, 0)
+]
 
 
 class Line:

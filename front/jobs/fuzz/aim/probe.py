@@ -178,8 +178,8 @@ class _Size(int):
 def _kind(value: Hashable) -> Hashable:
     """Return what distinguishes a value.
 
-    >>> _kind(32), _kind(33), _kind(-40_000), _kind("go")
-    (32, 52, -132, 'go')
+    >>> _kind(32), _kind(33), _kind(-2), _kind(-40_000), _kind("go")
+    (32, 52, -18, -132, 'go')
     """
     if isinstance(value, Enum):
         return str(value.name)  # its class may be of the program, which other processes do not have
@@ -187,7 +187,7 @@ def _kind(value: Hashable) -> Hashable:
         return value
     assert isinstance(value, int)
     bits = value.bit_length()
-    size = 8 * bits + (abs(value) >> (bits - 3))
+    size = 8 * bits + (abs(value) >> max(0, bits - 3))
     return _Size(size if value > 0 else -size)
 
 
