@@ -31,7 +31,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 from proofs import Proofs, program_text
 from scanrack.ladder.build.runnable import LadderLogic
 from scanrack.ladder.files.rungfile import parse_program
-from scanrack.ladder.prove.difference import Difference, compare, random_runs
+from scanrack.ladder.prove.difference import Difference, compare
+from scanrack.ladder.prove.differing_runs import random_runs
 from scanrack.ladder.prove.induction import Limits, Verdict, VerdictKind, prove
 from scanrack.ladder.prove.monitors import monitored
 from scanrack.ladder.prove.questions import Answers, ask

@@ -14,27 +14,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
-from random import Random
-from typing import Any
 
-from ..model.errors import LadderFault
-from ..run.engine import Engine
-from .algebra.meaning import BOOL, INT
 from .algebra.numbers import eq
 from .algebra.terms import FALSE, T, and_, mk, not_, reach, var, variables
+from .differing_runs import differs, random_runs
 from .induction import Limits, prove
 from .replaying import ScanOf
 from .solving.frames import Frame
 from .solving.solver import UNSAT, Solver
-from .system import Key, ProgramSystem, Runnable, ScanBounds, System, shown
+from .system import HeldNumber, Key, ProgramSystem, Runnable, ScanBounds, System, shown
 
 LIMITS = Limits(scans=5, k=2, steps=1_000, total=3_000, helped=False)
 """Limits for one value that random runs do not tell apart."""
-
-RUNS, SCANS = 24, 12
-"""Random runs, and scans of each."""
 
 BUDGET = 20_000
 """Limit of the solver's steps for all values."""
@@ -74,12 +66,14 @@ class Difference:
         removed: values that only the old program writes.
         added: values that only the new program writes.
         compared: how many values both write.
+        held: numbers and bits that nothing writes, and that are assumed to keep their values.
     """
 
     changed: list[ChangedValue] = field(default_factory=list)
     removed: list[str] = field(default_factory=list)
     added: list[str] = field(default_factory=list)
     compared: int = 0
+    held: list[HeldNumber] = field(default_factory=list)
 
     def beyond(self, only: Iterable[str]) -> list[ChangedValue]:
         """Return what can differ besides some tags and their members."""
@@ -144,6 +138,7 @@ class _Comparison:
             self.own.setdefault(v.val, _own(v))
         self.memo.clear()
         system = self._together()
+        result.held = self._held(system, both)
         asked = [key for key in shown_ones if key in dirty]
         self.runs = random_runs(self.old, self.new, asked)
         for key in asked:
@@ -240,6 +235,17 @@ class _Comparison:
             if name.startswith(NEW) or tags.intersection(_NAME.findall(text.upper()))
         }
 
+    def _held(self, system: System, both: Iterable[Key]) -> list[HeldNumber]:
+        """Return what is held and decides whether some values differ."""
+        asked = [_variable(key) for key in both if self._differ(key) is not FALSE]
+        cone = system.cone([self._differ(key) for key in both])
+        found: dict[object, HeldNumber] = {}
+        for problem in (self.old, self.new):
+            names = {name.removeprefix(NEW) for name in cone} & problem.key_of.keys()
+            roots = [problem.next[name] for name in asked]
+            found |= {(each.key, each.bit): each for each in problem.held_numbers(names, roots)}
+        return list(found.values())
+
     # --- runs
 
     def _together(self) -> System:
@@ -280,81 +286,6 @@ class _Comparison:
             return None
         confirmed = verdict.scans and differs(self.old, self.new, verdict.scans, key)
         return ChangedValue(key, now, verdict.scans if confirmed else by_chance, inputs)
-
-
-def random_runs(
-    old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key], runs: int = RUNS
-) -> dict[Key, tuple[ScanOf, ...]]:
-    """Run both compiled programs with equal random inputs; return a run for each value that differs."""
-    free = _free(old) | _free(new)
-    places = {name: (new if name in new.key_of else old).key_of[name] for name in free}
-    found: dict[Key, tuple[ScanOf, ...]] = {}
-    rng, left = Random(1), list(keys)
-    for _ in range(runs if keys else 0):
-        engines = old.program.compile(), new.program.compile()
-        likely = {name: rng.choice((0.1, 0.5, 0.9)) for name in free}
-        scans: list[ScanOf] = []
-        with suppress(LadderFault):
-            for number in range(SCANS):
-                inputs = {
-                    places[name]: _any(rng, v, likely[name])
-                    for name, v in free.items()
-                    if number == 0 or rng.random() < 0.3
-                }
-                ms = _clipped(rng.choice((1, 10, 100, 1000)), old.bounds.low_ms, old.bounds.high_ms)
-                scans.append(ScanOf(ms if number else 0, inputs))
-                for engine in engines:
-                    _do(engine, scans[-1])
-                for key in left:
-                    if _value(engines[0], key) != _value(engines[1], key):
-                        found[key] = tuple(scans)
-                left = [key for key in left if key not in found]
-    return found
-
-
-def _free(problem: ProgramSystem) -> dict[str, T]:
-    """Return the inputs, but those that are written outside as well."""
-    places = problem.machine.vars
-    names = [name for name in problem.key_of if problem.role(name) == "free" and name not in problem.late]
-    return {name: places[problem.key_of[name]] for name in sorted(names)}
-
-
-def _any(rng: Random, v: T, likely: float) -> Any:
-    if v.kind == BOOL:
-        return rng.random() < likely
-    if v.kind == INT:
-        return _clipped(rng.choice((0, 1, 2, 3, 5, 10, 100, 1000, rng.randint(v.lo, v.hi))), v.lo, v.hi)
-    return rng.choice((0.0, 1.0, 2.5, -1.0, 100.0))
-
-
-def _clipped(value: int, low: int, high: int) -> int:
-    return max(low, min(high, value))
-
-
-def _value(engine: Engine, key: Key) -> Any:
-    return engine.memory.read(engine.lowered.layout.leaf(key[0]), key[1])
-
-
-def _do(engine: Engine, scan: ScanOf) -> None:
-    for (path, index), value in scan.inputs.items():
-        engine.memory.write(engine.lowered.layout.leaf(path), index, value)
-    engine.step(scan.ms)
-
-
-def differs(old: ProgramSystem, new: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> bool:
-    """Run both compiled programs; return whether a value differs at the end."""
-    return bool(_left_by(old, scans, key) != _left_by(new, scans, key))
-
-
-def _left_by(problem: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> Any:
-    """Return a value after a run; a fault's text if it faults."""
-    engine = problem.program.compile()
-    try:
-        for scan in scans:
-            _do(engine, scan)
-    except LadderFault as fault:
-        return str(fault)
-    return _value(engine, key)
 
 
 def _states(problem: ProgramSystem) -> set[Key]:

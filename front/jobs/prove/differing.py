@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ from ..check.alone import load_any
 from ..load.loading import Job
 from .on_rack import OnRack, difference_on_rack
 from .proving import ScenarioFolder, write_scenario
+from .report import held_text
 from .scenario import on_scans_of
 from .subject import bounds_of
 
@@ -46,6 +47,7 @@ class EditedSubject:
     removed: tuple[str, ...]
     added: tuple[str, ...]
     bounds: ScanBounds
+    held: Mapping[str, Any]  # numbers that nothing writes, with the values that are assumed
 
     @property
     def beyond(self) -> tuple[ChangedTag, ...]:
@@ -71,13 +73,13 @@ def edited(old: str, new: str, only: Sequence[str], folder: ScenarioFolder) -> E
     layout = logic.build().layout
     allowed = [_named(layout, each) for each in only]
     found = compare(before[1], logic, bounds, free=given.free, written_outside=given.written_outside)
-    changed = tuple(
-        _with_scenario(
-            job, before[1], layout, each, folder, allowed=any(_is_in(each.key, one) for one in allowed)
-        )
-        for each in found.changed
-    )
-    return EditedSubject(found.compared, tuple(changed), tuple(found.removed), tuple(found.added), bounds)
+    held = {each.named(tag_text(layout, each.key)): each.value for each in found.held}
+    changed = []
+    for each in found.changed:
+        may = any(_is_in(each.key, one) for one in allowed)
+        changed.append(_with_scenario(job, before[1], layout, each, folder, allowed=may))
+    names = tuple(found.removed), tuple(found.added)
+    return EditedSubject(found.compared, tuple(changed), *names, bounds, held)
 
 
 def _ladder(file: str) -> tuple[Job, LadderLogic]:
@@ -155,6 +157,8 @@ def lines_of(found: EditedSubject) -> Iterator[str]:
         if names:
             yield f"{word} {', '.join(names)}"
     yield f"assumed: scans are {found.bounds.low_ms:,} to {found.bounds.high_ms:,} ms apart"
+    if found.held:
+        yield f"    {held_text(found.held)}"
 
 
 def as_json(found: EditedSubject) -> dict[str, Any]:
@@ -175,5 +179,6 @@ def as_json(found: EditedSubject) -> dict[str, Any]:
         ],
         "removed": list(found.removed),
         "added": list(found.added),
+        "held": dict(found.held),
         "scan_ms": [found.bounds.low_ms, found.bounds.high_ms],
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from ...ladder.prove.induction import VerdictKind
@@ -74,11 +74,14 @@ def assumptions(subject: ProofSubject, results: Iterable[Result]) -> list[str]:
         said |= dict.fromkeys(each.answer.assumed)
     bounds = subject.problem.bounds
     lines = [f"scans are {bounds.low_ms:,} to {bounds.high_ms:,} ms apart", *subject.assumed, *said]
-    if held:
-        shown = [f"{name} = {value}" for name, value in sorted(held.items())]
-        more = [f"and {len(shown) - HELD_SHOWN:,} more (--json lists all)"] * (len(shown) > HELD_SHOWN)
-        lines.append(f"held, as nothing writes them: {', '.join([*shown[:HELD_SHOWN], *more])}")
-    return lines
+    return [*lines, held_text(held)] if held else lines
+
+
+def held_text(held: Mapping[str, Any]) -> str:
+    """Return the held numbers in a line, by name; the first ones if there are many."""
+    shown = [f"{name} = {value}" for name, value in sorted(held.items())]
+    more = [f"and {len(shown) - HELD_SHOWN:,} more (--json lists all)"] * (len(shown) > HELD_SHOWN)
+    return f"held, as nothing writes them: {', '.join([*shown[:HELD_SHOWN], *more])}"
 
 
 def as_json(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> dict[str, Any]:

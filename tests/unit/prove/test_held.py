@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.prove.answers import ask
+from scanrack.ladder.prove.difference import compare
 from scanrack.ladder.prove.questions import ask as ask_questions
 from scanrack.ladder.prove.system import ProgramSystem
 
@@ -64,3 +65,11 @@ def test_no_built_in_finding_depends_on_a_held_bit():
     """Nothing turns bit 1 of Word on; a recipe may."""
     found = ask_questions(ProgramSystem(parse_program(BLOCKS))).findings
     assert [(each.rule, each.text) for each in found] == []
+
+
+def test_what_a_comparison_holds_is_listed():
+    """Whether Word is 36 or 37 depends on the bits that nothing writes."""
+    old, new = (BLOCKS.replace("Word,36", f"Word,{number}") for number in (36, 37))
+    found = compare(parse_program(old), parse_program(new))
+    assert [each.name for each in found.changed] == ["FULL"]
+    assert [(each.key[0], each.bit, each.value) for each in found.held] == [("WORD", None, 4)]
