@@ -256,9 +256,9 @@ def edits(smoke: bool) -> None:
         if other is None:
             continue
         old, new = parse_program(text), parse_program(other)
-        problems = [ProgramSystem(each) for each in (old, new)]
-        keys = sorted(set.intersection(*(set(each.key_of.values()) for each in problems)))
-        apart = random_runs(*problems, [key for key in keys if "~" not in key[0]], 20 if smoke else 84)
+        one, two = (ProgramSystem(each) for each in (old, new))
+        keys = sorted({*one.key_of.values()} & {*two.key_of.values()})
+        apart = random_runs(one, two, [key for key in keys if "~" not in key[0]], 20 if smoke else 84)
         changed = {each.key for each in compare(old, new).changed}
         assert apart.keys() <= changed, (seed, apart.keys() - changed)
         told += len(changed)

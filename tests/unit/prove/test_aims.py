@@ -11,6 +11,7 @@ from scanrack.jobs.prove.serving.aims import dead, scenario_to
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.prove.questions.points import PointState, RungPoint, run_to
 from scanrack.ladder.prove.system import ProgramSystem, ScanBounds
+from scanrack.runtime.live.orders import Write
 
 pytestmark = pytest.mark.extra("prove")
 
@@ -61,7 +62,7 @@ def test_a_scenario_from_power_up_writes_tags_and_presses_inputs(job):
     assert found is not None
     (press,) = found.scenario.presses
     assert (press.slot, press.input, press.energised) == (1, InputBit.ESTOP, True)
-    assert ("A", True) in [(each.order.tag, each.order.value) for each in found.scenario.orders]
+    assert Write("A", True) in [each.order for each in found.scenario.orders]
     assert found.scans > 10
     assert press.at_ns < found.scans * 10_000_000 <= press.at_ns + press.for_ns
 

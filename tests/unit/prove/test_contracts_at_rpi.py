@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import ExitStack
 from pathlib import Path
 from struct import unpack
+from typing import Any
 
 import pytest
 from scanrack.io_images.amci3601.bits import CommandMsw
@@ -50,7 +51,7 @@ class Shown:
     """An engine whose memory shows a scan's images."""
 
     def __init__(self):
-        self.lowered, self.layout, self.memory, self.scan = self, self, self, None
+        self.lowered, self.layout, self.memory, self.scan = self, self, self, ((0,) * 8, (0,) * 8)
 
     def image(self, slot, *, output):
         return output
@@ -76,7 +77,7 @@ def of_a_run(scan_ms, folder):
 
 def breaking(scans, *, at_rpi):
     """The first scan that breaks the contracts."""
-    shown = Shown()
+    shown: Any = Shown()
     keeps = KeptBy(1, contracts_of(), at_rpi).watch(shown)
     for number, shown.scan in enumerate(scans):
         if not keeps():
