@@ -85,7 +85,9 @@ class Relation:
         if fault and self.known[-2] and not machine.cut and not deep:
             return ["the relation faults"]
         count["scans"] += 1
-        return [] if deep else self._compare(engine.memory, got, dt, count)
+        if deep or not self.known[-1]:
+            return []
+        return self._compare(engine.memory, got, dt, count)
 
     def _compare(self, memory, got, dt, count):
         wanted, found = self.values(memory, self.now, dt), []

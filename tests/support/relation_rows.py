@@ -64,7 +64,14 @@ ROWS: Texts = {
     **_each("ADD SUB MUL DIV MOD", *(f"@({each});" for each in (*_TWO, "Arr[Ix],-1,Ps[Ix].Size"))),
     **_each("NEG ABS TRN MOV DEG RAD", *(f"@({each});" for each in _ONE)),
     **_each("SQR", "@(R0,R1);", "@(F0,F1);", "@(R0,D1);"),
-    **_each("CPT", "@(D0,D1+D2*3);", "@(I0,R0*0.75-D1/U0);", "@(F0,-F1+TRN(R0));", "@(D1,ABS(S0) MOD 7);"),
+    **_each(
+        "CPT",
+        "@(D0,D1+D2*3);",
+        "@(I0,R0*0.75-D1/U0);",
+        "@(F0,-F1+TRN(R0));",
+        "@(D1,ABS(S0) MOD 7);",
+        "@(D2,NOT D0 XOR D1);",
+    ),
     **_each("MVM AND OR XOR", *(f"@({each});" for each in _LOGIC)),
     **_each("NOT", "@(D0,D1);", "@(S0,U1);", "@(U0,L1);"),
     **_each("BTD", "@(D0,3,D1,5,9);", "@(S0,0,I1,8,8);", "@(D0,28,D1,30,2);"),
@@ -164,9 +171,9 @@ _SLC_TWO = ("N7:0 N7:1 N7:2", "N7:0 -7 N7:3", "F8:0 N7:1 F8:2", "L9:0 N7:1 L9:1"
 _SLC_ONE = ("N7:0 N7:1", "F8:0 F8:2", "L9:0 N7:3", "N7:0 F8:1")
 
 SLC_ROWS: Texts = {
-    **_each("ADD SUB MUL DIV", *(f"@ {each}" for each in _SLC_TWO)),
-    **_each("MUL SUB ADD", "@ F8:0 F8:1 N7:2", "@ N7:0 N7:1 N7:2"),
+    **_each("ADD SUB MUL", *(f"@ {each}" for each in _SLC_TWO), "@ F8:0 F8:1 N7:2"),
     **_each("NEG ABS MOV", *(f"@ {each}" for each in _SLC_ONE)),
+    **_each("DIV", *(f"@ {each}" for each in _SLC_TWO), "@ N7:0 0 N7:3", "@ F8:0 N7:8 F8:2"),
     **_each("DDV", "@ N7:1 N7:2"),
     **_each("CLR", "@ N7:0", "@ F8:1"),
     **_each("CPT", "@ N7:0 N7:1 + N7:2 * 3", "@ F8:0 F8:1 - N7:2"),

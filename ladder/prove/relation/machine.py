@@ -25,10 +25,11 @@ from ...state.lowered import (
     LoweredProgram,
     Selection,
 )
-from ..algebra.meaning import BOOL
+from ..algebra.meaning import BOOL, F64, INT
 from ..algebra.numbers import le
 from ..algebra.terms import FALSE, TRUE, T, and_, const, not_, or_
 from .calls import MOST_KNOWN_PASSES, TermCalls
+from .paths import Path, merged
 from .places import Key
 from .symbols import term_of
 
@@ -136,8 +137,8 @@ class ScanMachine(TermCalls):
         self._line(selection.line, inputs, statement=True)
         value, entry, left, ends = self.selected, self.active, TRUE, FALSE
         for ranges, body in selection.choices:
-            chosen = FALSE
-            for bounds in ranges:
+            chosen = self.unknown(BOOL) if value is None else FALSE
+            for bounds in ranges if value is not None else ():
                 low, high = (self.number(each, selection.width) for each in bounds)  # constants
                 chosen = or_(chosen, and_(term_of(low <= value, BOOL), term_of(value <= high, BOOL)))
             ends = or_(ends, self._body_where(and_(entry, and_(left, chosen)), body, inputs))
@@ -176,8 +177,20 @@ class ScanMachine(TermCalls):
         return left
 
     def select(self, power: T, value: Callable[[], Any]) -> T:
-        """Take the selector of a CASE."""
-        self.selected = value()
+        """Take the selector of a CASE; None if it is not modelled: then any choice may be taken."""
+        self.selected: Any = None
+        found: list[Any] = []
+
+        def run() -> Any:
+            found.append(value())
+            return found[-1]
+
+        def number(path: Path) -> T:
+            return const(0, kind) if path.result is None else term_of(path.result, kind)
+
+        paths = self.merge_paths(run)
+        kind = F64 if any(map(self.is_float, found)) else INT
+        self.selected = self.symbol(merged(paths, number))
         return power
 
 

@@ -14,7 +14,7 @@ from ..algebra.meaning import F32, F64, INT
 from ..algebra.numbers import add, bitop, div, eq, le, least, lt, rem, to_float, wrap
 from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_, var
 from .faults import TermFaults
-from .paths import PathFault, Paths, faults_of, merged, result_of, written_by
+from .paths import Path, PathFault, Paths, faults_of, merged, result_of, written_by
 from .places import AGE, CLOCK, Key, TermArgument, TermMemory, kind_of
 from .symbols import TermSymbol, UnmodelledError, term_of, truth_of, whole_of
 
@@ -205,6 +205,10 @@ class TermPlaces(Interpreter):
 
     def on_paths(self, run: Callable[[], Any]) -> T:
         """Run on every path; write what they write; return the truth of the result."""
+        return merged(self.merge_paths(run), result_of)
+
+    def merge_paths(self, run: Callable[[], Any]) -> list[Path]:
+        """Run on every path and write what they write; return the paths."""
         paths = self.paths.walk(run)
         for key in written_by(paths):
             old = self.state[key]
@@ -213,7 +217,7 @@ class TermPlaces(Interpreter):
         bad = faults_of(paths)
         if bad is not FALSE:  # the scan ends there; here it goes on, which allows more
             self.faults.append((self.site, and_(self.active, bad)))
-        return merged(paths, result_of)
+        return paths
 
     def here(self) -> T:
         """Return whether the current path is taken."""

@@ -231,17 +231,21 @@ class ProgramSystem(System):
         self.initial[v.val] = value
         if path in self._outside:
             self.late.add(v.val)
-        elif is_state and not self._is_written_beside(path):
+        elif is_state and not self._is_given(path, leaf):
             self.next[v.val] = self._next(key)
         elif not self._changes_outside(path, leaf, v):
             self.held.add(v.val)
 
-    def _changes_outside(self, path: str, leaf: Leaf, v: T) -> bool:
-        """Whether a value that nothing writes is free in each scan."""
+    def _is_given(self, path: str, leaf: Leaf) -> bool:
+        """Whether a value is free in each scan, even if rungs write it: inputs come anew with each scan."""
         if leaf.slot is not None:
             return not leaf.output
-        if path in self._free or self._is_written_beside(path) or INPUTS.match(path):
-            return True
+        return path in self._free or self._is_written_beside(path) or INPUTS.match(path) is not None
+
+    def _changes_outside(self, path: str, leaf: Leaf, v: T) -> bool:
+        """Whether a value that nothing writes is free in each scan."""
+        if leaf.slot is not None or self._is_given(path, leaf):
+            return self._is_given(path, leaf)
         if (self.lowered.connections or self.lowered.replies) and not path.startswith(("~", "S:")):
             return True  # a consumed tag, or one that gets the reply of a message, may be any of them
         return (v.kind == BOOL and not path.startswith(("~", "S:"))) or path == FIRST_SCAN[0]

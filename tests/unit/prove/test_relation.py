@@ -11,7 +11,7 @@ from relation_programs import drawn
 from scanrack.ladder import instructions
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.prove.algebra.evaluation import evaluate
-from scanrack.ladder.prove.algebra.terms import forget
+from scanrack.ladder.prove.algebra.terms import FALSE, forget
 from scanrack.ladder.prove.relation.machine import ScanMachine
 from slc_bench import imported
 
@@ -74,6 +74,24 @@ def test_a_loop_without_a_known_end_is_deep_from_its_sixty_fifth_pass_on() -> No
     assert deep == [False, False, True, True]
 
 
+@pytest.mark.parametrize(
+    "rungs",
+    [
+        ("LBL(Again)XIC(A)JMP(Again);",),
+        ("XIC(A)SSV(WallClockTime,,DateTime,Arr[0]);",),
+    ],
+)
+def test_what_writes_elsewhere_or_leaves_the_rung_is_deep_where_it_acts(rungs: tuple[str, ...]) -> None:
+    deep = relation(*rungs).machine.deep
+    assert [evaluate([deep], {"A[0]": a})[0] for a in (False, True)] == [False, True]
+
+
+def test_a_minor_fault_is_noted_where_it_happens() -> None:
+    noted = relation("XIC(A)STOD(Text,X);").machine.fault_log.minor
+    found = [t for (_, kind), t in noted.items() if kind.startswith("minor fault")]
+    assert [evaluate(found, {"A[0]": a, "TEXT.LEN[0]": 1, "TEXT.DATA[0]": 120}) for a in (True, False)]
+
+
 TASKS = """CONTROLLER plant
 TAG Count : DINT
 TASK Fast : PERIODIC 20 ms PRIORITY 3 RUNS Filter
@@ -105,6 +123,20 @@ def test_what_is_not_modelled_may_write_the_status_file_of_an_slc() -> None:
     rungs = ("OTU S:5/0", "XPY N7:0 3 N7:1", "XIC S:5/0 OTE B3:0/1", "OTU S:5/0")
     program = imported(*rungs, data=["B3:0 0", "N7:0 40 0"]).program
     assert not program.prove(never="B3:0/1")
+
+
+def test_inputs_that_rungs_write_come_anew_with_each_scan() -> None:
+    program = imported("OTU I:1/2", "XIC I:1/0 OTE B3:0/1", data=["B3:0 0"]).program
+    assert not program.prove(never="B3:0/1")
+
+
+def test_a_case_whose_selector_is_not_modelled_may_take_any_choice() -> None:
+    text = f"{HEAD}XIC(A)JSR(Pick);\nEND\nROUTINE Pick ST\nCASE SQR(X) OF\n3: B := 1;\nEND_CASE;\nEND\n"
+    machine = Relation(parse_program(text)).machine
+    assert [name for _, name, _ in machine.cut] == ["CASE"]
+    (choice,) = [name for name in machine.havocs if machine.state["B", 0] is not FALSE][-1:]
+    found = [evaluate([machine.state["B", 0]], {"A[0]": True, choice: taken})[0] for taken in (False, True)]
+    assert found == [False, True]
 
 
 def test_a_loop_under_a_condition_has_a_known_end() -> None:
