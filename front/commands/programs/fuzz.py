@@ -121,6 +121,9 @@ def _fuzz_command(
         Path | None, typer.Option("--scenario", metavar="FILE", help="Run just this scenario.")
     ] = None,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit status 3 if something under @sometimes was never seen.")
+    ] = False,
     as_json: JsonOption = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
 ) -> None:
@@ -135,7 +138,8 @@ def _fuzz_command(
     Example: scanrack fuzz line.toml --invariants must_hold.py --time "10 min"
 
     Exit status: 0 everything held, 1 something is broken, 2 a file or an option can't be used, 3 a file
-    can't be written, 130 stopped by Ctrl-C; what is known by then is kept.
+    can't be written, or with --strict something that should be seen sometimes never was, 130 stopped by
+    Ctrl-C; what is known by then is kept.
     """
     with reported_mistakes(), ExitStack() as held:
         folder = out or Path(f"{Path(rack.partition(':')[0]).stem}-fuzz")
@@ -176,6 +180,7 @@ def _fuzz_command(
             begin_with=tuple(begin_with or ()),
             quiet=quiet,
             as_json=as_json,
+            strict=strict,
         )
         status = session.run()
     raise typer.Exit(status)

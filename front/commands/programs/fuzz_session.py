@@ -35,9 +35,9 @@ from ...runtime.loop.pace import interrupted_by, wall_ns
 from ...runtime.modules.record import Trait
 from ...runtime.modules.registry import has
 from ...terminal.as_json import say_json
-from ...terminal.status import DONE, INTERRUPTED, NO, complain
+from ...terminal.status import DONE, INTERRUPTED, NO, NOT_SEEN, complain
 from ...terminal.terminal import on_a_line, say
-from .fuzz_summary import failure, failure_row, held, not_kept, summary, summary_row
+from .fuzz_summary import failure, failure_row, goals, held, not_kept, summary, summary_row
 
 MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
 """Scenarios per task: the number for this many scans, a few seconds' work, within these limits.
@@ -107,6 +107,7 @@ class Session:
     begin_with: tuple[Path, ...]  # folders of other campaigns and recordings, whose runs are tried first
     quiet: bool  # print only failures
     as_json: bool = False
+    strict: bool = False  # whether it counts if a goal was never seen
 
     @property
     def state_file(self) -> Path:
@@ -158,13 +159,19 @@ class Session:
         if self.as_json:
             rows = [failure_row(each, self._folder_of(state, each.broken)) for each in broken]
             say_json({"broken": rows, **summary_row(state, before, others)})
-            return status or (NO if broken else DONE)
+            return self._status(status, bench, state)
         if not self.quiet:
             say(summary(state, before, (wall_ns() - start_ns) / 1e9))
-            say(held(others, state))
+            say("\n".join([held(others, state), *goals(bench.goals, state)]))
         for each in broken:
             say(f"{failure(each)}\n  see {self._folder_of(state, each.broken)}")
-        return status or (NO if broken else DONE)
+        return self._status(status, bench, state)
+
+    def _status(self, status: int, bench: TrialBench, state: State) -> int:
+        """Return the exit status: what went wrong before what is broken, before what was never seen."""
+        broken = any(each.broken.invariant in bench.names for each in state.found.values())
+        unseen = self.strict and any(each.name not in state.applied for each in bench.goals)
+        return status or (NO if broken else NOT_SEEN if unseen else DONE)
 
     def _undisturbed(self, bench: TrialBench, state: State) -> list[Counterexample]:
         """Run the program without disturbances; report its use of values that may differ between runs."""

@@ -8,7 +8,7 @@ from pathlib import Path
 from textwrap import wrap
 
 from ...io_images.amci3601 import ERROR_BITS, RULES
-from ...jobs.fuzz import Counterexample
+from ...jobs.fuzz import Counterexample, Invariant
 from ...jobs.fuzz.campaign.recipes import Origin, Recipe
 from ...jobs.fuzz.campaign.state import State
 from ...jobs.fuzz.run import NO_FAULT
@@ -100,6 +100,18 @@ def held(names: Collection[str], state: State) -> str:
     untried = _untried(names, state)
     told_of = [f"{name} (its clock never started)" if name in untried else name for name in sorted(names)]
     return f"held          {', '.join(told_of) or 'nothing'}"
+
+
+def goals(sought: Collection[Invariant], state: State) -> list[str]:
+    """Return a line for each goal: that it was seen or never, or its greatest value."""
+    return [f"{'sought' if not place else '':<14}{_goal(each, state)}" for place, each in enumerate(sought)]
+
+
+def _goal(goal: Invariant, state: State) -> str:
+    sentence = f"{goal.sentence.rstrip('.')} [{goal.name}]"
+    if goal.name in state.greatest:
+        return f"{sentence}: at most {state.greatest[goal.name]:g}"
+    return f"{sentence}: {'seen' if goal.name in state.applied else 'never seen'}"
 
 
 def _untried(names: Collection[str], state: State) -> set[str]:

@@ -16,6 +16,7 @@ Random surroundings (`scenario`) are tried one after the other (`trial`), each w
 and the rack is built again; what breaks an invariant is made small by `shrink`.
 """
 
+from .laws.goals import maximise, sometimes
 from .laws.invariants import Invariant, InvariantError, always, eventually, load_invariants, never
 from .laws.scan_view import Moment, SlotMoment
 from .laws.standard import STANDARD
@@ -40,7 +41,9 @@ __all__ = [
     "always",
     "eventually",
     "load_invariants",
+    "maximise",
     "never",
     "search",
+    "sometimes",
     "undisturbed",
 ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field, replace
 from io import TextIOBase
@@ -30,6 +30,7 @@ from ..record.sequence_watch import sequences_in, standing
 from .aim.probe import Probe
 from .aim.rests import Rester, Rests
 from .laws.busy import axes_in
+from .laws.goals import Greatest, Sometimes
 from .laws.invariants import Invariant, Watch
 from .laws.output_line import Places
 from .laws.scan_view import Moment
@@ -98,6 +99,7 @@ class Verdict:
     spent: Mapping[str, int] = field(default_factory=dict, compare=False)  # parts of its time, ns
     applied: frozenset[str] = frozenset()  # names of the invariants that had something to check
     printed: int = 0  # number of lines that the program printed, which are not shown
+    greatest: Mapping[str, float] = field(default_factory=dict)  # values of what was to be maximised, by name
 
 
 class _TimedLogic(LogicWrapper):
@@ -209,6 +211,22 @@ class _Watcher(QuietListener):
         """Return whether the clock of an invariant runs."""
         return any(getattr(each.watch, "waiting", False) for each in self._asked)
 
+    def note_goals(self, note: Callable[[str, Hashable, int], None]) -> None:
+        """Note where goals are reached."""
+        for each in self._asked:
+            if isinstance(each.watch, Sometimes | Greatest):
+                each.watch.note = note
+
+    @property
+    def greatest(self) -> dict[str, float]:
+        """The greatest values of what is to be maximised, by name."""
+        watches = [(each.invariant.name, each.watch) for each in self._asked]
+        return {
+            name: watch.greatest
+            for name, watch in watches
+            if isinstance(watch, Greatest) and watch.greatest is not None
+        }
+
     @property
     def applied(self) -> frozenset[str]:
         """Names of the invariants that have had something to check."""
@@ -267,8 +285,13 @@ class TrialBench:
 
     @property
     def names(self) -> frozenset[str]:
-        """Names of all invariants, including `NO_FAULT`."""
-        return frozenset({NO_FAULT, *(each.name for each in self.invariants)})
+        """Names of all that must hold, including `NO_FAULT`."""
+        return frozenset({NO_FAULT, *(each.name for each in self.invariants if not each.is_goal)})
+
+    @property
+    def goals(self) -> tuple[Invariant, ...]:
+        """What the search is to bring about."""
+        return tuple(each for each in self.invariants if each.is_goal)
 
     def run(
         self,
@@ -351,6 +374,8 @@ class _Run:
         tags = bench.tags_of(logic)
         self._watcher.moment = Moment(self._rack, tags, axes_in(logic, tags))
         self._watcher.sequences = sequences_in(logic)
+        if probe is not None:
+            self._watcher.note_goals(probe.edges.add)
 
     def go(self, listeners: Listeners, *, aloud: bool) -> Verdict:
         """Run; return the verdict.
@@ -380,7 +405,15 @@ class _Run:
             raise ValueError(f"scenario: {repeated.refused[0]}")
         spent = {PROGRAM: self._timed.spent_ns, ASKING: watcher.spent_ns}
         spent[RUNNING] = wall_ns() - start_ns - sum(spent.values())
-        return Verdict(cpu.scan, watcher.rules, watcher.broken, spent, watcher.applied, self._printed.lines)
+        return Verdict(
+            cpu.scan,
+            watcher.rules,
+            watcher.broken,
+            spent,
+            watcher.applied,
+            self._printed.lines,
+            watcher.greatest,
+        )
 
     def _run_scans(self, cpu: Cpu) -> None:
         if self.rester is None or self._probe is None:

@@ -10,7 +10,7 @@ and the search goes on, past what is known
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 from random import Random
@@ -58,6 +58,7 @@ class SearchReport:
     spent: Counter[str] = field(default_factory=Counter)  # parts of its time, ns, by the names of `SPENT`
     applied: set[str] = field(default_factory=set)  # names of the invariants that had something to check
     printed: int = 0  # number of lines that the program has printed in all runs
+    greatest: dict[str, float] = field(default_factory=dict)  # values of what is to be maximised, by name
     steps: bytes = b""  # digest of its runs, one after the other: equal steps, equal digests
     processor_ns: int = 0
     told: list[Counterexample] = field(default_factory=list)  # the failures before they were shrunk
@@ -71,8 +72,15 @@ class SearchReport:
         self.spent.update(verdict.spent)
         self.applied |= verdict.applied
         self.printed += verdict.printed
+        keep_greatest(self.greatest, verdict.greatest)
         key = verdict.broken.key if verdict.broken else ""
         self.steps = sha256(self.steps + repr((scenario, key)).encode()).digest()
+
+
+def keep_greatest(known: dict[str, float], more: Mapping[str, float]) -> None:
+    """Add values to the greatest ones that are known."""
+    for name, value in more.items():
+        known[name] = max(value, known.get(name, value))
 
 
 class UnsteadyError(ValueError):

@@ -20,7 +20,7 @@ from ....traces.files.newfile import new_file
 from ..aim.corpus import Corpus
 from ..run import BrokenInvariant, TrialBench
 from ..scenarios.scenario import Scenario
-from ..search import Counterexample, SearchReport, behind
+from ..search import Counterexample, SearchReport, behind, keep_greatest
 from .recipes import CORPUS, FINDS
 
 RECORDING = "recording"
@@ -52,6 +52,7 @@ class State:
         shrinking: number of this session's runs for shrinking; not saved.
         spent: parts of this session's search time, ns; not saved.
         printed: number of lines that the program printed in this session; not saved.
+        greatest: values of what is to be maximised, of this session, by name; not saved.
     """
 
     rack: str = ""
@@ -68,6 +69,7 @@ class State:
     shrinking: int = field(default=0, compare=False)
     spent: Counter[str] = field(default_factory=Counter, compare=False)
     printed: int = field(default=0, compare=False)
+    greatest: dict[str, float] = field(default_factory=dict, compare=False)
     told: list[Counterexample] = field(default_factory=list, compare=False)
     kept: Corpus = field(default_factory=Corpus, compare=False)
 
@@ -83,6 +85,7 @@ class State:
         self.shrinking += report.shrinking
         self.spent.update(report.spent)
         self.printed += report.printed
+        keep_greatest(self.greatest, report.greatest)
         self.told += report.told
         self.kept.join(report.corpus)
         self.kept.runs += report.runs - report.shrinking

@@ -33,11 +33,12 @@ class InvariantError(ValueError):
 
 @dataclass(frozen=True, slots=True)
 class Invariant:
-    """A condition that must hold."""
+    """A condition that must hold, or a goal, which nothing breaks; see `goals`."""
 
     name: str
     sentence: str
     start: Callable[[], Watch]
+    is_goal: bool = False
 
 
 def always(condition: Condition) -> Invariant:
@@ -94,11 +95,11 @@ class _Eventually:
 
     def __call__(self, now: Moment) -> str | None:
         step_ns, self._last_ns = now.ns - self._last_ns, now.ns
-        if _ask(self._condition, now):
+        if answer(self._condition, now):
             self._since_ns = None
-            self.applied = self.applied or bool(_ask(self._after, now))
+            self.applied = self.applied or bool(answer(self._after, now))
         elif self._since_ns is None:
-            if _ask(self._after, now):
+            if answer(self._after, now):
                 self._start(now)
         elif now.resting and not self._while_resting:
             self._paused_ns += step_ns
@@ -124,7 +125,7 @@ def _single(condition: Condition, *, wanted: bool) -> Invariant:
     _check(condition)
 
     def watch(now: Moment) -> str | None:
-        if bool(_ask(condition, now)) is wanted:
+        if bool(answer(condition, now)) is wanted:
             return None
         return f"it is {'false' if wanted else 'true'}"
 
@@ -155,7 +156,7 @@ def _ms(time_ns: int) -> str:
     return f"{time_ns / 1e6:.3f}".rstrip("0").rstrip(".")
 
 
-def _ask(condition: Condition, now: Moment) -> Any:
+def answer(condition: Condition, now: Moment) -> Any:
     """Evaluate a user's condition; an exception becomes an InvariantError with its place."""
     try:
         return condition(now)
