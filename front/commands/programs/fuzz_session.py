@@ -31,13 +31,14 @@ from ...jobs.fuzz.report import mended
 from ...jobs.fuzz.run import NO_FAULT, BrokenInvariant, TrialBench
 from ...jobs.fuzz.steady import Uses
 from ...jobs.load.loading import Job
+from ...jobs.prove.serving.stuck import SolverStep
 from ...runtime.loop.pace import interrupted_by, wall_ns
 from ...runtime.modules.record import Trait
 from ...runtime.modules.registry import has
 from ...terminal.as_json import say_json
 from ...terminal.status import DONE, INTERRUPTED, NO, NOT_SEEN, complain
 from ...terminal.terminal import on_a_line, say
-from .fuzz_summary import failure, failure_row, goals, held, not_kept, summary, summary_row
+from .fuzz_summary import closing, failure, failure_row, goals, held, not_kept, summary, summary_row
 
 MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
 """Scenarios per task: the number for this many scans, a few seconds' work, within these limits.
@@ -152,8 +153,9 @@ class Session:
         again += tuple(self._shrink_what_is_left(bench, state, memory))
         self._keep(bench, state, memory, state.note(self._undisturbed(bench, state)))
         status = DONE
+        solver = SolverStep(self.job)
         if self._can_be_searched(state):
-            status = self._search(bench, state, memory, again, start_ns)
+            status = self._search(bench, state, memory, again, solver, start_ns)
         broken = [each for _, each in sorted(state.found.items()) if each.broken.invariant in bench.names]
         others = bench.names - {each.broken.invariant for each in broken}
         if self.as_json:
@@ -163,6 +165,7 @@ class Session:
         if not self.quiet:
             say(summary(state, before, (wall_ns() - start_ns) / 1e9))
             say("\n".join([held(others, state), *goals(bench.goals, state)]))
+            say(closing(self.job, state, solver, self.setup.scans))
         for each in broken:
             say(f"{failure(each)}\n  see {self._folder_of(state, each.broken)}")
         return self._status(status, bench, state)
@@ -219,6 +222,7 @@ class Session:
         state: State,
         memory: Memory,
         again: tuple[Scenario, ...],
+        solver: SolverStep,
         start_ns: int,
     ) -> int:
         before = replace(state)
@@ -241,6 +245,7 @@ class Session:
                     tasks=self.tasks,
                     jobs=self.jobs,
                     again=again,
+                    asked=solver,
                     go_on=lambda: not pressed() and self.budget.is_left(state, before, wall_ns() - start_ns),
                     news=news,
                 )

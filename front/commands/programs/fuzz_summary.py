@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Collection, Iterator, Set
 from dataclasses import asdict
 from pathlib import Path
@@ -11,9 +12,13 @@ from ...io_images.amci3601 import ERROR_BITS, RULES
 from ...jobs.fuzz import Counterexample, Invariant
 from ...jobs.fuzz.campaign.recipes import Origin, Recipe
 from ...jobs.fuzz.campaign.state import State
+from ...jobs.fuzz.reached import reached
 from ...jobs.fuzz.run import NO_FAULT
 from ...jobs.fuzz.scenarios.words import told
 from ...jobs.fuzz.search import SPENT
+from ...jobs.load.loading import Job
+from ...jobs.prove.serving.stuck import PATIENCE, SolverStep
+from ...ladder import LadderLogic
 from ...terminal.status import reason
 
 WIDTH = 100
@@ -112,6 +117,46 @@ def _goal(goal: Invariant, state: State) -> str:
     if goal.name in state.greatest:
         return f"{sentence}: at most {state.greatest[goal.name]:g}"
     return f"{sentence}: {'seen' if goal.name in state.applied else 'never seen'}"
+
+
+MOST_GAPS = 3
+"""Number of gaps that the closing lines name."""
+
+
+def closing(job: Job, state: State, solver: SolverStep, scans: int) -> str:
+    """Return three lines: what the campaign has looked at, what it has not reached, what to do next.
+
+    Args:
+        scans: of a run.
+    """
+    found, gaps = reached(job, state.kept.seen), solver.gaps(state)
+    count, seconds = found.total - len(found.gaps), scans * job.spec.scan_ns / 1e9
+    dead = len(found.gaps) - len(gaps)
+    shown = "; ".join(each.text for each in gaps[:MOST_GAPS])
+    more = f"; and {len(gaps) - MOST_GAPS:,} more" if len(gaps) > MOST_GAPS else ""
+    proved = f" ({dead:,} proved never to be)" if dead else ""
+    return (
+        f"looked at     {state.runs:,} runs of {seconds:g} s; {count:,} of {found.total:,} {found.what}\n"
+        f"not reached   {shown or 'nothing'}{more}{proved}\n"
+        f"next          {_next(job, state, solver, is_open=bool(gaps))}"
+    )
+
+
+def _next(job: Job, state: State, solver: SolverStep, *, is_open: bool) -> str:
+    rack = shlex.quote(str(job.rack_file))
+    if state.found:
+        return f"mend what is broken, then scanrack fuzz {rack} again: it looks at that first"
+    if state.stale < PATIENCE:
+        return f'scanrack fuzz {rack} --time "10 min": it still meets something new'
+    if solver.can_ask:
+        return f"scanrack prove {rack}: {state.stale:,} runs have brought nothing new, and a proof covers all"
+    if isinstance(job.logic, LadderLogic):
+        return "pip install 'scanrack[prove]': the solver then says how to come to what is not reached"
+    if is_open:
+        return (
+            "see in the program what leads to the lines that are not reached: nothing new has come for long"
+        )
+    return "more invariants: the program does nothing new any more, see docs/fuzzing.md"
 
 
 def _untried(names: Collection[str], state: State) -> set[str]:

@@ -40,9 +40,16 @@ def _compiled(data: bytes, file: str) -> CodeType:
     tree = ast.parse(data, file)
     marks = _Marks()
     marks.visit(tree)
-    start = ast.parse(f"{NAME} = bytearray({marks.count})").body
+    start = ast.parse(f"{NAME} = bytearray({len(marks.lines)})").body
     tree.body[_behind_the_head(tree) : 0] = start
     return compile(ast.fix_missing_locations(tree), file, "exec")
+
+
+def branch_lines(data: bytes, file: str) -> list[int]:
+    """Return the first line of each branch of a program, in the order of the bytes."""
+    marks = _Marks()
+    marks.visit(ast.parse(data, file))
+    return marks.lines
 
 
 def _behind_the_head(tree: ast.Module) -> int:
@@ -60,7 +67,7 @@ class _Marks(ast.NodeTransformer):
     """Puts a mark at the beginning of each branch, and in an `else` that is not there."""
 
     def __init__(self) -> None:
-        self.count = 0
+        self.lines: list[int] = []  # of each mark
 
     def visit_If(self, node: ast.If) -> ast.If:
         """Mark both ways."""
@@ -96,9 +103,9 @@ class _Marks(ast.NodeTransformer):
         return node
 
     def _marked(self, body: list[ast.stmt], where: ast.AST) -> list[ast.stmt]:
-        mark = ast.parse(f"{NAME}[{self.count}] = 1").body[0]
-        self.count += 1
+        mark = ast.parse(f"{NAME}[{len(self.lines)}] = 1").body[0]
         first = body[0] if body else where
+        self.lines.append(getattr(first, "lineno", 0))
         for node in ast.walk(mark):
             if isinstance(node, (ast.expr, ast.stmt)):
                 ast.copy_location(node, first)

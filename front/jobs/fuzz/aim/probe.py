@@ -63,7 +63,7 @@ class Probe(QuietListener):
         """Return an engine that notes the power of its rungs in place of a compiled one, else the logic."""
         if type(logic) is not Engine:
             return logic
-        scanner = _noting(logic.lowered)
+        scanner = noting(logic.lowered)
         notes = self._notes = [None] * scanner.places
         return Engine(logic.lowered, lambda engine: scanner.bind(engine, {NOTED: notes}))
 
@@ -228,7 +228,7 @@ _NOTING: list[tuple[LoweredProgram, ObservedScanner]] = []
 """The program that was compiled last with its notes: a search has one."""
 
 
-def _noting(lowered: LoweredProgram) -> ObservedScanner:
+def noting(lowered: LoweredProgram) -> ObservedScanner:
     """Return a compiled program that notes the power of all rungs, compiled once."""
     if not _NOTING or _NOTING[0][0] is not lowered:
         _NOTING[:] = [(lowered, observed_scanner_of(lowered, Observation(noted=lines_of(lowered))))]

@@ -47,6 +47,9 @@ class Task:
 Work = Callable[[Task], SearchReport]
 """Does a task, in this process or another one; it can be pickled."""
 
+Asked = Callable[[State], tuple[Scenario, ...]]
+"""Returns scenarios that shall be run next, such as a solver's answers."""
+
 
 def campaign(
     work: Work,
@@ -58,6 +61,7 @@ def campaign(
     jobs: int | None,
     known: frozenset[str] = frozenset(),
     again: tuple[Scenario, ...] = (),
+    asked: Asked = lambda _state: (),
     go_on: Callable[[], bool] = lambda: True,
     news: Callable[[list[Counterexample]], None] = lambda _found: None,
 ) -> None:
@@ -68,6 +72,7 @@ def campaign(
         tasks: their number; None = until `go_on` returns False.
         jobs: number of tasks at a time; None = as many as the cluster has threads.
         again: scenarios of a corpus on disk; the first round runs them.
+        asked: called between two rounds; what it returns is run first.
         go_on: called before every task.
         news: called after every task with its findings.
 
@@ -76,7 +81,7 @@ def campaign(
         InvariantError: an invariant raised.
     """
     desk = _Desk(work, executor, jobs, go_on)
-    rounds = _rounds(state, examples, None if tasks is None else state.tasks + tasks, known, again)
+    rounds = _rounds(state, examples, None if tasks is None else state.tasks + tasks, known, again, asked)
     try:
         for given in rounds:
             for report in desk.reports(given, state.tasks):
@@ -170,17 +175,27 @@ def width(behind: int) -> int:
 
 
 def _rounds(
-    state: State, examples: int, end: int | None, known: frozenset[str], again: tuple[Scenario, ...]
+    state: State,
+    examples: int,
+    end: int | None,
+    known: frozenset[str],
+    again: tuple[Scenario, ...],
+    asked: Asked,
 ) -> Iterator[Iterator[Task]]:
     """Yield the rounds, each with the knowledge at its beginning; a round that is broken off is the last."""
-    if again:
-        count = -(-len(again) // examples)
-        parts = [again[place::count] for place in range(count)]
-        end = None if end is None else end + count
-        yield iter([Task(number, len(part), again=part) for number, part in enumerate(parts, state.tasks)])
-    while end is None or state.tasks < end:
-        count = width(state.tasks) if end is None else min(width(state.tasks), end - state.tasks)
-        yield _round(state, state.tasks, count, examples, known | frozenset(state.found))
+    while again or end is None or state.tasks < end:
+        if again:
+            count = -(-len(again) // examples)
+            parts = [again[place::count] for place in range(count)]
+            end = None if end is None else end + len(parts)
+            names = known | frozenset(state.found)
+            yield iter(
+                [Task(number, len(part), names, again=part) for number, part in enumerate(parts, state.tasks)]
+            )
+        else:
+            count = width(state.tasks) if end is None else min(width(state.tasks), end - state.tasks)
+            yield _round(state, state.tasks, count, examples, known | frozenset(state.found))
+        again = asked(state) if end is None or state.tasks < end else ()
 
 
 def _round(state: State, first: int, count: int, examples: int, known: frozenset[str]) -> Iterator[Task]:

@@ -17,7 +17,7 @@ from ....io_images.text_limits import TextKind
 from ....runtime.config.rackspec import RackSpec
 from ....traces.files.guard import beginning
 from ....traces.files.newfile import new_file
-from ..aim.corpus import Corpus
+from ..aim.corpus import PAIR_WORTH, Corpus, worth_of
 from ..run import BrokenInvariant, TrialBench
 from ..scenarios.scenario import Scenario
 from ..search import Counterexample, SearchReport, behind, keep_greatest
@@ -46,6 +46,7 @@ class State:
         folders: folder name of each failure ever found, by its key.
         applied: names of the invariants that had something to check.
         kept: scenarios of this session in which something was new; saved as recipes.
+        stale: number of runs since something of the program was new; not saved.
         told: failures of this session before they were shrunk; not saved.
         steps: digest of all runs in the tasks' order, hexadecimal: equal steps, equal digests.
         processor_ns: processor time of this session's tasks; not saved.
@@ -72,6 +73,7 @@ class State:
     greatest: dict[str, float] = field(default_factory=dict, compare=False)
     told: list[Counterexample] = field(default_factory=list, compare=False)
     kept: Corpus = field(default_factory=Corpus, compare=False)
+    stale: int = field(default=0, compare=False)
 
     def add(self, report: SearchReport) -> list[Counterexample]:
         """Add the report of a task; return new failures, and those with a smaller scenario."""
@@ -87,6 +89,8 @@ class State:
         self.printed += report.printed
         keep_greatest(self.greatest, report.greatest)
         self.told += report.told
+        is_new = any(worth_of(each) > PAIR_WORTH for each in report.corpus.seen - self.kept.seen)
+        self.stale = 0 if is_new else self.stale + report.runs - report.shrinking
         self.kept.join(report.corpus)
         self.kept.runs += report.runs - report.shrinking
         return self.note(report.found)
