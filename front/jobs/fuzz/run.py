@@ -13,6 +13,7 @@ from typing import Any
 from typing_extensions import override
 
 from ...io_images.amci3601 import RULES, StatusMsw
+from ...ladder import Engine
 from ...ladder.python.sequences import Sequence as LogicSequence
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.live.hands import GivenOrder, Hands
@@ -24,16 +25,17 @@ from ...runtime.loop.pace import wall_ns
 from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import ScanLogic
 from ..load.building import build_cpu, build_rack
-from ..record.logic_wrapper import LogicWrapper
+from ..record.logic_wrapper import LogicWrapper, unwrapped
 from ..record.order_repeater import OrderRepeater
 from ..record.sequence_watch import sequences_in, standing
 from .aim.probe import Probe
+from .aim.python_state import namespace_of
 from .aim.rests import Rester, Rests
 from .laws.busy import axes_in
 from .laws.goals import Greatest, Sometimes
 from .laws.invariants import Invariant, Watch
 from .laws.output_line import Places
-from .laws.scan_view import Moment
+from .laws.scan_view import Moment, ProgramState
 from .scenarios.scenario import Scenario
 from .scenarios.tearing import Rung, TornScans
 
@@ -184,6 +186,7 @@ class _Watcher(QuietListener):
         start_ns = wall_ns()
         moment = self.moment
         moment.move_on(scan, now_ns, flags)
+        moment.rules = self._fired.get(scan, ())
         for each in self._asked:
             why = each.watch(moment)
             if why is None:
@@ -266,6 +269,13 @@ Listeners = Callable[[RackSpec, Rack], Iterable[ScanListener]]
 
 def _no_listeners(_spec: RackSpec, _rack: Rack) -> Iterable[ScanListener]:
     return ()
+
+
+def _state_of(logic: ScanLogic) -> ProgramState:
+    inside = unwrapped(logic)
+    if isinstance(inside, Engine):
+        return ProgramState()
+    return ProgramState(getattr(inside, "__dict__", NOTHING), namespace_of(inside))
 
 
 UNPLACED = "?"
@@ -372,7 +382,7 @@ class _Run:
         asked = [_InvariantWatch(each) for each in bench.invariants if each.name not in without]
         self._watcher = _Watcher(asked, without, self._place)
         tags = bench.tags_of(logic)
-        self._watcher.moment = Moment(self._rack, tags, axes_in(logic, tags))
+        self._watcher.moment = Moment(self._rack, tags, axes_in(logic, tags), _state_of(logic))
         self._watcher.sequences = sequences_in(logic)
         if probe is not None:
             self._watcher.note_goals(probe.edges.add)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ....io_images.amci3601 import MOTIONS, CommandMsw, StatusView, status_names
@@ -10,6 +10,7 @@ from ....io_images.amci3601.words import may_be_stepper
 from ....io_images.image import UNSIGNED_MAX, Image
 from ....runtime.loop.rack import Rack, Slot
 from ....runtime.loop.scan import MODE_MASK, CpuMode, mode_name
+from ....runtime.modules.record import ModuleWithFigures
 from .busy import Question
 
 NO_WORDS = Image().words
@@ -62,6 +63,18 @@ class SlotMoment:
         return self.status.position
 
     @property
+    def shaft(self) -> int:
+        """The true position of the motor's shaft at the last update, steps: 0 at power-up.
+
+        Raises:
+            LookupError: the module has no machine.
+        """
+        module = getattr(self._slot.module, "module", self._slot.module)  # inside of what incidents happen to
+        if not isinstance(module, ModuleWithFigures):
+            raise LookupError(f"slot {self._slot.number} has no shaft")
+        return module.figures()[0]
+
+    @property
     def configuring(self) -> bool:
         """Whether the words in force request configuration mode: then they are no commands."""
         return self._in_force[0] < 0
@@ -105,26 +118,56 @@ class Slots(dict[int, SlotMoment]):
         raise LookupError(f"there is no slot {number!r}: modules sit in {', '.join(map(str, self))}")
 
 
+class ProgramState:
+    """The values of a program in Python: fields of the object that runs, then the module's globals.
+
+    They are the program's own: an invariant must not change them.
+    """
+
+    __slots__ = ("_spaces",)
+
+    def __init__(self, *spaces: Mapping[str, Any]) -> None:
+        self._spaces = spaces
+
+    def __getattr__(self, name: str) -> Any:
+        for space in self._spaces:
+            if name in space:
+                return space[name]
+        names = sorted({name for space in self._spaces for name in space if not name.startswith("_")})
+        raise AttributeError(f"the program has no {name}, only {', '.join(names) or 'tags'}")
+
+
 class Moment:
     """The end of a scan; one object for a whole run, always at the latest scan.
 
     Attributes:
         ns: virtual time, ns since power-up.
         slot: modules by slot.
-        tags: the tags of a ladder program by name; empty for a plain function.
+        tags: the tags of a ladder program by full name, those of all programs included; empty for a plain
+            function.
+        state: of a program in Python.
+        rules: ids of the manual's rules that fired in this scan, in order.
         mode: the CPU's mode: "run", "test", "program" or "single scan".
         axes: returns the commands of the program's axes, one function each.
         resting: whether the logic was not called in this scan, as in program mode.
     """
 
-    __slots__ = ("_mode", "axes", "mode", "ns", "resting", "scan", "slot", "tags")
+    __slots__ = ("_mode", "axes", "mode", "ns", "resting", "rules", "scan", "slot", "state", "tags")
 
-    def __init__(self, rack: Rack, tags: Mapping[str, Any], axes: tuple[Question, ...] = ()) -> None:
+    def __init__(
+        self,
+        rack: Rack,
+        tags: Mapping[str, Any],
+        axes: tuple[Question, ...] = (),
+        state: ProgramState | None = None,
+    ) -> None:
         self.scan = 0
         self.ns = 0
         self.slot = Slots((number, SlotMoment(slot)) for number, slot in rack.slots.items())
         self.tags = tags
         self.axes = axes
+        self.state = state or ProgramState()
+        self.rules: Sequence[str] = ()
         self._mode = CpuMode.RUN.value
         self.mode = mode_name(CpuMode.RUN)
         self.resting = False
