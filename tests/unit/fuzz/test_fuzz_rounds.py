@@ -104,6 +104,18 @@ def test_the_sweep_goes_on_where_the_round_before_has_left_it():
     assert corpus.swept == {"a", "b"}
 
 
+def test_the_tasks_of_the_first_round_share_the_contacts_and_later_ones_know_the_answers():
+    button = Press(1, InputBit.HOME, True, 0, 0)
+    corpus = Corpus()
+    shared = corpus.share(12)
+    one, two = shared.dealt(0, 2), shared.dealt(1, 2)
+    assert (one.part, two.part) == ((0, 2), (1, 2))
+    for each in (one, two):
+        each.answered.append(button)
+        corpus.join(each)
+    assert corpus.answered == corpus.share(12).dealt(0, 1).answered == [button]
+
+
 def test_a_budget_that_is_used_up_ends_a_wide_round_in_its_middle():
     state = State()
     campaign(keeps, state, InlineExecutor, examples=5, tasks=None, jobs=1, go_on=lambda: state.tasks < 6)

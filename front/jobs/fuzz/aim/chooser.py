@@ -53,7 +53,11 @@ class Chooser:
         self._draws, self._sweep, self._random = draws, sweep, random
         self._base = base
         self._first: Edges | None = None
-        self._feelers = [] if base else draws.contacts.operated[:MOST_FELT]
+        place, count = corpus.part
+        felt = base is not None or corpus.runs > 0  # by the first round of a campaign
+        self._feelers = [] if felt else draws.contacts.operated[place:MOST_FELT:count]
+        for contact in corpus.answered:
+            draws.contacts.answered(contact)
         self._felt: Contact | None = None
 
     def next(self, run: Run) -> Scenario:
@@ -105,6 +109,7 @@ class Chooser:
         if self._felt is not None:
             if self._first is not None and edges.answers() - self._first.answers():
                 self._draws.contacts.answered(self._felt)
+                self.corpus.answered.append(self._felt)
             self._felt = None
         elif self._first is None:
             self._first = edges

@@ -14,6 +14,7 @@ from random import Random
 
 from ..scenarios.parts import Timed, parts_of, scenario_of
 from ..scenarios.scenario import Scenario
+from .contacts import Contact
 from .edges import SIZE, STATE, UNDER, Edges
 
 Feature = tuple[str, Hashable]
@@ -87,6 +88,8 @@ class Corpus:
         runs: number of runs that were looked at.
         swept: kinds of thin states whose sweep has begun.
         waiting: scenarios of the sweep that are to be tried, each with its kind; None = of an earlier round.
+        answered: contacts to which the program answers.
+        part: which part of the contacts this search operates one by one, and of how many.
     """
 
     entries: list[Entry] = field(default_factory=list)
@@ -95,6 +98,8 @@ class Corpus:
     numbers: int = 0  # the last number of an entry that was shared
     swept: set[Hashable] = field(default_factory=set)
     waiting: list[tuple[Hashable, Scenario]] = field(default_factory=list)
+    answered: list[Contact] = field(default_factory=list)
+    part: tuple[int, int] = (0, 1)
 
     def take(self, scenario: Scenario, edges: Edges, scan_ns: int) -> Entry | None:
         """Add a scenario if something in it is new; return its entry."""
@@ -126,24 +131,34 @@ class Corpus:
         self.seen |= other.seen
         self.waiting += [each for each in other.waiting if each[0] is None or each[0] not in self.swept]
         self.swept |= other.swept
+        self.answered += [each for each in other.answered if each not in self.answered]
 
     def share(self, most: int) -> Corpus:
         """Return a corpus for a round: all that was seen, the entries whose turn it is, and the sweep."""
         turn = set(map(id, sorted(self.entries, key=_energy)[:most]))
-        shared = [each for each in self.entries if id(each) in turn]
-        for each in shared:
+        chosen = [each for each in self.entries if id(each) in turn]
+        for each in chosen:
             if each.number < 0:
                 self.numbers += 1
                 each.number = self.numbers
         waiting = [(None, scenario) for _, scenario in self.waiting]
         self.waiting.clear()
-        entries = [replace(each, before=each.chosen) for each in shared]
-        return Corpus(entries, set(self.seen), self.runs, swept=set(self.swept), waiting=[*waiting])
+        entries = [replace(each, before=each.chosen) for each in chosen]
+        shared = Corpus(entries, set(self.seen), self.runs, swept=set(self.swept), answered=[*self.answered])
+        shared.waiting += waiting
+        return shared
 
     def dealt(self, place: int, count: int) -> Corpus:
         """Return a copy for one of the tasks of a round, with its part of the sweep."""
-        entries, waiting = [replace(each) for each in self.entries], self.waiting[place::count]
-        return Corpus(entries, set(self.seen), self.runs, swept=set(self.swept), waiting=waiting)
+        return replace(
+            self,
+            entries=[replace(each) for each in self.entries],
+            seen=set(self.seen),
+            swept=set(self.swept),
+            waiting=self.waiting[place::count],
+            answered=[*self.answered],
+            part=(place, count),
+        )
 
     def _fresh(self, firsts: Mapping[Feature, int]) -> list[Feature]:
         """Return what is new, and note it."""
