@@ -86,7 +86,7 @@ def test_the_tasks_of_a_round_begin_with_one_corpus_and_the_next_knows_what_they
         return keeps(task)
 
     campaign(work, State(), InlineExecutor, examples=5, tasks=8, jobs=1)
-    sizes = [len(task.corpus.entries) - 1 for task in asked]  # less its own
+    sizes = [len(task.corpus.entries) - 1 for task in asked if task.corpus]  # less its own
     assert sizes == [0, 0, 0, 0, 4, 4, 4, 4]
 
 
