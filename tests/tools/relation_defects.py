@@ -216,7 +216,7 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
     "division by zero gives 0": (
         (values, "ite", lambda c, a, b: terms.ite(c, const(0) if a.kind == "i" and b.op == "wrap" else a, b)),
     ),
-    "REAL is computed in double": ((values, "F32", meaning.F64),),
+    "REAL is computed in double": ((values, "F32", meaning.F64), (stored, "F32", meaning.F64)),
     "a REAL is cut off into an integer": ((values, "to_int", lambda t, how: numbers.to_int(t, "rtz")),),
     "NaN equals itself": ((symbols, "eq", lambda a, b: TRUE if a is b else numbers.eq(a, b)),),
     "a fault of a subscript is lost": (
