@@ -3,6 +3,7 @@
 import re
 from pathlib import Path
 from random import Random
+from typing import Any
 
 import pytest
 from amounts import amount
@@ -87,8 +88,8 @@ def test_what_writes_elsewhere_or_leaves_the_rung_is_deep_where_it_acts(rungs: t
 
 
 def test_a_minor_fault_is_noted_where_it_happens() -> None:
-    noted = relation("XIC(A)STOD(Text,X);").machine.fault_log.minor
-    found = [t for (_, kind), t in noted.items() if kind.startswith("minor fault")]
+    log: Any = relation("XIC(A)STOD(Text,X);").machine.fault_log
+    found = [t for (_, kind), t in log.minor.items() if kind.startswith("minor fault")]
     assert [evaluate(found, {"A[0]": a, "TEXT.LEN[0]": 1, "TEXT.DATA[0]": 120}) for a in (True, False)]
 
 
