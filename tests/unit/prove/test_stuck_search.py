@@ -82,13 +82,14 @@ def test_without_a_press_no_instruction_has_power_behind_it(setup):
 @pytest.mark.extra("prove")
 def test_the_answer_opens_the_lock_and_what_is_dead_is_no_gap(setup):
     job = load_job(setup.rack)
-    state, scenarios = after_runs(setup), []
+    state = after_runs(setup)
+    scenarios: list[Scenario] = []
     step = SolverStep(job)
     while step.asked < 20 and (answers := step(state)):
         scenarios += answers
     after = after_runs(setup, *scenarios)
     assert not [each for each in gaps(job, after) if "Open" in each]
-    assert [each.text for each in step.gaps(after) if "Never" in each] == []
+    assert [each.text for each in step.gaps(after) if "Never" in each.text] == []
     assert "OTE(Never) in Main, rung 4" in gaps(job, after)
 
 
