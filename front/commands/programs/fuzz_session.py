@@ -25,12 +25,15 @@ from ...jobs.fuzz.campaign.memory import Memory
 from ...jobs.fuzz.campaign.recipes import Origin
 from ...jobs.fuzz.campaign.state import RECORDING, CampaignError, State, read_state, write_state
 from ...jobs.fuzz.campaign.working import OwnProcess, Work
+from ...jobs.fuzz.explain.coverage import coverage_of
+from ...jobs.fuzz.explain.coverage_page import coverage_line, save_coverage
 from ...jobs.fuzz.folder_lock import STATE_NAME
 from ...jobs.fuzz.job import Setup, bench_of, hand_over
 from ...jobs.fuzz.report import mended
 from ...jobs.fuzz.run import NO_FAULT, BrokenInvariant, TrialBench
 from ...jobs.fuzz.steady import Uses
 from ...jobs.load.loading import Job
+from ...jobs.prove.serving.aims import dead
 from ...jobs.prove.serving.stuck import SolverStep
 from ...runtime.loop.pace import interrupted_by, wall_ns
 from ...runtime.modules.record import Trait
@@ -45,6 +48,12 @@ MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
 
 With an adapter in the rack a scan takes at least ten times as long.
 """
+
+MOST_COVERED = 60
+"""Largest number of runs whose coverage is shown: the first of each new thing."""
+
+COVERAGE = "coverage.html"
+"""File of the page of coverage."""
 
 FULL = (errno.ENOSPC, errno.EDQUOT)
 """Errors of a full disk."""
@@ -165,10 +174,24 @@ class Session:
         if not self.quiet:
             say(summary(state, before, (wall_ns() - start_ns) / 1e9))
             say("\n".join([held(others, state), *goals(bench.goals, state)]))
+            if status == DONE:  # not of a session that was stopped: it takes some runs
+                say(self._cover(bench, state))
             say(closing(self.job, state, solver, self.setup.scans))
         for each in broken:
             say(f"{failure(each)}\n  see {self._folder_of(state, each.broken)}")
         return self._status(status, bench, state)
+
+    def _cover(self, bench: TrialBench, state: State) -> str:
+        """Write the page of coverage; return its line of the summary."""
+        runs = [self.base or Scenario(), *(each.scenario for each in state.kept.entries)][:MOST_COVERED]
+        proved = [
+            (each.site.routine, each.site.rung, each.site.instruction, each.state.value)
+            for each in dead(self.job)
+        ]
+        lines = coverage_of(bench, runs, self.job.program, proved)
+        page = self.folder / COVERAGE
+        save_coverage(page, f"Coverage of {self.job.program.name}", lines, len(runs))
+        return f"coverage      {coverage_line(lines)}, see {page}"
 
     def _status(self, status: int, bench: TrialBench, state: State) -> int:
         """Return the exit status: what went wrong before what is broken, before what was never seen."""

@@ -26,7 +26,7 @@ from .recipes import CORPUS, FINDS
 RECORDING = "recording"
 """Key of the corpus for a scenario from a recording."""
 
-TAKEN = (RECORDING, CORPUS, FINDS)
+TAKEN = (RECORDING, CORPUS, FINDS, "coverage.html")
 """Folders of a campaign that no failure is in."""
 
 
