@@ -10,6 +10,9 @@ import pytest
 from l5x_files import document, ladder, program, rung, tag, task
 from scanrack.commands import build
 from scanrack.jobs.load.loading import SCENARIO_TRACE
+from scanrack.jobs.prove import proving
+from scanrack.ladder.prove.questions import Answers
+from scanrack.ladder.prove.system import ProgramSystem
 from typer.testing import CliRunner
 
 LINE = """\
@@ -277,3 +280,20 @@ def test_what_differs_does_so_on_the_rack(place: Path) -> None:
     changed = {each["tag"]: each["rack"] for each in json.loads(said)["changed"]}
     assert status == 1
     assert changed["Fwd"] == {"confirmed": True, "scan": 30, "forced": [], "why": ""}
+
+
+def test_nothing_is_asked_about_the_inside_of_shipped_blocks(
+    place: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+
+    def ask(problem: ProgramSystem, routines: set[str]) -> Answers:
+        asked.append((routines, "MC_HOME.LOGIC" in problem.lowered.routines))
+        return Answers()
+
+    monkeypatch.setattr(proving, "ask", ask)
+    block = "USE axis3601\nTAG Drive : AXIS_3601\nTAG Home : MC_Home\n"
+    call = "XIC(A)MC_Home(Home,Drive,A,-1,2000,10,10);\nEND\n"
+    (place / "line.rung").write_text(LINE.replace("TAG A ", block + "TAG A ").replace("END\n", call))
+    proved("")
+    assert asked == [({"MAIN"}, True)]

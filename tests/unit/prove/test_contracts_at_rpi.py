@@ -13,8 +13,13 @@ from scanrack.io_images.amci3601.contracts import contracts_of
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.prove.subject import subject_of
 from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.prove.algebra.evaluation import Evaluator
 from scanrack.ladder.prove.contracts import KeptBy
 from scanrack.ladder.prove.induction import VerdictKind, prove
+from scanrack.ladder.prove.monitors import monitored
+from scanrack.ladder.prove.questions import ask
+from scanrack.ladder.prove.system import ProgramSystem
 from scanrack.runtime.loop.listeners import QuietListener
 
 pytestmark = pytest.mark.extra("prove")
@@ -119,3 +124,36 @@ def test_scans_up_to_the_rpi_prove_what_needs_two_images(tmp_path):
 def test_longer_scans_may_miss_an_image(tmp_path):
     """Between two of them the module may have stopped and gone on."""
     assert verdict_of(AT_RPI + "[1, 6]", tmp_path).kind is VerdictKind.REFUTED
+
+
+def test_a_scan_without_an_exchange_shows_the_same_inputs_and_keeps_nothing_else():
+    """A motion with the emergency stop active: of an exchange only a manual move may show that."""
+    moving, other = {0: 0x4001, 1: 0x0008}, {0: 0x4002, 1: 0x0008}
+    made = monitored(parse_program(REMEMBERS))
+    kept = Evaluator([KeptBy(1, contracts_of(), at_rpi=True)(ProgramSystem(made.program))])
+
+    def keeps(now, *, exchanged):
+        values = {f"LOCAL:1:I.DATA[{word}]": value for word, value in now.items()}
+        for word, value in moving.items():
+            values[f"~was:LOCAL:1:I.DATA[{word}]"] = value
+            values |= {f"~was:LOCAL:1:I.DATA[{word}].{bit}": bool(value >> bit & 1) for bit in range(16)}
+        return kept({**values, "~was:~begun:1": True, "~exchanged:1": exchanged})[0]
+
+    assert keeps(moving, exchanged=False)
+    assert not keeps(moving, exchanged=True)
+    assert not keeps(other, exchanged=False)
+
+
+def test_built_in_questions_keep_the_contracts():
+    """An axis in command mode never moves both ways: the coil is never on."""
+    never = "XIC(axis.status.MODULE_OK)XIO(axis.status.MODE_CONFIG)"
+    both = "XIC(axis.status.MOVING_CW)XIC(axis.status.MOVING_CCW)OTE(Homed);"
+    text = f"PROGRAM both\nTAG Homed : BOOL\nSLOT axis : 1\nROUTINE Main\n{never}{both}\nEND\n"
+
+    def never_on(*contracts):
+        made = monitored(parse_program(text), slots=[1])
+        found = ask(ProgramSystem(made.program, contracts=contracts), ["never-on"]).findings
+        return [each.text for each in found]
+
+    assert never_on(KeptBy(1, contracts_of())) == ["Homed is never on"]
+    assert never_on() == []
