@@ -34,7 +34,7 @@ class Gap:
 
 
 @dataclass(frozen=True, slots=True)
-class Reached:
+class ProgramReach:
     """Instructions that had power behind them in some run, branches that were taken.
 
     Attributes:
@@ -48,7 +48,7 @@ class Reached:
     gaps: tuple[Gap, ...]
 
 
-def reached(job: Job, seen: Collection[Feature]) -> Reached:
+def reached(job: Job, seen: Collection[Feature]) -> ProgramReach:
     """Return what runs have reached of a program's own text.
 
     Args:
@@ -59,7 +59,7 @@ def reached(job: Job, seen: Collection[Feature]) -> Reached:
     return _of_python(job.program, seen)
 
 
-def _of_rungs(logic: LadderLogic, seen: Collection[Feature]) -> Reached:
+def _of_rungs(logic: LadderLogic, seen: Collection[Feature]) -> ProgramReach:
     lowered = logic.compile().lowered
     had_power = dict(_instructions(logic, lowered, *_noted(seen)))
     sites = lowered.sites
@@ -68,17 +68,17 @@ def _of_rungs(logic: LadderLogic, seen: Collection[Feature]) -> Reached:
         for number, true in had_power.items()
         if not true
     )
-    return Reached("instructions of the program had power", len(had_power), tuple(gaps))
+    return ProgramReach("instructions of the program had power", len(had_power), tuple(gaps))
 
 
-def _of_python(program: Path, seen: Collection[Feature]) -> Reached:
+def _of_python(program: Path, seen: Collection[Feature]) -> ProgramReach:
     lines = branch_lines(program.read_bytes(), program.name)
     taken = bytearray(len(lines))
     for group, kind in seen:
         if group == "path" and isinstance(kind, bytes) and len(kind) == len(lines):
             taken = bytearray(map(or_, taken, kind))
     gaps = [Gap(f"{program.name}:{line}") for line, was in zip(lines, taken, strict=True) if not was]
-    return Reached("branches of the program were taken", len(lines), tuple(gaps))
+    return ProgramReach("branches of the program were taken", len(lines), tuple(gaps))
 
 
 def _noted(seen: Collection[Feature]) -> tuple[dict[int, int], dict[int, set[int]]]:
