@@ -35,6 +35,15 @@ ReplaceOption = Annotated[
 ForcesOption = Annotated[
     bool, typer.Option("--forces", help="Hold the forces that the export of the program has.")
 ]
+ServerOption = Annotated[
+    str | None,
+    typer.Option(
+        "--server",
+        metavar="ethernet-ip[:[HOST:]PORT]",
+        help="Serve the tags to HMIs and scripts, as a CompactLogix does; port 44818 of this machine only.",
+        show_default=False,
+    ),
+]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
 
 

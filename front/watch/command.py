@@ -9,11 +9,12 @@ import typer
 
 from ..jobs.load.loading import forces_to_hold, load_job, recording_of, runs, scans_to_run
 from ..jobs.run.build import check_ports
+from ..jobs.run.tag_service import ServerAddress
 from ..jobs.trust.owned import check_recording
 from ..runtime.live.orders import MAX, SPEED_LEAST, SPEED_MOST
 from ..terminal.complaints import reported_mistakes
 from ..terminal.status import BAD_INPUT, complain
-from ..terminal.trace_options import ForcesOption, ReplaceOption
+from ..terminal.trace_options import ForcesOption, ReplaceOption, ServerOption
 from .play import watch_job
 from .prepared_run import WatchOptions
 from .recorded_session import place_of, watch_trace
@@ -75,6 +76,7 @@ def _watch_command(
         bool, typer.Option("--text", help="Show bits, values and events in the terminal, too, at 4 Hz.")
     ] = False,
     forces: ForcesOption = False,
+    server: ServerOption = None,
     trust: Annotated[
         bool, typer.Option("--trust", help="Run Python that came with a trace, or is typed in the page.")
     ] = False,
@@ -85,7 +87,7 @@ def _watch_command(
     if not runs(rack.partition("#")[0]):
         of_racks = {"--speed": speed != "1", "--paused": paused, "--record": record, "--for": duration}
         of_racks |= {"--scans": scans is not None, "--live": live, "--control": control, "--text": text}
-        of_racks |= {"--forces": forces, "--preview": preview}
+        of_racks |= {"--forces": forces, "--preview": preview, "--server": server}
         given = [option for option, is_given in of_racks.items() if is_given]
         with reported_mistakes():
             if given:
@@ -103,6 +105,7 @@ def _watch_command(
         if record is not None:
             check_recording(job, record, keep=0 if replace else None)
         held = forces_to_hold(job, forces)
+        where = None if server is None else ServerAddress.parse(server)
         endless = scans is None and duration is None
         count = None if endless else scans_to_run(job.spec, duration, scans, endless=True)
     except ValueError as error:
@@ -114,6 +117,7 @@ def _watch_command(
         forces=held,
         preview=preview,
         trust=trust,
+        server=where,
     )
     raise typer.Exit(watch_job(job, wanted))
 

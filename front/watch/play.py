@@ -22,6 +22,7 @@ from ..jobs.load.loading import Job
 from ..jobs.record.editions import Editions, edition_of
 from ..jobs.record.order_repeater import RecordedOrder
 from ..jobs.run.running import JobRun, RunOptions
+from ..jobs.run.tag_service import TagService
 from ..runtime.live.orders import Edit
 from ..runtime.live.ring import Ring
 from ..runtime.live.session import Session
@@ -89,11 +90,13 @@ class Play:
         self._keeper: Keeper | None = None
         self._inbox: PipeInbox | None = None
         self._next: PreparedRun | None = None
+        self._service: TagService | None = None
 
     def play(self, job: Job) -> int:
         """Play the session and its branches; return the exit status."""
         try:
             self._next = self._first(job)
+            self._open_service(job)
         except ValueError as error:
             return complain(str(error), BAD_INPUT)
         except OSError as error:
@@ -101,6 +104,14 @@ class Play:
         for each in job.warnings:
             complain(each)
         return self.go_on(job)
+
+    def _open_service(self, job: Job) -> None:
+        """Open the port for clients of tags; ValueError if it can't be used."""
+        if self._wanted.server is not None:
+            self._service = TagService(job, self._wanted.server, complain, writes=not self._wanted.read_only)
+            self._stack.callback(self._service.end)
+            for line in self._service.said():
+                complain(line)
 
     def go_on(self, job: Job) -> int:
         """Play the prepared run and its branches; return the exit status."""
@@ -230,7 +241,22 @@ class Play:
             run.cpu.add_listener(view)
             view.begin()
         run.cpu.add_listener(run.program.following(tap))
+        if self._service is not None:
+            self._serve_tags(self._service, run, session)
         return session
+
+    @staticmethod
+    def _serve_tags(service: TagService, run: JobRun, session: Session) -> None:
+        """Serve the tags of a run, also while it pauses."""
+        desk = service.serve(run)
+        run.cpu.add_listener(desk)
+        attend = session.attend
+
+        def attend_both() -> None:
+            attend()
+            desk.attend()
+
+        session.attend = attend_both
 
     def _open(self, job: Job, ring: Ring, figures: MachineFigures, prepared: PreparedRun) -> None:
         """Print the link, and start the monitor."""
@@ -255,6 +281,11 @@ class Play:
         if wanted.opened:
             webbrowser.open(link)
 
+    def _rest_desk(self, rests: bool) -> None:
+        """Let clients of tags wait while orders are repeated."""
+        if self._service is not None and self._service.desk is not None:
+            self._service.desk.rests = rests
+
     def _run(self, prepared: PreparedRun, session: Session) -> int:
         """Run a session to its end; return the exit status."""
         wanted, run, start = self._wanted, prepared.run, prepared.start
@@ -267,7 +298,9 @@ class Play:
         def play() -> None:
             with frozen_collector(), run.cpu:
                 if start.orders is not None:
+                    self._rest_desk(True)
                     session.repeat_to(start.scan)
+                    self._rest_desk(False)
                     session.set_speed(wanted.speed)
                 try:
                     session.run(wanted.scans, paused=start.paused)

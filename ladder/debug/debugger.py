@@ -17,6 +17,7 @@ from ..run.edit import Edit, carry_over
 from ..run.engine import STEP_MS
 from ..run.view import Tags
 from ..state.memory import Value, checked
+from ..state.tag_images import TagImages
 from .causes import Causes
 from .cells import cell_of
 from .chains import Chains, Outside, outside_unknown
@@ -68,6 +69,7 @@ class Debugger:
         news: counts changes of `latest` and of forces.
         edits: online edits, each with the number of the first scan after it.
         on_edit: called after each online edit.
+        images: the tags as bytes; an edit replaces them.
         on_outside: called after a tag was set, forced or released between scans.
 
     Args:
@@ -109,6 +111,7 @@ class Debugger:
         self._resolver = Resolver(engine.lowered.layout)
         self._cross_reference = None
         self._truths_of = None
+        self.images = TagImages(engine.memory)
         self._settle()
 
     def _settle(self) -> None:
@@ -162,6 +165,10 @@ class Debugger:
     def now_ns(self) -> int:
         """Virtual time of the latest scan, ns."""
         return self._engine.now_ns
+
+    def store(self, tag: str, offset: int, data: bytes, keep: bytes = b"") -> None:
+        """Set bytes of a tag but the bits of `keep`, see `TagImage.write`."""
+        self.images.write(tag, offset, data, keep)
 
     def __call__(self, scan: Any) -> None:
         """Do one scan of a rack, see `Engine`."""

@@ -37,6 +37,7 @@ from .machine_tables import MachineTable, Table
 from .prove_tables import ProveTable
 from .quantities import Milliseconds, Number, Seconds, between, exact_ns
 from .serial_units import UnitSpec
+from .server_table import ServerTable
 from .stub_tables import StubTable
 from .tomllines import KeyPath
 
@@ -268,6 +269,7 @@ class RackSpec(Table):
         axes: axes of a ladder program's motion instructions, by tag: the 3601 behind each, or an ideal one.
         prove: what `scanrack prove` proves of the program, and what it assumes.
         fuzz: how `scanrack fuzz` searches it.
+        server: what clients of a tag server see and may write.
         slot: the slots, at least one.
         unit: controllers on a serial line beside the rack.
     """
@@ -288,6 +290,7 @@ class RackSpec(Table):
     axes: dict[str, AxisTable] = Field(default_factory=dict)
     prove: ProveTable = ProveTable()
     fuzz: FuzzTable = FuzzTable()
+    server: ServerTable = ServerTable()
     seed: Annotated[int, Field(ge=0)] = 0
     mode: Literal["run", "program", "test"] = "run"
     slot: Annotated[tuple[SlotSpec, ...], Field(strict=False, min_length=1)]

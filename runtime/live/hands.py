@@ -13,9 +13,10 @@ recording, given again, therefore make the same images.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, runtime_checkable
 
 from ...io_images.addresses import parse_address
+from ...io_images.enip.listing import patched
 from ...io_images.module_words import ModuleWords
 from ..loop.cpu import Cpu
 from ..loop.events import Event
@@ -25,6 +26,7 @@ from ..loop.rack import Rack
 from ..loop.scan import CpuMode
 from ..machine.spec import INPUT_NAMES
 from ..modules.record import ModuleWithInputs, NamedInputs
+from ..outside.images import output_slot
 from . import orders
 from .orders import ALL, NAMES, Order, Value, text_of
 
@@ -48,6 +50,14 @@ class Desk(Protocol):
 
     def unforce(self, tag: str | None = None) -> None:
         """Release a tag, or all; ValueError for a tag that is not forced."""
+
+
+@runtime_checkable
+class ByteStore(Protocol):
+    """A program whose tags can be set as bytes: a debugger."""
+
+    def store(self, tag: str, offset: int, data: bytes, keep: bytes) -> None:
+        """Set bytes of a tag but the bits of `keep`; ValueError if that is impossible."""
 
 
 class Hands:
@@ -120,6 +130,21 @@ class Hands:
             raise ValueError(f"{order.tag} is an image, which every scan writes again: force it instead")
         self._program(order.tag).tags[order.tag] = order.value
 
+    def _store(self, order: orders.Store, _at_ns: int) -> None:
+        data, keep = bytes.fromhex(order.data), bytes.fromhex(order.keep)
+        slot = output_slot(order.tag)
+        if slot is not None and slot in self._rack.slots:
+            raw = self._rack.slots[slot].outputs.raw
+            place = slice(order.offset, order.offset + len(data))
+            if len(raw[place]) != len(data):
+                raise ValueError(f"{order.tag}: bytes {place.start} to {place.stop} of {len(raw)}")
+            raw[place] = patched(bytes(raw[place]), data, keep)
+            return
+        desk = self._program(order.tag)
+        if not isinstance(desk, ByteStore):
+            raise ValueError(f"{order.tag}: the program has no tags that clients can write")
+        desk.store(order.tag, order.offset, data, keep)
+
     def _force(self, order: orders.Force, _at_ns: int) -> None:
         if self.is_image(order.tag):
             self._cpu.forces.set(order.tag, _whole(order.tag, order.value))
@@ -158,6 +183,7 @@ _ACTS: Mapping[type[Order], Callable[[Hands, Any, int], None]] = {
     orders.Mode: Hands._mode,
     orders.Press: Hands._press,
     orders.Write: Hands._write,
+    orders.Store: Hands._store,
     orders.Force: Hands._force,
     orders.Unforce: Hands._unforce,
     orders.Happen: Hands._happen,
@@ -182,6 +208,7 @@ _SENTENCES: Mapping[type[Order], Callable[[Any], str]] = {
     orders.Speed: lambda order: f"The speed is {order.factor}.",
     orders.Press: lambda order: f"Slot {order.slot}: the {order.name} input is {_LEVELS[order.on]}.",
     orders.Write: lambda order: f"{order.tag} is set to {_shown(order.value)}.",
+    orders.Store: lambda order: f"{order.client or 'A client'} writes {order.tag}.",
     orders.Force: lambda order: f"{order.tag} is forced to {_shown(order.value)}.",
     orders.Unforce: lambda order: (
         "All forces are removed." if order.tag == ALL else f"{order.tag} is not forced any more."

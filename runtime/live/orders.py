@@ -23,6 +23,9 @@ MOST_EDITS = 1_000_000
 TEXT_MOST = 400
 """Longest name or text in an order, characters."""
 
+STORE_MOST = 5_000
+"""Most bytes that an order stores: more than a packet has."""
+
 DRAFT_MOST = 60_000
 """Longest text of a program that is edited in a page, bytes as JSON: a message has up to 64 KiB."""
 
@@ -86,6 +89,17 @@ class Write:
 
     tag: str
     value: Value
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """Set bytes of a tag, or of a slot's outputs, as a client of the tag server has sent them."""
+
+    tag: str  # its full name
+    offset: int  # byte of the tag
+    data: str  # hexadecimal
+    keep: str = ""  # hexadecimal, as long as `data`: bits that stay as they are; "" for none
+    client: str = ""  # address of the client
 
 
 @dataclass(frozen=True, slots=True)
@@ -173,6 +187,7 @@ Order = (
     | Speed
     | Press
     | Write
+    | Store
     | Force
     | Unforce
     | Happen
@@ -206,7 +221,7 @@ ORDERS: Mapping[str, type[Order]] = {
 TYPED: Mapping[str, type[Order]] = {"source": Source, "draft": Draft}
 """What a page may say of the program's text, by name; a recording has the edits that come of it."""
 
-RECORDED: Mapping[str, type[Order]] = {**ORDERS, "edit": Edit}
+RECORDED: Mapping[str, type[Order]] = {**ORDERS, "edit": Edit, "store": Store}
 """The orders that a recording may contain, by name."""
 
 NAMES: Mapping[type[Order], str] = {kind: name for name, kind in {**RECORDED, **TYPED}.items()}
@@ -250,12 +265,14 @@ def names_in(restart: str) -> tuple[str, ...]:
     return tuple(each.strip() for each in restart.split(",") if each.strip())
 
 
+_LEFT_OUT = ("restart", "keep", "client")
+"""Texts that a message leaves out while they are empty."""
+
+
 def said_of(order: Order) -> dict[str, Any]:
     """Return the message of an order; `order_of` reads it."""
     said = {"do": NAMES[type(order)], **asdict(order)}
-    if not said.get("restart", True):
-        del said["restart"]
-    return said
+    return {key: value for key, value in said.items() if value or key not in _LEFT_OUT}
 
 
 def text_of(order: Order) -> str:
@@ -346,9 +363,17 @@ def _are_words(value: object) -> bool:
     return isinstance(value, (list, tuple)) and len(value) <= 8 and all(map(_whole(0, 7), value))
 
 
+def _is_hex(value: object) -> bool:
+    if not isinstance(value, str) or len(value) > 2 * STORE_MOST or len(value) % 2:
+        return False
+    return all(each in "0123456789abcdef" for each in value)
+
+
 _KINDS = tuple(each.value for each in FaultKind if each is not FaultKind.PROGRAM_MODE)
 _MODES = ("run", "program", "test")
 _TEXT = f"text of 1 to {TEXT_MOST} printable characters"
+
+_HEX = f"up to {STORE_MOST:,} bytes as hexadecimal digits"
 
 _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "mode": (lambda value: value in _MODES, ", ".join(_MODES)),
@@ -369,6 +394,10 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "value": (_is_value, f"true, false, a number, or text of up to {TEXT_MOST} characters"),
     "kind": (lambda value: value in _KINDS, ", ".join(_KINDS)),
     "for_ms": (lambda value: _is_number(value) and 0 <= value <= 1e9, "0 to 1,000,000,000"),  # type: ignore[operator]
+    "offset": (_whole(0, (1 << 32) - 1), "the number of a byte"),
+    "data": (_is_hex, _HEX),
+    "keep": (_is_hex, _HEX),
+    "client": (lambda value: value == "" or _is_text(value), _TEXT),
     "late_words": (_are_words, "words from 0 to 7"),
 }
 """Check of each field, by name."""

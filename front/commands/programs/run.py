@@ -17,6 +17,7 @@ from ...jobs.run.build import check_ports
 from ...jobs.run.result import Tally, result_of
 from ...jobs.run.retained_memory import RetainedMemory
 from ...jobs.run.running import JobRun, RunOptions
+from ...jobs.run.tag_service import ServerAddress, TagService
 from ...jobs.trust.owned import check_recording
 from ...runtime.loop.pace import FreeRun, RealTime, wall_ns
 from ...runtime.loop.realtime import Outcome, real_time
@@ -25,7 +26,7 @@ from ...terminal.progress import shown_progress
 from ...terminal.run_end import run_to_end
 from ...terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO, complain, reason
 from ...terminal.terminal import say
-from ...terminal.trace_options import ForcesOption, ReplaceOption
+from ...terminal.trace_options import ForcesOption, ReplaceOption, ServerOption
 from .summary import summary, summary_row
 
 
@@ -37,6 +38,7 @@ def run_job(
     quiet: bool,
     summarised: bool = True,
     as_json: bool = False,
+    server: ServerAddress | None = None,
 ) -> int:
     """Run a job and report its result; return the exit status.
 
@@ -45,6 +47,7 @@ def run_job(
         options: of the run; its hints are printed.
         quiet: no progress and no summary; error messages are still printed.
         summarised: whether a run that is not quiet ends with a summary.
+        server: where clients read and write tags; None = no server.
         as_json: print the summary as one JSON object, and the program's own output on standard error.
     """
     with ExitStack() as ports:
@@ -55,6 +58,8 @@ def run_job(
         try:
             told = replace(options, pacer=pacer, listeners=[tally], warn=_quiet if quiet else complain)
             run = JobRun(job, ports, told)
+            if server is not None:
+                _serve_tags(run, job, server, ports, live=options.live)
         except ValueError as error:
             return complain(str(error), BAD_INPUT)
         except OSError as error:
@@ -76,6 +81,15 @@ def run_job(
         elif summarised and not quiet:
             say(summary(result, took_ns, pacer, run.stubs, run.steps))
         return status
+
+
+def _serve_tags(run: JobRun, job: Job, where: ServerAddress, ports: ExitStack, *, live: bool) -> None:
+    """Serve the tags of a run until `ports` close; ValueError if the port can't be used."""
+    service = TagService(job, where, complain, writes=not live)
+    ports.callback(service.end)
+    run.cpu.add_listener(service.serve(run))
+    for line in service.said():
+        complain(line)
 
 
 ENDED = {DONE: "done", NO: "fault", CANNOT_WRITE: "trace not written", INTERRUPTED: "stopped"}
@@ -166,6 +180,7 @@ def _run_command(
             show_default=False,
         ),
     ] = None,
+    server: ServerOption = None,
     as_json: JsonOption = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
 ) -> None:
@@ -178,6 +193,7 @@ def _run_command(
         if spin and not realtime:
             raise ValueError("--spin goes with --realtime only: virtual time does not wait")
         held = forces_to_hold(job, forces)
+        where = None if server is None else ServerAddress.parse(server)
         retained = None if retain is None else RetainedMemory(job, retain, trace, keep)
     except ValueError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
@@ -187,8 +203,11 @@ def _run_command(
     run = partial(
         run_job,
         scans=count,
-        options=RunOptions(trace=trace, live=live, pacer=pacer, keep=keep, forces=held),
+        options=RunOptions(
+            trace=trace, live=live, pacer=pacer, keep=keep, forces=held, handled=where is not None
+        ),
         quiet=quiet,
+        server=where,
         as_json=as_json,
     )
     raise typer.Exit(run(job) if retained is None else _run_retained(retained, run))

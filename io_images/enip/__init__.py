@@ -1,0 +1,8 @@
+"""EtherNet/IP explicit messages [ODVA volumes 1 and 2; 1756-PM020, Logix data access], as tables and data.
+
+| file | contents |
+|---|---|
+| `codes.py` | numbers of types, services, statuses |
+| `paths.py` | paths of requests: names, subscripts, numbers |
+| `listing.py` | what a server offers: tags, their types, and the bytes of both |
+"""

@@ -1,0 +1,125 @@
+"""What a server offers: tags with their types, and the bytes of both, as clients see them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from math import prod
+
+from .codes import TYPE_CODES
+
+_BYTES = {"BOOL": 1, "SINT": 1, "INT": 2, "DINT": 4, "LINT": 8, "USINT": 1, "UINT": 2, "UDINT": 4}
+_BYTES |= {"ULINT": 8, "REAL": 4, "LREAL": 8, "DWORD": 4}
+
+
+@dataclass(frozen=True)
+class PlainKind:
+    """An elementary type."""
+
+    name: str
+    size: int  # bytes
+    code: int
+
+    @cached_property
+    def bits(self) -> int:
+        """Addressable bits: those of an integer."""
+        return 0 if self.name in ("BOOL", "REAL", "LREAL") else 8 * self.size
+
+
+PLAIN: Mapping[str, PlainKind] = {name: PlainKind(name, _BYTES[name], TYPE_CODES[name]) for name in _BYTES}
+"""The elementary types by name."""
+
+BOOL, DWORD, SINT, INT, DINT = (PLAIN[name] for name in ("BOOL", "DWORD", "SINT", "INT", "DINT"))
+
+
+@dataclass(frozen=True)
+class Part:
+    """A member of a structure."""
+
+    name: str
+    kind: Kind
+    dims: tuple[int, ...]
+    offset: int  # byte
+    bit: int | None = None  # of that byte, for a BOOL
+    hidden: bool = False  # a host of packed bits: no path names it
+
+
+@dataclass(frozen=True)
+class StructuredKind:
+    """A structure; two are the same if all is the same."""
+
+    name: str
+    size: int  # bytes
+    parts: tuple[Part, ...]
+
+    @cached_property
+    def by_name(self) -> Mapping[str, Part]:
+        """Members that paths may name, in capitals."""
+        return {each.name.upper(): each for each in self.parts if not each.hidden}
+
+
+Kind = PlainKind | StructuredKind
+
+
+@dataclass(frozen=True)
+class ListedTag:
+    """A tag."""
+
+    name: str  # without its program
+    program: str  # "" for the controller
+    kind: Kind
+    dims: tuple[int, ...] = ()
+
+    @property
+    def full_name(self) -> str:
+        r"""Its name in the rack: `Run`, `\Main.Run`."""
+        return rf"\{self.program}.{self.name}" if self.program else self.name
+
+    @property
+    def is_bits(self) -> bool:
+        """Whether it is an array of BOOLs: clients see DWORDs."""
+        return self.kind == BOOL and bool(self.dims)
+
+    @cached_property
+    def element(self) -> int:
+        """Bytes of an element."""
+        return DWORD.size if self.is_bits else self.kind.size
+
+    @cached_property
+    def count(self) -> int:
+        """Number of elements."""
+        return -(-prod(self.dims) // 32) if self.is_bits else prod(self.dims)
+
+    @cached_property
+    def size(self) -> int:
+        """Bytes of the tag."""
+        return self.element * self.count
+
+
+@dataclass(frozen=True)
+class Listing:
+    """All that a server offers.
+
+    Attributes:
+        files: the tags are data files of an SLC 500 or MicroLogix.
+    """
+
+    tags: tuple[ListedTag, ...]
+    files: bool = False
+
+    @property
+    def programs(self) -> Iterator[str]:
+        """Programs with tags of their own, in order."""
+        return iter(dict.fromkeys(each.program for each in self.tags if each.program))
+
+
+def patched(old: bytes, data: bytes, keep: bytes) -> bytes:
+    r"""Return bytes with others put over them; bits in `keep` stay as they are.
+
+    >>> patched(b"\x0f", b"\x80", b"\x7f").hex()
+    '8f'
+    """
+    if not keep:
+        return data
+    return bytes(new & ~mask & 0xFF | was & mask for was, new, mask in zip(old, data, keep, strict=True))

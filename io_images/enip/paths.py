@@ -1,0 +1,101 @@
+"""Paths of requests: `91 05 'Local' 00`, `20 6B 25 00 01 00`, `28 03` [1756-PM020, request path]."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from .codes import BAD_SEGMENT, SYMBOL, CipRefusedError
+
+
+@dataclass(frozen=True, slots=True)
+class Instance:
+    """A symbol by its number, in place of its name."""
+
+    number: int
+
+
+PathStep = str | int | Instance
+"""A name, a subscript, or a symbol's number."""
+
+
+@dataclass(slots=True)
+class Path:
+    """What a path says."""
+
+    numbers: dict[str, int] = field(default_factory=dict)  # class, instance, point, attribute
+    steps: list[PathStep] = field(default_factory=list)
+    ports: list[tuple[int, int]] = field(default_factory=list)  # port and link of a route
+
+
+_SYMBOLIC, _KEY, _KEY_BYTES = 0x91, 0x34, 10
+_LOGICAL = {0x20: "class", 0x24: "instance", 0x28: "element", 0x2C: "point", 0x30: "attribute"}
+
+
+def parse_path(data: bytes) -> Path:
+    """Read a padded path.
+
+    >>> parse_path(bytes.fromhex("91 03 52756E 00 28 07")).steps
+    ['Run', 7]
+
+    Raises:
+        CipRefusedError: it is none.
+    """
+    path, at = Path(), 0
+    while at < len(data):
+        kind = data[at]
+        if kind == _SYMBOLIC:
+            at = _symbolic(path, data, at)
+        elif kind & 0xFC in _LOGICAL and kind & 3 != 3:
+            at = _logical(path, data, at)
+        elif kind == _KEY and at + _KEY_BYTES <= len(data):
+            at += _KEY_BYTES
+        elif 0 < kind < 0x10 and at + 2 <= len(data):
+            path.ports.append((kind, data[at + 1]))
+            at += 2
+        else:
+            raise CipRefusedError(BAD_SEGMENT)
+    return path
+
+
+def _symbolic(path: Path, data: bytes, at: int) -> int:
+    size = data[at + 1] if at + 1 < len(data) else 0
+    text = data[at + 2 : at + 2 + size]
+    if not size or len(text) < size or not text.isascii():
+        raise CipRefusedError(BAD_SEGMENT)
+    path.steps.extend(split_name(text.decode("ascii")))
+    return at + 2 + size + size % 2
+
+
+def _logical(path: Path, data: bytes, at: int) -> int:
+    size = 1 << (data[at] & 3)
+    start = at + (1 if size == 1 else 2)
+    if start + size > len(data):
+        raise CipRefusedError(BAD_SEGMENT)
+    value, what = int.from_bytes(data[start : start + size], "little"), _LOGICAL[data[at] & 0xFC]
+    if what == "element":
+        path.steps.append(value)
+    else:
+        path.numbers[what] = value
+        if what == "instance" and path.numbers.get("class") == SYMBOL:
+            path.steps.append(Instance(value))
+    return start + size
+
+
+def split_name(name: str) -> list[PathStep]:
+    """Return the steps of a name: some clients send `A.B[3]` in one segment.
+
+    >>> split_name("Program:Main.Step[2].Time")
+    ['Program:Main', 'Step', 2, 'Time']
+
+    Raises:
+        CipRefusedError: a subscript is no number.
+    """
+    steps: list[PathStep] = []
+    for part in name.split("."):
+        stem, _, subscripts = part.partition("[")
+        steps.append(stem)
+        for each in subscripts.rstrip("]").split(",") if subscripts else ():
+            if not each.strip().isdigit() or len(each) > 10:
+                raise CipRefusedError(BAD_SEGMENT)
+            steps.append(int(each))
+    return steps

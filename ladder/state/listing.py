@@ -1,0 +1,94 @@
+"""The tags of a program as clients of a server see them: types with the places of their members."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from functools import lru_cache
+
+from ...io_images.enip.listing import BOOL as BIT
+from ...io_images.enip.listing import DINT as DOUBLE
+from ...io_images.enip.listing import INT as WORD
+from ...io_images.enip.listing import PLAIN, SINT, Kind, ListedTag, Listing, Part, StructuredKind
+from ..model.tags import Layout, program_of
+from ..model.types import BOOL, DataType, Elementary, Member, Structure, fields_of, members_at, size_of
+
+_PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")
+_HOST = "ZZZZZZZZZZ"
+"""Start of the name of a byte that hosts BOOLs, as Logix Designer gives it."""
+
+Places = Mapping[str, tuple[int, int | None]]
+"""Byte and bit of members by name, in capitals."""
+
+
+def listing_of(layout: Layout) -> Listing:
+    """Return the tags of a program, in the order of its layout."""
+    return Listing(tuple(_listed(layout)), layout.files)
+
+
+def _listed(layout: Layout) -> Iterator[ListedTag]:
+    for tag in layout.tags().values():
+        program = program_of(tag.name)
+        name = tag.name[len(program) + 2 :] if program else tag.name
+        yield ListedTag(name, program, kind_of(tag.type), tag.dims)
+
+
+@lru_cache(maxsize=1024)
+def kind_of(kind: DataType) -> Kind:
+    """Return a type as clients see it."""
+    if isinstance(kind, Elementary):
+        return PLAIN[kind.name]
+    places = {member.name.upper(): (at, bit) for member, at, bit in members_at(kind)}
+    parts = (*_control_word(kind), *_parts(kind, places))
+    return StructuredKind(kind.name, size_of(kind), parts)
+
+
+def _control_word(kind: Structure) -> Iterator[Part]:
+    """Yield the word of a predefined structure's status bits."""
+    bits = [member.bit for member in kind.members if member.bit is not None]
+    if bits:
+        yield Part("CTL", DOUBLE if max(bits) > 15 else WORD, (), 0, hidden=True)
+
+
+def _parts(kind: Structure, places: Places) -> Iterator[Part]:
+    hosts: set[int] = set()
+    for member in kind.members:
+        if member.at:
+            yield _second_name(kind, member, places)
+            continue
+        offset, bit = places[member.name.upper()]
+        if bit is not None and member.bit is None and offset not in hosts:
+            hosts.add(offset)
+            yield Part(f"{_HOST}{kind.name[:20]}{len(hosts)}", SINT, (), offset, hidden=True)
+        yield Part(member.name, kind_of(member.type), member.dims, offset, bit, member.hidden)
+
+
+def _second_name(kind: Structure, member: Member, places: Places) -> Part:
+    """Return a member that names a part of another one: a packed bit, `Delay.PRE`."""
+    packed = _PACKED.fullmatch(member.at)
+    if packed:
+        offset, _ = places[packed["host"].upper()]
+        number = int(packed["bit"])
+        return Part(member.name, BIT, (), offset + number // 8, number % 8)
+    wanted = member.at.upper()
+    for each in fields_of(kind):
+        if each.path.upper() == wanted:
+            return Part(member.name, kind_of(each.type), (), each.offset, each.bit)
+    offset, bit = places[re.split(r"[.\[]", wanted)[0]]
+    return Part(member.name, kind_of(member.type), member.dims, offset, bit)
+
+
+def string_rooms(kind: DataType, dims: tuple[int, ...] = ()) -> Iterator[tuple[int, int]]:
+    """Yield the byte of each LEN of a STRING in one element, and the characters that the STRING holds."""
+    if not isinstance(kind, Structure):
+        return
+    if kind.is_string:
+        yield 0, kind.members[1].dims[0]
+        return
+    for member, at, _ in members_at(kind):
+        size = size_of(member.type) if member.type is not BOOL else 0
+        count = 1
+        for length in member.dims:
+            count *= length
+        for place, room in tuple(string_rooms(member.type)):
+            yield from ((at + number * size + place, room) for number in range(count))

@@ -1,0 +1,205 @@
+"""Tags as bytes, in a controller's layout: read from a memory, and written into it."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from functools import cached_property
+
+from ...io_images.enip.listing import Listing, patched
+from ..model.tags import Leaf, Tag
+from ..model.types import BOOL, Elementary, count_of, fields_of, size_of
+from .listing import listing_of, string_rooms
+from .memory import Memory
+
+Cell = tuple[Leaf, int, int, str, int | None]
+"""A value in one element: leaf, index from the element's first, byte, letter of its type, bit."""
+
+
+class TagImage:
+    """The bytes of one tag.
+
+    Args:
+        memory: it stays the same while the program is not edited.
+
+    Attributes:
+        size: their number.
+    """
+
+    def __init__(self, memory: Memory, tag: Tag) -> None:
+        self._memory, self._tag = memory, tag
+        count = count_of(tag.dims)
+        self._is_bits = tag.type is BOOL and bool(tag.dims)
+        self._stride = size_of(tag.type)
+        self.size = -(-count // 32) * 4 if self._is_bits else self._stride * count
+        self._bytes: Callable[[int, int], bytes] = self._structured
+        if self._is_bits:
+            self._bytes = self._bits
+        elif isinstance(tag.type, Elementary):
+            self._bytes = self._plain
+
+    def read(self, offset: int, size: int) -> bytes:
+        """Return bytes; ValueError beyond the tag."""
+        self._check(offset, size)
+        return self._bytes(offset, size)
+
+    def write(self, offset: int, data: bytes, keep: bytes = b"") -> None:
+        """Set bytes, but not the bits of `keep`.
+
+        Raises:
+            ValueError: beyond the tag, or a STRING would be longer than its room; nothing has changed.
+        """
+        self._check(offset, len(data))
+        if keep and len(keep) != len(data):
+            raise ValueError(f"{self._tag.name}: {len(keep)} bytes of mask do not fit {len(data)} bytes")
+        unit = 4 if self._is_bits else self._stride
+        first, last = offset // unit, -(-(offset + len(data)) // unit)
+        begin, size = offset - first * unit, (last - first) * unit
+        raw = bytearray(self._bytes(first * unit, size))
+        kept = bytearray(b"\xff" * size)
+        kept[begin : begin + len(data)] = keep or bytes(len(data))
+        raw[begin : begin + len(data)] = patched(bytes(raw[begin : begin + len(data)]), data, keep)
+        if self._is_bits:
+            self._put_bits(8 * first * unit, raw, kept)
+            return
+        self._check_strings(raw, begin, len(data))
+        for number in range(first, last):
+            part = slice((number - first) * unit, (number - first + 1) * unit)
+            self._put_element(number, raw[part], kept[part])
+
+    def _check(self, offset: int, size: int) -> None:
+        if offset < 0 or size < 1 or offset + size > self.size:
+            raise ValueError(f"{self._tag.name}: bytes {offset} to {offset + size} of {self.size}")
+
+    @cached_property
+    def _leaf(self) -> Leaf:
+        return self._memory.layout.leaf(self._tag.name)
+
+    @cached_property
+    def _cells(self) -> tuple[Cell, ...]:
+        """The values of the first element, by byte."""
+        kind = self._tag.type
+        if isinstance(kind, Elementary):
+            return ((self._leaf, 0, 0, kind.code, None),)
+        name, layout = self._tag.name, self._memory.layout
+        found = [
+            (layout.leaf(f"{name}.{each.path}"), each.index, each.offset, each.type.code, each.bit)
+            for each in fields_of(kind)
+        ]
+        return tuple(sorted(found, key=lambda cell: cell[2]))
+
+    def _inner(self, leaf: Leaf) -> int:
+        """Return the values of a leaf in one element."""
+        return leaf.size // count_of(self._tag.dims)
+
+    # --- reading
+
+    def _plain(self, offset: int, size: int) -> bytes:
+        leaf, read, stride = self._leaf, self._memory.read, self._stride
+        code = leaf.type.code
+        if not leaf.dims:
+            return struct.pack(f"<{code}", read(leaf))[offset : offset + size]
+        first, last = offset // stride, -(-(offset + size) // stride)
+        if 4 * (last - first) > leaf.size:
+            values = self._memory.values(leaf)[first:last]  # type: ignore[index]  # an array
+        else:
+            values = [read(leaf, at) for at in range(first, last)]
+        skip = offset - first * stride
+        return struct.pack(f"<{last - first}{code}", *values)[skip : skip + size]
+
+    def _bits(self, offset: int, size: int) -> bytes:
+        leaf, read, number = self._leaf, self._memory.read, 0
+        for at in range(8 * offset, min(8 * (offset + size), leaf.size)):
+            if read(leaf, at):
+                number |= 1 << at - 8 * offset
+        return number.to_bytes(size, "little")
+
+    def _structured(self, offset: int, size: int) -> bytes:
+        stride = self._stride
+        first, last = offset // stride, -(-(offset + size) // stride)
+        skip = offset - first * stride
+        return b"".join(map(self._element, range(first, last)))[skip : skip + size]
+
+    def _element(self, number: int) -> bytes:
+        data, read, pack = bytearray(self._stride), self._memory.read, struct.pack_into
+        for leaf, index, at, code, bit in self._cells:
+            value = read(leaf, number * self._inner(leaf) + index)
+            if bit is None:
+                pack(f"<{code}", data, at, value)
+            elif value:
+                data[at] |= 1 << bit
+        return bytes(data)
+
+    # --- writing
+
+    def _put_bits(self, begin: int, raw: bytearray, kept: bytearray) -> None:
+        leaf = self._leaf
+        for at in range(min(8 * len(raw), leaf.size - begin)):
+            if not kept[at >> 3] >> (at & 7) & 1:
+                self._memory.write(leaf, begin + at, bool(raw[at >> 3] >> (at & 7) & 1))
+
+    def _put_element(self, number: int, raw: bytearray, kept: bytearray) -> None:
+        """Set the values of an element that have bits which are not kept."""
+        for leaf, index, at, code, bit in self._cells:
+            if bit is not None:
+                if kept[at] >> bit & 1:
+                    continue
+                value = bool(raw[at] >> bit & 1)
+            else:
+                if kept[at : at + struct.calcsize(code)].count(255) == struct.calcsize(code):
+                    continue
+                value = struct.unpack_from(f"<{code}", raw, at)[0]
+            self._memory.write(leaf, number * self._inner(leaf) + index, value)
+
+    @cached_property
+    def _rooms(self) -> tuple[tuple[int, int], ...]:
+        return tuple(string_rooms(self._tag.type))
+
+    def _check_strings(self, raw: bytearray, begin: int, size: int) -> None:
+        """Refuse a length beyond the characters of its STRING, so that no program reads beyond them."""
+        for base in range(0, len(raw), self._stride) if self._rooms else ():
+            for place, room in self._rooms:
+                at = base + place
+                (length,) = struct.unpack_from("<i", raw, at)
+                if at < begin + size and begin < at + 4 and not 0 <= length <= room:
+                    raise ValueError(f"{self._tag.name}: a STRING of {length} characters: 0 to {room} fit")
+
+
+class TagImages:
+    """All tags of a program as bytes."""
+
+    def __init__(self, memory: Memory) -> None:
+        self._memory = memory
+        self._images: dict[int, TagImage] = {}
+
+    @cached_property
+    def listing(self) -> Listing:
+        """The tags, numbered as in `read`."""
+        return listing_of(self._memory.layout)
+
+    @cached_property
+    def _tags(self) -> list[Tag]:
+        return list(self._memory.layout.tags().values())
+
+    @cached_property
+    def _numbers(self) -> dict[str, int]:
+        return {tag.name.upper(): number for number, tag in enumerate(self._tags)}
+
+    def read(self, number: int, offset: int, size: int) -> bytes:
+        """Return bytes of a tag by its number; ValueError if they are not there."""
+        return self._image(number).read(offset, size)
+
+    def write(self, name: str, offset: int, data: bytes, keep: bytes = b"") -> None:
+        """Set bytes of a tag by its full name, see `TagImage.write`; ValueError without such a tag."""
+        number = self._numbers.get(name.upper())
+        if number is None:
+            raise ValueError(f"there is no tag {name}")
+        self._image(number).write(offset, data, keep)
+
+    def _image(self, number: int) -> TagImage:
+        found = self._images.get(number)
+        if found is None:
+            if number >= len(self._tags):
+                raise ValueError(f"there is no tag number {number}: there are {len(self._tags)}")
+            found = self._images[number] = TagImage(self._memory, self._tags[number])
+        return found

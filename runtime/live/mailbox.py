@@ -1,0 +1,83 @@
+"""A request and its reply between two processes, through shared memory: the scan loop never waits.
+
+head     asked, answered, bytes of the request, bytes of the reply; 8 bytes each
+request  written by the server, then `asked` is counted up
+reply    written between two scans, then `answered` is counted up, and a byte wakes the server
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import socket
+import tempfile
+from contextlib import suppress
+
+AREA_BYTES = 1 << 20
+"""Most bytes of a request, and of a reply."""
+
+_HEAD_BYTES = 64
+_ASKED, _ANSWERED, _REQUEST, _REPLY = range(4)
+
+
+class Mailbox:
+    """One side of a mailbox.
+
+    Args:
+        file: descriptor of its memory, of the other side; None = a new one.
+    """
+
+    def __init__(self, file: int | None = None) -> None:
+        if file is None:
+            with tempfile.TemporaryFile(prefix="scanrack") as made:
+                os.ftruncate(made.fileno(), _HEAD_BYTES + 2 * AREA_BYTES)
+                file = os.dup(made.fileno())
+        self.file = file
+        self._memory = mmap.mmap(file, _HEAD_BYTES + 2 * AREA_BYTES)
+        self._head = memoryview(self._memory)[:_HEAD_BYTES].cast("Q")
+
+    # --- the server's side
+
+    def ask(self, request: bytes) -> None:
+        """Leave a request; ValueError if it is too long."""
+        if len(request) > AREA_BYTES:
+            raise ValueError(f"a request of {len(request)} bytes: {AREA_BYTES} fit")
+        self._memory[_HEAD_BYTES : _HEAD_BYTES + len(request)] = request
+        self._head[_REQUEST] = len(request)
+        self._head[_ASKED] += 1
+
+    @property
+    def waits(self) -> bool:
+        """Whether a request has no reply yet."""
+        return self._head[_ASKED] != self._head[_ANSWERED]
+
+    def reply(self) -> bytes:
+        """Return the latest reply."""
+        begin = _HEAD_BYTES + AREA_BYTES
+        return self._memory[begin : begin + min(self._head[_REPLY], AREA_BYTES)]
+
+    # --- the scan process's side
+
+    def request(self) -> bytes:
+        """Return the request that waits."""
+        return self._memory[_HEAD_BYTES : _HEAD_BYTES + min(self._head[_REQUEST], AREA_BYTES)]
+
+    def answer(self, reply: bytes) -> None:
+        """Leave the reply; one that does not fit is empty."""
+        fits = reply if len(reply) <= AREA_BYTES else b""
+        begin = _HEAD_BYTES + AREA_BYTES
+        self._memory[begin : begin + len(fits)] = fits
+        self._head[_REPLY] = len(fits)
+        self._head[_ANSWERED] = self._head[_ASKED]
+
+    def close(self) -> None:
+        """Release the memory."""
+        self._head.release()
+        self._memory.close()
+        os.close(self.file)
+
+
+def wake(waker: socket.socket) -> None:
+    """Wake the other side; a full or closed socket is as good."""
+    with suppress(OSError):
+        waker.send(b"\1", socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)

@@ -1,0 +1,143 @@
+"""The scan process's side of the tag server: between two scans, what the waiting packets need."""
+
+from __future__ import annotations
+
+import socket
+import struct
+from collections.abc import Callable
+from typing import Protocol
+
+from typing_extensions import override
+
+from ...io_images.enip.listing import Listing
+from ..loop.listeners import QuietListener
+from ..loop.pace import wall_ns
+from ..loop.rack import Rack
+from ..outside.exchange import ANSWER, answered
+from ..outside.images import GENERIC, IMAGE_BYTES, image_tags, output_slot
+from ..outside.room import Operation, ReadBytes
+from .hands import Hands
+from .mailbox import Mailbox, wake
+from .orders import Store
+
+
+class ProgramTags(Protocol):
+    """The tags of a program as bytes."""
+
+    @property
+    def listing(self) -> Listing:
+        """The tags, numbered as in `read`."""
+
+    def read(self, number: int, offset: int, size: int) -> bytes:
+        """Return bytes of a tag; ValueError if they are not there."""
+
+
+class NoTags(ProgramTags):
+    """A program without tags."""
+
+    listing = Listing(())
+
+    @override
+    def read(self, number: int, offset: int, size: int) -> bytes:
+        raise ValueError(f"there is no tag number {number}")
+
+
+class TagDesk(QuietListener):
+    """Reads and writes for clients; the last listener of the scan loop.
+
+    Args:
+        tags: of the program as it runs now: an edit replaces them.
+        writes: whether clients may write at all.
+        profile: names of the parts of input images, see `images.PROFILES`.
+        waker: wakes the server after an answer.
+
+    Attributes:
+        version: number of the program's edition, from 1.
+        exchanges: number of answers.
+        spent_ns: wall time that they took.
+        rests: whether requests wait: orders of a recording are repeated.
+    """
+
+    def __init__(
+        self,
+        mailbox: Mailbox,
+        waker: socket.socket,
+        hands: Hands,
+        rack: Rack,
+        period_ns: int,
+        tags: Callable[[], ProgramTags],
+        *,
+        writes: bool,
+        profile: str = GENERIC,
+        version: int = 1,
+    ) -> None:
+        self._mailbox, self._waker, self._hands, self._rack = mailbox, waker, hands, rack
+        self._period_ns, self._tags_now, self._writes, self._profile = period_ns, tags, writes, profile
+        self._next = 0, 0  # time and number of the next scan
+        self.exchanges = self.spent_ns = 0
+        self.rests = False
+        self.version = version
+        self._settle()
+
+    def _settle(self) -> None:
+        self._tags = self._tags_now()
+        listing = self._tags.listing
+        self._own = len(listing.tags)
+        slots = list(self._rack.slots)
+        images = [image_tags(slot, files=listing.files, profile=self._profile) for slot in slots]
+        self._slots = [slot for slot in slots for _ in range(2)]
+        self.listing = Listing((*listing.tags, *(tag for pair in images for tag in pair)), listing.files)
+
+    def renew(self) -> None:
+        """Take the tags of an edited program; requests for the earlier ones are asked again."""
+        self.version += 1
+        self._settle()
+
+    @override
+    def scan(self, scan: int, now_ns: int, flags: int) -> None:
+        self._next = now_ns + self._period_ns, scan + 1
+        self.attend()
+
+    def attend(self) -> None:
+        """Answer what waits."""
+        if self._mailbox.waits and not self.rests:
+            self._answer()
+
+    def _answer(self) -> None:
+        begun_ns = wall_ns()
+        at_ns = self._next[0]
+        try:
+            reply = answered(self._mailbox.request(), self.version, at_ns, self._carry_out)
+        except (struct.error, IndexError):  # a damaged request of a server that has died
+            reply = ANSWER.pack(0, at_ns)
+        self._mailbox.answer(reply)
+        wake(self._waker)
+        self.exchanges += 1
+        self.spent_ns += wall_ns() - begun_ns
+
+    def _carry_out(self, client: str, operation: Operation) -> bytes | None:
+        """Return what was read, b"" for a write, None for what is refused."""
+        try:
+            if isinstance(operation, ReadBytes):
+                return self._read(operation)
+            if not self._writes:
+                return None
+            name = self.listing.tags[operation.tag].full_name
+            order = Store(name, operation.offset, operation.data.hex(), operation.keep.hex(), client)
+            self._hands.act(order, *self._next)
+        except Exception:  # one packet's mistake never faults the CPU
+            return None
+        return b""
+
+    def _read(self, wanted: ReadBytes) -> bytes:
+        if wanted.tag < self._own:
+            return self._tags.read(wanted.tag, wanted.offset, wanted.size)
+        tag = self.listing.tags[wanted.tag]
+        slot = self._rack.slots[self._slots[wanted.tag - self._own]]
+        is_output = output_slot(tag.name) is not None
+        raw = bytes(slot.outputs.raw if is_output else slot.inputs.raw)
+        if tag.size > IMAGE_BYTES:
+            raw = struct.pack("<i", slot.fault) + raw
+        if wanted.offset + wanted.size > len(raw):
+            raise ValueError(f"{tag.name}: bytes {wanted.offset} to {wanted.offset + wanted.size}")
+        return raw[wanted.offset : wanted.offset + wanted.size]

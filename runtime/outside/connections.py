@@ -1,0 +1,109 @@
+"""Connections: forward open and close [ODVA volume 1, 3-5.5]."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from itertools import count
+
+from ...io_images.enip.codes import (
+    BAD_SIZE,
+    CLOSE,
+    CONNECTION_LEAST,
+    CONNECTION_MOST,
+    IN_USE,
+    LARGE_OPEN,
+    MANAGER,
+    NO_CONNECTION,
+    NO_PLACES,
+    NO_SLOT,
+    NO_TARGET,
+    NOT_FOUND,
+    OPEN,
+    ROUTER,
+    TOO_SHORT,
+    CipRefusedError,
+)
+from ...io_images.enip.paths import parse_path
+from .router import OWN_ROUTE, refused
+
+CONNECTIONS_MOST = 16
+"""Connections of a client."""
+
+_PATH = bytes((2, 0x20, MANAGER, 0x24, 1))
+_OWN = 0x2000_0000
+
+Triad = tuple[int, int, int]
+"""Serial number of a connection, vendor and serial number of its originator."""
+
+
+@dataclass(frozen=True, slots=True)
+class Connection:
+    """An open connection."""
+
+    theirs: int  # its number in packets to the client
+    most: int  # bytes of a packet to the client, with its sequence count
+    triad: Triad
+
+
+class Connections:
+    """The connections of one client."""
+
+    def __init__(self) -> None:
+        self._open: dict[int, Connection] = {}
+        self._numbers = count(_OWN + 1)
+
+    def get(self, number: int) -> Connection | None:
+        """Return a connection by our number."""
+        return self._open.get(number)
+
+    @staticmethod
+    def is_meant(request: bytes) -> bool:
+        """Whether a request opens or closes a connection."""
+        return request[:1] != b"" and request[0] in (OPEN, LARGE_OPEN, CLOSE) and request[1:6] == _PATH
+
+    def answer(self, request: bytes) -> bytes:
+        """Open or close a connection; return the reply."""
+        service, data = request[0], request[6:]
+        try:
+            reply = self._close(data) if service == CLOSE else self._begin(data, large=service == LARGE_OPEN)
+        except CipRefusedError as refusal:
+            return refused(service, refusal, CONNECTION_MOST)
+        except (struct.error, IndexError):
+            return refused(service, CipRefusedError(TOO_SHORT), CONNECTION_MOST)
+        return bytes((service | 0x80, 0, 0, 0)) + reply
+
+    def _begin(self, data: bytes, *, large: bool) -> bytes:
+        theirs, serial, vendor, origin = struct.unpack_from("<IHHI", data, 6)
+        form = struct.Struct("<II" if large else "<IH")
+        there_us, _ = form.unpack_from(data, 22)
+        back_us, back = form.unpack_from(data, 22 + form.size)
+        at = 22 + 2 * form.size + 1
+        if len(data) < at + 1 + 2 * data[at]:
+            raise CipRefusedError(TOO_SHORT)
+        path = parse_path(data[at + 1 : at + 1 + 2 * data[at]])
+        if any(each != OWN_ROUTE for each in path.ports):
+            raise CipRefusedError(NO_CONNECTION, NO_SLOT)
+        if path.numbers.get("class") != ROUTER:
+            raise CipRefusedError(NO_CONNECTION, NO_TARGET)
+        size, triad = back & (0xFFFF if large else 0x1FF), (serial, vendor, origin)
+        self._check(size, triad)
+        ours = next(self._numbers)
+        self._open[ours] = Connection(theirs, size, triad)
+        return struct.pack("<IIHHIIIBB", ours, theirs, *triad, there_us, back_us, 0, 0)
+
+    def _check(self, size: int, triad: Triad) -> None:
+        if any(each.triad == triad for each in self._open.values()):
+            raise CipRefusedError(NO_CONNECTION, IN_USE)
+        if len(self._open) >= CONNECTIONS_MOST:
+            raise CipRefusedError(NO_CONNECTION, NO_PLACES)
+        if not CONNECTION_LEAST <= size <= CONNECTION_MOST:
+            raise CipRefusedError(NO_CONNECTION, BAD_SIZE)
+
+    def _close(self, data: bytes) -> bytes:
+        triad: Triad = struct.unpack_from("<HHI", data, 2)
+        for number, each in self._open.items():
+            if each.triad == triad:
+                del self._open[number]
+                return struct.pack("<HHIBB", *triad, 0, 0)
+        raise CipRefusedError(NO_CONNECTION, NOT_FOUND)

@@ -1,0 +1,227 @@
+"""Tags by name and number, and the bytes that a path means."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import prod
+
+from ...io_images.enip.codes import (
+    BAD_SEGMENT,
+    BEYOND,
+    GENERAL,
+    NO_PRIVILEGE,
+    TYPE_CODES,
+    UNKNOWN_OBJECT,
+    CipRefusedError,
+)
+from ...io_images.enip.listing import BOOL, DWORD, Kind, ListedTag, Listing, PlainKind, StructuredKind
+from ...io_images.enip.paths import Instance, PathStep
+from .templates import Templates
+
+READ_WRITE, READ_ONLY = 0, 2
+"""External Access in a listing."""
+
+PROGRAM = "Program:"
+"""Start of the name of a program's scope."""
+
+PROGRAM_CODE = 0x1068
+"""Type of a program in the listing of the controller."""
+
+
+@dataclass(frozen=True, slots=True)
+class Symbol:
+    """A tag with its numbers."""
+
+    number: int  # in its scope, from 1
+    index: int  # in the listing
+    tag: ListedTag
+
+
+@dataclass(frozen=True, slots=True)
+class Target:
+    """Bytes of a tag that a path means."""
+
+    symbol: Symbol
+    kind: Kind
+    offset: int
+    count: int  # elements from there to the end of the array
+    bit: int | None  # of the byte at `offset`
+    name: str  # without subscripts: `Recipe.Steps.Time`
+
+    @property
+    def tag(self) -> ListedTag:
+        """The tag."""
+        return self.symbol.tag
+
+
+class Writable:
+    """What clients may write, by patterns: `Run`, `Recipe.*`, `Local:1:O.Data`, `Program:Main.*`.
+
+    A pattern matches a name with all below it. A whole structure may be written if all its members may.
+    """
+
+    def __init__(self, patterns: Sequence[str]) -> None:
+        texts = [_pattern(each) for each in patterns]
+        self._all = re.compile("|".join(rf"(?:{text})(?:\.|$)" for text in texts) or r"(?!)", re.IGNORECASE)
+
+    def __call__(self, name: str, kind: Kind) -> bool:
+        """Whether the bytes under a name without subscripts may be written."""
+        if self._all.match(name) is not None:
+            return True
+        parts = [] if isinstance(kind, PlainKind) else [each for each in kind.parts if not each.hidden]
+        return bool(parts) and all(self(f"{name}.{each.name}", each.kind) for each in parts)
+
+    def any_of(self, name: str, kind: Kind) -> bool:
+        """Whether anything under a name may be written."""
+        if self(name, kind):
+            return True
+        parts = () if isinstance(kind, PlainKind) else kind.parts
+        return any(self.any_of(f"{name}.{each.name}", each.kind) for each in parts if not each.hidden)
+
+
+def _pattern(text: str) -> str:
+    if text.startswith("\\"):
+        text = PROGRAM + text[1:]
+    return "".join({"*": ".*", "?": "."}.get(each, re.escape(each)) for each in text)
+
+
+Row = tuple[int, str, int, int, tuple[int, ...], int]
+"""A line of a listing: number, name, type, bytes of an element, dimensions, External Access."""
+
+
+class Database:
+    """The tags of a rack.
+
+    Args:
+        writable: patterns of what clients may write.
+    """
+
+    def __init__(self, listing: Listing, writable: Sequence[str] = ()) -> None:
+        self.listing, self.templates, self.writable = listing, Templates(), Writable(writable)
+        self._programs = {name.upper(): name for name in listing.programs}
+        self.scopes: dict[str, list[Symbol]] = {"": [], **{name: [] for name in self._programs}}
+        self._by_name: dict[tuple[str, str], Symbol] = {}
+        self._rows: dict[str, list[Row]] = {}
+        for index, tag in enumerate(listing.tags):
+            scope = self.scopes[tag.program.upper()]
+            before = 0 if tag.program else len(self._programs)
+            scope.append(Symbol(len(scope) + before + 1, index, tag))
+            self._by_name[tag.program.upper(), tag.name.upper()] = scope[-1]
+            self.templates.code_of(tag.kind)
+
+    def rows(self, scope: str) -> list[Row]:
+        """Return the lines of a scope, programs first; refused for an unknown one."""
+        key = scope.upper()
+        if key not in self.scopes:
+            raise CipRefusedError(UNKNOWN_OBJECT)
+        if key not in self._rows:
+            programs = [] if key else list(self._programs.values())
+            rows: list[Row] = [
+                (number, f"{PROGRAM}{name}", PROGRAM_CODE, 0, (), 0)
+                for number, name in enumerate(programs, 1)
+            ]
+            self._rows[key] = [*rows, *map(self._row, self.scopes[key])]
+        return self._rows[key]
+
+    def _row(self, symbol: Symbol) -> Row:
+        tag = symbol.tag
+        code, dims = self.templates.code_of(tag.kind), tag.dims
+        if tag.is_bits:
+            code, dims = TYPE_CODES["DWORD"], (tag.count,)
+        access = READ_WRITE if self.writable.any_of(_root(tag), tag.kind) else READ_ONLY
+        return symbol.number, tag.name, code | len(dims) << 13, tag.element, dims, access
+
+    def refuse_write(self, target: Target) -> None:
+        """Refuse a write of bytes that are not listed as writable."""
+        if not self.writable(target.name, target.kind):
+            raise CipRefusedError(NO_PRIVILEGE)
+
+    def resolve(self, steps: Sequence[PathStep]) -> Target:
+        """Return what a path means; refused if that is nothing."""
+        scope, rest = "", list(steps)
+        first = rest[0] if rest else ""
+        if isinstance(first, str) and first.lower().startswith(PROGRAM.lower()):
+            scope = first[len(PROGRAM) :].upper()
+            del rest[0]
+        if not rest or isinstance(rest[0], int):
+            raise CipRefusedError(BAD_SEGMENT)
+        symbol = self._symbol(scope, rest.pop(0))
+        return _Walk(symbol, rest).target()
+
+    def _symbol(self, scope: str, step: PathStep) -> Symbol:
+        if isinstance(step, Instance):
+            there = self.scopes.get(scope, [])
+            at = step.number - 1 - (0 if scope else len(self._programs))
+            found = there[at] if 0 <= at < len(there) else None
+        else:
+            found = self._by_name.get((scope, str(step).upper()))
+        if found is None:
+            raise CipRefusedError(BAD_SEGMENT)
+        return found
+
+
+def _root(tag: ListedTag) -> str:
+    return f"{PROGRAM}{tag.program}.{tag.name}" if tag.program else tag.name
+
+
+class _Walk:
+    """Follows the steps of a path into a tag."""
+
+    def __init__(self, symbol: Symbol, steps: list[PathStep]) -> None:
+        tag = symbol.tag
+        self._symbol, self._steps = symbol, steps
+        self._kind, self._dims, self._offset = tag.kind, tag.dims, 0
+        self._bit: int | None = None
+        self._name = _root(tag)
+
+    def target(self) -> Target:
+        while True:
+            count, single = self._subscripts()
+            if not self._steps:
+                return Target(self._symbol, self._kind, self._offset, count, self._bit, self._name)
+            if not single:
+                raise CipRefusedError(BAD_SEGMENT)
+            step = self._steps.pop(0)
+            if not isinstance(step, str):
+                raise CipRefusedError(BAD_SEGMENT)
+            self._enter(step)
+
+    def _subscripts(self) -> tuple[int, bool]:
+        """Take subscripts; return the elements from there on, and whether this is one element."""
+        indices: list[int] = []
+        while self._steps and isinstance(self._steps[0], int):
+            indices.append(self._steps.pop(0))  # type: ignore[arg-type]
+        if self._kind == BOOL and self._dims:
+            self._kind, self._dims = DWORD, (-(-prod(self._dims) // 32),)
+        total = prod(self._dims)
+        if not indices:
+            return total, not self._dims
+        if not self._dims or len(indices) not in (1, len(self._dims)):
+            raise CipRefusedError(UNKNOWN_OBJECT)
+        flat = indices[0] if len(indices) == 1 else 0
+        for index, length in zip(indices, self._dims, strict=True) if len(indices) > 1 else ():
+            if index >= length:
+                raise CipRefusedError(GENERAL, BEYOND)
+            flat = flat * length + index
+        if flat >= total:
+            raise CipRefusedError(GENERAL, BEYOND)
+        self._offset += flat * self._kind.size
+        self._dims = ()
+        return total - flat, True
+
+    def _enter(self, name: str) -> None:
+        """Go to a member, or to a bit of an integer."""
+        if isinstance(self._kind, StructuredKind):
+            part = self._kind.by_name.get(name.upper())
+            if part is None:
+                raise CipRefusedError(BAD_SEGMENT)
+            self._kind, self._dims, self._bit = part.kind, part.dims, part.bit
+            self._offset += part.offset
+            self._name += f".{part.name}"
+        elif name.isascii() and name.isdigit() and self._bit is None and int(name[:4]) < self._kind.bits:
+            self._kind, self._bit = BOOL, int(name[:4]) % 8
+            self._offset += int(name[:4]) // 8
+        else:
+            raise CipRefusedError(BAD_SEGMENT)

@@ -1,0 +1,61 @@
+"""The images of modules as tags: `Local:1:I` of a CompactLogix, `I:1` of an SLC program."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ...io_images.enip.listing import BOOL, DINT, INT, ListedTag, Part, StructuredKind
+
+WORDS = 8
+IMAGE_BYTES = 2 * WORDS
+FAULT_BYTES = 4
+
+GENERIC, PROFILE_3601 = "generic", "3601"
+PROFILES = (GENERIC, PROFILE_3601)
+"""Names of the parts of `Local:n:I`."""
+
+_FAULT = Part("Fault", DINT, (), 0)
+_OUT = StructuredKind("AB:1769_MODULE_INT_16Bytes:O:0", IMAGE_BYTES, (Part("Data", INT, (WORDS,), 0),))
+_IN: Mapping[str, StructuredKind] = {
+    GENERIC: StructuredKind(
+        "AB:1769_MODULE_INT_16Bytes:I:0",
+        FAULT_BYTES + IMAGE_BYTES,
+        (_FAULT, Part("Data", INT, (WORDS,), FAULT_BYTES)),
+    ),
+    PROFILE_3601: StructuredKind(
+        "AM:1769_3601:I:0",
+        FAULT_BYTES + IMAGE_BYTES,
+        (
+            _FAULT,
+            Part("Data0", INT, (), FAULT_BYTES),
+            Part("ConfigError", BOOL, (), FAULT_BYTES + 1, 5),
+            Part("ModuleOK", BOOL, (), FAULT_BYTES + 1, 6),
+            Part("ConfigMode", BOOL, (), FAULT_BYTES + 1, 7),
+            *(Part(f"Data{word}", INT, (), FAULT_BYTES + 2 * word) for word in range(1, WORDS)),
+        ),
+    ),
+}
+
+
+def image_tags(slot: int, *, files: bool, profile: str = GENERIC) -> tuple[ListedTag, ListedTag]:
+    """Return the tags of a slot's images, inputs first.
+
+    Args:
+        files: as data files of an SLC program.
+        profile: see `PROFILES`.
+    """
+    if files:
+        return ListedTag(f"I:{slot}", "", INT, (WORDS,)), ListedTag(f"O:{slot}", "", INT, (WORDS,))
+    return ListedTag(f"Local:{slot}:I", "", _IN[profile]), ListedTag(f"Local:{slot}:O", "", _OUT)
+
+
+def output_slot(tag: str) -> int | None:
+    """Return the slot of an output image by the tag's name; None for another tag.
+
+    >>> output_slot("Local:1:O"), output_slot("O:2"), output_slot("Local:1:I"), output_slot("Run")
+    (1, 2, None, None)
+    """
+    name = tag.upper()
+    number = name[6:-2] if name.startswith("LOCAL:") and name.endswith(":O") else name[2:]
+    is_output = name.startswith("O:") or (name.startswith("LOCAL:") and name.endswith(":O"))
+    return int(number) if is_output and number.isascii() and number.isdigit() else None

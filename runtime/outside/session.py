@@ -1,0 +1,194 @@
+"""A TCP connection: frames of the encapsulation, one session, its connections [ODVA volume 2, chapter 2].
+
+command u16, length u16, session u32, status u32, context 8 bytes, options u32; body
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from itertools import count
+
+from ...io_images.enip.codes import (
+    BAD_COMMAND,
+    BAD_DATA,
+    BAD_LENGTH,
+    BAD_REVISION,
+    BAD_SESSION,
+    FRAME_MOST,
+    LIST_IDENTITY,
+    LIST_INTERFACES,
+    LIST_SERVICES,
+    NOP,
+    PORT,
+    REGISTER,
+    SEND,
+    SEND_CONNECTED,
+    UNCONNECTED_MOST,
+    UNREGISTER,
+)
+from .connections import Connections
+from .room import Plan, Room
+from .router import Router
+
+HEAD = struct.Struct("<HHII8sI")
+COMMAND_MOST = 0x1FF
+"""Commands beyond this are noise, and end the connection."""
+
+_KNOWN = (NOP, LIST_SERVICES, LIST_IDENTITY, LIST_INTERFACES, REGISTER, UNREGISTER, SEND, SEND_CONNECTED)
+_NO_ADDRESS, _CONNECTED_ADDRESS, _UNCONNECTED_DATA, _CONNECTED_DATA = 0, 0xA1, 0xB2, 0xB1
+_ITEMS_MOST = 4
+_SERVICES = struct.pack("<HHHHH16s", 1, 0x100, 20, 1, 0x120, b"Communications")
+_RUNNING = b"\x03"
+
+
+class BrokenClientError(ValueError):
+    """What a client sends is not EtherNet/IP, or it has ended its session: the connection ends."""
+
+
+@dataclass(frozen=True, slots=True)
+class Packet:
+    """A frame that has come."""
+
+    command: int
+    session: int
+    context: bytes
+    body: bytes
+    status: int = 0  # with which it is refused; 0 = it is not
+
+
+class ClientSession:
+    """What a client has sent and opened.
+
+    Attributes:
+        pending: bytes of a frame that is not whole.
+    """
+
+    _numbers = count(0x10100)
+
+    def __init__(self, router: Router, address: bytes = b"\x7f\0\0\1", port: int = PORT) -> None:
+        self.router, self._address, self._port = router, address, port
+        self.pending = b""
+        self._handle = 0
+        self._connections = Connections()
+
+    def receive(self, data: bytes) -> list[Packet]:
+        """Take bytes; return the packets that are whole.
+
+        Raises:
+            BrokenClientError: they are no frame, or one that is too long.
+        """
+        self.pending += data
+        packets = []
+        while len(self.pending) >= HEAD.size:
+            command, length, session, _, context, options = HEAD.unpack_from(self.pending)
+            if length > FRAME_MOST or command > COMMAND_MOST:
+                raise BrokenClientError(f"no frame: {self.pending[: HEAD.size].hex(' ')}")
+            end = HEAD.size + length
+            if len(self.pending) < end:
+                break
+            body, self.pending = self.pending[HEAD.size : end], self.pending[end:]
+            if command not in _KNOWN:
+                packets.append(Packet(command, session, context, b"", BAD_COMMAND))
+            elif options == 0 and command != NOP:  # frames with options are dropped, NOP gets no answer
+                packets.append(Packet(command, session, context, body))
+        return packets
+
+    def plan(self, packet: Packet, version: int) -> Plan:
+        """Return what a packet needs; nothing changes."""
+        plan = Plan(version)
+        if packet.command in (SEND, SEND_CONNECTED) and self._owns(packet):
+            self._sent(packet, plan, planning=True)
+        return plan
+
+    def reply(self, packet: Packet, room: Room) -> bytes:
+        """Answer a packet; b"" if it gets no answer.
+
+        Raises:
+            BrokenClientError: the client ends its session.
+        """
+        status, body = (packet.status, b"") if packet.status else self._answer(packet, room)
+        if status < 0:
+            return b""
+        handle = self._handle if packet.command == REGISTER else packet.session
+        return HEAD.pack(packet.command, len(body), handle, status, packet.context, 0) + body
+
+    def _owns(self, packet: Packet) -> bool:
+        return self._handle != 0 and packet.session == self._handle
+
+    def _answer(self, packet: Packet, room: Room) -> tuple[int, bytes]:
+        """Return status and body; a negative status for no answer."""
+        if packet.command == REGISTER:
+            return self._register(packet.body)
+        if packet.command == LIST_IDENTITY:
+            return 0, self.listed_identity()
+        if packet.command == LIST_SERVICES:
+            return 0, _SERVICES
+        if packet.command == LIST_INTERFACES:
+            return 0, bytes(2)
+        if not self._owns(packet):
+            return BAD_SESSION, b""
+        if packet.command == UNREGISTER:
+            raise BrokenClientError("the client has ended its session")
+        return self._sent(packet, room, planning=False)
+
+    def _register(self, body: bytes) -> tuple[int, bytes]:
+        if len(body) != 4:
+            return BAD_LENGTH, b""
+        if body[:2] != b"\1\0":
+            return BAD_REVISION, b"\1\0\0\0"
+        if self._handle:
+            return BAD_COMMAND, b""
+        self._handle = next(self._numbers)
+        return 0, body
+
+    def _sent(self, packet: Packet, room: Room, *, planning: bool) -> tuple[int, bytes]:
+        items = _items(packet.body)
+        if len(items) < 2:
+            return BAD_DATA, b""
+        (first, address), (second, data) = items[:2]
+        if packet.command == SEND:
+            if (first, address, second) != (_NO_ADDRESS, b"", _UNCONNECTED_DATA):
+                return BAD_DATA, b""
+            return 0, _body((_NO_ADDRESS, b""), (second, self._unconnected(data, room, planning=planning)))
+        if (first, second) != (_CONNECTED_ADDRESS, _CONNECTED_DATA) or len(address) != 4 or len(data) < 4:
+            return BAD_DATA, b""
+        connection = self._connections.get(int.from_bytes(address, "little"))
+        if connection is None:
+            return -1, b""  # as a controller: no answer
+        message = self.router.answer(data[2:], room, connection.most - 2)
+        theirs = struct.pack("<I", connection.theirs)
+        return 0, _body((first, theirs), (second, data[:2] + message))
+
+    def _unconnected(self, request: bytes, room: Room, *, planning: bool) -> bytes:
+        if not Connections.is_meant(request):
+            return self.router.answer(request, room, UNCONNECTED_MOST)
+        return b"" if planning else self._connections.answer(request)
+
+    def listed_identity(self) -> bytes:
+        """Return the body of an answer to List Identity."""
+        where = struct.pack(">HH4s8x", 2, self._port, self._address)
+        item = struct.pack("<H", 1) + where + self.router.identity + _RUNNING
+        return struct.pack("<HHH", 1, 0x0C, len(item)) + item
+
+
+def _items(body: bytes) -> list[tuple[int, bytes]]:
+    """Return the items of a body; none if it is damaged."""
+    items: list[tuple[int, bytes]] = []
+    if len(body) < 8:
+        return items
+    number, at = int.from_bytes(body[6:8], "little"), 8
+    for _ in range(number if number <= _ITEMS_MOST else 0):
+        if len(body) < at + 4:
+            return []
+        kind, size = struct.unpack_from("<HH", body, at)
+        at += 4 + size
+        if at > len(body):
+            return []
+        items.append((kind, body[at - size : at]))
+    return items
+
+
+def _body(*items: tuple[int, bytes]) -> bytes:
+    parts = (struct.pack("<HH", kind, len(data)) + data for kind, data in items)
+    return struct.pack("<IHH", 0, 0, len(items)) + b"".join(parts)

@@ -1,0 +1,87 @@
+"""Structures as the template object shows them: members with their places, then names [1756-PM020]."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from collections.abc import Mapping
+from functools import cached_property
+from math import prod
+
+from ...io_images.enip.codes import TYPE_CODES
+from ...io_images.enip.listing import BOOL, Kind, Part, PlainKind, StructuredKind
+
+NUMBERS: Mapping[str, int] = {"TIMER": 0xF83, "COUNTER": 0xF82, "CONTROL": 0xF81, "STRING": 0xFCE}
+"""Instances of structures that a controller knows by number."""
+
+SHOWN: Mapping[str, str] = {"STRING": "ASCIISTRING82"}
+"""Names under which a controller shows structures."""
+
+FIRST = 0x100
+"""Instance of the first other structure."""
+
+ARRAY, STRUCTURE = 0x2000, 0x8000
+"""Bits of a type's code."""
+
+
+class Template:
+    """A structure with a number."""
+
+    def __init__(self, kind: StructuredKind, number: int, book: Templates) -> None:
+        self.kind, self.number, self._book = kind, number, book
+
+    @cached_property
+    def definition(self) -> bytes:
+        """Its members, eight bytes each, and their names; behind its own name two letters per member."""
+        parts = self.kind.parts
+        scope = "".join("E@" if each.hidden else "EC" for each in parts)
+        names = [f"{SHOWN.get(self.kind.name, self.kind.name)};n{scope}", *(each.name for each in parts)]
+        text = b"".join(name.encode("ascii", "replace") + b"\0" for name in names)
+        return b"".join(map(self._member, parts)) + text
+
+    def _member(self, part: Part) -> bytes:
+        if part.kind == BOOL and not part.dims:
+            return struct.pack("<HHI", part.bit or 0, TYPE_CODES["BOOL"], part.offset)
+        count, code = prod(part.dims) if part.dims else 0, self._book.code_of(part.kind)
+        if part.kind == BOOL:
+            count, code = -(-count // 32), TYPE_CODES["DWORD"]
+        return struct.pack("<HHI", count, code | (ARRAY if part.dims else 0), part.offset)
+
+    @property
+    def words(self) -> int:
+        """Words of the definition, as attribute 4 gives them: clients take 20 to 23 bytes off."""
+        return -(-(len(self.definition) + 23) // 4)
+
+    @cached_property
+    def padded(self) -> bytes:
+        """The definition as it is read."""
+        return self.definition.ljust(self.words * 4 - 20, b"\0")
+
+    @cached_property
+    def handle(self) -> int:
+        """Number of the structure in messages."""
+        return NUMBERS.get(self.kind.name) or zlib.crc32(self.definition) & 0xFFFF
+
+
+class Templates:
+    """The structures of a listing, by number."""
+
+    def __init__(self) -> None:
+        self._by_kind: dict[StructuredKind, Template] = {}
+        self.by_number: dict[int, Template] = {}
+
+    def of(self, kind: StructuredKind) -> Template:
+        """Return the template of a structure, with those of its members."""
+        found = self._by_kind.get(kind)
+        if found is None:
+            number = NUMBERS.get(kind.name, 0)
+            if not number or number in self.by_number:
+                number = FIRST + len(self.by_number)
+            found = self._by_kind[kind] = self.by_number[number] = Template(kind, number, self)
+            for part in kind.parts:
+                self.code_of(part.kind)
+        return found
+
+    def code_of(self, kind: Kind) -> int:
+        """Return the code of a type in a listing."""
+        return kind.code if isinstance(kind, PlainKind) else STRUCTURE | self.of(kind).number
