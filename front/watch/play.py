@@ -95,8 +95,8 @@ class Play:
     def play(self, job: Job) -> int:
         """Play the session and its branches; return the exit status."""
         try:
-            self._next = self._first(job)
             self._open_service(job)
+            self._next = self._first(job)
         except ValueError as error:
             return complain(str(error), BAD_INPUT)
         except OSError as error:

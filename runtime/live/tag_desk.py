@@ -98,9 +98,14 @@ class TagDesk(QuietListener):
         self._next = now_ns + self._period_ns, scan + 1
         self.attend()
 
+    @property
+    def waits(self) -> bool:
+        """Whether a request waits."""
+        return self._mailbox.waits
+
     def attend(self) -> None:
         """Answer what waits."""
-        if self._mailbox.waits and not self.rests:
+        if self.waits and not self.rests:
             self._answer()
 
     def _answer(self) -> None:

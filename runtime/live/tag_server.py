@@ -20,8 +20,7 @@ from ..outside.database import Database
 from ..outside.exchange import ANSWER, Packet, request_of, results_in
 from ..outside.room import Instant, Operation, Plan, ReadBytes
 from ..outside.router import Router
-from ..outside.session import HEAD, BrokenClientError, ClientSession
-from ..outside.session import Packet as Frame
+from ..outside.session import HEAD, BrokenClientError, ClientSession, Frame
 from .mailbox import AREA_BYTES, Mailbox
 
 CLIENTS_MOST = 64
@@ -69,7 +68,7 @@ def _bytes_of(operation: Operation) -> int:
     return operation.size if isinstance(operation, ReadBytes) else 2 * len(operation.data)
 
 
-class Exchange(Protocol):
+class ScanExchange(Protocol):
     """Carries out what packets need, at one instant."""
 
     def __call__(self, packets: list[Packet]) -> Answers | None:
@@ -130,7 +129,7 @@ class TagServer:
     """
 
     def __init__(
-        self, setup: TagSetup, listening: socket.socket, udp: socket.socket | None, exchange: Exchange
+        self, setup: TagSetup, listening: socket.socket, udp: socket.socket | None, exchange: ScanExchange
     ) -> None:
         self._listening, self._udp, self._exchange = listening, udp, exchange
         self.clients: dict[socket.socket, Client] = {}
@@ -291,7 +290,7 @@ class ScanProcess:
         self.version = 0
 
     def __call__(self, packets: list[Packet]) -> Answers | None:
-        """See `Exchange`."""
+        """See `ScanExchange`."""
         self._wait()  # for an answer to the request of a server that has died
         self._mailbox.ask(request_of(self.version, packets))
         self._wait()

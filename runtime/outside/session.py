@@ -47,7 +47,7 @@ class BrokenClientError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Packet:
+class Frame:
     """A frame that has come."""
 
     command: int
@@ -72,7 +72,7 @@ class ClientSession:
         self._handle = 0
         self._connections = Connections()
 
-    def receive(self, data: bytes) -> list[Packet]:
+    def receive(self, data: bytes) -> list[Frame]:
         """Take bytes; return the packets that are whole.
 
         Raises:
@@ -89,19 +89,19 @@ class ClientSession:
                 break
             body, self.pending = self.pending[HEAD.size : end], self.pending[end:]
             if command not in _KNOWN:
-                packets.append(Packet(command, session, context, b"", BAD_COMMAND))
+                packets.append(Frame(command, session, context, b"", BAD_COMMAND))
             elif options == 0 and command != NOP:  # frames with options are dropped, NOP gets no answer
-                packets.append(Packet(command, session, context, body))
+                packets.append(Frame(command, session, context, body))
         return packets
 
-    def plan(self, packet: Packet, version: int) -> Plan:
+    def plan(self, packet: Frame, version: int) -> Plan:
         """Return what a packet needs; nothing changes."""
         plan = Plan(version)
         if packet.command in (SEND, SEND_CONNECTED) and self._owns(packet):
             self._sent(packet, plan, planning=True)
         return plan
 
-    def reply(self, packet: Packet, room: Room) -> bytes:
+    def reply(self, packet: Frame, room: Room) -> bytes:
         """Answer a packet; b"" if it gets no answer.
 
         Raises:
@@ -113,10 +113,10 @@ class ClientSession:
         handle = self._handle if packet.command == REGISTER else packet.session
         return HEAD.pack(packet.command, len(body), handle, status, packet.context, 0) + body
 
-    def _owns(self, packet: Packet) -> bool:
+    def _owns(self, packet: Frame) -> bool:
         return self._handle != 0 and packet.session == self._handle
 
-    def _answer(self, packet: Packet, room: Room) -> tuple[int, bytes]:
+    def _answer(self, packet: Frame, room: Room) -> tuple[int, bytes]:
         """Return status and body; a negative status for no answer."""
         if packet.command == REGISTER:
             return self._register(packet.body)
@@ -142,7 +142,7 @@ class ClientSession:
         self._handle = next(self._numbers)
         return 0, body
 
-    def _sent(self, packet: Packet, room: Room, *, planning: bool) -> tuple[int, bytes]:
+    def _sent(self, packet: Frame, room: Room, *, planning: bool) -> tuple[int, bytes]:
         items = _items(packet.body)
         if len(items) < 2:
             return BAD_DATA, b""

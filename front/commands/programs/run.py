@@ -57,9 +57,10 @@ def run_job(
             _tell_of_real_time(outcomes, quiet=quiet)
         try:
             told = replace(options, pacer=pacer, listeners=[tally], warn=_quiet if quiet else complain)
+            service = None if server is None else _tag_service(job, server, ports, live=options.live)
             run = JobRun(job, ports, told)
-            if server is not None:
-                _serve_tags(run, job, server, ports, live=options.live)
+            if service is not None:
+                run.cpu.add_listener(service.serve(run))
         except ValueError as error:
             return complain(str(error), BAD_INPUT)
         except OSError as error:
@@ -83,13 +84,13 @@ def run_job(
         return status
 
 
-def _serve_tags(run: JobRun, job: Job, where: ServerAddress, ports: ExitStack, *, live: bool) -> None:
-    """Serve the tags of a run until `ports` close; ValueError if the port can't be used."""
+def _tag_service(job: Job, where: ServerAddress, ports: ExitStack, *, live: bool) -> TagService:
+    """Return a server of tags that ends with `ports`; ValueError if its port can't be used."""
     service = TagService(job, where, complain, writes=not live)
     ports.callback(service.end)
-    run.cpu.add_listener(service.serve(run))
     for line in service.said():
         complain(line)
+    return service
 
 
 ENDED = {DONE: "done", NO: "fault", CANNOT_WRITE: "trace not written", INTERRUPTED: "stopped"}

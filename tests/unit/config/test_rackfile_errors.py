@@ -66,7 +66,7 @@ MISTAKES = {
         "sead = 3",
         9,
         "sead: unknown key; did you mean seed? Allowed are program, name, scan_ms, controller, rpi_ms, "
-        "watchdog_ms, run_for_s, trace, keep_traces, tags, stubs, axes, prove, fuzz, seed, mode, slot,",
+        "watchdog_ms, run_for_s, trace, keep_traces, tags, stubs, axes, prove, fuzz, server, seed, mode, slot,",
     ),
     "unknown key of a slot": (
         'firmware = "4.1"',

@@ -1,0 +1,180 @@
+"""Clients that others wrote, against a rack's tags: pycomm3 and pylogix of PyPI, two packages of npm.
+
+In the environment of `.ci/run` all are there; elsewhere a test without its peer skips.
+"""
+
+from __future__ import annotations
+
+import gc
+import json
+import shutil
+import subprocess
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from served_tags import ServedRack, served, write_rack
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")
+    pycomm3 = pytest.importorskip("pycomm3", reason="pycomm3 is not installed")
+    pylogix = pytest.importorskip("pylogix", reason="pylogix is not installed")
+
+WRITES: dict[str, Any] = {
+    "aBool": True,
+    "aSint": -7,
+    "anInt": 770,
+    "aDint": -9,
+    "aLint": 2**40,
+    "aReal": 0.25,
+    "aLreal": 1e100,
+    "Text": "written outside",
+    "Grid[2,3]": 99,
+    "Flags[35]": True,
+    "anInt.3": False,
+    "Fill.PRE": 1234,
+    "One.Name": "abc",
+    "Many[2].Steps[1].Speed": 8.5,
+    "Hosts.Stop": True,
+    "Program:Main.Step.Time": 42,
+}
+UNSIGNED = {"aUsint": 255, "aUint": 65_535, "aUdint": 2**32 - 1, "aUlint": 2**63 + 5}
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[ServedRack, int]]:
+    with served(write_rack(tmp_path_factory.mktemp("bench"))) as (rack, port):
+        yield rack, port
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[ServedRack, int]]:
+    with served(write_rack(tmp_path_factory.mktemp("files"), files=True)) as (rack, port):
+        yield rack, port
+
+
+def in_rack(rack: ServedRack, name: str) -> Any:
+    """Return a value as the program has it."""
+    return rack.debugger.tags[name.replace("Program:Main.", "\\Main.")]
+
+
+def test_pycomm3_lists_all_tags_and_structures(bench: tuple[ServedRack, int]) -> None:
+    rack, port = bench
+    with pycomm3.LogixDriver(f"127.0.0.1:{port}/0", init_program_tags=True) as plc:
+        wanted = {tag.full_name.replace("\\Main.", "Program:Main."): tag for tag in rack.desk.listing.tags}
+        assert set(plc.tags) == set(wanted)
+        for name, tag in wanted.items():
+            assert [each for each in plc.tags[name]["dimensions"] if each] == (
+                [2] if tag.is_bits else list(tag.dims)
+            )
+        recipe = plc.data_types["Recipe"]
+        assert recipe["template"]["structure_size"] == 144
+        assert recipe["attributes"] == ["Id", "Flag", "Steps", "Name", "Bits", "Total"]
+        assert plc.read("Many{4}").value[3]["Steps"][2] == {
+            "Time": 0,
+            "Valve": False,
+            "Ready": False,
+            "Speed": 0.0,
+        }
+
+
+def test_pycomm3_writes_every_type_singly_in_batches_and_in_parts(bench: tuple[ServedRack, int]) -> None:
+    rack, port = bench
+    values = WRITES | UNSIGNED
+    with pycomm3.LogixDriver(f"127.0.0.1:{port}/0", init_program_tags=True) as plc:
+        assert [each.error for each in plc.write(*values.items())] == [None] * len(values)
+        assert [each.value for each in plc.read(*values)] == list(values.values())
+        assert plc.write("Dints{3000}", list(range(3000))).error is None
+        assert plc.read("Dints{3000}").value == list(range(3000))
+        step = {"Time": 5, "Valve": True, "Ready": False, "Speed": 2.5}
+        assert plc.write("One.Steps[2]", step).error is None
+        assert plc.read("One.Steps[2]").value == step
+        assert plc.write("Locked", 5).error is not None
+        assert len({each.value for each in plc.read("Scan", "C1", "C2")}) == 1
+        assert plc.get_plc_time().value["microseconds"] > 0
+    assert {name: in_rack(rack, name) for name in values} == values
+    assert rack.debugger.tags["Locked"] == 7
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # it leaves sockets open
+@pytest.mark.parametrize("size", [4002, 504])
+def test_pylogix_reads_and_writes_what_is_listed(bench: tuple[ServedRack, int], size: int) -> None:
+    rack, port = bench
+    with pylogix.PLC("127.0.0.1", port=port) as plc:
+        plc.ConnectionSize = size
+        names = {each.TagName for each in plc.GetTagList().Value}
+        assert {f"{each.program and 'Program:Main.'}{each.name}" for each in rack.desk.listing.tags} <= names
+        for name, value in WRITES.items():
+            if name != "Many[2].Steps[1].Speed" or size == 4002:
+                assert (plc.Write(name, value).Status, plc.Read(name).Value) == ("Success", value), name
+        assert plc.Write("Dints[0]", list(range(3000))).Status == "Success"
+        assert plc.Read("Dints[0]", 3000).Value == list(range(3000))
+        assert plc.Write("Locked", 5).Status == "Privilege violation"
+        assert [each.Status for each in plc.Read(["Scan", "C1"])] == ["Success"] * 2
+    gc.collect()  # the sockets that it leaves open
+    assert rack.debugger.tags["Locked"] == 7
+
+
+def test_slcdriver_reads_and_writes_data_files(files: tuple[ServedRack, int]) -> None:
+    _, port = files
+    reads = {"N7:3": -4, "B3:1": 5, "T4:1.PRE": 20, "C5:0.PRE": 10, "F8:1": -2.25, "L10:0": 100_000}
+    reads |= {"ST9:1": "hello world", "I:1.0/14": True, "O:1.0": 0, "N7:0{3}": [1, 2, 3]}
+    writes = {"N7:1": 55, "N7:10{3}": [1, 2, 3], "F8:3": 4.25, "L10:1": -100_000, "ST9:0": "new text"}
+    writes |= {"B3:3": 0x55, "O:1.0": 3}
+    with pycomm3.SLCDriver(f"127.0.0.1:{port}/0") as plc:
+        assert plc.get_processor_type() == "1764-LRP"
+        assert {name: plc.read(name).value for name in reads} == reads
+        for name, value in writes.items():
+            assert plc.write((name, value)).error is None
+            assert plc.read(name).value == value
+        assert plc.write(("T4:0.PRE", 777)).error is not None  # it names six bytes and sends two
+        assert plc.read("T4:0.PRE").value == 500
+        directory = plc.get_file_directory()
+        assert {name: each["elements"] for name, each in directory.items()} == {
+            "O0": 8, "I1": 8, "S2": 84, "B3": 4, "T4": 2, "C5": 1, "R6": 1, "N7": 16, "F8": 4, "ST9": 2,
+            "L10": 2,
+        }  # fmt: skip
+
+
+def node(package: str, script: str, port: int) -> Any:
+    """Run a script in Node.js; return the JSON that it prints last."""
+    program = shutil.which("node")
+    if program is None:
+        pytest.skip("node is not installed")
+    found = subprocess.run([program, "-e", f"require.resolve('{package}')"], capture_output=True, timeout=60)
+    if found.returncode:
+        pytest.skip(f"the npm package {package} is not installed where node finds it (NODE_PATH)")
+    path = Path(__file__).with_name(script)
+    done = subprocess.run([program, path, str(port)], capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr + done.stdout
+    return json.loads(done.stdout.splitlines()[-1])
+
+
+def test_nodepccc_reads_and_writes_data_files(files: tuple[ServedRack, int]) -> None:
+    rack, port = files
+    told = node("nodepccc", "write_files.cjs", port)
+    assert told == {
+        "N7:4": 444,
+        "F8:2": 3.5,
+        "B3:2/5": True,
+        "L10:1": 70_000,
+        "T4:0.PRE": 321,
+        "ST9:1": "hello world",
+    }
+    assert rack.debugger.tags["T4:0.PRE"] == 321
+
+
+def test_st_ethernet_ip_reads_and_writes_tags(bench: tuple[ServedRack, int]) -> None:
+    rack, port = bench
+    rack.debugger.tags["Hosts.Go"] = True
+    told = node("st-ethernet-ip", "write_tags.cjs", port)
+    assert told == {
+        "tags": len(rack.desk.listing.tags),
+        "aDint": 777,
+        "aReal": 1.25,
+        "Text": "from node",
+        "Go": True,
+    }
+    assert rack.debugger.tags["aDint"] == 777

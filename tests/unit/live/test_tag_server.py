@@ -1,0 +1,133 @@
+"""`--server ethernet-ip`: the server's process, its end, its orders in a recording."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import struct
+import threading
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+from scanrack.commands import build
+from scanrack.jobs.load.loading import Job, load_job
+from scanrack.jobs.record.order_repeater import orders_of
+from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs.run.tag_service import ServerAddress, TagService
+from scanrack.runtime.live.tag_desk import TagDesk
+from scanrack.traces.read.reader import open_trace
+from served_tags import frame, message, symbol, unconnected, write_rack
+from typer.testing import CliRunner
+
+
+def take(where: socket.socket) -> bytes:
+    """Return a frame; b"" if the connection has ended."""
+    data, length = b"", 24
+    while len(data) < length:
+        try:
+            more = where.recv(length - len(data))
+        except ConnectionError:
+            return b""
+        if not more:
+            return b""
+        data += more
+        if len(data) == 24:
+            length += struct.unpack_from("<H", data, 2)[0]
+    return data
+
+
+class Dialled:
+    """A client at a port."""
+
+    def __init__(self, port: int) -> None:
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=60)
+        self.socket.sendall(frame(0x65, b"\1\0\0\0"))
+        self._handle = struct.unpack_from("<I", take(self.socket), 4)[0]
+
+    def ask(self, data: bytes) -> bytes:
+        self.socket.sendall(frame(0x6F, unconnected(data), self._handle))
+        return take(self.socket)[40:]
+
+
+def write(number: int) -> bytes:
+    """Return a write of one of four tags."""
+    kinds = (("aDint", 0xC4, "i"), ("aReal", 0xCA, "f"), ("aBool", 0xC1, "B"), ("aSint", 0xC2, "b"))
+    name, code, form = kinds[number % 4]
+    value = number % 2 if form == "B" else number % 100
+    return message(0x4D, symbol(name), struct.pack(f"<HH{form}", code, 1, value))
+
+
+def run_while(run: JobRun, desk: TagDesk, client: threading.Thread) -> None:
+    """Run a scan for each request of a client, and ten more."""
+    client.start()
+    with run.cpu:
+        while client.is_alive():
+            if desk.waits:
+                run.cpu.run(1)
+            else:
+                client.join(0.0005)
+        run.cpu.run(10)
+    client.join()
+
+
+def rerun(job: Job, trace: Path, again: Path) -> None:
+    """Run a recording's orders again."""
+    with open_trace(trace) as recorded:
+        orders = orders_of(recorded.events())
+    with ExitStack() as ports:
+        run = JobRun(job, ports, RunOptions(trace=again, orders=orders))
+        with run.cpu, open_trace(trace) as recorded:
+            run.cpu.run(sum(1 for _ in recorded.scans()))
+
+
+@pytest.mark.slow
+def test_a_killed_server_is_told_and_starts_again_and_a_rerun_is_the_same(tmp_path: Path) -> None:
+    job, said, answers = load_job(str(write_rack(tmp_path))), [], []
+    trace = tmp_path / "run.mcap"
+    with ExitStack() as ports:
+        run = JobRun(job, ports, RunOptions(trace=trace, handled=True))
+        service = TagService(job, ServerAddress(port=0), said.append, writes=True)
+        ports.callback(service.end)
+        desk = service.serve(run)
+        run.cpu.add_listener(desk)
+
+        def work() -> None:
+            first = Dialled(service.port)
+            answers.extend(first.ask(write(number))[2] for number in range(250))
+            os.kill(service.pid, signal.SIGKILL)
+            assert take(first.socket) == b""
+            second = Dialled(service.port)
+            answers.extend(second.ask(write(number))[2] for number in range(250))
+            for each in (first, second):
+                each.socket.close()
+
+        run_while(run, desk, threading.Thread(target=work))
+    assert answers == [0] * 500
+    assert said == ["the EtherNet/IP server has died and is started again; the scans go on"]
+    rerun(job, trace, tmp_path / "again.mcap")
+    assert (tmp_path / "again.mcap").read_bytes() == trace.read_bytes()
+
+
+@pytest.mark.parametrize("command", ["run", "watch"])
+def test_what_is_no_server_is_refused(tmp_path: Path, command: str) -> None:
+    rack = str(write_rack(tmp_path))
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        for given, told in (
+            ("modbus", "--server modbus is not allowed: ethernet-ip"),
+            ("ethernet-ip:x", "--server ethernet-ip:x: x: it has to be HOST:PORT or PORT"),
+            (f"ethernet-ip:{taken.getsockname()[1]}", "choose another port"),
+        ):
+            trace = str(tmp_path / "run.mcap")
+            words = [command, rack, "--server", given, "--scans", "1", "--record", trace]
+            done = CliRunner().invoke(build(), words)
+            assert (done.exit_code, told in done.stderr) == (2, True), done.stderr
+
+
+def test_a_host_that_others_reach_is_told(tmp_path: Path) -> None:
+    job = load_job(str(write_rack(tmp_path, writable=("aDint",))))
+    for host, lines in (("127.0.0.1", 1), ("0.0.0.0", 2)):
+        service = TagService(job, ServerAddress(host, 0), print, writes=True)
+        assert len(service.said()) == lines
+        service.end()

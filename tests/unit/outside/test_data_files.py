@@ -1,0 +1,87 @@
+"""Data files of an SLC program over PCCC [1770-RM516, chapter 7]."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from contextlib import ExitStack
+from pathlib import Path
+
+import pytest
+from served_tags import Client, ServedRack, message, write_rack
+
+REQUESTOR = bytes.fromhex("07 4d00 78563412")
+READ, WRITE, MASKED = 0xA2, 0xAA, 0xAB
+
+
+@pytest.fixture
+def client(tmp_path: Path) -> Iterator[Client]:
+    with ExitStack() as ports:
+        yield Client(ServedRack(write_rack(tmp_path, files=True), ports))
+
+
+def execute(client: Client, function: int, size: int, *address: int, data: bytes = b"") -> tuple[int, bytes]:
+    """Execute a command; return STS and data."""
+    command = struct.pack("<BBHBB", 0x0F, 0, 9, function, size) + bytes(address) + data
+    status, reply = client.ask(message(0x4B, b"\x20\x67\x24\x01", REQUESTOR + command))
+    assert (status, reply[: len(REQUESTOR)], reply[7:8], reply[9:11]) == (0, REQUESTOR, b"\x4f", b"\x09\0")
+    return reply[8], reply[11:]
+
+
+@pytest.mark.parametrize(
+    ("address", "size", "data"),
+    [
+        ((7, 0x89, 3, 0), 4, "fcff 0500"),
+        ((3, 0x85, 1, 0), 2, "0500"),
+        ((4, 0x86, 1, 1), 4, "1400 0300"),
+        ((5, 0x87, 0, 0), 6, "0080 0a00 0300"),
+        ((6, 0x88, 0, 0), 6, "0000 0400 0100"),
+        ((8, 0x8A, 1, 0), 4, "000010c0"),
+        ((9, 0x8D, 0, 0), 6, "0300 6261 0063"),
+        ((10, 0x91, 1, 0), 4, "f9ffffff"),
+        ((0, 0x82, 1, 0), 2, "0000"),
+        ((1, 0x8C, 1, 0), 2, "0064"),
+    ],
+    ids=["N", "B", "T", "C", "R", "F", "ST", "L", "O", "I"],
+)
+def test_each_kind_of_file_has_its_bytes(
+    client: Client, address: tuple[int, ...], size: int, data: str
+) -> None:
+    assert execute(client, READ, size, *address) == (0, bytes.fromhex(data))
+
+
+def test_writes_go_to_elements_parts_and_bits(client: Client) -> None:
+    tags = client.rack.debugger.tags
+    assert execute(client, WRITE, 4, 7, 0x89, 10, 0, data=b"\1\0\2\0") == (0, b"")
+    assert execute(client, WRITE, 2, 4, 0x86, 0, 1, data=b"\x09\3") == (0, b"")
+    assert execute(client, MASKED, 2, 3, 0x85, 1, 0, data=b"\x10\0\xff\xff") == (0, b"")
+    assert execute(client, WRITE, 6, 9, 0x8D, 1, 0, data=b"\3\0zy\0x") == (0, b"")
+    assert (tags["N7:10"], tags["N7:11"], tags["T4:0.PRE"], tags["B3:1"]) == (1, 2, 777, 0x15)
+    assert tags["ST9:1"] == "yzx"
+
+
+@pytest.mark.parametrize(
+    ("function", "size", "address", "data"),
+    [
+        (WRITE, 6, (4, 0x86, 0, 1), b"\x09\3"),
+        (WRITE, 2, (7, 0x89, 0, 0), b"\1\0\2\0"),
+        (WRITE, 2, (7, 0x89, 16, 0), b"\1\0"),
+        (WRITE, 2, (9, 0x8D, 0, 0), b"\x53\0"),
+        (READ, 2, (7, 0x89, 16, 0), b""),
+        (READ, 2, (7, 0x8A, 0, 0), b""),
+        (READ, 2, (200, 0x89, 0, 0), b""),
+        (READ, 237, (7, 0x89, 0, 0), b""),
+        (READ, 2, (4, 0x86, 0, 3), b""),
+        (0x77, 2, (7, 0x89, 0, 0), b""),
+        (READ, 2, (7,), b""),
+    ],
+)
+def test_what_does_not_fit_is_refused_and_changes_nothing(
+    client: Client, function: int, size: int, address: tuple[int, ...], data: bytes
+) -> None:
+    memory = client.rack.debugger.engine.memory
+    before = {path: value for path, value in memory.snapshot().items() if not path.startswith(("S", "T4"))}
+    status, _ = execute(client, function, size, *address, data=data)
+    assert status in (0x10, 0xF0)
+    assert {path: value for path, value in memory.snapshot().items() if path in before} == before
+    assert client.rack.debugger.tags["T4:0.PRE"] == 500
