@@ -113,6 +113,7 @@ def test_pylogix_reads_and_writes_what_is_listed(bench: tuple[ServedRack, int], 
         assert plc.Read("Dints[0]", 3000).Value == list(range(3000))
         assert plc.Write("Locked", 5).Status == "Privilege violation"
         assert [each.Status for each in plc.Read(["Scan", "C1"])] == ["Success"] * 2
+    del plc
     gc.collect()  # the sockets that it leaves open
     assert rack.debugger.tags["Locked"] == 7
 
