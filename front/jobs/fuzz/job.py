@@ -212,7 +212,7 @@ def _drawn(found: Counterexample, late: Inevitable, folder: Path) -> list[str]:
     broken, page = found.broken, folder / "chart.html"
     marks = [Mark(broken.now_ns, None, "broken", f"{broken.invariant} is broken", str(broken))]
     if late.is_clear and late.scan < broken.scan:
-        marks.append(Mark(late.now_ns, None, "broken", "from here on inevitable", "\n".join(late.lines)))
+        marks.append(Mark(late.now_ns, None, "broken", "inevitable", "\n".join(late.lines)))
     with open_trace(folder / "trace.mcap") as trace:
         save_page(trace, page, title=broken.sentence, more=marks)
     around = max(0, broken.now_ns - AROUND_NS), broken.now_ns + AROUND_NS
