@@ -105,14 +105,16 @@ def refuse(lowered: LoweredProgram) -> None:
 
 
 def written_beside(lowered: LoweredProgram) -> tuple[str, ...]:
-    """Return starts of paths that others than rungs write: status file of an SLC, messages under way."""
+    """Return starts of paths that others than rungs write: status file of an SLC, messages, consumed tags."""
     found = [STATUS] if before_scan in lowered.opening else []
     if any(isinstance(each, partial) for each in lowered.closing):
         ends = (".~WAITING", ".~STARTED_NS")
         found += [path[: path.rfind(".")] for path in lowered.layout.leaves if path.endswith(ends)]
     tags = Tags(lowered, None)  # type: ignore[arg-type]  # names are resolved without memory
-    for to, _ in lowered.replies.values():  # what a message brings
-        where = tags.where(to)
+    brought = [to for to, _ in lowered.replies.values()]  # what a message brings, and a producer
+    brought += [name for each in lowered.connections for name in (each.tag, each.status) if name]
+    for name in brought:
+        where = tags.where(name)
         path = where.leaf.path if isinstance(where, Place) else where.path
         found.append(tag_in(path).upper())
     return tuple(found)

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from scanrack.commands import build
 from scanrack.ladder import Program
 from scanrack.ladder.files.rungfile import parse_program
+from typer.testing import CliRunner
 
 
 def made(*rungs: str) -> Program:
@@ -42,3 +44,29 @@ def test_a_bit_of_a_number_that_nothing_writes_is_free(bit: int) -> None:
     refuted = made(f"XIC(V.{bit})OTE(A);").prove(never="A")
     assert refuted.word == "refuted"
     assert refuted.scans[-1].inputs == {("V", 0): -0x8000 if bit == 15 else 1}
+
+
+CONSUMER = """\
+PROGRAM consumer
+TYPE FromTwo (Status : CONNECTION_STATUS, Count : DINT)
+TAG In : FromTwo
+TAG Lamp : BOOL
+ROUTINE Main
+EQU(In.Count,5)OTE(Lamp);
+CLR(In.Count);
+END
+ROUTINE NEVER
+XIC(Lamp)NOP();
+END
+"""
+
+
+def test_a_consumed_tag_that_a_rung_clears_comes_anew(tmp_path):
+    """What a producer sends before each scan is not what the last one has left."""
+    (tmp_path / "line.rung").write_text(CONSUMER)
+    (tmp_path / "line.toml").write_text(
+        'program = "line.rung"\n[stubs]\nIn = { value = { Count = 5 } }\n'
+        '[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n'
+    )
+    result = CliRunner().invoke(build(), ["prove", str(tmp_path / "line.toml")])
+    assert "proved" not in result.stdout.splitlines()[0], result.stdout
