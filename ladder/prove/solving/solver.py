@@ -11,7 +11,6 @@ from collections.abc import Sequence
 from functools import cache
 from importlib.util import find_spec
 from typing import Any
-from weakref import WeakMethod
 
 from ..algebra.meaning import BOOL, F32, INT
 from ..algebra.terms import T
@@ -103,8 +102,7 @@ class Solver:
         options = module.Options()
         options.set(module.Option.PRODUCE_MODELS, True)
         self._solver = module.Bitwuzla(self._manager, options)
-        tired = WeakMethod(self._tired)  # bitwuzla would keep this object, and this object keeps bitwuzla
-        self._solver.configure_terminator(lambda: (asked := tired()) is None or asked())
+        self._solver.configure_terminator(self._tired)
         self._steps, self._left, self.spent = steps, 0, 0
         self._answers = {module.Result.SAT: SAT, module.Result.UNSAT: UNSAT}
         self._kinds = _kinds()

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import gc
 import math
 from typing import Any
-from weakref import ref
 
 import pytest
 from hypothesis import given, settings
@@ -160,10 +158,3 @@ def test_values_of_floats_survive() -> None:
             made = solver.value(kind, value)
             assert solver.check() == "sat"
             assert solver.found(made, t.var("x", kind)) == t.const(value, kind).val
-
-
-def test_a_solver_that_nobody_uses_is_gone():
-    """Thousands of proofs in one process: bitwuzla holds no solver by what it calls."""
-    left = ref(Solver())
-    gc.collect()
-    assert left() is None
