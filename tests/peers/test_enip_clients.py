@@ -120,9 +120,22 @@ def test_pylogix_reads_and_writes_what_is_listed(bench: tuple[ServedRack, int], 
 
 def test_slcdriver_reads_and_writes_data_files(files: tuple[ServedRack, int]) -> None:
     _, port = files
-    reads = {"N7:3": -4, "B3:1": 5, "T4:1.PRE": 20, "C5:0.PRE": 10, "F8:1": -2.25, "L10:0": 100_000}
+    reads: dict[str, Any] = {
+        "N7:3": -4,
+        "B3:1": 5,
+        "T4:1.PRE": 20,
+        "C5:0.PRE": 10,
+        "F8:1": -2.25,
+        "L10:0": 100_000,
+    }
     reads |= {"ST9:1": "hello world", "I:1.0/14": True, "O:1.0": 0, "N7:0{3}": [1, 2, 3]}
-    writes = {"N7:1": 55, "N7:10{3}": [1, 2, 3], "F8:3": 4.25, "L10:1": -100_000, "ST9:0": "new text"}
+    writes: dict[str, Any] = {
+        "N7:1": 55,
+        "N7:10{3}": [1, 2, 3],
+        "F8:3": 4.25,
+        "L10:1": -100_000,
+        "ST9:0": "new text",
+    }
     writes |= {"B3:3": 0x55, "O:1.0": 3}
     with pycomm3.SLCDriver(f"127.0.0.1:{port}/0") as plc:
         assert plc.get_processor_type() == "1764-LRP"

@@ -92,7 +92,18 @@ number = 1
 module = "amci3601"
 """
 
-WRITABLE = ("a*", "Dints", "Grid", "Flags", "Fill", "Text*", "One.Steps", "One.Name", "Many", "Hosts")
+WRITABLE: tuple[str, ...] = (
+    "a*",
+    "Dints",
+    "Grid",
+    "Flags",
+    "Fill",
+    "Text*",
+    "One.Steps",
+    "One.Name",
+    "Many",
+    "Hosts",
+)
 WRITABLE += ("Program:Main.*", "Local:1:O.Data")
 
 

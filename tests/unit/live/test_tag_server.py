@@ -84,7 +84,9 @@ def rerun(job: Job, trace: Path, again: Path) -> None:
 
 @pytest.mark.slow
 def test_a_killed_server_is_told_and_starts_again_and_a_rerun_is_the_same(tmp_path: Path) -> None:
-    job, said, answers = load_job(str(write_rack(tmp_path))), [], []
+    job = load_job(str(write_rack(tmp_path)))
+    said: list[str] = []
+    answers: list[int] = []
     trace = tmp_path / "run.mcap"
     with ExitStack() as ports:
         run = JobRun(job, ports, RunOptions(trace=trace, handled=True))
