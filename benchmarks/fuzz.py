@@ -201,9 +201,9 @@ def report_suite(names: list[str], seeds: int, runs: int) -> bool:
             for place, each in enumerate(took):
                 totals[place] += sum(one.runs is not None for one in each)
             alarms = search(correct.bench, correct.kinds, examples=runs).found
-        for each in alarms:
+        for alarm in alarms:
             held = False
-            print(f"  {name}: the correct version: {each.broken}")
+            print(f"  {name}: the correct version: {alarm.broken}")
     of = seeds * len(names)
     print(f"  found: {totals[0]} of {of} aimed, {totals[1]} of {of} blindly (bar: 700 of 720)")
     return held
