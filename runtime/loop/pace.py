@@ -113,8 +113,8 @@ class RealTime(Pacer):
 
     free = False
 
-    def __init__(self, *, spin: bool = False, sleep: Callable[[float], object] = time.sleep) -> None:
-        self._sleep = sleep
+    def __init__(self, *, spin: bool = False, sleep: Callable[[float], object] | None = None) -> None:
+        self._sleep = sleep or (lambda seconds: time.sleep(seconds))  # tests put another clock in
         self.overruns = 0
         self.worst_late_ns = 0
         self.late = [0] * (len(LATE_FROM_NS) + 1)
