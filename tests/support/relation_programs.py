@@ -283,6 +283,8 @@ class Drawn:
             main.append(f"LBL(Skip){self.output()};")
         if draw.random() < 0.2:
             main.insert(2, self.rung(last="MCR()"))
+        if draw.random() < 0.5:
+            main.append("JSR(Text,0);")
         flags = ["XIC(S:V)OTL(B0);", "XIC(S:Z)OTE(B7);"] if draw.random() < 0.3 else []
         sub = ["SBR(D1)NOP();", self.rung(), self.rung(last="RET(D0)"), self.rung(), "RET(I1);"]
         parts = [

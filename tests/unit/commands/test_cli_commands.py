@@ -26,7 +26,7 @@ def test_help_lists_them_in_order():
 def test_an_unknown_command_is_refused():
     result = CliRunner().invoke(build(), ["fix"])
     assert result.exit_code == 2
-    assert "there is no command 'fix': there are run, watch, show," in result.output
+    assert "there is no command 'fix': there are new, run, watch," in result.output
 
 
 EXAMPLES = Path(__file__).parents[3] / "examples"

@@ -115,7 +115,7 @@ def test_a_circle_of_links_is_told_in_one_line(folder, command, extra, monkeypat
     [
         ("shwo", "there is no command 'shwo': did you mean show?"),
         ("exprot", "there is no command 'exprot': did you mean export?"),
-        ("xyz", "there is no command 'xyz': there are run, watch, show, "),
+        ("xyz", "there is no command 'xyz': there are new, run, watch, "),
     ],
 )
 def test_a_command_that_is_not_there(typed, told):
@@ -129,7 +129,7 @@ def test_there_is_one_table_of_statuses():
     assert status.__file__ is not None
     folder = Path(status.__file__).parent
     numbers = {name: value for name, value in vars(status).items() if name.isupper()}
-    assert sorted(numbers.values()) == [0, 1, 2, 3, 130, 141]
+    assert sorted(set(numbers.values())) == [0, 1, 2, 3, 130, 141]  # two commands' 3 is not the same
     for module in folder.glob("*.py"):
         text = module.read_text(encoding="utf-8")
         for literal in ("typer.Exit(0", "typer.Exit(1", "typer.Exit(2", "typer.Exit(3", "sys.exit(1"):

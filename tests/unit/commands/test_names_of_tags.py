@@ -113,7 +113,17 @@ ASKED: dict[str, tuple[Asked, dict[str, list[str]]]] = {
 }
 """By command and parameter: how it is asked about a tag, and about which."""
 
-OTHERS = {"watch text", "query limit", "rules bit", "run retain", "why want", "export mcap", "export csv"}
+OTHERS = {
+    "run server",
+    "watch server",
+    "watch text",
+    "query limit",
+    "rules bit",
+    "run retain",
+    "why want",
+    "export mcap",
+    "export csv",
+}
 """Parameters of which the help speaks of tags, bits or signals, and that take no name."""
 
 
