@@ -6,7 +6,7 @@ of these futures that fail too is asked for where it rises most, until the rise 
     scan          -1    2    4    5    6   12
     fail of 40     0    0    0   37   38   40        inevitable from scan 5 on
 
-No faults are drawn: a power cycle cures everything, and would blur the step.
+Inputs are drawn, neither links nor power: a power cycle cures everything, and would blur the step.
 """
 
 from __future__ import annotations
