@@ -109,6 +109,7 @@ WORDS = {
     "check feeder.toml": 0,
     "check line.toml": 0,
     "rules amci3601": 0,
+    "new project --from feeder": 0,
 }
 """Each command once at least, and its exit status."""
 
