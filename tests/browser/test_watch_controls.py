@@ -36,7 +36,10 @@ def test_pause_step_and_go_on(page, feeder):
 
 def test_space_pauses_also_after_a_click_and_presses_what_tab_has_reached(page, feeder):
     page.open(feeder.link)
+    page.until_handle("state", "live")
+    page.until_drawn()
     page.press("Zoom out")
+    page.until_drawn()
     keys(page, " ")
     page.until_handle("state", "paused")
     page.press("Step")
