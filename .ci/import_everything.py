@@ -11,8 +11,21 @@ from importlib.metadata import requires
 
 import scanrack
 
-MODULE_OF = {"mcap-ros2-support": "mcap_ros2", "pyvcd": "vcd", "z3-solver": "z3"}
+MODULE_OF = {
+    "mcap-ros2-support": "mcap_ros2",
+    "myst-parser": "myst_parser",
+    "pyvcd": "vcd",
+    "z3-solver": "z3",
+}
 """Modules that are not called like their distribution."""
+
+NEEDS_EXTRA = {
+    "scanrack.lsp.server": "editor",
+    "scanrack.pytest_plugin": "test",
+    "scanrack.testing.routines": "test",
+    "scanrack.testing.rung_coverage": "test",
+}
+"""Modules of ours that are imported only with an extra, and where it is installed."""
 
 
 def added_by(extra: str) -> list[str]:
@@ -28,6 +41,7 @@ def main() -> None:
     """Import, and print how many modules of scanrack there are."""
     ours = [each.name for each in pkgutil.walk_packages(scanrack.__path__, "scanrack.")]
     others = [name for extra in sys.argv[1:] for name in added_by(extra)]
+    ours = [name for name in ours if NEEDS_EXTRA.get(name) in (None, *sys.argv[1:])]
     for name in ours + others:
         importlib.import_module(name)
     print(f"{len(ours)} modules imported, and {', '.join(others) or 'no extra'}")

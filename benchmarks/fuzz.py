@@ -1,21 +1,19 @@
-"""How fast are the searches, and what do they spend their time on?
+"""Does the search reach its bars? Each row of its acceptance table, with its figure beside its bar.
 
-    python benchmarks/fuzz.py             both searches, per core, and the suite of planted mistakes
-    python benchmarks/fuzz.py --smoke     a few examples of each, quickly
-    python benchmarks/fuzz.py --seeds 4 staircase bounce      these programs of the suite alone
+    python benchmarks/fuzz.py                        the rows that take some minutes
+    python benchmarks/fuzz.py --long                 all rows: `planted` and `alarms` take hours
+    python benchmarks/fuzz.py --only planted --seeds 4 staircase bounce    one row, these programs
+    python benchmarks/fuzz.py --smoke                a few runs of some rows
 
-Module: scripts of all themes, module and oracle in lockstep (tests/properties/test_against_oracle.py). A
-command sequence is a story of a script: the module is made ready, commands are written, their bits fall,
-inputs change, and the axis comes to rest. Program: `scanrack fuzz` on the feeder, 2 s of machine time a run.
-Seconds are those of the processor.
+Planted: the programs of benchmarks/fuzz_programs, each with its mistake, searched with several seeds until
+it is found. It counts if the same scenario leaves the correct version whole. Beside it stands a search that
+draws blindly, in the same run and on the same budget. Six programs were written before the search was tuned,
+six after it: bounce, forgotten_zero, last_steps, night_start, one_slip, torn_position.
 
-Suite: the programs of benchmarks/fuzz_programs, each with its mistake, searched with several seeds until the
-mistake is found. It counts if the same scenario leaves the correct version whole. Beside it stands a search
-that draws blindly, on the same budget. Costs: what noting changes takes beside a plain run. Six programs were
-written before the search was tuned, six after it: bounce, forgotten_zero, last_steps, night_start, one_slip,
-torn_position.
+Seconds are those of the processor. What the other benchmarks of the search measure is a row here, too.
 
-Exit status: 0; 1 if module and oracle have differed, or a correct program has broken what must hold.
+Exit status: 0; 1 if module and oracle have differed, a correct program has broken what must hold, or a digest
+or an instant is not what it has to be.
 """
 
 from __future__ import annotations
@@ -27,28 +25,41 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from random import Random
 from statistics import median
-from tempfile import TemporaryDirectory
 from time import process_time
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
+import fuzz_kills
+import fuzz_workers
+import inevitable
 from hunt3601 import scripts_of
 from lockstep3601 import GivenUp, Lockstep
 from oracle_bits import CONFIGURE
-from planted_programs import NAMES, Version, invariant_of, version_of
-from scanrack.jobs.fuzz import Counterexample, Scenario, SearchReport, TrialBench, search
-from scanrack.jobs.fuzz.aim.draws import Draws
+from planted_programs import NAMES
+from planted_searches import Took, Way, aimed, blind, solved, target_of
+from scanrack.jobs.fuzz import Scenario, TrialBench, search
 from scanrack.jobs.fuzz.aim.edges import Edges
 from scanrack.jobs.fuzz.aim.probe import Probe
-from scanrack.jobs.fuzz.job import Setup, bench_of
 from scanrack.jobs.fuzz.run import BUILDING
-from scanrack.jobs.fuzz.scenarios.kinds import kinds_for
 from scanrack.jobs.fuzz.search import DRAWING
 from steps3601 import Recover
 from stories3601 import THEMES
+
+BUDGET, SEEDS, FEW = 600, 30, 3
+"""Runs of a search, number of searches of a program in the row `planted`, and in a row of one program."""
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What the command line asks for; None = as the row is."""
+
+    seeds: int | None = None
+    runs: int = BUDGET
+    names: tuple[str, ...] = ()
+    smoke: bool = False
+
 
 SHARES = {
     "the oracle's ticks": ("oracle3601.py", "tick"),
@@ -91,7 +102,6 @@ def report_module(examples: int) -> None:
     commands, stories, ticks = play(scripts)
     played = process_time() - start
     total = drawn + played
-    print("module and oracle in lockstep")
     print(
         f"  scripts            {len(scripts) / total:>10,.0f} per second ({len(scripts):,} in {total:.1f} s)"
     )
@@ -115,98 +125,44 @@ def shares(scripts) -> dict[str, float]:
     return {what: spent.get(place, 0.0) / stats.total_tt for what, place in SHARES.items()}
 
 
-def report_program(runs: int) -> None:
-    setup = Setup(str(FEEDER), (), ("no-command-error",), SCANS, frozenset())
-    bench = bench_of(setup)
-    start = process_time()
-    report = search(bench, kinds_for(bench.spec), examples=runs)
-    seconds = process_time() - start
-    print(f"scanrack fuzz, examples/feeder: {report.runs:,} runs in {seconds:.1f} s")
-    print(f"  runs               {report.runs / seconds:>10,.1f} per second")
-    print(f"  scans              {report.scans / seconds:>10,.0f} per second")
+def module(asked: Asked) -> bool:
+    """Play scripts of all themes, module and oracle in lockstep (tests/properties/test_against_oracle.py).
 
-
-BUDGET, SEEDS = 600, 30
-"""Runs of a search, and number of searches: those of the bar, 700 found of 720."""
-
-
-class _FoundError(Exception):
-    """Ends a search at the planted mistake."""
-
-
-@dataclass(frozen=True)
-class Took:
-    """What a search took to find a planted mistake: runs None if it has not found it."""
-
-    runs: int | None
-    scans: int
-    seconds: float
-
-
-def aimed(planted: Version, is_it: Callable[[Scenario, str], bool], seed: int, runs: int) -> Took:
-    """Search as `scanrack fuzz` does."""
-    report = SearchReport()
-    start = process_time()
-    looked = [0]
-
-    def confirm(found: Counterexample, _without: object) -> bool:
-        if is_it(found.scenario, found.broken.invariant):
-            raise _FoundError
-        return True
-
-    def count(number: int) -> None:
-        looked[0] = number
-
-    found = False
+    A command sequence is a story of a script: the module is made ready, commands are written, their bits
+    fall, inputs change, and the axis comes to rest.
+    """
     try:
-        report = search(
-            planted.bench, planted.kinds, examples=runs, start=seed, confirm=confirm, progress=count
-        )
-    except _FoundError:
-        found = True
-    seconds = process_time() - start
-    return Took(looked[0] if found else None, report.scans or looked[0] * planted.bench.scans, seconds)
+        report_module(1 if asked.smoke else 60)
+    except AssertionError as difference:
+        print(difference)
+        return False
+    return True
 
 
-def blind(planted: Version, is_it: Callable[[Scenario, str], bool], seed: int, runs: int) -> Took:
-    """Draw scenarios anywhere: no edges, nothing kept, nothing known of the program."""
-    start = process_time()
-    draws = Draws(planted.bench.spec, planted.bench.scans, planted.kinds, Random(seed))
-    scans = 0
-    for number in range(1, runs + 1):
-        scenario = draws.scenario()
-        verdict = planted.bench.run(scenario)
-        scans += verdict.scans
-        if verdict.broken is not None and is_it(scenario, verdict.broken.invariant):
-            return Took(number, scans, process_time() - start)
-    return Took(None, scans, process_time() - start)
-
-
-def report_suite(names: list[str], seeds: int, runs: int) -> bool:
-    """Search the suite, aimed and blindly; return whether every correct program held."""
-    print(f"planted mistakes: {seeds} searches of {runs} runs each")
+def planted(asked: Asked) -> bool:
+    """Search the suite, aimed and blindly."""
+    names, seeds = asked.names or tuple(NAMES), asked.seeds or SEEDS
+    print(f"  {seeds} searches of {asked.runs} runs each")
     print(f"  {'program':<16} {'aimed':>6} {'runs':>6} {'s':>6}   {'blind':>6} {'runs':>6} {'s':>6}")
-    held, totals = True, [0, 0]
+    totals, fewer, slower = [0, 0], [], []
     for name in names:
-        with TemporaryDirectory() as folder:
-            planted = version_of(name, Path(folder) / "planted", with_mistake=True)
-            correct = version_of(name, Path(folder) / "correct", with_mistake=False)
-            wanted = invariant_of(name, planted)
-
-            def is_it(scenario: Scenario, broken: str) -> bool:
-                return broken == wanted and correct.bench.run(scenario).broken is None  # noqa: B023
-
-            took = [[way(planted, is_it, seed, runs) for seed in range(seeds)] for way in (aimed, blind)]
-            print(f"  {name:<16} {_told(took[0])}   {_told(took[1])}", flush=True)
-            for place, each in enumerate(took):
-                totals[place] += sum(one.runs is not None for one in each)
-            alarms = search(correct.bench, correct.kinds, examples=runs).found
-        for alarm in alarms:
-            held = False
-            print(f"  {name}: the correct version: {alarm.broken}")
+        with target_of(name) as target:
+            both = [[way(target, seed, asked.runs) for seed in range(seeds)] for way in (aimed, blind)]
+        print(f"  {name:<16} {_told(both[0])}   {_told(both[1])}", flush=True)
+        for place, each in enumerate(both):
+            totals[place] += sum(took.runs is not None for took in each)
+        if not _is_easy(both[1]):
+            fewer.append(f"{name} {_scans(both[1]) / _scans(both[0]):.1f}")
+        ours, theirs = (median(took.seconds for took in each) for each in both)
+        if ours > max(1.3 * theirs, theirs + 0.2):
+            slower.append(f"{name} {ours:.1f} s, not {theirs:.1f} s")
     of = seeds * len(names)
-    print(f"  found: {totals[0]} of {of} aimed, {totals[1]} of {of} blindly (bar: 700 of 720)")
-    return held
+    print(f"  found              {totals[0]} of {of} aimed, {totals[1]} of {of} blindly (bar: 700 of 720)")
+    print(
+        f"  times fewer scans  {', '.join(fewer) or '-'} (bar: 5, where blind misses half or takes 500 runs)"
+    )
+    print(f"  slower             {', '.join(slower) or 'none'} (bar: none by 1.3 times and 0.2 s)")
+    return True
 
 
 def _told(took: list[Took]) -> str:
@@ -216,15 +172,53 @@ def _told(took: list[Took]) -> str:
     return f"{len(found):>6} {median(found) if found else '-':>6} {seconds:>6.1f}"
 
 
+def _is_easy(took: list[Took]) -> bool:
+    """Return whether most searches find it in less than 500 runs."""
+    return sum(each.runs is not None and each.runs < 500 for each in took) * 2 > len(took)
+
+
+def _scans(took: list[Took]) -> float:
+    return median(each.scans for each in took)
+
+
+def alarms(asked: Asked) -> bool:
+    """Search the correct versions; print what is broken there."""
+    names, found = asked.names or tuple(NAMES), 0
+    for name in names:
+        with target_of(name) as target:
+            for seed in range(asked.seeds or 10):
+                correct = target.correct
+                report = search(correct.bench, correct.kinds, examples=asked.runs, start=seed)
+                for each in report.found:
+                    print(f"  {name}, seed {seed}: {each.broken}", flush=True)
+                found += len(report.found)
+    print(f"  alarms             {found} (bar: none that is no fault of the program)")
+    return not found
+
+
+def one(name: str, bar: str, *ways: tuple[str, Way, int]) -> Callable[[Asked], bool]:
+    """Return a row of one program: each way with its name and its number of runs."""
+
+    def row(asked: Asked) -> bool:
+        with target_of(name) as target:
+            for told, way, runs in (*ways, ("blind", blind, BUDGET)):
+                took = [way(target, seed, min(runs, asked.runs)) for seed in range(asked.seeds or FEW)]
+                print(f"  {name}, {told:<12} {_told(took)} s of {len(took)}", flush=True)
+        print(f"  found, runs, mean seconds; bar: {bar}")
+        return True
+
+    return row
+
+
 LADDER, PYTHON = "lost_request", "half_command"
 
 
-def report_costs(runs: int) -> None:
+def costs(asked: Asked) -> bool:
     """Print the cost of a probe, runs of 2 s a second, and the share of drawing and building."""
-    print("costs")
+    runs = 2 if asked.smoke else 100
     for what, name, bars in (("ladder", LADDER, (1.3, 150)), ("Python", PYTHON, (1.25, 120))):
-        with TemporaryDirectory() as folder:
-            version = version_of(name, Path(folder) / "it", with_mistake=False)
+        with target_of(name) as target:
+            version = target.correct
             bench = replace(version.bench, scans=2_000_000_000 // version.bench.spec.scan_ns)
             plain, noted = _seconds(bench, runs, probed=False), _seconds(bench, runs, probed=True)
             start = process_time()
@@ -234,6 +228,7 @@ def report_costs(runs: int) -> None:
         print(f"  probe, {what:<10} {noted / plain:>8.2f} times a run (bar: {bars[0]})")
         print(f"  runs of 2 s, {what:<6} {speed:>6.0f} per second (bar: {bars[1]})")
         print(f"  drawing, building  {shares:>8.0%} of the time (bar: 15%)")
+    return True
 
 
 def _seconds(bench: TrialBench, runs: int, *, probed: bool) -> float:
@@ -249,23 +244,67 @@ def _seconds(bench: TrialBench, runs: int, *, probed: bool) -> float:
     return min(once() for _ in range(3))
 
 
+def kills(asked: Asked) -> bool:
+    """Kill searches at random moments."""
+    return fuzz_kills.main(["--smoke"] if asked.smoke else []) == 0
+
+
+def workers(asked: Asked) -> bool:
+    """Compare the steps of processes and of Dask, and the time of two processes."""
+    return fuzz_workers.main(["--smoke"] if asked.smoke else []) == 0
+
+
+def instant(_asked: Asked) -> bool:
+    """Look for instants that are known."""
+    return inevitable.main() == 0
+
+
+ROWS: dict[str, Callable[[Asked], bool]] = {
+    "module": module,
+    "costs": costs,
+    "presses": one(
+        "service_menu",
+        "400 runs; with the solver 20 runs, 2 s",
+        ("aimed", aimed, BUDGET),
+        ("solver", solved, 100),
+    ),
+    "rare": one(
+        "night_start", "with the solver 20 runs, 2 s", ("aimed", aimed, BUDGET), ("solver", solved, 100)
+    ),
+    "number": one("torn_position", "300 runs", ("aimed", aimed, BUDGET)),
+    "race": one("one_zone", "600 runs", ("aimed", aimed, BUDGET)),
+    "link": one("second_fault", "600 runs", ("aimed", aimed, BUDGET)),
+    "instant": instant,
+    "workers": workers,
+    "kills": kills,
+    "planted": planted,
+    "alarms": alarms,
+}
+"""The rows by name: dear ones at the end."""
+
+DEAR, SMOKED = ("workers", "kills", "planted", "alarms"), ("module", "costs", "number")
+"""Rows that are measured only if they are asked for, and those of a smoke run."""
+
+
 def main(arguments: list[str]) -> int:
-    parser = argparse.ArgumentParser(description="How fast are the searches?")
-    parser.add_argument("--smoke", action="store_true", help="a few examples of each")
-    parser.add_argument("--seeds", type=int, default=SEEDS, help="searches of each program")
-    parser.add_argument("--runs", type=int, default=BUDGET, help="runs of a search")
-    parser.add_argument("names", nargs="*", help="programs of the suite; all of them if left out")
+    parser = argparse.ArgumentParser(description="Does the search reach its bars?")
+    parser.add_argument("--smoke", action="store_true", help="a few runs of some rows")
+    parser.add_argument("--long", action="store_true", help="the dear rows, too")
+    parser.add_argument("--only", choices=list(ROWS), help="one row")
+    parser.add_argument("--seeds", type=int, help="searches of each program")
+    parser.add_argument("--runs", type=int, default=BUDGET, help="runs of a search at most")
+    parser.add_argument("names", nargs="*", help="programs of `planted` and `alarms`; all if left out")
     given = parser.parse_args(arguments)
-    if given.names:
-        return 0 if report_suite(given.names, given.seeds, given.runs) else 1
-    try:
-        report_module(1 if given.smoke else 60)
-    except AssertionError as difference:
-        print(difference)
-        return 1
-    report_program(3 if given.smoke else 100)
-    report_costs(2 if given.smoke else 100)
-    held = report_suite(NAMES[:1], 1, 3) if given.smoke else report_suite(NAMES, given.seeds, given.runs)
+    asked = Asked(given.seeds, given.runs, tuple(given.names), given.smoke)
+    rows = [name for name in ROWS if given.long or name not in DEAR]
+    if given.smoke:
+        rows, asked = list(SMOKED), replace(asked, seeds=1, runs=3)
+    if given.only or given.names:
+        rows = [given.only or "planted"]
+    held = True
+    for name in rows:
+        print(name, flush=True)
+        held = ROWS[name](asked) and held
     return 0 if held else 1
 
 

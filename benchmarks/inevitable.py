@@ -27,6 +27,7 @@ def main() -> int:
         bench, found = each.found()
         begin = time.process_time()
         late = inevitable(bench, found)
+        assert late is not None, name
         near += abs(late.scan - each.scan) <= 1
         took = time.process_time() - begin
         print(

@@ -139,7 +139,7 @@ def measure(way: str, seconds: float, speed: float | None) -> dict[str, object]:
         run.cpu.add_listener(tap)
         pages = [] if keeper is None else _pages(way, link)
         if keeper is not None:
-            time.sleep(SETTLE_S)
+            time.sleep(min(SETTLE_S, 3 * seconds))
         spent, monitor = time.process_time(), _spent(keeper)
         scans = round(seconds * 500) if speed is not None else round(seconds * SCANS_PER_S)
         if way == "deaf" and keeper is not None:
@@ -246,7 +246,7 @@ def main() -> None:
     if not Path("/proc/thread-self/schedstat").exists():
         print("this system does not tell how long a thread waits for a processor: nothing is measured")
         return
-    seconds, rounds = (1.0, 1) if options.smoke else (options.seconds, options.rounds)
+    seconds, rounds = (0.2, 1) if options.smoke else (options.seconds, options.rounds)
     real = [{way: apart(way, seconds, "1") for way in WAYS} for _ in range(rounds)]
     report(f"real time, {seconds:g} s each, medians of {rounds}", real)
     fast = [{way: apart(way, seconds, "max") for way in (RUN, *WAYS[:3])} for _ in range(rounds)]

@@ -129,7 +129,7 @@ def main(arguments: list[str]) -> int:
     if missing is not None:
         print(f"not measured: {missing}")
         return 0
-    seconds, clicks, scrubs = (1.0, 3, 3) if given.smoke else (given.seconds, given.clicks, given.scrubs)
+    seconds, clicks, scrubs = (0.2, 3, 3) if given.smoke else (given.seconds, given.clicks, given.scrubs)
     with tempfile.TemporaryDirectory() as profile:
         browser = open_browser(Path(profile))
         try:

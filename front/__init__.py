@@ -153,7 +153,8 @@ def _homes() -> dict[str, tuple[str, str]]:
     if not _found_homes:
         import re
 
-        text = __loader__.get_source(__name__) or ""
+        # `get_data`, not `get_source`: pytest, which loads a package that has a plugin, has only that
+        text = __loader__.get_data(__file__).decode("utf-8")
         rows = re.findall(r"^    from (\S+) import (\w+) as (\w+)$", text, re.MULTILINE)
         _found_homes.update(
             {"__version__": ("", ""), **{name: (module, there) for module, there, name in rows}}

@@ -7,7 +7,7 @@ Terminal n of a digital card is bit n of its data, 16 to a word. Channel n of an
 The data of a card with 32 terminals are one DINT to a CompactLogix: `Local:2:I.Data.31`.
 
 To add a card, add its row and run `python tests/tools/cards_page.py --write`, which makes its rows of
-docs/cards.md. The members of its tags follow from the row, as Studio 5000 names them [1769-UM002B, table
+docs/card-tables.md. The members of tags follow from the row, as Studio 5000 names them [1769-UM002B, table
 3.1; 1769-IN087A, page 15]; `Fault` is that of the connection and no word of an image:
 
     digital inputs      I.Data

@@ -81,6 +81,9 @@ class Image:
         for word, value in enumerate(values):
             self.words[word] = signed_word(value)
 
+    def __deepcopy__(self, _memo: object) -> Image:
+        return Image(buffer=bytearray(self.raw))
+
     def __getitem__(self, word: int) -> int:
         try:
             return self.words[word]
@@ -111,6 +114,16 @@ class Image:
 
     def __repr__(self) -> str:
         return f"Image({self.words.tolist()})"
+
+    def _repr_html_(self) -> str:
+        """Return the words for a notebook: number, value, hexadecimal, and the bits that are on."""
+        from .static_html import card, rows
+
+        table = (
+            (str(word), f"{value:,}", f"{value & 0xFFFF:04X}h", " ".join(map(str, _bits_on(value))))
+            for word, value in enumerate(self)
+        )
+        return card("Image", rows(table))
 
     def bit(self, word: int, bit: int) -> bool:
         """Return whether `bit` (0 to 15) of `word` (0 to 7) is set."""
@@ -181,3 +194,7 @@ def _no_such_word(word: object) -> ValueError:
 def _check_address(word: object, bit: object) -> None:
     if not (isinstance(word, int) and isinstance(bit, int) and 0 <= word < WORDS and 0 <= bit <= 15):
         raise ValueError(f"no such bit: word {word}, bit {bit}; words are 0 to {WORDS - 1}, bits 0 to 15")
+
+
+def _bits_on(value: int) -> list[int]:
+    return [bit for bit in range(16) if value >> bit & 1]

@@ -10,8 +10,12 @@ from __future__ import annotations
 import errno
 import os
 import stat
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from os.path import realpath
 from pathlib import Path
+from types import MappingProxyType
 from typing import BinaryIO
 
 from .text_limits import LIMITS, TextKind, check_text
@@ -39,10 +43,25 @@ def open_input(path: Path) -> BinaryIO:
         raise
 
 
+_UNSAVED: ContextVar[Mapping[str, bytes]] = ContextVar("_UNSAVED", default=MappingProxyType({}))
+
+
+@contextmanager
+def unsaved(texts: Mapping[Path, str]) -> Iterator[None]:
+    """Read these texts in place of the files of these paths, as an editor has them."""
+    token = _UNSAVED.set({realpath(path): text.encode() for path, text in texts.items()})
+    try:
+        yield
+    finally:
+        _UNSAVED.reset(token)
+
+
 def read_input(path: Path, most: int) -> bytes:
     """Return a regular file of at most `most` bytes; an OSError has the reason in `strerror`."""
-    with open_input(path) as file:
-        data = file.read(most + 1)
+    data = _UNSAVED.get().get(realpath(path)) if _UNSAVED.get() else None
+    if data is None:
+        with open_input(path) as file:
+            data = file.read(most + 1)
     if len(data) > most:
         raise OSError(errno.EFBIG, f"it has more than {most:,} bytes", str(path))
     return data

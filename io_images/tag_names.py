@@ -18,6 +18,9 @@ import re
 from collections.abc import Iterable
 from functools import lru_cache
 
+TEXT = "TEXT"
+"""Type of a recorded tag that is text."""
+
 _FILE_BITS = 16
 _PROGRAM = re.compile(r"^Program:(\w+)\.", re.IGNORECASE)
 _BASE = re.compile(r"(\\\w+\.)?(\w+)", re.ASCII)
@@ -145,3 +148,13 @@ def element_of(name: str, place: int) -> str:
         place, index = divmod(place, high - low + 1)
         indices.append(str(low + index))
     return _RANGE.sub(lambda _: indices.pop(), name)
+
+
+def matches_part(pattern: str, name: str, *, fold: bool = False) -> bool:
+    """Whether a pattern with `*` and `?` matches a name, or its part before a dot or a subscript.
+
+    >>> matches_part("Fill", "Fill.ACC"), matches_part("Fi", "Fill.ACC"), matches_part("*.acc", "Fill.ACC")
+    (True, False, False)
+    """
+    text = "".join({"*": ".*", "?": "."}.get(each, re.escape(each)) for each in pattern)
+    return re.match(rf"{text}(?:[.\[]|$)", name, re.IGNORECASE if fold else 0) is not None

@@ -24,6 +24,7 @@ class TextKind(StrEnum):
     STEPS = "steps"
     STORED = "a stored program"
     RETAINED = "retained tags"
+    MEMORY = "the memory of a controller"
     SCENARIO = "a scenario"
     STATE = "the state of a campaign"
     PYTHON = "Python"
@@ -47,6 +48,7 @@ LIMITS: Mapping[TextKind, TextLimits] = {
     TextKind.STEPS: TextLimits(1 * MIB),
     TextKind.STORED: TextLimits(1 * MIB),
     TextKind.RETAINED: TextLimits(64 * MIB, nesting=64, token=128 * KIB),
+    TextKind.MEMORY: TextLimits(1 * MIB, nesting=8),
     TextKind.SCENARIO: TextLimits(16 * MIB, nesting=64),
     TextKind.STATE: TextLimits(256 * MIB, nesting=64, token=128 * KIB),
     TextKind.PYTHON: TextLimits(16 * MIB),
@@ -77,6 +79,7 @@ _PATTERNS: Mapping[TextKind, re.Pattern[str]] = {
     TextKind.STEPS: _pattern(_HASH),
     TextKind.STORED: _pattern(_HASH),
     TextKind.RETAINED: _pattern(_JSON),
+    TextKind.MEMORY: _pattern(_JSON),
     TextKind.SCENARIO: _pattern(_JSON),
     TextKind.STATE: _pattern(_JSON),
 }

@@ -14,3 +14,6 @@ UNITS_NS: Mapping[str, int] = {
     "h": 3_600_000_000_000,
 }
 """Length of each unit, ns."""
+
+DEFAULT_RUN = "10 s"
+"""Default machine time of a run in virtual time."""

@@ -23,7 +23,7 @@ To add an instruction:
    `spec.Spec` says what the functions get and return, and has what the pictures and structured text need. A
    rare instruction needs no `write`: the compiled program then calls its `run`.
 2. In `tests/manual/test_ladder_semantics_*.py`, add a row with the manual's page.
-3. `python tests/tools/instructions_page.py --write` adds its name to `docs/ladder.md`.
+3. `python tests/tools/instructions_page.py --write` adds its name to `docs/instructions.md`.
 
 `tests/unit/ladder/test_ladder_instruction_rows.py` names what is forgotten. Random programs have the
 instruction by the uses of its operands, see `tests/support/ladder_programs.py`.
@@ -32,65 +32,89 @@ A use of operands that no instruction has yet is one more member of `spec.Use`, 
 `operand_checks.OPERAND_CHECKS`.
 """
 
-from . import instructions
-from .build.checks import REPEATED_COILS, REPEATED_TIMERS
-from .build.controller import Controller
-from .build.program import Program
-from .build.runnable import LadderLogic
-from .files.rungfile import read_program, write_program
-from .instructions import *  # noqa: F403
-from .model.errors import BuildError, LadderError, LadderFault, MinorFault, RungTextError
-from .model.types import (
-    BOOL,
-    CONTROL,
-    COUNTER,
-    DINT,
-    INT,
-    LINT,
-    LREAL,
-    REAL,
-    SINT,
-    STRING,
-    TIMER,
-    UDINT,
-    UINT,
-    ULINT,
-    USINT,
-    Member,
-    Structure,
-)
-from .run.engine import Engine
+from __future__ import annotations
 
-__all__ = [
-    "BOOL",
-    "CONTROL",
-    "COUNTER",
-    "DINT",
-    "INT",
-    "LINT",
-    "LREAL",
-    "REAL",
-    "REPEATED_COILS",
-    "REPEATED_TIMERS",
-    "SINT",
-    "STRING",
-    "TIMER",
-    "UDINT",
-    "UINT",
-    "ULINT",
-    "USINT",
-    "BuildError",
-    "Controller",
-    "Engine",
-    "LadderError",
-    "LadderFault",
-    "LadderLogic",
-    "Member",
-    "MinorFault",
-    "Program",
-    "RungTextError",
-    "Structure",
-    "read_program",
-    "write_program",
-    *instructions.NAMES,
-]
+from ..io_images.front_door import homes_in, imported_from
+
+TYPE_CHECKING = False  # a type checker takes it for true
+
+if TYPE_CHECKING:  # type checkers import these lines, `_HOMES` reads them
+    from . import instructions
+    from .build.checks import REPEATED_COILS, REPEATED_TIMERS
+    from .build.controller import Controller
+    from .build.program import Program
+    from .build.runnable import LadderLogic
+    from .files.rungfile import read_program, write_program
+    from .instructions import *  # noqa: F403
+    from .model.errors import BuildError, LadderError, LadderFault, MinorFault, RungTextError
+    from .model.types import (
+        BOOL,
+        CONTROL,
+        COUNTER,
+        DINT,
+        INT,
+        LINT,
+        LREAL,
+        REAL,
+        SINT,
+        STRING,
+        TIMER,
+        UDINT,
+        UINT,
+        ULINT,
+        USINT,
+        Member,
+        Structure,
+    )
+    from .run.engine import Engine
+
+    __all__ = [
+        "BOOL",
+        "CONTROL",
+        "COUNTER",
+        "DINT",
+        "INT",
+        "LINT",
+        "LREAL",
+        "REAL",
+        "REPEATED_COILS",
+        "REPEATED_TIMERS",
+        "SINT",
+        "STRING",
+        "TIMER",
+        "UDINT",
+        "UINT",
+        "ULINT",
+        "USINT",
+        "BuildError",
+        "Controller",
+        "Engine",
+        "LadderError",
+        "LadderFault",
+        "LadderLogic",
+        "Member",
+        "MinorFault",
+        "Program",
+        "RungTextError",
+        "Structure",
+        "read_program",
+        "write_program",
+        *instructions.NAMES,
+    ]
+
+_HOMES = homes_in(__spec__)
+
+
+def __getattr__(name: str) -> object:
+    """Import a name when it is first used: a program in Python needs no rungs."""
+    if name == "__all__":
+        return __dir__()
+    found = imported_from(_HOMES.get(name, ".instructions" if name.isupper() else f".{name}"), name, __name__)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    from .instructions import NAMES
+
+    return sorted({*_HOMES, *NAMES})

@@ -16,6 +16,7 @@ from forked import fork_helpers
 from hypothesis import HealthCheck, Phase, settings
 from hypothesis.internal.conjecture import providers
 from processes import Processes
+from rewriting import RewritingProcess
 
 TESTS = Path(__file__).parent
 BROWSER = TESTS / "browser"
@@ -58,6 +59,8 @@ def pytest_configure(config: pytest.Config) -> None:
         _draw_no_constants_of_modules()
     lines = config.stash.setdefault(RULE_LINES, [])
     count = config.getoption("--processes") or _number_of_processes(config)
+    if count > 1 and hasattr(os, "fork"):
+        config.pluginmanager.register(RewritingProcess(config, sorted(TESTS.rglob("test_*.py"))))
     config.pluginmanager.register(Processes(count, _together, partial(_rule_lines, config), lines.extend))
 
 

@@ -40,6 +40,7 @@ COMMANDS = {
     "new": Entry(".programs.new", "Begin a project: a rack, a program and a test."),
     "run": Entry(".programs.run", "Run a rack's logic scan by scan, and record every scan."),
     "watch": Entry("..watch.command", "Show a rack that runs, or a trace, in the browser."),
+    "share": Entry("..watch.share.command", "Write a trace and its page to one file."),
     "show": Entry(".recordings.show", "Print a trace: what happened, and what changed."),
     "query": Entry(".recordings.query", "Find the scans of a trace in which something holds."),
     "plot": Entry(".recordings.plot", "Draw a timing chart of a trace."),
@@ -56,6 +57,7 @@ COMMANDS = {
     "prove": Entry(".programs.prove", "Prove properties of a ladder program, or find what breaks them."),
     "fuzz": Entry(".programs.fuzz", "Look for surroundings that break a program."),
     "drive": Entry(".wire.drive", "Put one module or controller on the bench."),
+    "conform": Entry(".wire.conform", "Hold a real 3601 against the manual."),
     "serve": Entry(".wire.serve", "Serve a simulated controller at a port."),
     "pcl601": Entry(".wire.pcl601", "Talk to a PCL601 on a serial port or a network."),
     "pmc006": Entry(".wire.pmc006", "Talk to a PMC006 on a serial port."),
@@ -63,6 +65,9 @@ COMMANDS = {
     "probe": Entry(".wire.discovery", "Say what controller answers on a port."),
     "pclt": Entry(".wire.pclt", "Check and list stored programs of the PCL601."),
     "check": Entry(".programs.check", "Check a rack without running it."),
+    "schema": Entry(".programs.schema", "Print the JSON Schema of rack files, for editors."),
+    "lsp": Entry("..lsp.command", "Serve an editor: mistakes at their lines, meaning, completion."),
+    "doctor": Entry(".programs.doctor", "Say what this installation has, what it lacks, and how to mend it."),
     "rules": Entry(".programs.rules", "Print the rules of a module's manual."),
 }
 """The commands in the order of --help."""
@@ -70,6 +75,20 @@ COMMANDS = {
 
 class Lazy(TyperGroup):
     """A group that imports a command's module when the command is requested."""
+
+    _command_first = False  # there are no options before the command
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the words before the command, if there are any."""
+        self._command_first = bool(args) and args[0] in COMMANDS
+        return super().parse_args(ctx, args)
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        """Return the options before the command; none if it comes first.
+
+        Typer checks even their defaults, for which it imports pydantic: a third of the time of `run --help`.
+        """
+        return [] if self._command_first else super().get_params(ctx)
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the names of all commands."""

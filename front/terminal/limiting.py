@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from importlib.metadata import version
 from typing import Annotated
 
 import typer
@@ -16,6 +15,8 @@ MIB = 1024 * 1024
 def print_version(wanted: bool) -> None:
     """Print the version and end the command."""
     if wanted:
+        from importlib.metadata import version  # it imports the whole of `email`
+
         say(f"scanrack {version('scanrack')}")
         raise typer.Exit
 

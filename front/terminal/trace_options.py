@@ -6,15 +6,16 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ..runtime.config.quantities import parse_time
-from ..traces.files.guard import Used
-from ..traces.read.reader import Trace
-from ..traces.signals import ALL, Selection, count
 from .terminal import on_a_line, say
+
+if TYPE_CHECKING:  # options import no recordings
+    from ..traces.files.guard import Used
+    from ..traces.read.reader import Trace
+    from ..traces.signals import Selection
 
 ScanRange = tuple[int, int | None]
 """First and last scan, both included; None = to the end."""
@@ -36,11 +37,12 @@ ForcesOption = Annotated[
     bool, typer.Option("--forces", help="Hold the forces that the export of the program has.")
 ]
 ServerOption = Annotated[
-    str | None,
+    list[str] | None,
     typer.Option(
         "--server",
-        metavar="ethernet-ip[:[HOST:]PORT]",
-        help="Serve the tags to HMIs and scripts, as a CompactLogix does; port 44818 of this machine only.",
+        metavar="PROTOCOL[:[HOST:]PORT]",
+        help="Serve the tags to HMIs and scripts: ethernet-ip as a CompactLogix does, opc-ua, modbus-tcp; to "
+        "this machine only.",
         show_default=False,
     ),
 ]
@@ -53,6 +55,8 @@ def selection(scans: str | None, time: str | None) -> Selection:
     >>> selection("10:20", "1.5s:")
     Selection(first=10, last=20, start_ns=1500000000, end_ns=None)
     """
+    from ..traces.signals import Selection
+
     first, last = (0, None) if scans is None else parse_range(scans)
     start_ns, end_ns = (0, None) if time is None else parse_time_range(time)
     return Selection(first, last, start_ns, end_ns)
@@ -83,6 +87,8 @@ def parse_time_range(text: str) -> tuple[int, int | None]:
     >>> parse_time_range("1.5s:3s"), parse_time_range(":250 ms"), parse_time_range("2min:")
     ((1500000000, 3000000000), (0, 250000000), (120000000000, None))
     """
+    from ..runtime.config.quantities import parse_time
+
     start, colon, end = (part.strip() for part in text.partition(":"))
     if not colon or not (start or end):
         raise ValueError(f"--time {text!r} is not a range of time: allowed are A:B, A: and :B, as in 1.5s:3s")
@@ -94,11 +100,15 @@ def parse_time_range(text: str) -> tuple[int, int | None]:
 
 
 @contextmanager
-def reading(trace: Trace, selection: Selection = ALL, *, quiet: bool) -> Iterator[Callable[[int], None]]:
+def reading(
+    trace: Trace, selection: Selection | None = None, *, quiet: bool
+) -> Iterator[Callable[[int], None]]:
     """Show a bar of the processed scans, on a terminal, unless --quiet."""
     # a run, which has one of these options, does without
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    from ..traces.signals import ALL, count
 
     console = Console(stderr=True)
     if quiet or not console.is_terminal:
@@ -106,7 +116,7 @@ def reading(trace: Trace, selection: Selection = ALL, *, quiet: bool) -> Iterato
         return
     columns = (TextColumn("scans"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
     with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("scans", total=count(trace, selection))
+        task = bar.add_task("scans", total=count(trace, selection or ALL))
         yield lambda scans: bar.advance(task, scans)
 
 

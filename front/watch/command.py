@@ -7,17 +7,9 @@ from typing import Annotated
 
 import typer
 
-from ..jobs.load.loading import forces_to_hold, load_job, recording_of, runs, scans_to_run
-from ..jobs.run.build import check_ports
-from ..jobs.run.tag_service import ServerAddress
-from ..jobs.trust.owned import check_recording
-from ..runtime.live.orders import MAX, SPEED_LEAST, SPEED_MOST
-from ..terminal.complaints import reported_mistakes
+from ..runtime.live.speeds import MAX, SPEED_LEAST, SPEED_MOST
 from ..terminal.status import BAD_INPUT, complain
 from ..terminal.trace_options import ForcesOption, ReplaceOption, ServerOption
-from .play import watch_job
-from .prepared_run import WatchOptions
-from .recorded_session import place_of, watch_trace
 
 
 def _speed(text: str) -> float | None:
@@ -84,15 +76,28 @@ def _watch_command(
         bool, typer.Option("--preview", help="Show a saved program in the page before it is taken over.")
     ] = False,
 ) -> None:
+    from ..jobs.load.loading import forces_to_hold, load_job, recording_of, runs, scans_to_run
+    from ..jobs.run.build import check_ports
+    from ..jobs.run.servers.kinds import addresses
+    from ..jobs.trust.owned import check_recording
+    from ..terminal.complaints import reported_mistakes
+    from .play import watch_job
+    from .prepared_run import WatchOptions
+    from .recorded_session import place_of, watch_trace
+    from .share.page_file import is_page, recording_beside
+
     if not runs(rack.partition("#")[0]):
         of_racks = {"--speed": speed != "1", "--paused": paused, "--record": record, "--for": duration}
         of_racks |= {"--scans": scans is not None, "--live": live, "--control": control, "--text": text}
-        of_racks |= {"--forces": forces, "--preview": preview, "--server": server}
+        of_racks |= {"--forces": forces, "--preview": preview, "--server": bool(server)}
         given = [option for option, is_given in of_racks.items() if is_given]
         with reported_mistakes():
             if given:
                 raise ValueError(f"{given[0]} is for a rack that runs; {rack} is a recording")
-            status = watch_trace(place_of(recording_of(rack)), port=port, trust=trust, opened=opened)
+            place = place_of(recording_of(rack))
+            if is_page(place.path):
+                place = place._replace(path=recording_beside(place.path))
+            status = watch_trace(place, port=port, trust=trust, opened=opened)
         raise typer.Exit(status)
     try:
         factor = _speed(speed)
@@ -105,7 +110,7 @@ def _watch_command(
         if record is not None:
             check_recording(job, record, keep=0 if replace else None)
         held = forces_to_hold(job, forces)
-        where = None if server is None else ServerAddress.parse(server)
+        where = addresses(server)
         endless = scans is None and duration is None
         count = None if endless else scans_to_run(job.spec, duration, scans, endless=True)
     except ValueError as error:
@@ -117,7 +122,7 @@ def _watch_command(
         forces=held,
         preview=preview,
         trust=trust,
-        server=where,
+        servers=where,
     )
     raise typer.Exit(watch_job(job, wanted))
 
@@ -132,7 +137,8 @@ An .L5X or .SLC export opens as it is: a rack for it is made in a temporary fold
 not simulated.
 
 A trace opens in the same page, at TRACE#scan=12345&rung=Main.6 if you like. Python that came with it is run
-only if it is the same as in the current folder, or you say --trust; without, its words are shown.
+only if it is the same as in the current folder, or you say --trust; without, its words are shown. So does a
+page of scanrack share --with-recording; its recording is written beside it.
 
 Exit status: 0 done, 1 the CPU faulted, 2 a file or option can't be used, 3 the trace can't be written, 130
 stopped by Ctrl-C, which ends a session without --for."""

@@ -15,7 +15,7 @@ from ..runtime.live.ring import Ring
 from ..runtime.loop.pace import wall_ns
 from .monitors.session_monitor import SessionProgram, Setup
 
-MAIN = f"{__package__}.server:main"
+MAIN = f"{__package__}.session_process:main"
 """Main function of a monitor process; the program's own main module could do anything."""
 
 PATIENCE_S = 2

@@ -22,7 +22,7 @@ from ..jobs.load.loading import Job
 from ..jobs.record.editions import Editions, edition_of
 from ..jobs.record.order_repeater import RecordedOrder
 from ..jobs.run.running import JobRun, RunOptions
-from ..jobs.run.tag_service import TagService
+from ..jobs.run.servers.tag_service import TagServices
 from ..runtime.live.orders import Edit
 from ..runtime.live.ring import Ring
 from ..runtime.live.session import Session
@@ -90,13 +90,15 @@ class Play:
         self._keeper: Keeper | None = None
         self._inbox: PipeInbox | None = None
         self._next: PreparedRun | None = None
-        self._service: TagService | None = None
+        self._services: TagServices | None = None
 
     def play(self, job: Job) -> int:
         """Play the session and its branches; return the exit status."""
         try:
-            self._open_service(job)
+            self._open_services(job)
             self._next = self._first(job)
+            if self._services is not None:
+                self._services.check(self._next.run)
         except ValueError as error:
             return complain(str(error), BAD_INPUT)
         except OSError as error:
@@ -105,13 +107,11 @@ class Play:
             complain(each)
         return self.go_on(job)
 
-    def _open_service(self, job: Job) -> None:
-        """Open the port for clients of tags; ValueError if it can't be used."""
-        if self._wanted.server is not None:
-            self._service = TagService(job, self._wanted.server, complain, writes=not self._wanted.read_only)
-            self._stack.callback(self._service.end)
-            for line in self._service.said():
-                complain(line)
+    def _open_services(self, job: Job) -> None:
+        """Open the ports for clients of tags; ValueError if one can't be used."""
+        wanted = self._wanted
+        self._services = TagServices(job, wanted.servers, complain, writes=not wanted.read_only)
+        self._stack.callback(self._services.end)
 
     def go_on(self, job: Job) -> int:
         """Play the prepared run and its branches; return the exit status."""
@@ -241,22 +241,21 @@ class Play:
             run.cpu.add_listener(view)
             view.begin()
         run.cpu.add_listener(run.program.following(tap))
-        if self._service is not None:
-            self._serve_tags(self._service, run, session)
+        if self._services is not None:
+            self._serve_tags(self._services, run, session)
         return session
 
     @staticmethod
-    def _serve_tags(service: TagService, run: JobRun, session: Session) -> None:
+    def _serve_tags(services: TagServices, run: JobRun, session: Session) -> None:
         """Serve the tags of a run, also while it pauses."""
-        desk = service.serve(run)
-        run.cpu.add_listener(desk)
-        attend = session.attend
+        desks, attend = services.serve(run), session.attend
 
-        def attend_both() -> None:
+        def attend_all() -> None:
             attend()
-            desk.attend()
+            for desk in desks:
+                desk.attend()
 
-        session.attend = attend_both
+        session.attend = attend_all
 
     def _open(self, job: Job, ring: Ring, figures: MachineFigures, prepared: PreparedRun) -> None:
         """Print the link, and start the monitor."""
@@ -283,8 +282,8 @@ class Play:
 
     def _rest_desk(self, rests: bool) -> None:
         """Let clients of tags wait while orders are repeated."""
-        if self._service is not None and self._service.desk is not None:
-            self._service.desk.rests = rests
+        if self._services is not None:
+            self._services.rest(rests)
 
     def _run(self, prepared: PreparedRun, session: Session) -> int:
         """Run a session to its end; return the exit status."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from ..jobs.record.editions import Editions
 from ..jobs.record.order_repeater import RecordedOrder
 from ..jobs.run.running import JobRun
-from ..jobs.run.tag_service import ServerAddress
+from ..jobs.run.servers.kinds import ServerAddress
 from ..runtime.live.orders import Force
 from ..runtime.loop.pace import AdjustablePace
 
@@ -34,7 +34,7 @@ class WatchOptions:
     preview: bool = False  # a saved program waits until a page takes it over
     trust: bool = False  # Python that is typed in a page may run
     forces: tuple[Force, ...] = ()  # of tags and images, held from the first scan on
-    server: ServerAddress | None = None  # where clients read and write tags; None = no server
+    servers: tuple[ServerAddress, ...] = ()  # where clients read and write tags
 
 
 @dataclass(frozen=True, slots=True)

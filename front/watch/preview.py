@@ -52,16 +52,20 @@ def mistake_of(error: Exception, program: Path) -> Json:
 
 def mistakes_of(error: Exception, program: Path) -> list[Json]:
     """Return the mistakes of an edit one by one, as `mistake_of` does, without their places in the texts."""
-    behind: BaseException | None = error
-    while behind is not None:
-        if isinstance(behind, EditRefusal):
-            return _refusals(behind, program)
-        if isinstance(behind, BuildError):
-            return [_mistake(f"{each.text}; {each.remedy}", each.site, program) for each in behind.problems]
-        if isinstance(behind, SiteError) and behind.sites:
-            return [_mistake(behind.reason, behind.site, program)]
-        behind = behind.__cause__
+    for each in reversed(list(_causes(error))):  # the rack file's own only says which program is unusable
+        if isinstance(each, EditRefusal):
+            return _refusals(each, program)
+        if isinstance(each, BuildError):
+            return [_mistake(f"{one.text}; {one.remedy}", one.site, program) for one in each.problems]
+        if isinstance(each, SiteError) and each.sites:
+            return [_mistake(each.reason, each.site, program)]
     return [mistake_of(error, program)]
+
+
+def _causes(error: BaseException | None) -> Iterator[BaseException]:
+    while error is not None:
+        yield error
+        error = error.__cause__
 
 
 def _refusals(error: EditRefusal, program: Path) -> list[Json]:

@@ -89,6 +89,7 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
         play = Play(wanted, listening, folder, stack, key)
         recording = OpenedRecording(trace, place, folder, trust=trust)
         monitor = recording.monitor(play.prepare_branch)
+        monitor.opener = open_beside
         link = f"http://{HOST}:{number}/#key={key}{_fragment(place)}"
         say(f"{link} - Ctrl-C ends it")
         if opened:
@@ -104,6 +105,37 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
 def _fragment(place: TracePlace) -> str:
     scan = "" if place.scan is None else f"&scan={place.scan}"
     return scan + (f"&rung={quote(place.rung)}" if place.rung else "")
+
+
+class RecordingBeside:
+    """A recording to compare with: nothing of Python that came with it runs.
+
+    Raises:
+        ValueError: it can't be used.
+        OSError: it can't be read.
+    """
+
+    def __init__(self, path: Path) -> None:
+        with ExitStack() as stack:
+            trace = stack.enter_context(open_trace(path))
+            folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
+            place = TracePlace(path, None, "")
+            self.monitor = OpenedRecording(trace, place, folder, trust=False).monitor(_no_branch)
+            self._files = stack.pop_all()
+
+    def close(self) -> None:
+        """Close its files."""
+        self.monitor.elsewhere.close()
+        self._files.close()
+
+
+def open_beside(path: Path) -> RecordingBeside:
+    """Open a recording to compare with; see `RecordingBeside`."""
+    return RecordingBeside(path)
+
+
+def _no_branch(*_: object) -> None:
+    raise ValueError("a recording that is compared with has no branches")
 
 
 class OpenedRecording:

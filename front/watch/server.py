@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-import os
-import pickle
-import signal
 import socket
 import traceback
 from contextlib import suppress
@@ -20,12 +17,10 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from ..runtime.live.orders import parsed
-from ..runtime.live.ring import Ring
 from .gate import Gate
 from .monitors.monitor import Monitor
 from .monitors.page import Page
 from .monitors.questions import ask
-from .monitors.session_monitor import SessionMonitor, Setup
 
 HZ, IDLE_HZ = 30, 10
 """Frames per second, with pages and without."""
@@ -79,7 +74,7 @@ class Server:
             due = max(due + 1 / (HZ if self._monitor.pages else IDLE_HZ), loop.time())
             await asyncio.sleep(due - loop.time())
             self._monitor.elsewhere.tick()
-            while self._monitor.tick() and loop.time() < due + BUSY_S:
+            while (self._monitor.tick() | self._monitor.tick_compared()) and loop.time() < due + BUSY_S:
                 await asyncio.sleep(0)
 
     async def _flush(self) -> None:
@@ -184,20 +179,3 @@ class Server:
 
 def _json(message: object) -> str:
     return json.dumps(message, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-
-
-def main(orders: str, listening: str, ring: str) -> None:
-    """Run a monitor until the scan process ends: the main function of its process, see `keeper`.
-
-    Args:
-        orders: file descriptor of the pipe to the scan process.
-    """
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        signal.signal(number, signal.SIG_IGN)  # signals are for the scan process, which ends this one
-    if hasattr(os, "sched_setscheduler"):  # the scans may have priority, their monitor has none
-        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
-    pipe = Connection(int(orders))
-    setup: Setup = pickle.loads(pipe.recv_bytes())
-    monitor = SessionMonitor(setup, Ring.opened(setup.shape, int(ring)), pipe)
-    gate = Gate(setup.host, setup.port, setup.key)
-    asyncio.run(Server(monitor, gate, pipe).run(socket.socket(fileno=int(listening))))

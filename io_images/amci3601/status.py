@@ -198,6 +198,19 @@ class StatusView:
     def __init__(self, image: Image) -> None:
         self._words = image.words
 
+    def __repr__(self) -> str:
+        on = " ".join(name for name, is_on in self._bits() if is_on) or "no bit"
+        return f"<StatusView {on}, position {self.position:,}>"
+
+    def _repr_html_(self) -> str:
+        """Return the status for a notebook: its bits as chips, and the position."""
+        from ..static_html import card, chips, line
+
+        return card("3601", line(f"position {self.position:,}"), chips(self._bits()))
+
+    def _bits(self) -> list[tuple[str, bool]]:
+        return [(str(bit.name), getattr(self, str(bit.name))) for bit in (*StatusMsw, *StatusLsw)]
+
     MOVING_CW = _bit(0, StatusMsw.MOVING_CW)
     MOVING_CCW = _bit(0, StatusMsw.MOVING_CCW)
     HOLD_STATE = _bit(0, StatusMsw.HOLD_STATE)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from enum import StrEnum
 from functools import cached_property
 from math import prod
 
@@ -62,6 +63,14 @@ class StructuredKind:
 Kind = PlainKind | StructuredKind
 
 
+class ExternalAccess(StrEnum):
+    """What clients may do with a tag [1756-PM004, External Access]; the values are those of an L5X."""
+
+    READ_WRITE = "Read/Write"
+    READ_ONLY = "Read Only"
+    NONE = "None"
+
+
 @dataclass(frozen=True)
 class ListedTag:
     """A tag."""
@@ -70,6 +79,7 @@ class ListedTag:
     program: str  # "" for the controller
     kind: Kind
     dims: tuple[int, ...] = ()
+    access: ExternalAccess = ExternalAccess.READ_WRITE
 
     @property
     def full_name(self) -> str:
@@ -98,6 +108,15 @@ class ListedTag:
 
 
 @dataclass(frozen=True)
+class ListedAlias:
+    """A second name of a tag or a part of one."""
+
+    name: str  # without its program
+    program: str  # "" for the controller
+    target: str  # `Recipe.Steps[2].Time`, `Program:Main.Step`, `Local:1:I.Data[0].3`
+
+
+@dataclass(frozen=True)
 class Listing:
     """All that a server offers.
 
@@ -107,11 +126,13 @@ class Listing:
 
     tags: tuple[ListedTag, ...]
     files: bool = False
+    aliases: tuple[ListedAlias, ...] = ()
 
     @property
     def programs(self) -> Iterator[str]:
         """Programs with tags of their own, in order."""
-        return iter(dict.fromkeys(each.program for each in self.tags if each.program))
+        owners = [each.program for each in self.tags] + [each.program for each in self.aliases]
+        return iter(dict.fromkeys(filter(None, owners)))
 
 
 def patched(old: bytes, data: bytes, keep: bytes) -> bytes:

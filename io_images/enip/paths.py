@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 
 from .codes import BAD_SEGMENT, SYMBOL, CipRefusedError
@@ -16,6 +17,36 @@ class Instance:
 
 PathStep = str | int | Instance
 """A name, a subscript, or a symbol's number."""
+
+
+PROGRAM = "Program:"
+"""Start of the name of a program's scope."""
+
+_PART = re.compile(r"(?P<name>[^.\[\]]+)(?:\[(?P<places>\d{1,9}(?:,\d{1,9}){0,2})\])?")
+
+
+def steps_of(text: str) -> list[PathStep]:
+    r"""Return the steps of a name.
+
+    >>> steps_of("Recipe.Steps[2].Time"), steps_of(r"\Main.Run")
+    (['Recipe', 'Steps', 2, 'Time'], ['Program:Main', 'Run'])
+
+    Raises:
+        ValueError: it is no name.
+    """
+    if text.startswith("\\"):
+        text = PROGRAM + text[1:]
+    steps: list[PathStep] = []
+    if text.lower().startswith(PROGRAM.lower()):
+        name, _, text = text.partition(".")
+        steps = [name]
+    for part in text.replace("/", ".").split(".") if text else ():
+        found = _PART.fullmatch(part)
+        if found is None:
+            raise ValueError(f"{text!r} is not a name of a tag, such as Recipe.Steps[2].Time")
+        steps.append(found["name"])
+        steps += map(int, found["places"].split(",")) if found["places"] else ()
+    return steps
 
 
 @dataclass(slots=True)

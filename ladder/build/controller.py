@@ -25,7 +25,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, Self
 
 from typing_extensions import override
 
@@ -104,6 +104,14 @@ class Controller(LadderLogic):
         if task.name.upper() in (each.name.upper() for each in self.tasks):
             raise LadderError(f"there are two tasks {task.name}")
         self.tasks.append(task)
+
+    @override
+    def copied(self) -> Self:
+        found = super().copied()
+        found.programs = [each.copied() for each in self.programs]
+        for each in found.programs:
+            each.join(found)
+        return found
 
     # --- reading
 

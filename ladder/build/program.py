@@ -17,7 +17,7 @@ True
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import Any, Self
 
 from typing_extensions import override
 
@@ -25,6 +25,7 @@ from ..model.errors import LadderError, Problem
 from ..model.schedule import ProgramRoutines, Task, TaskKind, schedule_of
 from ..model.tags import Layout, scoped
 from ..model.tree import Routine
+from ..model.types import Structure
 from ..st import parse_statements
 from ..state.lowered import LoweredProgram
 from .bound_axes import axis_tags, with_blocks
@@ -86,6 +87,17 @@ class Program(LadderLogic):
     @override
     def functions(self) -> dict[str, Callable[..., Any]]:
         return self._functions
+
+    @override
+    def structures(self) -> list[Structure]:
+        shared = [] if self._controller is None else self._controller.structures()
+        return [*shared, *super().structures()]
+
+    @override
+    def copied(self) -> Self:
+        found = super().copied()
+        found._routines, found._functions = [*self._routines], {**self._functions}
+        return found
 
     @property
     def names(self) -> list[str]:

@@ -6,7 +6,8 @@ import re
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from copy import copy
+from typing import TYPE_CHECKING, Any, Self
 
 from ..compiler import Scanner, scanner_of, source_of
 from ..instructions.motion.axes import MotionData
@@ -177,6 +178,14 @@ class LadderLogic(ABC):
         self.axes = axes
         self.forget()
 
+    def copied(self) -> Self:
+        """Return a copy that is not built, to which parts can be added; this program stays as it is."""
+        found = copy(self)
+        found.forget()
+        found.declarations, found.add_ons = [*self.declarations], {**self.add_ons}
+        found.stubs, found._names = {**self.stubs}, {*self._names}
+        return found
+
     def forget(self) -> None:
         """Forget what was built: it is built again when it is used."""
         self._lowered = self._scanner = self._memory = self._engine = None
@@ -223,7 +232,7 @@ class LadderLogic(ABC):
             return None if tag is None else type_at(tag, address)
 
         specs = specs_of(self.add_ons, self.stubs)
-        guesses = Guesses(missing, known_type, self._operands_of, specs, self._structures())
+        guesses = Guesses(missing, known_type, self._operands_of, specs, self.structures())
         guesses.read_all((part.name, routine) for part in parts for routine in part.routines)
         self.declared_missing = [
             Tag(each.name, each.type(re.sub(r"\W", "_", f"{each.name}_type")), each.dims)
@@ -238,7 +247,8 @@ class LadderLogic(ABC):
             return ()
         return definition.operand_types
 
-    def _structures(self) -> list[Structure]:
+    def structures(self) -> list[Structure]:
+        """Return the types of its tags that are structures."""
         found = (each.type for each in self.declarations if isinstance(each, Tag))
         return [each for each in dict.fromkeys(found) if isinstance(each, Structure)]
 

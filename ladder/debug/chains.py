@@ -38,13 +38,16 @@ class Chains:
         causes: of changes in its past.
         deep: whether rungs of add-on instructions are links, too; without it their calls are.
         outside: explains inputs.
+        most: links one behind the other, those through modules counted.
     """
 
     lowered: LoweredProgram
     causes: Causes
     deep: bool = False
     outside: Outside = outside_unknown
+    most: int = DEEPEST
     _known: dict[tuple[Cell, int, int], CauseLink] = field(default_factory=dict)
+    _depth: int = 0
 
     def of_tag(self, tag: str, scan: int) -> CauseLink | None:
         """Return the chain of a tag's value after a scan; None if it has not changed in the known scans."""
@@ -54,26 +57,30 @@ class Chains:
             return None
         last = max(origins, key=lambda each: each.write.order if each.write else 0)
         name = tag if len(cells) == 1 else last.cell.name
-        return self.of(last, name, 0)
+        return self.of(last, name)
 
     def of_cell(self, cell: Cell, name: str, scan: int) -> CauseLink | None:
         """Return the chain of a cell after a scan."""
         origins = self.causes.origins([cell], scan)
-        return self.of(origins[0], name, 0) if origins else None
+        return self.of(origins[0], name) if origins else None
 
     def cells(self, tag: str) -> list[Cell]:
         """Return the cells of a tag; of a timer or counter its bits; ValueError for an unknown name."""
         return cells_of(Resolver(self.lowered.layout).named(tag))
 
-    def of(self, origin: CellChange, name: str, deep: int) -> CauseLink:
+    def of(self, origin: CellChange, name: str) -> CauseLink:
         """Return the link of a change."""
         key = origin.cell, origin.scan, origin.write.order if origin.write else 0
         known = self._known.get(key)
         if known is None:
-            self._known[key] = known = self._link(origin, name, deep)
+            self._depth += 1
+            try:
+                self._known[key] = known = self._link(origin, name)
+            finally:
+                self._depth -= 1
         return known
 
-    def _link(self, origin: CellChange, name: str, deep: int) -> CauseLink:
+    def _link(self, origin: CellChange, name: str) -> CauseLink:
         write, scan = origin.write, origin.scan
         now_ns = self.causes.now_ns(scan)
         if write is None or self._is_set(origin):
@@ -81,15 +88,13 @@ class Chains:
         value = _value(origin.cell, write.after)
         if write.by is None:
             return self._of_nobody(origin, name, value, now_ns)
-        if deep >= DEEPEST:
-            return CauseLink("unknown", name, value, scan, now_ns, f"more than {DEEPEST} links")
+        if self._depth > self.most:
+            return CauseLink("unknown", name, value, scan, now_ns, f"more than {self.most} links")
         groups = self.causes.of(origin)
         inner = self._site(write.by)
-        parts = [
-            tuple(link for cause in group for link in self._behind(cause, scan, deep + 1)) for group in groups
-        ]
+        parts = [tuple(link for cause in group for link in self._behind(cause, scan)) for group in groups]
         if not any(parts):
-            parts = [(each,) for each in self._begin(write.by, scan, deep + 1)]
+            parts = [(each,) for each in self._begin(write.by, scan)]
         operands = _operands(write.by, [cause for group in groups for cause in group])
         kind = "rung" if inner.unit == "rung" else "line"
         return linked(
@@ -105,7 +110,7 @@ class Chains:
             operands=operands,
         )
 
-    def _begin(self, entry: StepRun, scan: int, deep: int) -> Iterator[CauseLink]:
+    def _begin(self, entry: StepRun, scan: int) -> Iterator[CauseLink]:
         """Yield what let an instruction run that depends on nothing: the first scan, or its task."""
         now_ns = self.causes.now_ns(scan)
         if scan == 0:
@@ -122,14 +127,12 @@ class Chains:
                 text = f"every {each.task.rate_ns / 1e6:g} ms"
                 yield CauseLink("task", name, None, scan, now_ns, text)
             elif each.task.kind is TaskKind.EVENT:
-                yield from (
-                    self.of(origin, name, deep) for origin in self.causes.triggers(each.pending, scan)
-                )
+                yield from (self.of(origin, name) for origin in self.causes.triggers(each.pending, scan))
 
-    def _behind(self, cause: Cause, scan: int, deep: int) -> Iterator[CauseLink]:
+    def _behind(self, cause: Cause, scan: int) -> Iterator[CauseLink]:
         try:
             origins = self.causes.origins([cause.read.cell], scan, cause.by.order)
-            yield from (self.of(each, cause.read.text, deep) for each in origins)
+            yield from (self.of(each, cause.read.text) for each in origins)
         except ValueError:  # the scan can't be repeated
             yield CauseLink(
                 "unknown", cause.read.text, cause.read.value, scan, self.causes.now_ns(scan), EARLIER

@@ -124,10 +124,13 @@ class Replayer:
         count, known = self._source.inputs(scan, scan)
         return next(known, None) if count == 1 else None
 
-    def walk(self, first: int, last: int) -> Iterator[int]:
+    def walk(self, first: int, last: int, *, noted: bool = False) -> Iterator[int]:
         """Run scans in turn; after each yield its time, ns, while the engine is at its end.
 
         It ends before the first scan that can't be repeated.
+
+        Args:
+            noted: note the power of all lines.
         """
         start = self._start(first)
         count, known = (0, iter(())) if start is None else self._source.inputs(start, last)
@@ -135,6 +138,8 @@ class Replayer:
             self.at = None
             return
         self._observe_nothing()
+        if noted:
+            self.engine.note_all()
         for self.at, inputs in enumerate(known, start):
             self._do(inputs)
             if self.at >= first:

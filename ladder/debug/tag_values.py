@@ -18,7 +18,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 
-from ...io_images.tag_names import element_of, normal, without_ranges
+from ...io_images.tag_names import TEXT, element_of, matches_part, normal, without_ranges
 from ..model.errors import LadderError
 from ..model.expressions import parse_address
 from ..model.operands import Constant, Group, Place
@@ -27,7 +27,6 @@ from ..model.tags import Alias, Layout, Leaf
 from ..model.tree import Address, BitStep
 from ..model.types import DataType, Elementary, Member, Structure, count_of
 
-TEXT = "TEXT"
 _PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")  # host and bit of a packed bit
 
 
@@ -78,16 +77,6 @@ def _matching(layout: Layout, known: Sequence[TagValue], pattern: str) -> list[T
         names = {each.name.upper(): each.name for each in known}
         hint = f"; did you mean {names[close[0]]}?" if close else ""
         raise LadderError(f"no tag matches {pattern!r}{hint}") from error
-
-
-def matches_part(pattern: str, name: str, *, fold: bool = False) -> bool:
-    """Whether a pattern with `*` and `?` matches a name, or its part before a dot or a subscript.
-
-    >>> matches_part("Fill", "Fill.ACC"), matches_part("Fi", "Fill.ACC"), matches_part("*.acc", "Fill.ACC")
-    (True, False, False)
-    """
-    text = "".join({"*": ".*", "?": "."}.get(each, re.escape(each)) for each in pattern)
-    return re.match(rf"{text}(?:[.\[]|$)", name, re.IGNORECASE if fold else 0) is not None
 
 
 def _all_values(layout: Layout) -> Iterator[TagValue]:

@@ -84,6 +84,11 @@ class WatchedEngine(Engine):
         return self.noted is self._all_lines
 
     @property
+    def notes(self) -> Sequence[object]:
+        """What the latest scan has noted; while it is equal, so are the `truths`."""
+        return list(self.interpreter.truths.items()) if self.watching else self._notes
+
+    @property
     def truths(self) -> Mapping[LineKey, tuple[bool, ...]]:
         """The truth of lines in the latest scan: all if it was watched, else the noted ones."""
         if self.watching:

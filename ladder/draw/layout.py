@@ -29,10 +29,11 @@ def lay_out(
     truth: Sequence[bool] | None = None,
     captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
 ) -> Picture:
-    """Place a rung, `width` columns between the rails unless names or nesting need more."""
-    count = sum(1 for _ in instructions_of(rung.series))
-    if truth is not None and len(truth) != count:
-        raise ValueError(f"the rung has {count} instructions, {len(truth)} truths are given")
+    """Place a rung, `width` columns between the rails unless names or nesting need more.
+
+    Args:
+        truth: see `power`.
+    """
     picture = place(rung, width, Ruler(captions))
     picture.power = None if truth is None else power(rung, truth)
     return picture

@@ -68,12 +68,7 @@ from ..model.tags import Alias, SlotAlias, Tag
 from ..model.tree import Routine
 from ..model.types import DataType, Elementary, Member
 from .rungreader import LIBRARIES, Reader, load_library
-
-SUFFIX = ".rung"
-"""Suffix of program files."""
-
-STRUCTURED_SUFFIX = ".st"
-"""Suffix of structured text files."""
+from .suffixes import STRUCTURED_SUFFIX, SUFFIX
 
 
 def read_program(path: Path | str) -> Program | Controller:

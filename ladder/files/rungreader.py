@@ -225,17 +225,35 @@ class Reader:
         start = self._skip_comments(0)
         head = _PROGRAM.fullmatch(self._line_at(start))
         program = Program(head.group(1) if head else re.sub(r"\W", "_", name))
-        if head:
-            start = self._at = start + 1
+        self._flat(program, start + 1 if head else start, MAIN)
+        program.take_stubs(self._given)
+        return program
+
+    def _flat(self, program: Program, start: int, name: str) -> None:
+        """Read declarations from a line on, and the statements below them as a routine."""
+        self._at = start
         while _DECLARES.match(self._line_at(self._skip_comments(start))):
             self._at = self._skip_comments(start)
             self._declaration(program)
             start = self._at
         # blank lines replace the declarations, so that statements keep their line numbers
         self._lines[:start] = [""] * start
-        program.add_routine(Routine(MAIN, (), statements=self._statements(0, len(self._lines))))
-        program.take_stubs(self._given)
-        return program
+        program.add_routine(Routine(name, (), statements=self._statements(0, len(self._lines))))
+
+    def add_to(self, program: Program, routine: str | None = None) -> None:
+        """Read declarations and routines into a program that has some.
+
+        Args:
+            routine: name of the only routine, for a text of statements below the declarations.
+        """
+        self._add_ons, self._stubs, self._builtin = dict(program.add_ons), program.stubs, program.builtin
+        self._types |= {each.name: each for each in program.structures()}
+        self._specs = program.specs
+        if routine is not None:
+            self._flat(program, 0, routine)
+            return
+        while self._peek() is not None:
+            self._declaration(program)
 
     def _line_at(self, number: int) -> str:
         return _without_comment(self._lines[number]) if number < len(self._lines) else ""

@@ -32,9 +32,6 @@ from ...io_images.site import Site, SiteError
 from ...io_images.text_limits import TextKind, TextLimitError, check_text
 from ...io_images.thousands import split_thousands
 
-SUFFIX = ".steps"
-"""Suffix of step files."""
-
 _LINE = re.compile(r"(?P<what>.*?)(?:\s+(?P<end>until|for)\s+(?P<when>.*))?")
 _TIME = re.compile(r"(\d+(?:\.\d+)?) ?ms")
 _STATUS = frozenset(str(bit.name) for bit in (*StatusMsw, *StatusLsw))

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from ..model.spec import Spec
 from . import (
     arrays,
+    assertion,
     bits,
     blocks,
     compare,
@@ -58,6 +59,7 @@ FAMILIES = (
     phases,
     safety,
     motion,
+    assertion,
 )
 """The family files, in the manual's order."""
 
@@ -72,6 +74,7 @@ NAMES = tuple(spec.name for spec in SPECS)
 
 if TYPE_CHECKING:
     from .arrays import *  # noqa: F403
+    from .assertion import *  # noqa: F403
     from .bits import *  # noqa: F403
     from .blocks import *  # noqa: F403
     from .compare import *  # noqa: F403

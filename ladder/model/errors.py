@@ -52,8 +52,9 @@ class LadderFault(Exception):  # noqa: N818 - what the trade calls it
     """A major fault: the scan stops."""
 
     def __init__(self, site: Site, tag: str, text: str, code: int, kind: int = 4) -> None:
-        self.site, self.tag, self.type, self.code = site, tag, kind, code
+        self.site, self.tag, self.text, self.type, self.code = site, tag, text, kind, code
         self.calls: tuple[Site, ...] = ()
+        self.tags: tuple[str, ...] = ()  # those of the condition of an ASSERT
         super().__init__(f"{site}: {tag}: {text} (major fault, type {self.type} code {code})")
 
     def called_by(self, site: Site) -> None:
@@ -70,6 +71,9 @@ SUBSCRIPT_CODE = 20
 
 CONTROL_CODE = 21
 """LEN or POS of a CONTROL is negative [1756-PM014, major fault codes]."""
+
+ASSERTION_CODE = 990
+"""A condition of ASSERT is false: 990 to 999 are the user's own [1756-PM014, major fault codes]."""
 
 TIMER_CODE = 34
 """PRE or ACC of a timer is negative [1756-RM003N p. 117]."""

@@ -16,6 +16,7 @@ from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
 
+from ...io_images.enip.listing import ExternalAccess
 from .expressions import parse_address
 from .operators import CALLED
 from .stretches import Spot, spot_of, stretch_of
@@ -32,6 +33,7 @@ class Tag:
     dims: tuple[int, ...] = ()  # length per dimension, none for a single value
     initial: object = None  # a value, a list per dimension, a dict of members; None = zero
     comment: str = ""
+    access: ExternalAccess = ExternalAccess.READ_WRITE  # of clients, such as HMIs
 
 
 @dataclass(frozen=True, slots=True)

@@ -248,6 +248,12 @@ class Rung:
     def __str__(self) -> str:
         return f"{series_text(self.series)};"
 
+    def _repr_html_(self) -> str:
+        """Return its drawing for a notebook."""
+        from ..draw import routines_svg
+
+        return routines_svg([(Routine("", (self,)), [0])])
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Statement:

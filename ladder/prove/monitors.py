@@ -19,7 +19,6 @@ So the machine of terms, the interpreter and the compiled program answer with th
 
 from __future__ import annotations
 
-import copy
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -147,11 +146,10 @@ def is_monitors_own(path: str) -> bool:
 
 def _copy(program: LadderLogic, slots: Sequence[int]) -> LadderLogic:
     """Return a program that is not built, with the same parts, and names of the slots."""
-    found = copy.copy(program)
-    found.forget()
+    found = program.copied()
     known = {each.name.upper() for each in program.declarations}
     named = [SlotAlias(f"slot{each}", each) for each in slots if f"SLOT{each}" not in known]
-    found.declarations = [*program.declarations, *named]
+    found.declarations += named
     return found
 
 

@@ -76,7 +76,7 @@ class Tags:
         return found
 
     def _get(self, place: Place) -> bool | int | float:
-        value = self._memory.read(place.leaf, self._flat(place.indices, place))
+        value = self._memory.read(place.leaf, self._flat(place.indices, place) if place.indices else 0)
         if place.bit is None:
             return bool(value) if place.type.is_bool else value
         return bool(int(value) >> self._index(place.bit, place.leaf.type.bits, place) & 1)

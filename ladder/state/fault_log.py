@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable, Mapping
 from typing import NoReturn
 
 from ..model.errors import (
+    ASSERTION_CODE,
     CONTROL_CODE,
     OVERFLOW_CODE,
     STACK_CODE,
@@ -38,6 +40,7 @@ class FaultLog:
         self.overflows = 0  # overflows and zero divisors so far
         self._jumps = 0
         self.depth = 0  # nested calls of recursive routines
+        self.checked: set[int] = set()  # the ASSERTs that were reached so far
         self._lowered, self._memory = lowered, memory
         self._told: set[int] = set()
         self._overflow = memory.layout.leaf("S:V")
@@ -99,6 +102,17 @@ class FaultLog:
     def returned(self) -> None:
         """Count the return of a recursive routine."""
         self.depth -= 1
+
+    def check(self, site: int, holds: bool, values: Callable[[], Mapping[str, str]]) -> None:
+        """Fault if the condition of an ASSERT is false, with the values of its tags."""
+        self.checked.add(site)
+        if not holds:
+            found = values()
+            told = ", ".join(f"{tag} = {value}" for tag, value in found.items())
+            text = f"the condition is false{f' [{told}]' if told else ''}"
+            fault = LadderFault(self._lowered.sites[site], "ASSERT", text, ASSERTION_CODE)
+            fault.tags = tuple(found)
+            raise fault
 
     def negative_timer(self, site: int, tag: str, preset: int, accumulated: int) -> NoReturn:
         """Fault: PRE or ACC of a timer is negative."""

@@ -9,9 +9,22 @@ from functools import lru_cache
 from ...io_images.enip.listing import BOOL as BIT
 from ...io_images.enip.listing import DINT as DOUBLE
 from ...io_images.enip.listing import INT as WORD
-from ...io_images.enip.listing import PLAIN, SINT, Kind, ListedTag, Listing, Part, StructuredKind
-from ..model.tags import Layout, program_of
+from ...io_images.enip.listing import (
+    PLAIN,
+    SINT,
+    Kind,
+    ListedAlias,
+    ListedTag,
+    Listing,
+    Part,
+    StructuredKind,
+)
+from ..model.tags import Alias, Layout, Tag, program_of
+from ..model.tree import Address
 from ..model.types import BOOL, DataType, Elementary, Member, Structure, fields_of, members_at, size_of
+
+MOST_ALIASES = 20
+"""Aliases one behind the other."""
 
 _PACKED = re.compile(r"(?P<host>\w+)\.(?P<bit>\d+)")
 _HOST = "ZZZZZZZZZZ"
@@ -22,15 +35,42 @@ Places = Mapping[str, tuple[int, int | None]]
 
 
 def listing_of(layout: Layout) -> Listing:
-    """Return the tags of a program, in the order of its layout."""
-    return Listing(tuple(_listed(layout)), layout.files)
+    """Return the tags of a program, in the order of its layout, and the aliases of a Logix controller."""
+    aliases = () if layout.files else tuple(_aliases(layout))
+    return Listing(tuple(_listed(layout)), layout.files, aliases)
 
 
 def _listed(layout: Layout) -> Iterator[ListedTag]:
     for tag in layout.tags().values():
         program = program_of(tag.name)
         name = tag.name[len(program) + 2 :] if program else tag.name
-        yield ListedTag(name, program, kind_of(tag.type), tag.dims)
+        yield ListedTag(name, program, kind_of(tag.type), tag.dims, tag.access)
+
+
+def _aliases(layout: Layout) -> Iterator[ListedAlias]:
+    """Yield the aliases whose address is always the same; their targets are no aliases."""
+    for each in layout.declarations.values():
+        if isinstance(each, Alias) and each.type is None:
+            program, target = program_of(each.name), _without_aliases(layout, each)
+            if target is not None:
+                name = each.name[len(program) + 2 :] if program else each.name
+                yield ListedAlias(name, program, target)
+
+
+def _without_aliases(layout: Layout, alias: Alias) -> str | None:
+    target, scope = alias.target, program_of(alias.name)
+    for _ in range(MOST_ALIASES):
+        found = layout.declaration(target.name.upper(), scope)
+        if isinstance(found, Alias) and found.type is None:
+            target, scope = (
+                Address(found.target.name, found.target.steps + target.steps),
+                program_of(found.name),
+            )
+        elif isinstance(found, Tag):
+            return str(Address(found.name, target.steps))
+        else:
+            return str(target) if found is None else None  # of a module
+    return None
 
 
 @lru_cache(maxsize=1024)

@@ -6,6 +6,7 @@ file again gives the same tree.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
@@ -21,6 +22,7 @@ from ...ladder.model.tags import Alias, Declaration, SlotAlias, Tag
 from ...ladder.model.tree import Routine
 from ...ladder.model.types import DataType, Elementary, Member, Structure
 from .chart_export import write_chart
+from .mnemonics import OWN
 
 REVISION = "32.02"
 """Software revision of the written file; later ones import it."""
@@ -35,6 +37,7 @@ def export_l5x(logic: Program | Controller, name: str) -> bytes:
     owner, _, wanted = name.partition(".")
     program = _found("program", owner, logic.programs if isinstance(logic, Controller) else [logic])
     routines = [_found("routine", wanted, program.routines)] if wanted else list(program.routines)
+    _check_known(logic, routines)
     root = _element(
         None,
         "RSLogix5000Content",
@@ -54,6 +57,17 @@ def export_l5x(logic: Program | Controller, name: str) -> bytes:
     return bytes(
         etree.tostring(root, xml_declaration=True, encoding="UTF-8", standalone=True, pretty_print=True)
     )
+
+
+def _check_known(logic: Program | Controller, routines: Iterable[Routine]) -> None:
+    """Raise a LadderError for an instruction that no controller has."""
+    definitions = [each for add_on in logic.add_ons.values() for each in add_on.routines]
+    for routine in (*routines, *definitions):
+        for name in sorted(OWN - logic.add_ons.keys()):
+            if re.search(rf"\b{name}\(", routine.text):
+                raise LadderError(
+                    f"routine {routine.name} has {name}, which no controller has: keep it in test routines"
+                )
 
 
 def _found(what: str, name: str, among: Sequence[Any]) -> Any:

@@ -7,7 +7,10 @@ from __future__ import annotations
 
 from ...ladder.instructions import BY_NAME
 
-MNEMONICS = frozenset(BY_NAME) | frozenset(
+OWN = frozenset({"ASSERT"})
+"""Instructions of scanrack that no controller has."""
+
+MNEMONICS = frozenset(BY_NAME) - OWN | frozenset(
     """
     ABL ABS ACB ACL ACOS ACS ADD AFI AHL ALM ALMA ALMD AND ARD ARL ASIN ASN ASO ATAN ATAN2 ATN AVC AVE AWA
     AWT BAND BNOT BOR BRK BSL BSR BTD BTDT BXOR CBCM CBIM CBSSM CC CEM CLR CMP CONCAT COP COS CPM CPS CPT

@@ -8,6 +8,7 @@ from decimal import Decimal, InvalidOperation
 from math import inf
 from typing import Any
 
+from ...io_images.enip.listing import ExternalAccess
 from ...ladder.instructions.motion.axes import MotionData
 from ...ladder.model.errors import LadderError
 from ...ladder.model.expressions import parse_address
@@ -102,7 +103,15 @@ def tag_of(record: TagRecord, kind: DataType, types: Types, report: Report, owne
         raise LadderError(f"it has dimensions {record.dims}")
     types.take(kind, record.dims)
     initial = read_initial(record, kind, types, report, _named(owner, record.name))
-    return Tag(record.name, kind, record.dims, initial, record.comment)
+    return Tag(record.name, kind, record.dims, initial, record.comment, _access(record))
+
+
+def _access(record: TagRecord) -> ExternalAccess:
+    """Return what clients may do; a word that is not known gives them nothing."""
+    if not record.access:
+        return ExternalAccess.READ_WRITE
+    known = {each.value.upper(): each for each in ExternalAccess}
+    return known.get(record.access.upper(), ExternalAccess.NONE)
 
 
 def read_initial(

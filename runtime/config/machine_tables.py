@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, PlainValidator, model_validator
+from pydantic import BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
 from ...io_images.site import SettingError
@@ -17,6 +17,7 @@ from ..machine.spec import (
     InputName,
     Jam,
     MachineSpec,
+    MasterTurn,
     Slip,
     Station,
     Switch,
@@ -67,12 +68,23 @@ def _energised_of(value: object) -> bool | Literal["wired"]:
 
 
 class TimelineTable(Part):
-    """An event of an input; with `for_ms` or `for_s` it is a button, released after that time."""
+    """An event of an input; with `for_ms` or `for_s` it is a button, released after that time.
+
+    Attributes:
+        at_ms: time since power-up, ms; or `at_s`.
+        input: the module's input.
+        energised: its level from then on; "wired" gives it back to its switch or station.
+        for_ms: how long a button is pressed, ms; or `for_s`.
+    """
 
     at_ms: Milliseconds | None = None
     at_s: Seconds | None = None
     input: InputName
-    energised: Annotated[bool | Literal["wired"], PlainValidator(_energised_of)] = True
+    energised: Annotated[
+        bool | Literal["wired"],
+        PlainValidator(_energised_of),
+        WithJsonSchema({"enum": [True, False, "wired"]}),
+    ] = True
     for_ms: Milliseconds | None = None
     for_s: Seconds | None = None
 
@@ -87,7 +99,14 @@ class TimelineTable(Part):
 
 
 class StationTable(Part):
-    """A station that signals the end of its work."""
+    """A station that signals the end of its work.
+
+    Attributes:
+        position: where the shaft stops at it, steps.
+        input: the module's input that gets its signal.
+        work_ms: how long it works, ms; or `work_s`.
+        pulse_ms: how long the signal lasts, ms; or `pulse_s`.
+    """
 
     position: int
     input: InputName
@@ -101,8 +120,39 @@ class StationTable(Part):
         return (Station(self.position, self.input, self.ns("work"), self.ns("pulse")),)
 
 
+class TurnTable(Part):
+    """A movement of a master encoder.
+
+    Attributes:
+        at_ms: when it begins, time since power-up, ms; or `at_s`.
+        counts: x4 counts that it makes, evenly spread; negative counts down.
+        for_ms: how long it takes, ms; or `for_s`.
+    """
+
+    at_ms: Milliseconds | None = None
+    at_s: Seconds | None = None
+    counts: int
+    for_ms: Milliseconds | None = None
+    for_s: Seconds | None = None
+
+    def parts(self) -> tuple[MasterTurn]:
+        """Return the movement."""
+        return (MasterTurn(self.ns("at"), self.counts, self.ns("for")),)
+
+
 class MachineTable(Table):
-    """All of a machine."""
+    """All of a machine.
+
+    Attributes:
+        switches: switches and sensors that the shaft operates.
+        timeline: actions of people; those of one instant in the given order.
+        encoder: an encoder on the shaft.
+        slips: positions where the motor loses steps.
+        jams: positions that the shaft can't pass.
+        stations: stations that signal the end of their work.
+        turns: movements of a master encoder, which a follower follows, one after the other.
+        master_speed: greatest speed of a master encoder, x4 counts/s; `scanrack fuzz` then turns it.
+    """
 
     switches: Annotated[tuple[Switch, ...], Field(strict=False)] = ()
     timeline: Annotated[tuple[TimelineTable, ...], Field(strict=False)] = ()
@@ -110,6 +160,8 @@ class MachineTable(Table):
     slips: Annotated[tuple[Slip, ...], Field(strict=False)] = ()
     jams: Annotated[tuple[Jam, ...], Field(strict=False)] = ()
     stations: Annotated[tuple[StationTable, ...], Field(strict=False)] = ()
+    turns: Annotated[tuple[TurnTable, ...], Field(strict=False)] = ()
+    master_speed: int | None = None
 
     def spec(self) -> MachineSpec:
         """Return the machine; ValueError if the parts are incompatible."""
@@ -120,4 +172,6 @@ class MachineTable(Table):
             slips=self.slips,
             jams=self.jams,
             stations=tuple(part for table in self.stations for part in table.parts()),
+            turns=tuple(part for table in self.turns for part in table.parts()),
+            master_speed=self.master_speed,
         )

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from typing import Annotated, Self
 
-from pydantic import AfterValidator, Field, PlainValidator, model_validator
+from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
 
 from ...io_images.site import SettingError
@@ -97,7 +97,18 @@ class ProveTable(Table):
         property: the properties.
     """
 
-    scan_ms: Annotated[tuple[int, int], PlainValidator(_range)] = (1, LONGEST_SCAN_MS)
+    scan_ms: Annotated[
+        tuple[int, int],
+        PlainValidator(_range),
+        WithJsonSchema(
+            {
+                "type": "array",
+                "items": {"type": "integer", "minimum": 1, "maximum": LONGEST_SCAN_MS},
+                "minItems": 2,
+                "maxItems": 2,
+            }
+        ),
+    ] = (1, LONGEST_SCAN_MS)
     free: Patterns = ()
     written_outside: Patterns = ()
     assume: Conditions = ()

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from decimal import Decimal
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import AfterValidator, BeforeValidator
-from pydantic_core import PydanticCustomError
+from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic_core import PydanticCustomError, core_schema
 
 from ...io_images.site import SettingError
 from ...io_images.times import UNITS_NS
+
+if TYPE_CHECKING:
+    from pydantic.json_schema import JsonSchemaValue
 
 
 def decimal_of(value: object) -> Decimal:
@@ -29,15 +33,30 @@ def decimal_of(value: object) -> Decimal:
     raise PydanticCustomError("allowed", "a number")
 
 
-def between(least: str, most: str) -> AfterValidator:
-    """Return a validator for decimals from `least` to `most`."""
+@dataclass(frozen=True, slots=True)
+class between:  # noqa: N801 - a validator, written as a function of pydantic
+    """A validator for decimals from `least` to `most`."""
 
-    def check(value: Decimal) -> Decimal:
-        if not Decimal(least) <= value <= Decimal(most):
-            raise PydanticCustomError("allowed", "{least} to {most}", {"least": least, "most": most})
+    least: str
+    most: str
+
+    def check(self, value: Decimal) -> Decimal:
+        """Return an allowed value; PydanticCustomError for any other."""
+        if not Decimal(self.least) <= value <= Decimal(self.most):
+            raise PydanticCustomError(
+                "allowed", "{least} to {most}", {"least": self.least, "most": self.most}
+            )
         return value
 
-    return AfterValidator(check)
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> core_schema.CoreSchema:
+        return core_schema.no_info_after_validator_function(self.check, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {**handler(schema), "minimum": float(self.least), "maximum": float(self.most)}
 
 
 def exact_ns(value: Decimal, unit: str, key: str = "time") -> int:

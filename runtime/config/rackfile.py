@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from decimal import Decimal
 from pathlib import Path
@@ -19,12 +19,12 @@ from pydantic_core import ErrorDetails
 
 from ...io_images.addresses import allowed
 from ...io_images.input_files import read_input_text
-from ...io_images.site import sites_of
+from ...io_images.site import Site, SiteError, sites_of
 from ...io_images.text_limits import TextKind, TextLimitError, check_text
 from ..machine import EncoderSpec, Jam, Slip, Switch
 from .axis_tables import AxisTable
 from .fuzz_table import FuzzTable
-from .machine_tables import MachineTable, StationTable, TimelineTable
+from .machine_tables import MachineTable, StationTable, TimelineTable, TurnTable
 from .prove_tables import PropertyTable, ProveTable
 from .rackspec import ForceSpec, IncidentSpec, MisplacedError, RackSpec, SlotSpec
 from .serial_units import UnitSpec
@@ -32,8 +32,16 @@ from .stub_tables import StubStep, StubTable
 from .tomllines import KeyLines, KeyPath
 
 
-class RackFileError(ValueError):
-    """An unusable rack file; the message has one line for every mistake, in their order."""
+class RackFileError(SiteError):
+    """An unusable rack file; the message has one line for every mistake, in their order.
+
+    Attributes:
+        reasons: what is wrong at each of the sites.
+    """
+
+    def __init__(self, text: str, *sites: Site, reasons: Sequence[str] = ()) -> None:
+        super().__init__(text, *sites)
+        self.reasons = tuple(reasons)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +62,7 @@ class RackFile:
         value = getattr(self.spec, key)
         path: KeyPath = (key,) if below is None else (key, below)
         mistake = _Mistake(path, _value(value if below is None else value[below]), problem)
-        return RackFileError(mistake.message(self.path, self.lines))
+        return _refusal([mistake], self.path, self.lines)
 
 
 def load_rack_file(path: Path | str) -> RackFile:
@@ -74,7 +82,7 @@ def parse_rack_file(text: str, path: Path) -> RackFile:
     try:
         spec = RackSpec.model_validate(document)
     except ValidationError as error:
-        raise RackFileError(explain(error, path, lines)) from None
+        raise explained(error, path, lines) from None
     return RackFile(path, text, spec, lines)
 
 
@@ -88,16 +96,17 @@ def parse_toml(text: str, path: Path) -> dict[str, Any]:
         check_text(text, TextKind.TOML)
         return tomllib.loads(text, parse_float=Decimal)
     except TextLimitError as error:
-        raise RackFileError(f"{path}:{error.line}: {error}") from None
+        site = Site(file=str(path), line=error.line)
+        raise RackFileError(f"{site.spot}: {error}", site, reasons=[str(error)]) from None
     except tomllib.TOMLDecodeError as error:
-        raise RackFileError(_syntax_error(path, str(error))) from None
+        raise _syntax_error(path, str(error)) from None
 
 
 MISTAKES = 200
 """Largest number of mistakes of a file that are explained."""
 
 
-def explain(error: ValidationError, path: Path, lines: KeyLines | None = None) -> str:
+def explained(error: ValidationError, path: Path, lines: KeyLines | None = None) -> RackFileError:
     """Return the mistakes of a specification, one per line; of many, the first ones.
 
     Args:
@@ -107,8 +116,17 @@ def explain(error: ValidationError, path: Path, lines: KeyLines | None = None) -
     mistakes = [_mistake(details) for details in found if not _follows_from_others(details, found)]
     if lines is not None:
         mistakes.sort(key=lambda mistake: lines.line(mistake.path))
-    messages = [mistake.message(path, lines) for mistake in mistakes]
-    return "\n".join([*messages, f"{path}: and {more:,} more mistakes"] if more > 0 else messages)
+    return _refusal(mistakes, path, lines, f"{path}: and {more:,} more mistakes" if more > 0 else "")
+
+
+def _refusal(
+    mistakes: Sequence[_Mistake], path: Path, lines: KeyLines | None, more: str = ""
+) -> RackFileError:
+    text = "\n".join(filter(None, [*(each.message(path, lines) for each in mistakes), more]))
+    if lines is None:
+        return RackFileError(text)
+    sites = (Site(file=str(path), line=lines.line(each.path), key=str(each.key)) for each in mistakes)
+    return RackFileError(text, *sites, reasons=[each.reason for each in mistakes])
 
 
 def _read(path: Path) -> str:
@@ -122,12 +140,14 @@ def _read(path: Path) -> str:
         raise RackFileError(f"{path}: the rack file is not text in UTF-8: {error.reason}") from None
 
 
-def _syntax_error(path: Path, message: str) -> str:
-    """Move the line number, which tomllib puts last, after the name of the file."""
+def _syntax_error(path: Path, message: str) -> RackFileError:
+    """Return the error with its line, which tomllib has at the end of its message."""
     match = re.search(r" \(at line (\d+), column (\d+)\)$", message)
     if match is None:
-        return f"{path}: this is not TOML: {message}"
-    return f"{path}:{match[1]}: this is not TOML: {message[: match.start()]} in column {match[2]}"
+        return RackFileError(f"{path}: this is not TOML: {message}")
+    site = Site(file=str(path), line=int(match[1]), column=int(match[2]))
+    reason = f"this is not TOML: {message[: match.start()]} in column {match[2]}"
+    return RackFileError(f"{site.spot}: {reason}", site, reasons=[reason])
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,11 +158,20 @@ class _Mistake:
     value: str
     problem: str
 
+    @property
+    def key(self) -> str:
+        """Its key with those around it."""
+        return ".".join(part for part in self.path if isinstance(part, str))
+
+    @property
+    def reason(self) -> str:
+        """Key, value and problem."""
+        given = f"{self.key} = {self.value}" if self.value else self.key
+        return ": ".join(filter(None, (given, self.problem)))
+
     def message(self, path: Path, lines: KeyLines | None) -> str:
         where = f"{path}" if lines is None else f"{path}:{lines.line(self.path)}"
-        key = ".".join(part for part in self.path if isinstance(part, str))
-        given = f"{key} = {self.value}" if self.value else key
-        return ": ".join(part for part in (where, given, self.problem) if part)
+        return f"{where}: {self.reason}"
 
 
 def _follows_from_others(details: ErrorDetails, found: list[ErrorDetails]) -> bool:
@@ -212,6 +241,7 @@ _MODELS: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | 
     ("slot", "machine", "slips"): Slip,
     ("slot", "machine", "jams"): Jam,
     ("slot", "machine", "stations"): StationTable,
+    ("slot", "machine", "turns"): TurnTable,
 }
 """The keys of each table, by its path without the indexes of arrays."""
 

@@ -16,7 +16,14 @@ from collections.abc import Callable, Mapping
 from decimal import Decimal
 from typing import Annotated, Any, Literal, Self, TypeVar
 
-from pydantic import BeforeValidator, Field, GetPydanticSchema, PlainValidator, model_validator
+from pydantic import (
+    BeforeValidator,
+    Field,
+    GetPydanticSchema,
+    PlainValidator,
+    WithJsonSchema,
+    model_validator,
+)
 from pydantic_core import PydanticCustomError, core_schema
 
 from ...io_images.addresses import allowed, parse_address
@@ -123,11 +130,23 @@ def _stub_schema(_source: Any, handler: Any) -> core_schema.CoreSchema:
     return core_schema.no_info_wrap_validator_function(convert, handler.generate_schema(StubTable))
 
 
+Version = Annotated[
+    str,
+    BeforeValidator(_firmware_text),
+    WithJsonSchema(
+        {"anyOf": [{"enum": list(map(str, KNOWN))}, {"type": "string", "pattern": r"^serial \d+$"}]}
+    ),
+]
+"""A version of firmware, or a serial number."""
+
+
 class SlotSpec(Table):
     """A slot.
 
     Attributes:
         number: from 1.
+        module: its catalog name.
+        firmware: its version, or a serial number: "serial 96317".
         needs_firmware: the oldest version that the program supports; `scanrack fuzz` tries no older one.
         options: options of the model by name.
         machine: the machine that the module drives.
@@ -138,9 +157,11 @@ class SlotSpec(Table):
 
     number: Annotated[int, Field(ge=1)]
     module: Annotated[str, BeforeValidator(_module_name)]
-    firmware: Annotated[str, BeforeValidator(_firmware_text)] = "4.1"
-    needs_firmware: Annotated[str, BeforeValidator(_firmware_text)] = str(KNOWN[0])
-    options: Annotated[Mapping[str, JsonValue], PlainValidator(_plain)] = Field(default_factory=dict)
+    firmware: Version = "4.1"
+    needs_firmware: Version = str(KNOWN[0])
+    options: Annotated[
+        Mapping[str, JsonValue], PlainValidator(_plain), WithJsonSchema({"type": "object"})
+    ] = Field(default_factory=dict)
     machine: Annotated[MachineSpec, GetPydanticSchema(_machine_schema)] = MachineSpec()
     wiring: Literal["diagnostic"] | None = None
     port: str = SIMULATED
@@ -198,10 +219,15 @@ class SlotSpec(Table):
 
 
 class ForceSpec(Table):
-    """A force that holds from the first scan on."""
+    """A force that holds from the first scan on.
 
-    address: str  # see `io_images.addresses`
-    value: Annotated[int, BeforeValidator(_bit_or_word)]  # 0 or 1 for a bit, -32,768 to 65,535 for a word
+    Attributes:
+        address: a bit or a word, such as "Local:1:I.Data[1].2", "I:1.0/14" or "slot1.status.MOVE_COMPLETE".
+        value: 0 or 1 for a bit, -32,768 to 65,535 for a word.
+    """
+
+    address: str
+    value: Annotated[int, BeforeValidator(_bit_or_word), WithJsonSchema({"type": ["integer", "boolean"]})]
 
 
 def _happening(value: object) -> object:
@@ -214,7 +240,7 @@ def _happening(value: object) -> object:
 
 
 class IncidentSpec(Table):
-    """An event of a module or of the CPU, see `runtime.loop.incidents`.
+    """An event of a module or of the CPU, beside commands and inputs.
 
     Attributes:
         at_ms: its begin; or `at_s`.
@@ -228,7 +254,11 @@ class IncidentSpec(Table):
 
     at_ms: Milliseconds | None = None
     at_s: Seconds | None = None
-    what: Annotated[FaultKind, PlainValidator(_happening)]
+    what: Annotated[
+        FaultKind,
+        PlainValidator(_happening),
+        WithJsonSchema({"enum": [each.value for each in FaultKind]}),
+    ]
     slot: int | None = None
     for_ms: Milliseconds | None = None
     for_s: Seconds | None = None
@@ -254,11 +284,13 @@ class RackSpec(Table):
     """A rack and the settings of its runs.
 
     Attributes:
-        program: the logic: a path (`path[:function]`, relative to the rack file), or the function itself.
+        program: the logic: a path (`path[:function]`, relative to the rack file), or, in Python, a function.
+        name: of the rack, as reports show it.
         scan_ms: time from scan to scan, 0.01 to 1000 ms.
         controller: "micrologix" exchanges images at the ends of the scan, "compactlogix" every RPI.
         rpi_ms: the RPI of a CompactLogix, 0.01 to 1000 ms; 2 if left out.
-        watchdog_ms: longest time of the logic of one scan on the wall clock; 0 = no watchdog.
+        watchdog_ms: longest processor time of the logic of one scan, which may take ten times that on the
+            clock; 0 = no watchdog.
         run_for_s: machine time of a run, unless the command line sets it.
         tags: patterns of the program's tags that are recorded beside the images.
         stubs: replacements of instructions of a ladder program, results of messages and partners of consumed
@@ -270,11 +302,15 @@ class RackSpec(Table):
         prove: what `scanrack prove` proves of the program, and what it assumes.
         fuzz: how `scanrack fuzz` searches it.
         server: what clients of a tag server see and may write.
+        seed: of random numbers, such as those of slips.
+        mode: position of the CPU's key at power-up.
         slot: the slots, at least one.
+        force: bits and words that are held from the first scan on.
+        incident: what happens to modules and to the CPU.
         unit: controllers on a serial line beside the rack.
     """
 
-    program: Annotated[str | Callable[..., Any], PlainValidator(_program)]
+    program: Annotated[str | Callable[..., Any], PlainValidator(_program), WithJsonSchema({"type": "string"})]
     name: str = "rack"
     scan_ms: Annotated[Number, between("0.01", "1000")] = Decimal(2)
     controller: Literal["micrologix", "compactlogix"] = "micrologix"

@@ -2,11 +2,50 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 from pydantic import Field
 
 from .machine_tables import Table
+
+WordOrder = Literal["high first", "low first"]
+HIGH_FIRST: WordOrder = "high first"
+
+Text = Annotated[str, Field(min_length=1, max_length=200)]
+Item = TypeVar("Item")
+Rows = Annotated[tuple[Item, ...], Field(strict=False, max_length=20_000)]
+
+
+class MapRow(Table):
+    """A tag among the coils or registers.
+
+    Attributes:
+        address: its first one, from 0.
+        tag: its name; an array takes the following addresses, too.
+        order: word of a DINT, REAL, LINT or LREAL that comes first; left out, that of the table.
+    """
+
+    address: Annotated[int, Field(ge=0, le=0xFFFF)]
+    tag: Text
+    order: WordOrder | None = None
+
+
+class ModbusTable(Table):
+    """Tags as coils and registers of `--server modbus-tcp`.
+
+    Attributes:
+        order: word of a DINT, REAL, LINT or LREAL that comes first.
+        coils: bits that clients read and write.
+        discrete_inputs: bits that clients read.
+        input_registers: numbers that clients read.
+        holding_registers: numbers that clients read and write.
+    """
+
+    order: WordOrder = HIGH_FIRST
+    coils: Rows[MapRow] = ()
+    discrete_inputs: Rows[MapRow] = ()
+    input_registers: Rows[MapRow] = ()
+    holding_registers: Rows[MapRow] = ()
 
 
 class ServerTable(Table):
@@ -16,9 +55,9 @@ class ServerTable(Table):
         writable: patterns of tags that clients may write, with all below each: "Run", "Recipe.*",
             "Local:1:O.Data", "Program:Main.*"; without them clients only read.
         profile: names of the parts of `Local:n:I`: "generic" (Fault, Data) or "3601" (Data0, ModuleOK, ...).
+        modbus: tags as coils and registers; without them `--server modbus-tcp` is refused.
     """
 
-    writable: Annotated[
-        tuple[Annotated[str, Field(min_length=1, max_length=200)], ...], Field(strict=False)
-    ] = ()
+    writable: Rows[Text] = ()
     profile: Literal["generic", "3601"] = "generic"
+    modbus: ModbusTable | None = None

@@ -1,6 +1,6 @@
 """A request and its reply between two processes, through shared memory: the scan loop never waits.
 
-head     asked, answered, bytes of the request, bytes of the reply; 8 bytes each
+head     asked, answered, bytes of the request, bytes of the reply, beats of the server; 8 bytes each
 request  written by the server, then `asked` is counted up
 reply    written between two scans, then `answered` is counted up, and a byte wakes the server
 """
@@ -17,7 +17,7 @@ AREA_BYTES = 1 << 20
 """Most bytes of a request, and of a reply."""
 
 _HEAD_BYTES = 64
-_ASKED, _ANSWERED, _REQUEST, _REPLY = range(4)
+_ASKED, _ANSWERED, _REQUEST, _REPLY, _BEATS = range(5)
 
 
 class Mailbox:
@@ -51,12 +51,21 @@ class Mailbox:
         """Whether a request has no reply yet."""
         return self._head[_ASKED] != self._head[_ANSWERED]
 
+    def beat(self) -> None:
+        """Tell that the server is alive."""
+        self._head[_BEATS] += 1
+
     def reply(self) -> bytes:
         """Return the latest reply."""
         begin = _HEAD_BYTES + AREA_BYTES
         return self._memory[begin : begin + min(self._head[_REPLY], AREA_BYTES)]
 
     # --- the scan process's side
+
+    @property
+    def beats(self) -> int:
+        """How often servers have told that they are alive."""
+        return self._head[_BEATS]
 
     def request(self) -> bytes:
         """Return the request that waits."""

@@ -15,8 +15,8 @@ from itertools import chain
 from typing import Any, NoReturn
 
 from ..loop.incidents import FaultKind
+from .speeds import MAX, SPEED_LEAST, SPEED_MOST
 
-SPEED_LEAST, SPEED_MOST = 0.01, 1000.0
 MOST_STEPS = 1_000_000
 SCAN_MOST = (1 << 32) - 1
 MOST_EDITS = 1_000_000
@@ -37,8 +37,6 @@ _TOO_DEEP = "it is nested too deep"
 ALL = "all"
 """In place of a tag: all forces."""
 
-MAX = "max"
-"""In place of a factor: as fast as the program runs."""
 
 Value = bool | int | float | str
 

@@ -20,7 +20,8 @@ from ..loop.pace import AdjustablePace, stopping_on_interrupt
 from ..loop.phases import ScanPhases
 from . import orders
 from .hands import GivenOrder, Hands
-from .orders import ALL, MAX, Order, order_of, parsed
+from .orders import ALL, Order, order_of, parsed
+from .speeds import MAX
 
 WAIT_S = 0.02
 """Longest single wait for orders during a pause, and for requests to the tap."""

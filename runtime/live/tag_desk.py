@@ -14,7 +14,7 @@ from ..loop.listeners import QuietListener
 from ..loop.pace import wall_ns
 from ..loop.rack import Rack
 from ..outside.exchange import ANSWER, answered
-from ..outside.images import GENERIC, IMAGE_BYTES, image_tags, output_slot
+from ..outside.images import GENERIC, IMAGE_BYTES, output_slot, with_images
 from ..outside.room import Operation, ReadBytes
 from .hands import Hands
 from .mailbox import Mailbox, wake
@@ -81,12 +81,9 @@ class TagDesk(QuietListener):
 
     def _settle(self) -> None:
         self._tags = self._tags_now()
-        listing = self._tags.listing
-        self._own = len(listing.tags)
-        slots = list(self._rack.slots)
-        images = [image_tags(slot, files=listing.files, profile=self._profile) for slot in slots]
-        self._slots = [slot for slot in slots for _ in range(2)]
-        self.listing = Listing((*listing.tags, *(tag for pair in images for tag in pair)), listing.files)
+        self._own = len(self._tags.listing.tags)
+        self._slots = [slot for slot in self._rack.slots for _ in range(2)]
+        self.listing = with_images(self._tags.listing, self._rack.slots, self._profile)
 
     def renew(self) -> None:
         """Take the tags of an edited program; requests for the earlier ones are asked again."""

@@ -9,32 +9,16 @@ from __future__ import annotations
 import pickle
 import selectors
 import socket
-from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from typing import Protocol
 
-from ...io_images.enip.codes import LIST_IDENTITY, SEND, SEND_CONNECTED
-from ...io_images.enip.listing import Listing
+from ..line.ports.places import make_place
 from ..loop.pace import wall_ns
-from ..outside.database import Database
 from ..outside.exchange import ANSWER, Packet, request_of, results_in
-from ..outside.room import Instant, Operation, Plan, ReadBytes
-from ..outside.router import Router
-from ..outside.session import HEAD, BrokenClientError, ClientSession, Frame
+from ..outside.room import BrokenClientError, Instant, Operation, Plan, ReadBytes
+from ..outside.setup import SESSIONS, TagSetup
 from .mailbox import AREA_BYTES, Mailbox
-
-CLIENTS_MOST = 64
-WAITING_MOST = 32
-"""Packets of a client that wait for an answer."""
-
-UNREAD_MOST = 1 << 16
-"""Bytes of replies that a client has not read."""
-
-HALF_NS, IDLE_NS = 5_000_000_000, 120_000_000_000
-"""A frame that is not whole after this time ends its connection, and so does this silence."""
-
-SILENT_NS = 10_000_000_000
-"""Least silence of a client that gives way when all places are taken."""
+from .tag_client import Client
 
 STEP_S = 0.25
 """Longest wait between two looks at the clients' times."""
@@ -42,22 +26,8 @@ STEP_S = 0.25
 BATCH_BYTES = AREA_BYTES // 4
 """Bytes of reads and writes that go to the scan process together."""
 
-
-@dataclass(frozen=True, slots=True)
-class TagSetup:
-    """What the server offers."""
-
-    listing: Listing
-    version: int  # of the program's edition
-    writable: tuple[str, ...]  # patterns; none for a server that takes no writes
-    name: str  # of the rack
-    product: str
-    address: bytes  # of the server, for List Identity
-    port: int
-
-    def router(self) -> Router:
-        """Return what answers requests."""
-        return Router(Database(self.listing, self.writable), self.name, self.product)
+OPERATION_BYTES = 512
+"""So many bytes of a batch a read or a write takes at least, so that no batch keeps the scans for long."""
 
 
 Answers = tuple[int, int, list[list[bytes | None]]]
@@ -65,7 +35,8 @@ Answers = tuple[int, int, list[list[bytes | None]]]
 
 
 def _bytes_of(operation: Operation) -> int:
-    return operation.size if isinstance(operation, ReadBytes) else 2 * len(operation.data)
+    size = operation.size if isinstance(operation, ReadBytes) else 2 * len(operation.data)
+    return max(size, OPERATION_BYTES)
 
 
 class ScanExchange(Protocol):
@@ -73,48 +44,6 @@ class ScanExchange(Protocol):
 
     def __call__(self, packets: list[Packet]) -> Answers | None:
         """Return the answers; None if the program has been edited meanwhile."""
-
-
-class Client:
-    """A connected client."""
-
-    def __init__(self, where: socket.socket, session: ClientSession, address: str) -> None:
-        self.socket, self.session, self.address = where, session, address
-        self.waiting: list[Frame] = []
-        self.unread = b""
-        self.heard_ns = wall_ns()
-        self.half_ns: int | None = None  # since when a frame is not whole
-
-    def receive(self) -> None:
-        """Take what has come; BrokenClientError or OSError ends the client."""
-        data = self.socket.recv(1 << 16)
-        if not data:
-            raise BrokenClientError("the client has hung up")
-        self.waiting += self.session.receive(data)
-        if len(self.waiting) > WAITING_MOST:
-            raise BrokenClientError(f"more than {WAITING_MOST} packets at once")
-        self.heard_ns = wall_ns()
-        if not self.session.pending:
-            self.half_ns = None
-        elif self.half_ns is None:
-            self.half_ns = self.heard_ns
-
-    def send(self, data: bytes) -> bool:
-        """Send; return whether all has gone. BrokenClientError if the client does not read."""
-        self.unread += data
-        try:
-            sent = self.socket.send(self.unread) if self.unread else 0
-        except BlockingIOError:
-            sent = 0
-        self.unread = self.unread[sent:]
-        if len(self.unread) > UNREAD_MOST:
-            raise BrokenClientError("the client does not read")
-        return not self.unread
-
-    def is_late(self, now_ns: int) -> bool:
-        """Whether it has been silent, or has left a frame half sent, for too long."""
-        half = self.half_ns is not None and now_ns - self.half_ns > HALF_NS
-        return half or now_ns - self.heard_ns > IDLE_NS
 
 
 class TagServer:
@@ -143,29 +72,34 @@ class TagServer:
 
     def set_up(self, setup: TagSetup) -> None:
         """Offer the tags of a program, also to those that are connected."""
-        self.setup, self.router = setup, setup.router()
+        self.setup, self._sessions = setup, SESSIONS[setup.protocol](setup)
         for client in self.clients.values():
-            client.session.router = self.router
+            client.session.router = self._sessions.router
 
     def watch(self, pipe: Connection) -> None:
         """Return from `step` when a pipe has something."""
         self._selector.register(pipe, selectors.EVENT_READ)
 
     def step(self, seconds: float = STEP_S) -> bool:
-        """Wait for what comes next, and handle it; return whether a watched pipe has something."""
+        """Wait for what comes next, and handle it; return whether a watched pipe has something.
+
+        One packet of each client is answered, then all are heard again: many packets of one client
+        keep no other one waiting.
+        """
         told = False
-        for key, events in self._selector.select(seconds):
+        waits = any(each.waiting for each in self.clients.values())
+        for key, events in self._selector.select(0 if waits else seconds):
             if key.fileobj is self._listening:
                 self._accept()
             elif key.fileobj is self._udp:
                 self._answer_datagram(self._udp)
             elif isinstance(key.fileobj, socket.socket):
-                self._move(self.clients[key.fileobj], events)
+                if key.fileobj in self.clients:  # it may just have given way
+                    self._move(self.clients[key.fileobj], events)
             else:
                 told = True
-        while any(each.waiting for each in self.clients.values()):
-            if not self._serve():
-                return True
+        if any(each.waiting for each in self.clients.values()) and not self._serve():
+            return True
         now_ns = wall_ns()
         for client in [each for each in self.clients.values() if each.is_late(now_ns)]:
             self._drop(client, "it is silent, or its frame is not whole")
@@ -184,29 +118,28 @@ class TagServer:
             where, address = self._listening.accept()
         except OSError:
             return
-        if len(self.clients) >= CLIENTS_MOST and not self._give_way():
+        if not self._has_place():
             where.close()
             return
         where.setblocking(False)
         where.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        session = ClientSession(self.router, self.setup.address, self.setup.port)
-        self.clients[where] = Client(where, session, f"{address[0]}:{address[1]}")
+        self.clients[where] = Client(where, self._sessions.open(), f"{address[0]}:{address[1]}")
         self._selector.register(where, selectors.EVENT_READ)
 
-    def _give_way(self) -> bool:
-        """End the client that is silent for longest; return whether one could be ended."""
-        longest = min(self.clients.values(), key=lambda each: each.heard_ns)
-        if wall_ns() - longest.heard_ns < SILENT_NS:
-            return False
-        self._drop(longest, "all places are taken, and it is silent")
-        return True
+    def _has_place(self) -> bool:
+        """Whether there is a place for another client; one that is silent may have to give way."""
+        heard = {each: client.heard_ns for each, client in self.clients.items()}
+        gone, has_place = make_place(heard, wall_ns())
+        if gone is not None:
+            self._drop(self.clients[gone], "all places are taken, and it is silent")
+        return has_place
 
     def _move(self, client: Client, events: int) -> None:
         """Receive from a client, and send what it has not read."""
         try:
             if events & selectors.EVENT_WRITE:
                 self._send(client, b"")
-            if events & selectors.EVENT_READ:
+            if events & selectors.EVENT_READ and not client.waiting:
                 client.receive()
         except BlockingIOError:
             pass
@@ -228,10 +161,8 @@ class TagServer:
     def _answer_datagram(self, udp: socket.socket) -> None:
         try:
             data, where = udp.recvfrom(1 << 12)
-            if len(data) == HEAD.size and int.from_bytes(data[:2], "little") == LIST_IDENTITY:
-                session = ClientSession(self.router, self.setup.address, self.setup.port)
-                frame = Frame(LIST_IDENTITY, 0, data[12:20], b"")
-                udp.sendto(session.reply(frame, Instant((), 0, self.setup.version)), where)
+            if answer := self._sessions.datagram(data):
+                udp.sendto(answer, where)
         except OSError:
             return
 
@@ -257,16 +188,14 @@ class TagServer:
             return False
         now_ns, version, results = found
         for (client, _), result in zip(turn, results, strict=True):
+            self.clients[client.socket] = self.clients.pop(client.socket)  # the others come first next time
             self._reply(client, Instant(result, now_ns, version))
         return True
 
     def _planned(self, client: Client) -> Plan | None:
         """Return what a client's next packet needs; None if that ends the client."""
-        frame = client.waiting[0]
-        if frame.command not in (SEND, SEND_CONNECTED):
-            return Plan()
         try:
-            return client.session.plan(frame, self.setup.version)
+            return client.session.plan(client.waiting[0], self.setup.version)
         except Exception as error:  # a packet's mistake, or ours, ends its own connection only
             self._drop(client, f"{type(error).__name__}: {error}")
             return None
@@ -302,6 +231,10 @@ class ScanProcess:
             return None
         return now_ns, version, results_in(data, packets)
 
+    def beat(self) -> None:
+        """Tell that the server is alive; it has to come every `STEP_S` or so."""
+        self._mailbox.beat()
+
     def _wait(self) -> None:
         while self._mailbox.waits:
             if not self._waker.recv(1 << 10):
@@ -312,18 +245,21 @@ def main(*descriptors: str) -> None:
     """Run a server's process.
 
     Args:
-        descriptors: of the pipe for setups, the waker, the mailbox, the listening socket and the UDP socket.
+        descriptors: of the pipe for setups, the waker, the mailbox, the listening socket, and of the
+            UDP socket if there is one.
     """
-    pipe_file, waker_file, mailbox_file, listening_file, udp_file = map(int, descriptors)
+    pipe_file, waker_file, mailbox_file, listening_file, *udp_file = map(int, descriptors)
     pipe, waker = Connection(pipe_file), socket.socket(fileno=waker_file)
     process = ScanProcess(Mailbox(mailbox_file), waker)
-    listening, udp = socket.socket(fileno=listening_file), socket.socket(fileno=udp_file)
+    listening = socket.socket(fileno=listening_file)
+    udp = socket.socket(fileno=udp_file[0]) if udp_file else None
     try:
         setup: TagSetup = pickle.loads(pipe.recv_bytes())  # of our own scan process
         process.version = setup.version
         server = TagServer(setup, listening, udp, process)
         server.watch(pipe)
         while True:
+            process.beat()
             if server.step():
                 setup = pickle.loads(pipe.recv_bytes())
                 process.version = setup.version

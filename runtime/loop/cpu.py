@@ -137,6 +137,10 @@ class Cpu:
         """Add a listener from the next scan on."""
         self._listeners.add(listener)
 
+    def dismiss(self, listener: ScanListener) -> None:
+        """Close a listener, which is told nothing more; nothing if it is closed."""
+        self._listeners.dismiss(listener)
+
     def announce(self, event: Event) -> None:
         """Announce an event of the program's own to the listeners with the next scan."""
         self._phases.announce(event)

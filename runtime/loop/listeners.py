@@ -107,6 +107,13 @@ class Listeners:
         for number, event in sorted(found, key=lambda entry: entry[1].at_ns):
             self.raised(scan, event, slot=number)
 
+    def dismiss(self, listener: ScanListener) -> None:
+        """Close a listener, and pass nothing more to it; nothing if it is closed."""
+        if listener in self._to_close:
+            self._to_close.remove(listener)
+            self.listeners.remove(listener)
+            listener.close()
+
     def dismiss_present(self) -> None:
         """Pass nothing more to the listener called last; it is still closed at the end."""
         if self.called_last is not None:

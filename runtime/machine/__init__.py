@@ -1,7 +1,7 @@
 """The machine that a module drives: its parts and their behaviour.
 
-`spec` is data: switches, encoder, timeline, stations, slips and jams, each checked when it is made.
-`Machine`
+`spec` is data: switches, encoder, timeline, stations, slips, jams and movements of a master encoder,
+each checked when it is made. `Machine`
 is their behaviour in time: the module reports its motor steps, the machine decides how far the shaft follows
 and which inputs are energised. A module asks for the next event, so that nothing loops over steps or ticks.
 """
@@ -9,13 +9,14 @@ and which inputs are energised. A module asks for the next event, so that nothin
 from __future__ import annotations
 
 from .machine import Machine
-from .spec import EncoderSpec, Jam, MachineSpec, Slip, Station, Switch, TimelineEntry, press
+from .spec import EncoderSpec, Jam, MachineSpec, MasterTurn, Slip, Station, Switch, TimelineEntry, press
 
 __all__ = [
     "EncoderSpec",
     "Jam",
     "Machine",
     "MachineSpec",
+    "MasterTurn",
     "Slip",
     "Station",
     "Switch",

@@ -94,10 +94,6 @@ class _Turn:
         made = abs(self.counts) * (now_ns - self.start_ns) // (self.end_ns - self.start_ns)
         return made if self.counts > 0 else -made
 
-    def instant_of(self, count: int) -> int:
-        """Return the instant of the `count`-th count (1 to |counts|)."""
-        return self.start_ns - (-count * (self.end_ns - self.start_ns) // abs(self.counts))
-
 
 class HandTurning:
     """Counts and Z pulses by hand, one turn after the other."""
@@ -131,19 +127,10 @@ class HandTurning:
         self.counts(now_ns)
         return bool(self._turns)
 
-    def reached_ns(self, counts: int, now_ns: int) -> int | None:
-        """Return when the counts by hand reach or pass `counts`, from their value at `now_ns`."""
-        before = self.counts(now_ns)
-        if before == counts:
-            return now_ns
-        sense = 1 if counts > before else -1
-        at_start = self._done
-        for turn in self._turns:
-            needed = (counts - at_start) * sense
-            if turn.counts * sense >= needed:
-                return turn.instant_of(needed)
-            at_start += turn.counts
-        return None
+    def turns_ns(self, now_ns: int) -> int | None:
+        """Return `now_ns` if a turn is under way, else when the next one begins; None without one."""
+        self.counts(now_ns)
+        return max(now_ns, self._turns[0].start_ns) if self._turns else None
 
     def mark(self, at_ns: int) -> None:
         """Plan a Z pulse."""

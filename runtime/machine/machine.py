@@ -61,6 +61,8 @@ class Machine:
         self._stimuli = Stimuli(spec)
         self._encoder = ShaftEncoder(spec.encoder)
         self._hand = HandTurning()
+        for turn in spec.turns:
+            self._hand.turn(turn.counts, turn.at_ns, turn.end_ns)
         self._refused = spec.fed_inputs
         for entry in spec.timeline:
             self._refused |= entry.input.value
@@ -227,9 +229,9 @@ class Machine:
         """Return whether counts by hand are planned after `now_ns`."""
         return self._hand.turning(now_ns)
 
-    def counts_reached_ns(self, counts: int, now_ns: int) -> int | None:
-        """Return when hand turning alone makes the encoder reach or pass `counts`; None = never."""
-        return self._hand.reached_ns(counts - self._encoder.counts(self._shaft.position), now_ns)
+    def turns_ns(self, now_ns: int) -> int | None:
+        """Return the first instant from `now_ns` on at which counts by hand are under way; None = never."""
+        return self._hand.turns_ns(now_ns)
 
     def marker_at(self, at_ns: int) -> None:
         """Give a Z pulse from the bench at `at_ns`."""

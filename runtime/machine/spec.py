@@ -13,9 +13,18 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
+from itertools import pairwise
 from typing import Annotated
 
-from pydantic import BeforeValidator, ConfigDict, PlainSerializer, PlainValidator, StrictBool, StrictInt
+from pydantic import (
+    BeforeValidator,
+    ConfigDict,
+    PlainSerializer,
+    PlainValidator,
+    StrictBool,
+    StrictInt,
+    WithJsonSchema,
+)
 from pydantic_core import PydanticCustomError
 
 from ...io_images.addresses import allowed
@@ -68,14 +77,29 @@ def _times(value: object) -> object:
     return None if value == "always" else value
 
 
-InputName = Annotated[InputBit, PlainValidator(input_of), PlainSerializer(input_name)]
+InputName = Annotated[
+    InputBit,
+    PlainValidator(input_of),
+    PlainSerializer(input_name),
+    WithJsonSchema({"enum": list(INPUT_NAMES)}),
+]
 """An input; in a file its name in lower case."""
 
-Ratio = Annotated[Fraction, PlainValidator(_ratio)]
+Ratio = Annotated[
+    Fraction,
+    PlainValidator(_ratio),
+    WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\d+/\d+$"}]}),
+]
 """A ratio; in a file a number, or a fraction such as "4/3"."""
 
-Chance = Annotated[float | Fraction, PlainValidator(_number)]
-Times = Annotated[StrictInt | None, BeforeValidator(_times)]
+Chance = Annotated[
+    float | Fraction, PlainValidator(_number), WithJsonSchema({"type": "number", "minimum": 0, "maximum": 1})
+]
+Times = Annotated[
+    StrictInt | None,
+    BeforeValidator(_times),
+    WithJsonSchema({"anyOf": [{"type": "integer", "minimum": 1}, {"enum": ["always"]}]}),
+]
 """A number of times; None, in a file "always", is unlimited."""
 
 NO_MORE_KEYS = ConfigDict(extra="forbid")
@@ -111,14 +135,20 @@ class Switch:
     Several switches may feed one input: normally open ones in parallel (any of
     them energises it), normally closed ones in series (any of them opens the
     circuit). One input can't have both kinds.
+
+    Attributes:
+        input: the module's input that it is wired to.
+        first: lowest shaft position that operates it, steps; open-ended if left out.
+        last: highest shaft position that operates it, steps; open-ended if left out.
+        normally_closed: the input is energised outside the range instead of inside.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
 
     input: InputName
-    first: StrictInt | None = None  # lowest shaft position that operates it, steps; None = open-ended
-    last: StrictInt | None = None  # highest shaft position that operates it, steps; None = open-ended
-    normally_closed: StrictBool = False  # the input is energised outside the range instead of inside
+    first: StrictInt | None = None
+    last: StrictInt | None = None
+    normally_closed: StrictBool = False
 
     def __post_init__(self) -> None:
         _check_input(self, self.input)
@@ -185,14 +215,21 @@ def press(
 
 @dataclass(frozen=True, slots=True)
 class EncoderSpec:
-    """A quadrature encoder that the shaft turns."""
+    """A quadrature encoder that the shaft turns.
+
+    Attributes:
+        counts_per_step: x4 counts per step of the shaft, more than 0; a number, or a fraction such as "4/3".
+        direction: 1 counts up when the shaft turns CW, -1 down.
+        marker_every: counts per Z pulse (x4 counts per turn); no Z is wired if left out.
+        marker_at: a count at which the Z line lies (the others are `marker_every` apart).
+    """
 
     __pydantic_config__ = NO_MORE_KEYS
 
-    counts_per_step: Ratio  # x4 counts per step of the shaft, more than 0: a Fraction or a whole number
-    direction: StrictInt = 1  # +1 counts up when the shaft turns CW, -1 down
-    marker_every: StrictInt | None = None  # counts per Z pulse (x4 counts per turn); None = no Z wired
-    marker_at: StrictInt = 0  # a count at which the Z line lies (the others are `marker_every` apart)
+    counts_per_step: Ratio
+    direction: StrictInt = 1
+    marker_every: StrictInt | None = None
+    marker_at: StrictInt = 0
 
     def __post_init__(self) -> None:
         ratio: object = self.counts_per_step
@@ -206,21 +243,53 @@ class EncoderSpec:
 
 
 @dataclass(frozen=True, slots=True)
+class MasterTurn:
+    """A movement of a master encoder, which the module's shaft does not turn: a follower follows it.
+
+    Attributes:
+        at_ns: when it begins, time since power-up.
+        counts: x4 counts that it makes, evenly spread; the last one at its end. Negative counts down.
+        for_ns: how long it takes, 1 or more.
+    """
+
+    at_ns: int
+    counts: int
+    for_ns: int
+
+    def __post_init__(self) -> None:
+        _check_whole(self, "at_ns", 0)
+        _check_whole(self, "counts")
+        _check_whole(self, "for_ns", 1)
+
+    @property
+    def end_ns(self) -> int:
+        """When it ends, time since power-up."""
+        return self.at_ns + self.for_ns
+
+
+@dataclass(frozen=True, slots=True)
 class Slip:
     """Steps that the motor makes without the shaft, where the load is heavy.
 
     When the motor sets out from shaft position `at` in `direction`, the shaft
     stays there for `steps` motor steps and follows from then on. Reversing the
     motor ends a slip.
+
+    Attributes:
+        at: the shaft position, steps.
+        steps: motor steps lost each time, 1 or more.
+        direction: 1 or -1 for that direction only, 0 for both.
+        times: number of occurrences, 1 or more, or "always" (in Python None).
+        chance: 0 to 1, the probability each time the motor sets out from there.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
 
     at: StrictInt
-    steps: StrictInt  # motor steps lost each time, 1 or more
-    direction: StrictInt = 0  # +1 or -1 for that direction only, 0 for both
-    times: Times = 1  # number of occurrences, 1 or more; None = unlimited
-    chance: Chance = 1.0  # 0 to 1, the probability each time the motor sets out from there
+    steps: StrictInt
+    direction: StrictInt = 0
+    times: Times = 1
+    chance: Chance = 1.0
 
     def __post_init__(self) -> None:
         _check_whole(self, "at")
@@ -235,12 +304,17 @@ class Slip:
 
 @dataclass(frozen=True, slots=True)
 class Jam:
-    """A position that the shaft can't pass in one direction; the other way is free."""
+    """A position that the shaft can't pass in one direction; the other way is free.
+
+    Attributes:
+        at: the last shaft position that it reaches, steps.
+        direction: 1 for clockwise, -1 for counterclockwise.
+    """
 
     __pydantic_config__ = NO_MORE_KEYS
 
-    at: StrictInt  # the last shaft position it reaches
-    direction: StrictInt  # +1 or -1
+    at: StrictInt
+    direction: StrictInt
 
     def __post_init__(self) -> None:
         _check_whole(self, "at")
@@ -278,12 +352,20 @@ class MachineSpec:
     slips: tuple[Slip, ...] = ()
     jams: tuple[Jam, ...] = ()
     stations: tuple[Station, ...] = ()
+    turns: tuple[MasterTurn, ...] = ()  # in order of time, one after the other
+    master_speed: int | None = None  # greatest speed of a master encoder, x4 counts/s; None = there is none
 
     def __post_init__(self) -> None:
         for field, kind in _PARTS:
             self._check_parts(field, kind)
         if self.encoder is not None and not isinstance(self.encoder, EncoderSpec):
             raise refusal(self, "encoder", self.encoder, "an EncoderSpec or None")
+        if self.master_speed is not None:
+            _check_whole(self, "master_speed", 1)
+        for first, second in pairwise(self.turns):
+            if second.at_ns < first.end_ns:
+                allowed_ns = f"at_ns of {first.end_ns} or more, the end of the turn before"
+                raise refusal(self, "turns", second, allowed_ns)
         self._check_wiring()
 
     def _check_parts(self, field: str, kind: type) -> None:
@@ -330,4 +412,5 @@ _PARTS: tuple[tuple[str, type], ...] = (
     ("slips", Slip),
     ("jams", Jam),
     ("stations", Station),
+    ("turns", MasterTurn),
 )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from ...io_images.amci3601 import InputBit, StatusView
 from ...io_images.image import Image
@@ -14,6 +14,9 @@ from ...io_images.site import SettingError
 from ..loop.events import JsonValue
 from ..loop.module import Module
 from ..machine import Machine
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
 
 Options = Mapping[str, JsonValue]
 """A slot's options by name, as a rack file gives them."""
@@ -148,6 +151,7 @@ class ModuleRecord:
             module.
         switches: (slot, switch) of the machines' switches that operate its inputs, with these options.
         capabilities: the table of its refusals, Markdown; None without refusals of its own.
+        option_table: returns the declaration of its options, for editors; None without one.
         round_trip_ms: longest time until it answers a command, ms; 0 = it answers at once.
     """
 
@@ -165,4 +169,5 @@ class ModuleRecord:
     family: str = ""
     switches: Callable[[Options], tuple[tuple[int, str], ...]] = lambda _options: ()
     capabilities: Callable[[], str] | None = None
+    option_table: Callable[[], type[BaseModel]] | None = None
     round_trip_ms: int = 0

@@ -1,4 +1,4 @@
-"""The rack's tags over EtherNet/IP, as a CompactLogix offers them: bytes in, bytes out, no sockets.
+"""The rack's tags over EtherNet/IP, as a CompactLogix has them, and Modbus: bytes in, bytes out, no sockets.
 
 | file | contents |
 |---|---|
@@ -12,6 +12,10 @@
 | `router.py` | requests to objects, batches, routes |
 | `connections.py` | forward open and close |
 | `session.py` | a TCP connection: frames, one session |
+| `tag_paths.py` | names of tags as people write them |
+| `mapped_tags.py`, `register_map.py` | tags as Modbus coils and registers |
+| `modbus_session.py` | a TCP connection of Modbus |
+| `setup.py` | what a server offers; the sessions of each protocol |
 
 A packet runs twice. The first pass notes the bytes that it reads and writes (`Plan`); the scan process
 carries all of them out between two scans; the second pass makes the reply from what came back (`Instant`).

@@ -16,15 +16,22 @@ from ...io_images.enip.codes import (
     UNKNOWN_OBJECT,
     CipRefusedError,
 )
-from ...io_images.enip.listing import BOOL, DWORD, Kind, ListedTag, Listing, PlainKind, StructuredKind
-from ...io_images.enip.paths import Instance, PathStep
+from ...io_images.enip.listing import (
+    BOOL,
+    DWORD,
+    ExternalAccess,
+    Kind,
+    ListedAlias,
+    ListedTag,
+    Listing,
+    PlainKind,
+    StructuredKind,
+)
+from ...io_images.enip.paths import PROGRAM, Instance, PathStep, steps_of
 from .templates import Templates
 
 READ_WRITE, READ_ONLY = 0, 2
 """External Access in a listing."""
-
-PROGRAM = "Program:"
-"""Start of the name of a program's scope."""
 
 PROGRAM_CODE = 0x1068
 """Type of a program in the listing of the controller."""
@@ -32,11 +39,12 @@ PROGRAM_CODE = 0x1068
 
 @dataclass(frozen=True, slots=True)
 class Symbol:
-    """A tag with its numbers."""
+    """A tag with its numbers, or an alias with those of what it names."""
 
     number: int  # in its scope, from 1
     index: int  # in the listing
-    tag: ListedTag
+    tag: ListedTag  # of an alias under its name
+    target: tuple[PathStep, ...] = ()  # of an alias the steps to what it names
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,11 +113,28 @@ class Database:
         self._by_name: dict[tuple[str, str], Symbol] = {}
         self._rows: dict[str, list[Row]] = {}
         for index, tag in enumerate(listing.tags):
-            scope = self.scopes[tag.program.upper()]
-            before = 0 if tag.program else len(self._programs)
-            scope.append(Symbol(len(scope) + before + 1, index, tag))
-            self._by_name[tag.program.upper(), tag.name.upper()] = scope[-1]
-            self.templates.code_of(tag.kind)
+            if tag.access is not ExternalAccess.NONE:
+                self._add(index, tag, ())
+        for alias in listing.aliases:
+            self._add_alias(alias)
+
+    def _add(self, index: int, tag: ListedTag, target: tuple[PathStep, ...]) -> None:
+        scope = self.scopes[tag.program.upper()]
+        before = 0 if tag.program else len(self._programs)
+        scope.append(Symbol(len(scope) + before + 1, index, tag, target))
+        self._by_name[tag.program.upper(), tag.name.upper()] = scope[-1]
+        self.templates.code_of(tag.kind)
+
+    def _add_alias(self, alias: ListedAlias) -> None:
+        """Add an alias; one of what clients don't see is not there, either."""
+        try:
+            steps = tuple(steps_of(alias.target))
+            symbol, rest = self._found(steps)
+            kind, dims = _Walk(symbol, rest).end()
+        except (CipRefusedError, ValueError):
+            return
+        tag = ListedTag(alias.name, alias.program, kind, dims, symbol.tag.access)
+        self._add(symbol.index, tag, steps)
 
     def rows(self, scope: str) -> list[Row]:
         """Return the lines of a scope, programs first; refused for an unknown one."""
@@ -130,16 +155,28 @@ class Database:
         code, dims = self.templates.code_of(tag.kind), tag.dims
         if tag.is_bits:
             code, dims = TYPE_CODES["DWORD"], (tag.count,)
-        access = READ_WRITE if self.writable.any_of(_root(tag), tag.kind) else READ_ONLY
+        target = self.resolve(symbol.target) if symbol.target else None
+        name = _root(tag) if target is None else target.name
+        writes = tag.access is ExternalAccess.READ_WRITE and self.writable.any_of(name, tag.kind)
+        access = READ_WRITE if writes else READ_ONLY
         return symbol.number, tag.name, code | len(dims) << 13, tag.element, dims, access
 
     def refuse_write(self, target: Target) -> None:
         """Refuse a write of bytes that are not listed as writable."""
-        if not self.writable(target.name, target.kind):
+        if not self.may_write(target.tag, target.name, target.kind):
             raise CipRefusedError(NO_PRIVILEGE)
+
+    def may_write(self, tag: ListedTag, name: str, kind: Kind) -> bool:
+        """Whether bytes under a name may be written: the rack lists them, and the tag's access allows it."""
+        return tag.access is ExternalAccess.READ_WRITE and self.writable(name, kind)
 
     def resolve(self, steps: Sequence[PathStep]) -> Target:
         """Return what a path means; refused if that is nothing."""
+        symbol, rest = self._found(steps)
+        return _Walk(symbol, rest).target()
+
+    def _found(self, steps: Sequence[PathStep]) -> tuple[Symbol, list[PathStep]]:
+        """Return the tag at the start of a path, and the steps from there; aliases are resolved."""
         scope, rest = "", list(steps)
         first = rest[0] if rest else ""
         if isinstance(first, str) and first.lower().startswith(PROGRAM.lower()):
@@ -148,7 +185,7 @@ class Database:
         if not rest or isinstance(rest[0], int):
             raise CipRefusedError(BAD_SEGMENT)
         symbol = self._symbol(scope, rest.pop(0))
-        return _Walk(symbol, rest).target()
+        return self._found((*symbol.target, *rest)) if symbol.target else (symbol, rest)
 
     def _symbol(self, scope: str, step: PathStep) -> Symbol:
         if isinstance(step, Instance):
@@ -175,6 +212,11 @@ class _Walk:
         self._kind, self._dims, self._offset = tag.kind, tag.dims, 0
         self._bit: int | None = None
         self._name = _root(tag)
+
+    def end(self) -> tuple[Kind, tuple[int, ...]]:
+        """Return type and dimensions at the end of the path."""
+        self.target()
+        return self._kind, self._dims
 
     def target(self) -> Target:
         while True:

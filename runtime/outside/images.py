@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 
-from ...io_images.enip.listing import BOOL, DINT, INT, ListedTag, Part, StructuredKind
+from ...io_images.enip.listing import BOOL, DINT, INT, ListedTag, Listing, Part, StructuredKind
 
-WORDS = 8
+WORDS, WORD_BITS = 8, 16
 IMAGE_BYTES = 2 * WORDS
 FAULT_BYTES = 4
 
 GENERIC, PROFILE_3601 = "generic", "3601"
 PROFILES = (GENERIC, PROFILE_3601)
 """Names of the parts of `Local:n:I`."""
+
+_WORD = re.compile(
+    r"(?P<slot>Local:\d+:)(?P<way>[IO])\.Data(?:\[(?P<word>\d)\])?(?:\.(?P<bit>\d{1,2}))?", re.IGNORECASE
+)
 
 _FAULT = Part("Fault", DINT, (), 0)
 _OUT = StructuredKind("AB:1769_MODULE_INT_16Bytes:O:0", IMAGE_BYTES, (Part("Data", INT, (WORDS,), 0),))
@@ -47,6 +53,32 @@ def image_tags(slot: int, *, files: bool, profile: str = GENERIC) -> tuple[Liste
     if files:
         return ListedTag(f"I:{slot}", "", INT, (WORDS,)), ListedTag(f"O:{slot}", "", INT, (WORDS,))
     return ListedTag(f"Local:{slot}:I", "", _IN[profile]), ListedTag(f"Local:{slot}:O", "", _OUT)
+
+
+def with_images(listing: Listing, slots: Iterable[int], profile: str) -> Listing:
+    """Return the tags of a program with those of the slots' images behind them."""
+    images = [image_tags(slot, files=listing.files, profile=profile) for slot in slots]
+    tags = (*listing.tags, *(tag for pair in images for tag in pair))
+    aliases = (replace(each, target=part_of_image(each.target, profile)) for each in listing.aliases)
+    return Listing(tags, listing.files, tuple(aliases))
+
+
+def part_of_image(address: str, profile: str) -> str:
+    """Return the address of a word or bit as the images have it; any other one as it is.
+
+    >>> part_of_image("Local:2:I.Data.20", GENERIC), part_of_image("Local:1:I.Data[4].0", PROFILE_3601)
+    ('Local:2:I.Data[1].4', 'Local:1:I.Data4.0')
+
+    Args:
+        address: in a program; that of a card with few terminals has no subscript.
+    """
+    part = _WORD.fullmatch(address)
+    if part is None or not (part["word"] or part["bit"]):
+        return address
+    word, bit = divmod(int(part["bit"] or 0), WORD_BITS)
+    word += int(part["word"] or 0)
+    data = f"Data{word}" if profile == PROFILE_3601 and part["way"].upper() == "I" else f"Data[{word}]"
+    return f"{part['slot']}{part['way']}.{data}" + (f".{bit}" if part["bit"] else "")
 
 
 def output_slot(tag: str) -> int | None:

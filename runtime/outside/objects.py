@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import struct
 from bisect import bisect_left
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from datetime import datetime, timedelta
-from functools import lru_cache
+from itertools import islice
+from operator import itemgetter
 
 from ...io_images.enip.codes import (
     BAD_SEGMENT,
@@ -28,8 +29,8 @@ from ...io_images.enip.codes import (
     UNKNOWN_OBJECT,
     CipRefusedError,
 )
-from ...io_images.enip.paths import Instance, Path
-from .database import PROGRAM, Database, Row
+from ...io_images.enip.paths import PROGRAM, Instance, Path
+from .database import Database, Row
 from .room import Room
 from .tag_services import HEAD_BYTES, Answer
 
@@ -95,30 +96,31 @@ def answer_attributes(service: int, data: bytes, values: Mapping[int, bytes], mo
 
 
 class Lister:
-    """Lists the tags of a database in parts; keeps the lines of the latest kinds of requests."""
+    """Lists the tags of a database in parts."""
 
     def __init__(self, database: Database) -> None:
         self._database = database
-        self._lines = lru_cache(maxsize=64)(self._made)
 
     def answer(self, service: int, path: Path, data: bytes, most: int) -> Answer:
         """Answer a request for lines from an instance on."""
         if service != LISTING:
             raise CipRefusedError(NO_SERVICE)
         scope = _scope_of(path)
-        numbers, lines = self._lines(scope.upper(), attributes_in(data))
-        first = at = bisect_left(numbers, path.numbers.get("instance", 0))
-        left = most - HEAD_BYTES
-        while at < len(lines) and len(lines[at]) <= left:
-            left -= len(lines[at])
-            at += 1
-        if at == first < len(lines):
+        wanted, rows = attributes_in(data), self._database.rows(scope)
+        if not all(each in _ATTRIBUTES for each in wanted):
+            raise CipRefusedError(NO_ATTRIBUTE)
+        first = bisect_left(rows, path.numbers.get("instance", 0), key=itemgetter(0))
+        left, lines = most - HEAD_BYTES, []
+        for row in islice(rows, first, None):
+            lines.append(_line(row, wanted))
+            left -= len(lines[-1])
+            if left < 0:
+                break
+        if left >= 0:
+            return DONE, b"".join(lines)
+        if len(lines) == 1:
             raise CipRefusedError(TOO_LARGE)
-        return (DONE if at == len(lines) else PARTIAL), b"".join(lines[first:at])
-
-    def _made(self, scope: str, wanted: tuple[int, ...]) -> tuple[list[int], list[bytes]]:
-        rows = self._database.rows(scope)
-        return [row[0] for row in rows], [_line(row, wanted) for row in rows]
+        return PARTIAL, b"".join(lines[:-1])
 
 
 def _scope_of(path: Path) -> str:
@@ -130,22 +132,26 @@ def _scope_of(path: Path) -> str:
     return str(names[0])[len(PROGRAM) :]
 
 
+def _symbol_name(row: Row) -> bytes:
+    text = row[1].encode("ascii", "replace")
+    return struct.pack("<H", len(text)) + text
+
+
+_ATTRIBUTES: Mapping[int, Callable[[Row], bytes]] = {
+    1: _symbol_name,
+    2: lambda row: struct.pack("<H", row[2]),
+    3: lambda row: struct.pack("<I", 0x1000 + row[0] * 16),  # addresses: clients compare them only
+    5: lambda row: struct.pack("<I", 0x2000 + row[0] * 16),
+    6: lambda _: struct.pack("<I", 1 << 26),
+    7: lambda row: struct.pack("<H", row[3]),
+    8: lambda row: struct.pack("<III", *(*row[4], 0, 0, 0)[:3]),
+    10: lambda row: bytes([row[5]]),
+}
+"""Attributes of a symbol."""
+
+
 def _line(row: Row, wanted: tuple[int, ...]) -> bytes:
-    number, name, code, size, dims, access = row
-    text = name.encode("ascii", "replace")
-    values = {
-        1: struct.pack("<H", len(text)) + text,
-        2: struct.pack("<H", code),
-        3: struct.pack("<I", 0x1000 + number * 16),  # addresses: clients compare them only
-        5: struct.pack("<I", 0x2000 + number * 16),
-        6: struct.pack("<I", 1 << 26),
-        7: struct.pack("<H", size),
-        8: struct.pack("<III", *(*dims, 0, 0, 0)[:3]),
-        10: bytes([access]),
-    }
-    if any(each not in values for each in wanted):
-        raise CipRefusedError(NO_ATTRIBUTE)
-    return struct.pack("<I", number) + b"".join(values[each] for each in wanted)
+    return struct.pack("<I", row[0]) + b"".join([_ATTRIBUTES[each](row) for each in wanted])
 
 
 def answer_template(database: Database, service: int, path: Path, data: bytes, most: int) -> Answer:

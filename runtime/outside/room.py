@@ -9,6 +9,10 @@ from typing import Protocol
 from ...io_images.enip.codes import BAD_VALUE, CipRefusedError
 
 
+class BrokenClientError(ValueError):
+    """What a client sends is not its protocol, or it has ended its session: the connection ends."""
+
+
 @dataclass(frozen=True, slots=True)
 class ReadBytes:
     """Bytes of a tag that a packet needs."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from functools import lru_cache
 from itertools import accumulate, pairwise
 
 from ...io_images.enip.codes import (
@@ -50,6 +51,9 @@ DEEPEST = 2
 BATCH_MOST = 200
 """Requests in a batch."""
 
+PATHS_KEPT = 4096
+"""Paths whose tags are kept: most clients ask for the same ones again and again."""
+
 OWN_ROUTE = (1, 0)
 """Port and slot of the controller on its backplane."""
 
@@ -69,6 +73,8 @@ class Router:
         self.identity = identity(product.encode("ascii", "replace")[:32])
         self._name = name.encode("ascii", "replace")[:40]
         self._lister = Lister(database)
+        self._path = lru_cache(PATHS_KEPT)(parse_path)
+        self._target = lru_cache(PATHS_KEPT)(lambda place: database.resolve(self._path(place).steps))
         self._files = DataFiles(database) if database.listing.files else None
 
     def answer(self, request: bytes, room: Room, most: int, depth: int = 0) -> bytes:
@@ -78,10 +84,11 @@ class Router:
             if len(request) < 2 or len(request) < 2 + 2 * request[1]:
                 raise CipRefusedError(TOO_SHORT)
             end = 2 + 2 * request[1]
-            path, data = parse_path(request[2:end]), request[end:]
+            place, data = request[2:end], request[end:]
+            path = self._path(place)
             if service == UNCONNECTED and path.numbers.get("class") == MANAGER:
                 return self._routed(data, room, most, depth)
-            status, reply = self._serve(service, path, data, room, most, depth)
+            status, reply = self._serve(service, place, path, data, room, most, depth)
         except CipRefusedError as refusal:
             return refused(service, refusal, most)
         except struct.error:
@@ -101,11 +108,12 @@ class Router:
         check_route(data[at:])
         return self.answer(data[4 : 4 + size], room, most, depth + 1)
 
-    def _serve(self, service: int, path: Path, data: bytes, room: Room, most: int, depth: int) -> Answer:
+    def _serve(
+        self, service: int, place: bytes, path: Path, data: bytes, room: Room, most: int, depth: int
+    ) -> Answer:
         kind = path.numbers.get("class")
         if service in TAG_SERVICES and path.steps and kind in (None, SYMBOL):
-            target = self.database.resolve(path.steps)
-            return TAG_SERVICES[service](self.database, target, data, room, most)
+            return TAG_SERVICES[service](self.database, self._target(place), data, room, most)
         if kind == ROUTER and service == BATCH:
             return DONE, self._batch(data, room, most, depth)
         if kind == SYMBOL:

@@ -28,7 +28,7 @@ from ...io_images.enip.codes import (
     UNREGISTER,
 )
 from .connections import Connections
-from .room import Plan, Room
+from .room import BrokenClientError, Plan, Room
 from .router import Router
 
 HEAD = struct.Struct("<HHII8sI")
@@ -40,10 +40,6 @@ _NO_ADDRESS, _CONNECTED_ADDRESS, _UNCONNECTED_DATA, _CONNECTED_DATA = 0, 0xA1, 0
 _ITEMS_MOST = 4
 _SERVICES = struct.pack("<HHHHH16s", 1, 0x100, 20, 1, 0x120, b"Communications")
 _RUNNING = b"\x03"
-
-
-class BrokenClientError(ValueError):
-    """What a client sends is not EtherNet/IP, or it has ended its session: the connection ends."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +67,7 @@ class ClientSession:
         self.pending = b""
         self._handle = 0
         self._connections = Connections()
+        self._planned: tuple[int, bytes, Plan] | None = None  # edition, body of the latest packet
 
     def receive(self, data: bytes) -> list[Frame]:
         """Take bytes; return the packets that are whole.
@@ -78,28 +75,32 @@ class ClientSession:
         Raises:
             BrokenClientError: they are no frame, or one that is too long.
         """
-        self.pending += data
-        packets = []
-        while len(self.pending) >= HEAD.size:
-            command, length, session, _, context, options = HEAD.unpack_from(self.pending)
+        data = self.pending + data
+        packets, at = [], 0
+        while len(data) >= at + HEAD.size:
+            command, length, session, _, context, options = HEAD.unpack_from(data, at)
             if length > FRAME_MOST or command > COMMAND_MOST:
-                raise BrokenClientError(f"no frame: {self.pending[: HEAD.size].hex(' ')}")
-            end = HEAD.size + length
-            if len(self.pending) < end:
+                raise BrokenClientError(f"no frame: {data[at : at + HEAD.size].hex(' ')}")
+            end = at + HEAD.size + length
+            if len(data) < end:
                 break
-            body, self.pending = self.pending[HEAD.size : end], self.pending[end:]
+            body, at = data[at + HEAD.size : end], end
             if command not in _KNOWN:
                 packets.append(Frame(command, session, context, b"", BAD_COMMAND))
             elif options == 0 and command != NOP:  # frames with options are dropped, NOP gets no answer
                 packets.append(Frame(command, session, context, body))
+        self.pending = data[at:]
         return packets
 
     def plan(self, packet: Frame, version: int) -> Plan:
-        """Return what a packet needs; nothing changes."""
-        plan = Plan(version)
-        if packet.command in (SEND, SEND_CONNECTED) and self._owns(packet):
+        """Return what a packet needs; nothing changes. One that is as the packet before needs the same."""
+        if packet.command not in (SEND, SEND_CONNECTED) or not self._owns(packet):
+            return Plan(version)
+        if self._planned is None or self._planned[:2] != (version, packet.body):
+            plan = Plan(version)
             self._sent(packet, plan, planning=True)
-        return plan
+            self._planned = version, packet.body, plan
+        return self._planned[2]
 
     def reply(self, packet: Frame, room: Room) -> bytes:
         """Answer a packet; b"" if it gets no answer.

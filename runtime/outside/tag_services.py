@@ -42,7 +42,7 @@ MASK_SIZES = (1, 2, 4, 8, 12)
 def type_of(database: Database, target: Target) -> bytes:
     """Return the type of a value as messages have it."""
     if isinstance(target.kind, PlainKind):
-        return struct.pack("<H", target.kind.code)
+        return target.kind.code.to_bytes(2, "little")
     return struct.pack("<HH", STRUCTURED, database.templates.of(target.kind).handle)
 
 

@@ -1,4 +1,4 @@
-"""The handles for scripts in docs/watch.md: each is on the page, and the test printed there runs."""
+"""The handles for scripts in docs/watch-socket.md: each is on the page, and the test printed there runs."""
 
 import os
 import re
@@ -9,7 +9,7 @@ import pytest
 from watched_page import until, watching
 
 ROOT = Path(__file__).parents[2]
-DOCS = (ROOT / "docs" / "watch.md").read_text(encoding="utf-8")
+DOCS = (ROOT / "docs" / "watch-socket.md").read_text(encoding="utf-8")
 (TABLE,) = re.findall(r"## Handles for scripts.*?(\|.*?\|)\n\n", DOCS, re.DOTALL)
 (EXAMPLE,) = re.findall(r"A whole test.*?```python\n(.*?)```", DOCS, re.DOTALL)
 (NAMES,) = re.findall(r"\| accessible names \| (.*) \|", TABLE)
@@ -67,7 +67,7 @@ def test_the_test_of_the_docs_passes(page, tmp_path, feeder_rack, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert os.path.exists("feeder.toml")
     names: dict[str, object] = {}
-    exec(compile(EXAMPLE, "docs/watch.md", "exec"), names)
+    exec(compile(EXAMPLE, "docs/watch-socket.md", "exec"), names)
     (test,) = (each for name, each in names.items() if name.startswith("test_"))
     assert callable(test)
     test(page.browser)

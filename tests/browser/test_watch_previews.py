@@ -106,7 +106,7 @@ def test_saved_structured_text_waits_for_take_over(page, rack):
         until(lambda: int(page.value("N") or 0) > 10)
         (path.parent / "count.rung").write_text(text.replace("N + 1", "M + 1"))
         until(lambda: page.run(TEXTS, ".verdict") == ["A mistake: it can't be taken over."])
-        assert page.run(TEXTS, ".note[data-line='4']")
+        until(lambda: page.run(TEXTS, ".note[data-line='4']"))
         (path.parent / "count.rung").write_text(text.replace("N + 1", "N - 1"))
         until(lambda: page.run(TEXTS, CHANGED) == ["N := N + 1;", "N := N - 1;"])
         assert int(page.value("N")) > 10

@@ -6,6 +6,11 @@ from watched_page import until, watching
 NOTICE = "return document.getElementById('notice').textContent"
 WAITS = "return document.querySelector('.waits')?.textContent ?? ''"
 TEXTS = "return [...document.querySelectorAll(arguments[0])].map(each => each.textContent)"
+IN_VIEW = """
+const place = document.querySelector(arguments[0])?.getBoundingClientRect();
+const { top, bottom } = document.getElementById("program").getBoundingClientRect();
+return Boolean(place) && place.top >= top && place.bottom <= bottom;
+"""
 RUNNING = ".code-line[data-power='1'] .number"
 RACK = """
 name = "small"
@@ -27,6 +32,24 @@ N := N + 1;
 IF Never THEN
   N := 0;
 END_IF;
+END
+"""
+CALLS = """\
+PROGRAM Calls
+TAG On : BOOL
+ROUTINE Main
+JSR(Last,0);
+JSR(Middle,0);
+END
+ROUTINE Middle
+XIC(On)JSR(Inner,0);
+JSR(Last,0);
+END
+ROUTINE Inner
+XIC(On)OTE(On);
+END
+ROUTINE Last
+XIC(On)OTE(On);
 END
 """
 
@@ -60,6 +83,8 @@ def test_a_sequence_shows_the_line_at_which_it_waits(page):
         (line,) = page.run(TEXTS, RUNNING)
         until(lambda: f"waits at line {line} " in page.run(WAITS))
         assert page.value("stations.rounds") is not None
+        until(lambda: page.run(IN_VIEW, RUNNING))
+        assert "def" in page.run(TEXTS, ".code-line [data-kind='keyword']")
 
 
 def test_an_edit_is_taken_over_and_a_mistake_is_shown(page, rack):
@@ -106,3 +131,15 @@ def test_an_edit_that_a_sequence_prevents_is_taken_over_with_that_sequence_anew(
         until(lambda: "begin anew: cycle" in page.run(NOTICE))
         until(lambda: "go falls" in page.run(WAITS))
         assert page.value("small.rounds") == "7"
+
+
+def test_a_jsr_is_a_link_and_the_routines_are_a_tree_of_calls(page, rack):
+    with watching(rack("calls.rung", CALLS)) as session:
+        page.open(session.link)
+        page.until_there("svg.rung .instruction")
+        page.until_drawn()
+        assert page.run(TEXTS, "[data-tree] [role=tab]") == ["Main", "Last", "Middle", "Inner"]
+        page.click("[data-element^='Main.1.'][role=link]")
+        page.until_there("svg.rung [data-element^='Middle.1.']")
+        assert page.run(TEXTS, "[role=tab][data-routine][aria-selected=true]") == ["Middle"]
+        assert page.run("return document.querySelector('#tag[data-selected]')") is None

@@ -60,7 +60,7 @@ def test_real_is_single_precision():
 
 
 def test_division_by_zero_rm003_p277():
-    """A minor fault, type 4 code 4; the dividend stays (docs/ladder.md), the scan goes on."""
+    """A minor fault, type 4 code 4; the dividend stays (docs/instructions.md), the scan goes on."""
     engine = after("DIV(D,E,L);", "MOD(D,E,D);", "MOV(5,E);", D=17)
     assert (engine.tags.L, engine.tags.D, engine.tags.E) == (17, 17, 5)
     assert [(fault.site.rung, fault.code) for fault in engine.minor_faults] == [(0, 4), (1, 4)]

@@ -1,4 +1,4 @@
-"""DCS and CROUT, as docs/ladder.md reads them; both back ends, scans of 10 ms."""
+"""DCS and CROUT, as docs/instructions.md reads them; both back ends, scans of 10 ms."""
 
 from typing import Any
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import json
 import re
+from inspect import getdoc
 from pathlib import Path
 
 import pytest
@@ -35,7 +36,7 @@ def test_every_option_stands_in_the_table_of_readings_with_its_default():
 
 
 def test_every_option_is_described_with_its_reading():
-    described = re.findall(r"^ {8}(\w+): ((?:.|\n {12})*)", str(Amci3601Options.__doc__), re.MULTILINE)
+    described = re.findall(r"^ {4}(\w+): ((?:.|\n {8})*)", getdoc(Amci3601Options) or "", re.MULTILINE)
     told = {name: re.findall(r"A-\w+", text) for name, text in described}
     assert told == {name: [reading] for reading, name, _ in rows()}
 

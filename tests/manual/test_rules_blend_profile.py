@@ -9,7 +9,6 @@ import pytest
 from bench3601 import BLEND_CCW, BLEND_CW, Bench
 from blends3601 import TWO_STEPS, C, T, Z, block, header, legs, program, send
 
-BOTH_PERIODS = pytest.mark.parametrize("scan_ms", [0.25, 2])
 EITHER_WAY = pytest.mark.parametrize("direction", [pytest.param(1, id="cw"), pytest.param(-1, id="ccw")])
 
 SENSE = {0: set(), 1: {"ACCELERATING"}, -1: {"DECELERATING"}}

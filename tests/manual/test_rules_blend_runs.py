@@ -25,8 +25,6 @@ from blends3601 import PROGRAM, TWO, TWO_MS, TWO_STEPS, C, T, Z, header, legs, p
 BOTH_PERIODS = pytest.mark.parametrize("scan_ms", [0.25, 2])
 EITHER_WAY = pytest.mark.parametrize("direction", [pytest.param(1, id="cw"), pytest.param(-1, id="ccw")])
 
-SENSE = {0: set(), 1: {"ACCELERATING"}, -1: {"DECELERATING"}}
-
 
 def run_blend(bench: Bench, direction: int = 1) -> Bench:
     return bench.out(BLEND_CW if direction > 0 else BLEND_CCW)

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from aliased_tags import write_aliases
 from served_tags import ServedRack, served, write_rack
 
 with warnings.catch_warnings():
@@ -58,6 +59,29 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[ServedRack
 def in_rack(rack: ServedRack, name: str) -> Any:
     """Return a value as the program has it."""
     return rack.debugger.tags[name.replace("Program:Main.", "\\Main.")]
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # pylogix leaves sockets open
+def test_aliases_and_access_to_pycomm3_and_pylogix(tmp_path: Path) -> None:
+    """Row[2] is 7 after the first scan; Seen is Read Only, Hid has no access."""
+    with served(write_aliases(tmp_path)) as (rack, port):
+        with pycomm3.LogixDriver(f"127.0.0.1:{port}/0", init_program_tags=True) as plc:
+            assert {"Third", "Again", "Bit", "Whole", "Own", "Stopped", "Program:Main.Mine"} <= set(plc.tags)
+            assert not {"Hid", "Secret"} & set(plc.tags)
+            assert plc.tags["Seen"]["external_access"] == "Read Only"
+            assert [plc.read(name).value for name in ("Third", "Again", "Bit")] == [7, 7, False]
+            assert plc.read("Whole{4}").value == [0, 0, 7, 0]
+            assert plc.write("Own", 9).error is None
+            assert plc.write("Shown", 9).error is not None
+        with pylogix.PLC("127.0.0.1", port=port) as plc:
+            assert [plc.Read(name).Value for name in ("Third", "Open", "Bit")] == [7, 9, False]
+            assert plc.Read("Hid").Status != "Success"
+            names = [each.TagName for each in plc.GetTagList().Value]
+            assert "Own" in names
+            assert "Hid" not in names
+        del plc
+        gc.collect()
+        assert in_rack(rack, "Open") == 9
 
 
 def test_pycomm3_lists_all_tags_and_structures(bench: tuple[ServedRack, int]) -> None:

@@ -149,7 +149,6 @@ def test_every_change_at_rest_is_announced(spec: MachineSpec) -> None:
 # --- the hand on the encoder
 
 turns = st.lists(st.tuples(st.integers(0, 9), st.integers(0, 20), st.integers(-40, 40)), max_size=4)
-lasting_turns = turns.filter(lambda turns: all(lasts > 0 for _, lasts, _ in turns))
 
 
 def turned(turns: list[tuple[int, int, int]]) -> tuple[Machine, list[int]]:
@@ -181,14 +180,6 @@ def test_hand_turned_counts(turns: list[tuple[int, int, int]], asked: frozenset[
     machine, plain = turned(turns)
     for now_ns in sorted(asked):
         assert machine.encoder_counts(now_ns) == plain[now_ns]
-
-
-@given(lasting_turns, st.integers(0, 60), st.integers(-60, 60))
-def test_counts_reached_ns(turns: list[tuple[int, int, int]], now_ns: int, counts: int) -> None:
-    machine, plain = turned(turns)
-    sense = 1 if counts > plain[now_ns] else -1
-    reached = (at for at in range(now_ns, 140) if plain[at] * sense >= counts * sense)
-    assert machine.counts_reached_ns(counts, now_ns) == next(reached, None)
 
 
 @given(turns, st.integers(0, 60))

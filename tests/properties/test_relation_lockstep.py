@@ -22,7 +22,7 @@ def test_a_program_of_rungs(text, seed):
     _check(text, seed)
 
 
-@settings(max_examples=amount(10), deadline=None, suppress_health_check=_SLOW)
+@settings(max_examples=amount(4), deadline=None, suppress_health_check=_SLOW)
 @given(structured(), st.integers(0, 1 << 32))
 def test_a_program_with_structured_text(text, seed):
     _check(text, seed)

@@ -16,7 +16,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scanrack.io_images import Image
 from scanrack.jobs.load.building import build_cpu, build_rack
-from scanrack.jobs.replay.replaying import Replay, ReplayTarget
+from scanrack.jobs.replay.replaying import Replay
+from scanrack.jobs.replay.targets import ReplayTarget
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.scan import CpuMode, LogicScan

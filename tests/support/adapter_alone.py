@@ -1,6 +1,6 @@
 """What a lockstep of an adapter does where a 3601 has nothing of the kind: lost links and power, and haste.
 
-The adapter runs alone meanwhile; in the end the oracle is put where docs/adapters.md says that an adapter is.
+The adapter runs alone meanwhile; in the end the oracle is put where it is [docs/adapter-tables.md].
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class AloneForAWhile(ABC):
     # ---- what a 3601 does not know: its controller is away
 
     def link_loss(self, ms, meanwhile, loses_power):
-        """The line is cut, and words that come meanwhile are passed over [docs/adapters.md]."""
+        """The line is cut, and words that come meanwhile are passed over [docs/adapter-tables.md]."""
         self.meet()
         if self.oracle.config_error or self.configuring or not self.oracle.plc_running:
             return

@@ -3,7 +3,7 @@
     start |-----------------------------> end          path of the motion, on the machine
                     ^ event    ^ stops                 at most speed x round trip, and the ramp
 
-Times and rates are those of docs/adapters.md.
+Times and rates are those of docs/adapter-tables.md.
 """
 
 from __future__ import annotations

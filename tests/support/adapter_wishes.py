@@ -1,4 +1,4 @@
-"""What a PCL601 or a PMC006x3s can't do, written out a second time from the tables in docs/adapters.md.
+"""What a PCL601 or a PMC006x3s can't do, written out a second time from the tables in docs/adapter-tables.md.
 
 `refusal(controller, options, before, after, words)` says which row of these tables refuses words that a 3601
 would carry out: `before` is an oracle of the 3601, `after` a copy of it that has seen the words for a tick.

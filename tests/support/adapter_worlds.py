@@ -1,4 +1,4 @@
-"""What an adapter's controller is wired to, where its terminals are not a 3601's [docs/adapters.md]."""
+"""What an adapter's controller is wired to, where its terminals are not a 3601's [docs/adapter-tables.md]."""
 
 from __future__ import annotations
 

@@ -304,7 +304,7 @@ OUT = {
     **dict.fromkeys((Use.BLOCK, Use.KEYWORD), "test_ladder_semantics_safety.py"),
     **dict.fromkeys((Use.LABEL, Use.ROUTINE, Use.PARAMETERS), "names of the program, see `jumping_routines`"),
     **dict.fromkeys((Use.SERIAL, Use.IGNORED, Use.HMI_BUTTON), "no effect"),
-    Use.TRUTH: "test_sfc_charts.py",
+    Use.TRUTH: "test_sfc_charts.py, test_ladder_semantics_assertion.py",
     **dict.fromkeys((Use.TABLE, Use.ARRAY), "the arrays must fit each other"),
 }
 """Uses of operands that instructions without a strategy of their own do not get at random, and why."""

@@ -44,7 +44,7 @@ MAKE: dict[str, Callable[..., SimulatedAdapter[Any]]] = {
     "PMC006": PMC006.simulated,
 }
 CALM_NS = {"PCL601": 65 * MS, "PMC006": 160 * MS}
-"""The longest round trip: what has not changed for so long is settled [docs/adapters.md]."""
+"""The longest round trip: what has not changed for so long is settled [docs/adapter-tables.md]."""
 
 LOW_BYTE = {"PCL601": 4, "PMC006": 3}
 """Where a reply has the lower bits of what has been read first."""
@@ -199,7 +199,7 @@ class AdapterLockstep(AloneForAWhile):
     def ends_on_a_limit(self, after):
         """Whether the last step of a motion meets a limit: a 3601 has moved then, an adapter shows the limit.
 
-        [docs/adapters.md, what is done, and how]
+        [docs/adapter-tables.md, what is done, and how]
         """
         if self.oracle.in_motion() or after.op not in ("move", *ONE_STEP):
             return False

@@ -75,7 +75,7 @@ class Processes:
         workers: list[Worker] = []
         for number in range(min(self._count, len(groups))):
             ours, theirs = Pipe(duplex=False)
-            if not (pid := _fork()):
+            if not (pid := fork()):
                 for other in workers:
                     other.pipe.close()
                 folder._basetemp = folder.mktemp(f"process{number}", numbered=False)
@@ -142,7 +142,7 @@ def _hand_on(session: pytest.Session, worker: Worker, kind: str, value: Any) -> 
         hook.pytest_runtest_logreport(report=report)
 
 
-def _fork() -> int:
+def fork() -> int:
     with warnings.catch_warnings():
         warnings.simplefilter(
             "ignore", DeprecationWarning

@@ -117,6 +117,7 @@ ROWS: Texts = {
     **_each("UPPER LOWER", "@(W,V);", "@(V,V);"),
     **_each("DTR", "@(D0,255,D1)OTE(B1);"),
     **_each("UID UIE PSC", "XIC(B1)@();"),
+    **_each("ASSERT", "XIC(B1)XIC(B2)@(D0>3 OR B0)OTE(B3);", "@(W<>'never');"),
 }
 """Rungs of each instruction that is computed."""
 

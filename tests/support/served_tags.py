@@ -10,18 +10,21 @@ import struct
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.runtime.config.server_table import ModbusTable
 from scanrack.runtime.live.mailbox import Mailbox
 from scanrack.runtime.live.tag_desk import TagDesk
-from scanrack.runtime.live.tag_server import Answers, TagServer, TagSetup
+from scanrack.runtime.live.tag_server import Answers, TagServer
 from scanrack.runtime.outside.database import Database
 from scanrack.runtime.outside.exchange import ANSWER, Packet, request_of, results_in
 from scanrack.runtime.outside.room import Instant
 from scanrack.runtime.outside.router import Router
 from scanrack.runtime.outside.session import ClientSession, Frame
+from scanrack.runtime.outside.setup import MODBUS_TCP, TagSetup
 
 PROGRAM = """CONTROLLER bench
 TYPE Inner (Time : DINT, Valve : BOOL, Ready : BOOL, Speed : REAL)
@@ -224,10 +227,16 @@ def batch(messages: list[bytes]) -> bytes:
 
 
 @contextmanager
-def served(rack: Path) -> Iterator[tuple[ServedRack, int]]:
-    """Serve a rack at a port of this machine, in a thread, until the end."""
+def served(rack: Path, modbus: ModbusTable | None = None) -> Iterator[tuple[ServedRack, int]]:
+    """Serve a rack at a port of this machine, in a thread, until the end.
+
+    Args:
+        modbus: serve these coils and registers instead.
+    """
     with ExitStack() as ports:
         run = ServedRack(rack, ports)
+        if modbus is not None:
+            run.setup = replace(run.setup, protocol=MODBUS_TCP, modbus=modbus)
         listening = ports.enter_context(socket.create_server(("127.0.0.1", 0)))
         server = TagServer(run.setup, listening, None, run.exchange)
         ending = threading.Event()

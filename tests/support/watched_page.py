@@ -134,7 +134,7 @@ def steadily(action: Callable[[], Any]) -> Any:
 
 
 class Look:
-    """The page as a script sees it: the handles of docs/watch.md and nothing else.
+    """The page as a script sees it: the handles of docs/watch-socket.md and nothing else.
 
     Args:
         browser: a driver.
@@ -162,8 +162,13 @@ class Look:
         else:
             self.run("import('/orders.js').then(orders => orders.step(arguments[0]))", scans)
 
+    def panel(self, name: str) -> None:
+        """Bring a list to the front: events, watch or words."""
+        self.run("return import('/layout.js').then(layout => layout.showPanel(arguments[0]))", name)
+
     def watch(self, tag: str) -> None:
         """Put a tag into the watch table."""
+        self.panel("watch")
         field = self.control("Tag to watch")
         field.send_keys(tag)
         self.press("Add to watch table")

@@ -1,4 +1,4 @@
-"""The table of docs/run.md of what the PLC sees of a 3601 in trouble: faults by masks, the rest measured.
+"""The table of docs/incidents.md of what the PLC sees of a 3601 in trouble: faults by masks, others measured.
 
 python tests/tools/answers_page.py            say whether the page has it
 python tests/tools/answers_page.py --write    write it
@@ -17,7 +17,7 @@ from scanrack.io_images.image import WORDS
 from scanrack.runtime.loop.module_fault import ModuleFault
 from scanrack.runtime.modules.amci3601.trouble import ANSWERS, EVERY_BIT
 
-PAGE = Path(__file__).parents[2] / "docs/run.md"
+PAGE = Path(__file__).parents[2] / "docs/incidents.md"
 REMEDY = "python tests/tools/answers_page.py --write"
 COLUMNS = "`link-lost`, `asic-lost`", "`removed`", "`fatal-error`", "`power-cycle`", "`program-mode`"
 HEAD = f"| a 3601's input image | {' | '.join(COLUMNS)} |"

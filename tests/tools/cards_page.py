@@ -1,4 +1,4 @@
-"""The tables of cards in docs/cards.md, from the rows of `io_images/cards.py`.
+"""The tables of cards in docs/card-tables.md, from the rows of `io_images/cards.py`.
 
 python tests/tools/cards_page.py            say which rows the page lacks
 python tests/tools/cards_page.py --write    write them
@@ -14,7 +14,7 @@ from pathlib import Path
 from scanrack.io_images.cards import KINDS, CardKind
 from scanrack.io_images.signal_ranges import RANGES
 
-PAGE = Path(__file__).parents[2] / "docs/cards.md"
+PAGE = Path(__file__).parents[2] / "docs/card-tables.md"
 REMEDY = "python tests/tools/cards_page.py --write"
 HEADS = ("| module | in | out | words |", "| channels | ranges | formats | status ")
 

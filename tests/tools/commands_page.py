@@ -20,9 +20,23 @@ REMEDY = "python tests/tools/commands_page.py --write"
 INTRO = """\
 # Commands and their options
 
-What `scanrack COMMAND --help` lists, on one page. The pages that [the README](../README.md) names say what
-each command is for. `python tests/tools/commands_page.py --write` makes this page from the commands; don't
-edit it.
+What `scanrack COMMAND --help` lists, on one page. The pages that [the contents](index.md) name say what
+each command is for. `-h` is `--help`; a negative number goes behind `--`: `scanrack pcl601 move -- -100`.
+`python tests/tools/commands_page.py --write` makes this page from the commands; don't edit it.
+
+## Exit statuses
+
+| | of every command | of `run` |
+|--:|---|---|
+| 0 | done; the answer is yes | done |
+| 1 | the answer is no: it differs, nothing was found, something broke | the CPU faulted |
+| 2 | a file, a key or an option can't be used | the same |
+| 3 | a file or standard output can't be written | the disk is full |
+| 130 | Ctrl-C, SIGTERM or SIGHUP | the same |
+| 141 | the reader of standard output has gone, as after `\\| head -1`; nothing is said | the same |
+
+Whatever the end, there is one message, on standard error, and the trace is whole up to
+there. Threads of the program that go on after that, and are not daemons, are named and ended after 2 s.
 """
 
 

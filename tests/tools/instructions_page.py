@@ -1,4 +1,4 @@
-"""The tables of instructions in docs/ladder.md, from the rows in `ladder/instructions`.
+"""The tables of instructions in docs/instructions.md, from the rows in `ladder/instructions`.
 
 python tests/tools/instructions_page.py            say which lines the page lacks
 python tests/tools/instructions_page.py --write    write them
@@ -13,7 +13,7 @@ from scanrack.ladder.instructions import FAMILIES, SPECS
 from scanrack.ladder.model.spec import Spec
 from scanrack.rockwell.l5x.mnemonics import MNEMONICS
 
-PAGE = Path(__file__).parents[2] / "docs/ladder.md"
+PAGE = Path(__file__).parents[2] / "docs/instructions.md"
 REMEDY = "python tests/tools/instructions_page.py --write"
 TABLE = re.compile(r"(^\| family \| instructions \|\n\|---\|---\|\n)((?:\|.*\n)*)", re.MULTILINE)
 

@@ -20,7 +20,7 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-from watched_page import Look, open_browser, watching, why_not
+from watched_page import Look, open_browser, until, watching, why_not
 
 ROOT = Path(__file__).parents[2]
 IMAGES = ROOT / "docs" / "images"
@@ -33,6 +33,9 @@ LAST_MS = 1500
 
 INTO_STRIP = "import('/taglanes.js').then(tags => arguments[0].forEach(tags.toggleTag))"
 """Puts tags into the timing strip."""
+
+STRIP_HAS = "return import('/taglanes.js').then(its => arguments[0].every(tag => its.pointsOf(tag).length))"
+"""Whether it has their values."""
 
 FILM_SIZE, FILM_WIDTH = (1480, 880), 1000
 """Of the window, and how wide the film is, CSS pixels."""
@@ -75,10 +78,12 @@ def whole(look: Look) -> None:
         contact = look.browser.find_element("css selector", "[data-element='Main.8.2']")
         look.run("arguments[0].dispatchEvent(new MouseEvent('click', { bubbles: true }))", contact)
         look.press("Why")
+        look.until_there("#causes:not([hidden]) li")
+        look.run("import('/program.js').then(program => program.showRung('Main.8', false))")
         look.run(INTO_STRIP, ["OutGo", "Strokes.ACC"])
+        until(lambda: look.run(STRIP_HAS, ["OutGo", "Strokes.ACC"]))
         look.watch("Strokes.ACC")
         look.watch("Quiet.ACC")
-        look.run("scrollTo(0, 0)")
         time.sleep(0.5)
         saved(look, "watch.png")
 
@@ -93,6 +98,13 @@ def dark(look: Look) -> None:
     )
 
 
+def panel(look: Look) -> None:
+    """The line of the tutorial on its way to the middle station."""
+    look.look(1600, 1000)
+    rack = EXAMPLES / "three_stations_panel" / "line.toml"
+    stepped(look, rack, 1_500, lambda: saved(look, "watch-panel.png"))
+
+
 def past(look: Look) -> None:
     """The feeder's emergency stop, looked at 1.5 s later."""
     look.look(1600, 820)
@@ -104,12 +116,6 @@ def past(look: Look) -> None:
         saved(look, "watch-past.png")
 
     stepped(look, EXAMPLES / "feeder" / "feeder.toml", 4_760, then)
-
-
-def narrow(look: Look) -> None:
-    """The feeder on a telephone."""
-    look.look(400, 860)
-    stepped(look, EXAMPLES / "feeder" / "feeder.toml", 3_100, lambda: saved(look, "watch-narrow.png"))
 
 
 def film(look: Look) -> None:
@@ -142,8 +148,8 @@ def film(look: Look) -> None:
 PICTURES: dict[str, Callable[[Look], None]] = {
     "watch": whole,
     "dark": dark,
+    "panel": panel,
     "past": past,
-    "narrow": narrow,
     "film": film,
 }
 

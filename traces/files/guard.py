@@ -57,7 +57,9 @@ VCD = beginning("a value change dump", b"$version", b"$date", b"$comment", b"$ti
 PAGE = beginning("an HTML page", b"<!doctype html", b"<html")
 PNG = beginning("a PNG picture", b"\x89PNG")
 SVG = FileKind("an SVG picture", lambda content: b"<svg" in content)
+SCHEMA = FileKind("a schema of rack files", lambda content: b'"title": "scanrack rack file"' in content)
 TAGS = beginning("a file of retained tags", b'{"format": "scanrack tags')
+MEMORY = beginning("the memory of a controller", b'{"format": "scanrack memory')
 
 
 def check_output(path: Path | str, kind: FileKind, used: Used = NOTHING) -> Path:

@@ -17,7 +17,7 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import BinaryIO, NamedTuple, Self, TypeVar
+from typing import TYPE_CHECKING, BinaryIO, NamedTuple, Self, TypeVar
 
 from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Schema
@@ -45,6 +45,12 @@ from .finding import UNDER_WAY, data_damage, ends_whole, find_records, summary_d
 from .head import read_head
 from .image_text import seconds
 from .sections import Part, ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
+
+if TYPE_CHECKING:
+    import numpy as np
+    import pandas
+    import polars
+    from numpy.typing import NDArray
 
 ENDED = "its recording was ended from outside, or by os._exit; scanrack repair completes it"
 
@@ -253,6 +259,36 @@ class Trace(Records):
                 yield from self._events(message, section)
             else:
                 yield message
+
+    def __repr__(self) -> str:
+        from .notebook import short_text
+
+        return short_text(self)
+
+    def _repr_html_(self) -> str:
+        """Return the trace for a notebook: name, length, position, rules and faults."""
+        from .notebook import as_html
+
+        return as_html(self)
+
+    def to_pandas(self, *signals: str) -> pandas.DataFrame:
+        """Return the trace as a DataFrame of pandas, see `traces.export.to_pandas`."""
+        from ..export.frames import to_pandas
+
+        return to_pandas(self, signals)
+
+    def to_polars(self, *signals: str) -> polars.DataFrame:
+        """Return the trace as a DataFrame of Polars, see `traces.export.to_polars`."""
+        from ..export.frames import to_polars
+
+        return to_polars(self, signals)
+
+    def by_name(self) -> NDArray[np.void]:
+        """Return each word in every scan: `trace.by_name()["slot1"]["in"]["position_msw"]`, int16."""
+        from .arrays import read_columns
+        from .columns import by_name
+
+        return by_name(read_columns(self).words, self.head.slots)
 
     def scans(self) -> Iterator[Scan]:
         """Iterate over the scans."""

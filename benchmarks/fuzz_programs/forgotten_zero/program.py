@@ -61,6 +61,7 @@ def logic(scan):
             line.station = 1 - line.station
             go("rest", scan)
         elif age > 400:
+            line.homed = not status.POSITION_INVALID
             go("wait", scan)
     elif line.step == "rest":
         out.load(IDLE)

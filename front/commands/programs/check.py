@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from importlib.metadata import version
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from ...jobs.check import CheckReport, check_rack, load_any, refused
-from ...jobs.check.formats import as_json as json_of
-from ...jobs.check.formats import as_junit, as_sarif
-from ...jobs.prove.serving.judging import verdicts
-from ...ladder import LadderError
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.status import BAD_INPUT, NO, complain
 from ...terminal.terminal import say
+
+if TYPE_CHECKING:  # its help imports no check
+    from ...jobs.check import CheckReport
 
 
 class ReportFormat(StrEnum):
@@ -45,10 +42,13 @@ def _check_command(
 
     Exit status: 0 nothing found, 1 something found, 2 a file can't be used.
     """
+    from ...jobs.check import check_rack, load_any, refused
+    from ...jobs.prove.serving.judging import verdicts
+
     try:
         job, alone = load_any(rack)
         report = check_rack(job, alone=alone, prover=verdicts)
-    except (LadderError, ValueError) as error:
+    except ValueError as error:
         if form is not ReportFormat.TEXT or as_json:
             _print(refused(error, rack), ReportFormat.JSON if as_json else form, rack)
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
@@ -58,6 +58,11 @@ def _check_command(
 
 
 def _print(report: CheckReport, form: ReportFormat, name: str) -> None:
+    from importlib.metadata import version
+
+    from ...jobs.check.formats import as_json as json_of
+    from ...jobs.check.formats import as_junit, as_sarif
+
     if form is ReportFormat.JSON:
         say_json(json_of(report))
     elif form is ReportFormat.SARIF:

@@ -18,13 +18,15 @@ from ...jobs.fuzz.folder_lock import locked
 from ...jobs.fuzz.job import Setup, bench_of, replay
 from ...jobs.fuzz.learning import LearnedScenario, learn
 from ...jobs.fuzz.scenarios.kinds import Kind, kinds_for, possible_kinds
+from ...jobs.fuzz.written_tests import check_new
 from ...jobs.load.loading import Job, load_job, scans_to_run
 from ...runtime.config.quantities import parse_duration
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.complaints import reported_mistakes
 from ...terminal.status import DONE, NO
 from ...terminal.terminal import say
-from .fuzz_session import Budget, Session
+from .fuzz_budget import Budget
+from .fuzz_session import Session
 from .fuzz_summary import failure, failure_row
 
 DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion", "commands-end")
@@ -120,6 +122,12 @@ def _fuzz_command(
     scenario: Annotated[
         Path | None, typer.Option("--scenario", metavar="FILE", help="Run just this scenario.")
     ] = None,
+    tests: Annotated[
+        Path | None,
+        typer.Option(
+            "--write-tests", metavar="FOLDER", help="Write pytest tests that reach what was reached."
+        ),
+    ] = None,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit status 3 if something under @sometimes was never seen.")
@@ -142,6 +150,8 @@ def _fuzz_command(
     Ctrl-C; what is known by then is kept.
     """
     with reported_mistakes(), ExitStack() as held:
+        if tests is not None:
+            check_new(tests)
         folder = out or Path(f"{Path(rack.partition(':')[0]).stem}-fuzz")
         learned = None
         if rack.endswith(".mcap"):
@@ -181,6 +191,7 @@ def _fuzz_command(
             quiet=quiet,
             as_json=as_json,
             strict=strict,
+            tests=tests,
         )
         status = session.run()
     raise typer.Exit(status)

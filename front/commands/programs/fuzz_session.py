@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterator
@@ -17,6 +18,7 @@ from types import FrameType
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
+from ...io_images.amci3601 import Firmware
 from ...jobs.fuzz import Counterexample, Scenario, undisturbed
 from ...jobs.fuzz.campaign.campaign import campaign
 from ...jobs.fuzz.campaign.confirming import Confirmation
@@ -27,13 +29,14 @@ from ...jobs.fuzz.campaign.state import RECORDING, CampaignError, State, read_st
 from ...jobs.fuzz.campaign.working import OwnProcess, Work
 from ...jobs.fuzz.explain.coverage import coverage_of
 from ...jobs.fuzz.explain.coverage_page import coverage_line, save_coverage
+from ...jobs.fuzz.explain.unfired import SilentRule, unfired
 from ...jobs.fuzz.folder_lock import STATE_NAME
 from ...jobs.fuzz.job import Setup, bench_of, hand_over
 from ...jobs.fuzz.report import mended
 from ...jobs.fuzz.run import NO_FAULT, BrokenInvariant, TrialBench
 from ...jobs.fuzz.steady import Uses
+from ...jobs.fuzz.written_tests import write_tests
 from ...jobs.load.loading import Job
-from ...jobs.prove.serving.aims import dead
 from ...jobs.prove.serving.stuck import SolverStep
 from ...runtime.loop.pace import interrupted_by, wall_ns
 from ...runtime.modules.record import Trait
@@ -41,7 +44,19 @@ from ...runtime.modules.registry import has
 from ...terminal.as_json import say_json
 from ...terminal.status import DONE, INTERRUPTED, NO, NOT_SEEN, complain
 from ...terminal.terminal import on_a_line, say
-from .fuzz_summary import closing, failure, failure_row, goals, held, not_kept, summary, summary_row
+from .fuzz_budget import Budget, Spending
+from .fuzz_summary import (
+    closing,
+    failure,
+    failure_row,
+    goals,
+    held,
+    left_over,
+    never_fired,
+    not_kept,
+    summary,
+    summary_row,
+)
 
 MOST_RUNS, LEAST_RUNS, SCANS, LINKED_SCANS = 50, 10, 150_000, 15_000
 """Scenarios per task: the number for this many scans, a few seconds' work, within these limits.
@@ -83,27 +98,6 @@ def noting_ctrl_c() -> Iterator[Callable[[], bool]]:
 
 
 @dataclass(frozen=True, slots=True)
-class Budget:
-    """How long a session searches: the limit that is reached first; the runs count without any other."""
-
-    runs: int  # number of scenarios
-    wall_ns: int | None = None
-    scans: int | None = None
-    processor_ns: int | None = None  # of all workers
-
-    @property
-    def is_by_runs(self) -> bool:
-        """Whether only the runs count."""
-        return self.wall_ns is None and self.scans is None and self.processor_ns is None
-
-    def is_left(self, state: State, before: State, used_ns: int) -> bool:
-        """Return whether the search may go on."""
-        used = used_ns, state.scans - before.scans, state.processor_ns
-        limits = self.wall_ns, self.scans, self.processor_ns
-        return all(limit is None or each < limit for each, limit in zip(used, limits, strict=True))
-
-
-@dataclass(frozen=True, slots=True)
 class Session:
     """The options of one call of the command."""
 
@@ -118,6 +112,7 @@ class Session:
     quiet: bool  # print only failures
     as_json: bool = False
     strict: bool = False  # whether it counts if a goal was never seen
+    tests: Path | None = None  # a new folder for tests of what was reached, or None
 
     @property
     def state_file(self) -> Path:
@@ -146,7 +141,6 @@ class Session:
             ValueError: an unusable file or option.
             OSError: a file can't be written.
         """
-        start_ns = wall_ns()
         bench = bench_of(self.setup)
         state = read_state(self.state_file, os.path.relpath(self.setup.rack, self.folder))
         for old in state.leave_out_impossible(bench.spec):
@@ -154,44 +148,76 @@ class Session:
                 f"left out: {old.sentence.rstrip('.')} [{old.invariant}]: the program needs newer firmware"
             )
         before = replace(state)
+        spending = Spending(self.budget, state, state.scans)
         memory = Memory(self.folder, Origin.of(self.job, self.setup.scans), bench.spec, complain)
         again = memory.known(self.begin_with)
         if self.base is not None:
             state.corpus = {RECORDING: self.base, **state.corpus}
         self._look_again(bench, state)
-        again += tuple(self._shrink_what_is_left(bench, state, memory))
-        self._keep(bench, state, memory, state.note(self._undisturbed(bench, state)))
+        again += tuple(self._shrink_what_is_left(bench, state, memory, spending))
+        self._keep(bench, state, memory, state.note(self._undisturbed(bench, state)), spending)
         status = DONE
-        solver = SolverStep(self.job)
+        solver = SolverStep(self.job, bench)
         if self._can_be_searched(state):
-            status = self._search(bench, state, memory, again, solver, start_ns)
+            status = self._search(bench, state, memory, again, solver, spending)
         broken = [each for _, each in sorted(state.found.items()) if each.broken.invariant in bench.names]
         others = bench.names - {each.broken.invariant for each in broken}
+        if status == DONE and self.tests is not None:
+            count = write_tests(self.tests, self.setup, self.job, self._kept_runs(state))
+            complain(f"{count} tests are written: pytest {shlex.quote(str(self.tests))}")
+        took_s, covered = (wall_ns() - spending.begin_ns) / 1e9, ""
+        never: list[SilentRule] = []
+        if status == DONE and (
+            self.as_json or not self.quiet
+        ):  # not of one that was stopped: it takes some runs
+            with spending.on_explaining():
+                never, covered = self._cover(bench, state, solver, spending)
         if self.as_json:
             rows = [failure_row(each, self._folder_of(state, each.broken)) for each in broken]
-            say_json({"broken": rows, **summary_row(state, before, others)})
+            say_json({"broken": rows, **summary_row(state, before, others, bench.goals, never)})
             return self._status(status, bench, state)
         if not self.quiet:
-            say(summary(state, before, (wall_ns() - start_ns) / 1e9))
-            say("\n".join([held(others, state), *goals(bench.goals, state)]))
-            if status == DONE:  # not of a session that was stopped: it takes some runs
-                say(self._cover(bench, state))
-            say(closing(self.job, state, solver, self.setup.scans))
+            lines = [summary(state, before, took_s), left_over(state, spending)]
+            lines += [never_fired(never), held(others, state)]
+            lines += [*goals(bench.goals, state), covered]
+            say("\n".join([*filter(None, lines), closing(self.job, state, solver, self.setup.scans)]))
         for each in broken:
             say(f"{failure(each)}\n  see {self._folder_of(state, each.broken)}")
         return self._status(status, bench, state)
 
-    def _cover(self, bench: TrialBench, state: State) -> str:
-        """Write the page of coverage; return its line of the summary."""
-        runs = [self.base or Scenario(), *(each.scenario for each in state.kept.entries)][:MOST_COVERED]
+    def _kept_runs(self, state: State) -> list[Scenario]:
+        """Return the undisturbed run, and the first ones that showed something new."""
+        return [self.base or Scenario(), *(each.scenario for each in state.kept.entries)][:MOST_COVERED]
+
+    def _cover(
+        self, bench: TrialBench, state: State, solver: SolverStep, spending: Spending
+    ) -> tuple[list[SilentRule], str]:
+        """Write the page of coverage; return the rules that never fired, and its line of the summary."""
+        kept, count = self._kept_runs(state), 0
+
+        def runs() -> Iterator[Scenario]:
+            nonlocal count
+            for each in kept:
+                if count and not spending.explains:
+                    return
+                count += 1
+                yield each
+
         proved = [
             (each.site.routine, each.site.rung, each.site.instruction, each.state.value)
-            for each in dead(self.job)
+            for each in solver.dead_points
         ]
-        lines = coverage_of(bench, runs, self.job.program, proved)
+        went = coverage_of(bench, runs(), self.job, proved)
+        oldest = {
+            slot.number: Firmware.parse(slot.needs_firmware)
+            for slot in bench.spec.slot
+            if slot.number in went.given
+        }
+        never = unfired({rule for rule, count in state.rules.items() if count}, went.given, oldest)
         page = self.folder / COVERAGE
-        save_coverage(page, f"Coverage of {self.job.program.name}", lines, len(runs))
-        return f"coverage      {coverage_line(lines)}, see {page}"
+        partly = f" in {count} of {len(kept)} runs, for the time is over" if count < len(kept) else ""
+        save_coverage(page, f"Coverage of {self.job.program.name}", went.lines, count, never)
+        return never, f"coverage      {coverage_line(went.lines)}{partly}, see {page}"
 
     def _status(self, status: int, bench: TrialBench, state: State) -> int:
         """Return the exit status: what went wrong before what is broken, before what was never seen."""
@@ -226,15 +252,23 @@ class Session:
             return False
         return True
 
-    def _shrink_what_is_left(self, bench: TrialBench, state: State, memory: Memory) -> Iterator[Scenario]:
+    def _shrink_what_is_left(
+        self, bench: TrialBench, state: State, memory: Memory, spending: Spending
+    ) -> Iterator[Scenario]:
         """Shrink what an earlier session has found before it was killed; yield what holds now."""
         for file, recipe in memory.left():
             if recipe.broken and recipe.broken not in bench.names:
                 continue  # of an invariant that this session does not have
-            found = undisturbed(bench, recipe.scenario, state.found, confirm=Confirmation(self.setup))
+            found = undisturbed(
+                bench,
+                recipe.scenario,
+                state.found,
+                confirm=Confirmation(self.setup),
+                go_on=lambda: spending.searches,
+            )
             if not found and recipe.origin.scans > self.setup.scans:
                 continue  # its run is longer than those of this session
-            self._keep(bench, state, memory, state.note(found))
+            self._keep(bench, state, memory, state.note(found), spending)
             file.unlink(missing_ok=True)
             if not found:
                 yield recipe.scenario
@@ -246,18 +280,17 @@ class Session:
         memory: Memory,
         again: tuple[Scenario, ...],
         solver: SolverStep,
-        start_ns: int,
+        spending: Spending,
     ) -> int:
-        before = replace(state)
         first = state.tasks + -(-len(again) // self.examples)
         work = Work(self.setup.from_anywhere(), memory.finds.from_anywhere())
-        with self._progress(state) as show, noting_ctrl_c() as pressed:
+        with self._progress(state, spending) as show, noting_ctrl_c() as pressed:
 
             def news(found: list[Counterexample]) -> None:
                 if state.tasks >= first:
                     memory.all_were_run()
-                self._keep(bench, state, memory, found)
                 show(found)
+                self._keep(bench, state, memory, found, spending)
 
             try:
                 campaign(
@@ -269,7 +302,8 @@ class Session:
                     jobs=self.jobs,
                     again=again,
                     asked=solver,
-                    go_on=lambda: not pressed() and self.budget.is_left(state, before, wall_ns() - start_ns),
+                    go_on=lambda: not pressed() and spending.searches,
+                    allowance=lambda: spending.allowance(self.jobs or 1),
                     news=news,
                 )
             except KeyboardInterrupt:
@@ -281,7 +315,14 @@ class Session:
             return INTERRUPTED
         return DONE
 
-    def _keep(self, bench: TrialBench, state: State, memory: Memory, found: list[Counterexample]) -> None:
+    def _keep(
+        self,
+        bench: TrialBench,
+        state: State,
+        memory: Memory,
+        found: list[Counterexample],
+        spending: Spending,
+    ) -> None:
         """Save the state, and write the files of new failures.
 
         Raises:
@@ -290,7 +331,12 @@ class Session:
         """
         try:
             for each in found:
-                hand_over(self.job, self.setup, bench, each, self._folder_of(state, each.broken))
+                folder = self._folder_of(state, each.broken)
+                with spending.on_explaining():
+                    explained = hand_over(
+                        self.job, self.setup, bench, each, folder, lambda: spending.explains
+                    )
+                spending.not_explained += not explained
             write_state(state, self.state_file)
             memory.keep([each.scenario for each in state.kept.entries], state.told)
             state.told.clear()
@@ -303,7 +349,7 @@ class Session:
         return self.folder / state.folders[broken.key]
 
     @contextmanager
-    def _progress(self, state: State) -> Iterator[Callable[[list[Counterexample]], None]]:
+    def _progress(self, state: State, spending: Spending) -> Iterator[Callable[[list[Counterexample]], None]]:
         """Show the progress of the search on a terminal; yield the function to call after every task."""
         console = Console(file=sys.stderr)  # the real one: a running program may replace it
         if self.quiet or not console.is_terminal:
@@ -311,18 +357,22 @@ class Session:
             return
         columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
         with Progress(*columns, console=console) as bar:
-            total = self.tasks if self.budget.wall_ns is None else self.budget.wall_ns
-            yield self._bar(bar, bar.add_task("searching", total=total), state)
+            total = self.tasks if spending.share is None else 1.0
+            yield self._bar(bar, bar.add_task("searching", total=total), state, spending)
 
-    def _bar(self, bar: Progress, task: TaskID, state: State) -> Callable[[list[Counterexample]], None]:
-        start_ns, tasks_before = wall_ns(), state.tasks
+    def _bar(
+        self, bar: Progress, task: TaskID, state: State, spending: Spending
+    ) -> Callable[[list[Counterexample]], None]:
+        tasks_before = state.tasks
 
         def show(found: list[Counterexample]) -> None:
             for each in found:
                 bar.console.print(on_a_line(str(each.broken)), highlight=False, markup=False)
-            timed = self.budget.wall_ns is not None
-            done = wall_ns() - start_ns if timed else state.tasks - tasks_before
+            share = spending.share
             text = f"{state.runs:,} runs, {len(state.found)} broken"
-            bar.update(task, completed=done, description=text)
+            text += f", explaining {found[0].broken.invariant}" if found else ""
+            bar.update(
+                task, completed=state.tasks - tasks_before if share is None else share, description=text
+            )
 
         return show

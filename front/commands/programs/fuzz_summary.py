@@ -8,10 +8,10 @@ from dataclasses import asdict
 from pathlib import Path
 from textwrap import wrap
 
-from ...io_images.amci3601 import ERROR_BITS, RULES
 from ...jobs.fuzz import Counterexample, Invariant
 from ...jobs.fuzz.campaign.recipes import Origin, Recipe
 from ...jobs.fuzz.campaign.state import State
+from ...jobs.fuzz.explain.unfired import ERROR_RULES, WORDS, SilentRule
 from ...jobs.fuzz.reached import reached
 from ...jobs.fuzz.run import NO_FAULT
 from ...jobs.fuzz.scenarios.words import told
@@ -20,6 +20,7 @@ from ...jobs.load.loading import Job
 from ...jobs.prove.serving.stuck import PATIENCE, SolverStep
 from ...ladder import LadderLogic
 from ...terminal.status import reason
+from .fuzz_budget import Spending
 
 WIDTH = 100
 
@@ -51,11 +52,19 @@ def failure_row(found: Counterexample, folder: Path | None = None) -> dict[str, 
     return row if folder is None else {**row, "after_runs": found.after, "folder": str(folder)}
 
 
-def summary_row(state: State, before: State, others: Set[str]) -> dict[str, object]:
+def summary_row(
+    state: State,
+    before: State,
+    others: Set[str],
+    sought: Collection[Invariant],
+    never: Collection[SilentRule],
+) -> dict[str, object]:
     """Return the figures of a campaign for --json.
 
     Args:
         others: names of the invariants that were not broken.
+        sought: the goals.
+        never: the error rules that never fired.
     """
     return {
         "runs": state.runs - before.runs,
@@ -66,7 +75,9 @@ def summary_row(state: State, before: State, others: Set[str]) -> dict[str, obje
         "steps": state.steps,
         "held": sorted(others - _untried(others, state)),
         "never_tested": sorted(_untried(others, state)),
+        "goals": {each.name: state.greatest.get(each.name, each.name in state.applied) for each in sought},
         "rules": dict(state.rules),
+        "rules_never_fired": {each.rule.id: each.says for each in never},
     }
 
 
@@ -91,13 +102,34 @@ def _figures(state: State, before: State, seconds: float) -> Iterator[str]:
         yield f"time          {shares}"
 
 
+def left_over(state: State, spending: Spending) -> str:
+    """Return a line with what the time did not suffice for; empty if it did."""
+    left = [
+        f"{count:,} of what was found {what}"
+        for count, what in (
+            (state.unshrunk, "not shrunk to the end"),
+            (spending.not_explained, "without the instant since when it was inevitable"),
+        )
+        if count
+    ]
+    return f"time is over  {', '.join(left)}" if left else ""
+
+
 def _rules(state: State) -> Iterator[str]:
-    told_of = [rule.id for rule in RULES.values() if rule.list_of and rule.list_of & ERROR_BITS.value]
-    fired = [rule for rule in told_of if state.rules[rule]]
-    yield f"error rules   {len(fired)} of {len(told_of)} of chapter 6 fired"
+    fired = [rule.id for rule in ERROR_RULES if state.rules[rule.id]]
+    yield f"error rules   {len(fired)} of {len(ERROR_RULES)} of chapter 6 fired"
     yield from (f"  {rule:<9} {state.rules[rule]:>9,} times" for rule in fired)
-    never = ", ".join(rule for rule in told_of if not state.rules[rule])
-    yield from wrap(never, WIDTH, initial_indent="  never     ", subsequent_indent=" " * 12)
+
+
+def never_fired(never: Collection[SilentRule]) -> str:
+    """Return the error rules that never fired, by reason; the coverage page has each one's own."""
+    lines = []
+    for why, words in WORDS.items():
+        rules = [each.rule.id for each in never if each.why is why]
+        if rules:
+            text = f"{words}: {', '.join(rules)}"
+            lines += wrap(text, WIDTH, initial_indent="  never     ", subsequent_indent=" " * 12)
+    return "\n".join(lines)
 
 
 def held(names: Collection[str], state: State) -> str:
@@ -129,7 +161,8 @@ def closing(job: Job, state: State, solver: SolverStep, scans: int) -> str:
     Args:
         scans: of a run.
     """
-    found, gaps = reached(job, state.kept.seen), solver.gaps(state)
+    found = reached(job, state.kept.seen)
+    gaps = solver.gaps(found)
     count, seconds = found.total - len(found.gaps), scans * job.spec.scan_ns / 1e9
     dead = len(found.gaps) - len(gaps)
     shown = "; ".join(each.text for each in gaps[:MOST_GAPS])

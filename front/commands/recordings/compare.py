@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from ...runtime.config.quantities import parse_time
-from ...terminal.as_json import JsonOption, say_json
-from ...terminal.complaints import reported_mistakes
-from ...terminal.status import DONE, NO
-from ...terminal.terminal import on_a_line, say
-from ...terminal.trace_options import QuietOption, reading, tell_notes
-from ...traces.compare import SAME_CLOCK, Comparison, TimeMap, Tolerance, align, compare, realign, report
-from ...traces.read.reader import Trace, open_trace
+from ...terminal.as_json import JsonOption
+from ...terminal.trace_options import QuietOption
 
 ToleranceTimeOption = Annotated[
     str,
@@ -32,36 +25,6 @@ ToleranceCountsOption = Annotated[
         help="By how much position, encoder and captured may differ.",
     ),
 ]
-
-
-def tolerance(time: str, counts: int) -> Tolerance:
-    """Return the tolerance of the options.
-
-    >>> tolerance("4 ms", 2)
-    Tolerance(time_ns=4000000, counts=2)
-
-    Raises:
-        ValueError: `time` is not a time.
-    """
-    return Tolerance(parse_time(time), counts)
-
-
-def tell(found: Comparison, names: tuple[str, str], *, as_json: bool) -> int:
-    """Print a comparison; return the exit status."""
-    if as_json:
-        say_json({"same": found.same, "names": names, **asdict(found)})
-    else:
-        say("\n".join(map(on_a_line, report(found, names))))
-    return DONE if found.same else NO
-
-
-def names_of(a: Path, b: Path) -> tuple[str, str]:
-    """Return the names of two traces: file names if these differ, else paths.
-
-    >>> names_of(Path("old/line.mcap"), Path("new.mcap")), names_of(Path("a/x.mcap"), Path("b/x.mcap"))
-    (('line.mcap', 'new.mcap'), ('a/x.mcap', 'b/x.mcap'))
-    """
-    return (a.name, b.name) if a.name != b.name else (str(a), str(b))
 
 
 def _compare_command(
@@ -100,23 +63,9 @@ def _compare_command(
 
     Example: scanrack compare simulated.mcap machine.mcap --tolerance-time 4ms --tolerance-counts 2
     """
-    with reported_mistakes():
-        allowed = tolerance(tolerance_time, tolerance_counts)
-        with open_trace(a) as one, open_trace(b) as other:
-            clock = _clock(one, other, align_at, realign_at)
-            with reading(one, quiet=quiet) as progress:
-                found = compare(one, other, allowed, clock=clock, progress=progress)
-            tell_notes(one, other)
-        status = tell(found, names_of(a, b), as_json=as_json)
-    raise typer.Exit(status)
+    from .compare_job import compare_traces
 
-
-def _clock(one: Trace, other: Trace, align_at: str | None, realign_at: str | None) -> TimeMap:
-    if align_at is not None and realign_at is not None:
-        raise ValueError("--align and --realign contradict each other: give one of them")
-    if realign_at is not None:
-        return realign(one, other, realign_at)
-    return SAME_CLOCK if align_at is None else align(one, other, align_at)
+    compare_traces(a, b, tolerance_time, tolerance_counts, align_at, realign_at, as_json, quiet)
 
 
 def register(app: typer.Typer) -> None:

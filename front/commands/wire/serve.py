@@ -6,10 +6,10 @@ import os
 import select
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import typer
 from rich.console import Console
@@ -26,6 +26,8 @@ from ...jobs.run.served_units import (
 )
 from ...jobs.serve.control import ControlChannel
 from ...jobs.serve.line import GATEWAY_MS, PortChoice, ServedLine, begin, wire
+from ...jobs.serve.machines import on_machines
+from ...jobs.serve.memory_file import ControllerMemory
 from ...jobs.serve.remote import SILENCE_MS
 from ...runtime.config.rackspec import KEPT_TRACES
 from ...runtime.line.ports import LONGEST_S, Server, serve_until_interrupted
@@ -187,6 +189,22 @@ def _serve_command(
     speed: Annotated[
         float, typer.Option("--speed", metavar="FACTOR", help="How many times as fast as real time.")
     ] = 1.0,
+    machine: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--machine",
+            metavar="RACK",
+            help="The machine in a rack file moves with the motor and acts on the inputs; of several 2:RACK.",
+        ),
+    ] = None,
+    memory: Annotated[
+        Path | None,
+        typer.Option(
+            "--memory",
+            metavar="FILE",
+            help="What the controllers keep without power: address, stored program, parameters.",
+        ),
+    ] = None,
     pin: Annotated[
         list[str] | None,
         typer.Option("--pin", metavar="NAME=STATE", help="State of an input: in1=ground, home=..-3000."),
@@ -266,7 +284,7 @@ def _serve_command(
     Exit status: 130 ended by Ctrl-C, SIGTERM or SIGHUP, 2 an option, a file or a port can't be used, 3 the
     recording can't be written.
     """
-    with reported_mistakes():
+    with reported_mistakes(), ExitStack() as stack:
         _check_options(context, controller)
         if controller is ServedDevice.AMCI3601:
             options = RemoteOptions(rack, tcp, slot, silence, whole, record, replace, quiet)
@@ -274,7 +292,15 @@ def _serve_command(
         clock = Clock(speed)
         usual_ms = PORT_GAP_MS if serial is None else SERIAL_GAP_MS
         gap = usual_ms if gap_ms is None else gap_ms
-        units = MAKERS[controller](addresses_in(address or []), program or [], speed, thumbwheel or [], gap)
+        addresses, kept = addresses_in(address or []), None
+        if memory is not None:
+            used = dict.fromkeys(program or (), "a stored program")
+            kept = stack.enter_context(ControllerMemory(memory, controller, used))
+            addresses = addresses or kept.addresses
+        units = MAKERS[controller](addresses, program or [], speed, thumbwheel or [], gap)
+        if kept is not None:
+            kept.restore(units, addressed=bool(address))
+        units = on_machines(units, machine or [])
         for each in pin or []:
             wire(units, each)
         begin(units, ascii_mode=ascii_mode, start=start)
@@ -296,8 +322,18 @@ def _serve_command(
             also = "" if channel is None else f"; control at {channel.name}"
             say(f"{place}  {controller} at address {names}, {units[0].device.line_format}{also}; Ctrl-C ends")
             sys.stdout.flush()  # a reader of the path through a pipe waits for it
-            _serve(server, units, clock, recorder, channel, quiet=quiet)
+            _serve(server, units, clock, _Watchers(recorder, channel, kept), quiet=quiet)
+        if kept is not None:
+            kept.look()
         raise typer.Exit(INTERRUPTED)
+
+
+class _Watchers(NamedTuple):
+    """What looks at the units while they are served."""
+
+    recorder: LineRecorder | None
+    channel: ControlChannel | None
+    memory: ControllerMemory | None
 
 
 @contextmanager
@@ -310,27 +346,21 @@ def _controlled(line: ServedLine, clock: Clock, port: int | None) -> Iterator[Co
         yield channel
 
 
-def _serve(
-    server: Server,
-    units: list[Unit],
-    clock: Clock,
-    recorder: LineRecorder | None,
-    channel: ControlChannel | None,
-    *,
-    quiet: bool,
-) -> None:
+def _serve(server: Server, units: list[Unit], clock: Clock, watchers: _Watchers, *, quiet: bool) -> None:
     typed = TypedInputs(units)
 
     def each_step() -> None:
         refresh()
         typed.look()
-        if channel is not None:
-            channel.look()
-        _record(units, clock, recorder)
+        if watchers.channel is not None:
+            watchers.channel.look()
+        _record(units, clock, watchers.recorder)
+        if watchers.memory is not None:
+            watchers.memory.look()
 
     with shown_status(units, quiet=quiet) as refresh:
         each_step()  # the initial state
-        calm = recorder is None and channel is None
+        calm = all(each is None for each in watchers)
         serve_until_interrupted(server, each_step, longest_s=LONGEST_S if calm else LOOKED_EVERY_S)
 
 

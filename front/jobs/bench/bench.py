@@ -32,7 +32,15 @@ from .slot import SlotBench
 
 
 class NotReachedError(AssertionError):
-    """A condition that did not come true in time; the message shows the bench."""
+    """A condition that did not come true in time; the message shows the bench.
+
+    Attributes:
+        tags: the tags that the condition read.
+    """
+
+    def __init__(self, text: str, tags: Iterable[str] = ()) -> None:
+        super().__init__(text)
+        self.tags = tuple(tags)
 
 
 @runtime_checkable
@@ -68,6 +76,8 @@ class Bench:
     Attributes:
         slot: the modules by slot number.
         told: the events, oldest first.
+        recorder: what records it, if anything.
+        read: the tags that `bench[tag]` was asked for since the latest scan, oldest first.
 
     Args:
         logic: the program; a ladder program under a debugger for tags, forces and `why`.
@@ -95,6 +105,8 @@ class Bench:
         rack = build_rack(spec)
         self._events = events = EventLog()
         self.told = events.told
+        self.recorder: ScanListener | None = None
+        self.read: dict[str, None] = {}
         self._journal = Journal(rack)
         given = [*listeners(rack), watching(self._journal, logic)]
         self._followers = [each for each in given if isinstance(each, WatchesSequences)]
@@ -148,6 +160,7 @@ class Bench:
             self.cpu.run(scans)
         finally:
             self._events.over = bool
+            self.read.clear()
 
     def run_for(self, time: str) -> None:
         """Run for a machine time with its unit, such as "2 s", rounded up to whole scans.
@@ -174,7 +187,8 @@ class Bench:
             self._run(scans, lambda: self.stops or self._holds(condition))
         if not self.stops and not self._holds(condition):
             wanted = condition if isinstance(condition, str) else _name(condition)
-            raise NotReachedError(f"{wanted} has not become true within {within}.\n{self}")
+            raise NotReachedError(f"{wanted} has not become true within {within}.\n{self}", self.read)
+        self.read.clear()
 
     def _holds(self, condition: Condition) -> bool:
         return bool(self[condition] if isinstance(condition, str) else condition(self))
@@ -235,6 +249,7 @@ class Bench:
         self.cpu.announce(Event(self.now_ns, "edit", name, str(edit), {**tags_in(edit)}))
 
     def __getitem__(self, tag: str) -> Any:
+        self.read[tag] = None
         if self._observed:
             return self.program.tags[tag]
         if self._is_image(tag):
@@ -350,7 +365,20 @@ class Bench:
         lines += [f"  {each}" for each in self.told[-5:]]
         return "\n".join(lines)
 
+    def __repr__(self) -> str:
+        return f"<Bench {self.spec.name!r}: scan {self.scans:,}, {self.now_s:g} s>"
+
+    def _repr_html_(self) -> str:
+        from .notebook import as_html
+
+        return as_html(self)
+
     # --- the end
+
+    def end_recording(self) -> None:
+        """Complete the recording; further scans are not in it."""
+        if self.recorder is not None:
+            self.cpu.dismiss(self.recorder)
 
     def close(self) -> None:
         """Close all listeners; this completes a recording."""

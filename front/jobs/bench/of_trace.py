@@ -131,7 +131,7 @@ def _departed(why: Why, following: InputReplay) -> list[str]:
 
 def _reached(moment: ScanChoice, row: int | None) -> int:
     if row is None:
-        raise NotReachedError(f"{moment.until} does not come on in the trace")
+        raise NotReachedError(f"{moment.until} does not come on in the trace", filter(None, [moment.until]))
     return row
 
 

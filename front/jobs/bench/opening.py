@@ -3,17 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import AbstractContextManager, nullcontext
+from contextvars import ContextVar
 from pathlib import Path
 
 from ...ladder import LadderLogic
 from ...ladder.debug import Debugger
 from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.rack import Rack
+from ...runtime.loop.scan import ScanLogic
 from ..load.loading import Job, load_job
 from ..record.recording import recorder_for
 from ..record.sequence_watch import watching
 from ..why.traced_run import Load
 from . import Bench
+
+
+class BenchObserver:
+    """Sees every bench that is opened while it is in `OBSERVER`; this one does nothing."""
+
+    def loading(self) -> AbstractContextManager[object]:
+        """Return a context in which a program is loaded."""
+        return nullcontext()
+
+    def listeners(self, job: Job, logic: ScanLogic) -> Iterable[ScanListener]:
+        """Return further listeners of a bench."""
+        return ()
+
+
+OBSERVER: ContextVar[BenchObserver] = ContextVar("OBSERVER", default=BenchObserver())  # noqa: B039 - it has no state
+"""Who sees the benches that are opened."""
 
 
 def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: bool = False) -> Bench:
@@ -31,7 +50,8 @@ def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: b
         ValueError: an unusable rack or program; with file, line, key and the allowed values.
         OSError: the recording can't be written.
     """
-    job = load_job(str(rack))
+    with OBSERVER.get().loading():
+        job = load_job(str(rack))
     return bench_of(
         job, None if record is None else Path(record), watched=watched, load=loading(job, str(rack))
     )
@@ -52,9 +72,14 @@ def bench_of(
     job: Job, record: Path | None = None, *, watched: bool = False, load: Load | None = None
 ) -> Bench:
     """Put a loaded job on a bench, see `open_bench`; `load` reloads its program for `why`."""
+    recorders: list[ScanListener] = []
 
     def listeners(rack: Rack) -> Iterable[ScanListener]:
-        return () if record is None else (watching(recorder_for(job, rack, record, logic), logic),)
+        if record is not None:
+            recorders.append(watching(recorder_for(job, rack, record, logic), logic))
+        return [*recorders, *OBSERVER.get().listeners(job, logic)]
 
     logic = Debugger(job.logic) if isinstance(job.logic, LadderLogic) else job.logic
-    return Bench(job.spec, logic, listeners=listeners, watched=watched, load=load)
+    bench = Bench(job.spec, logic, listeners=listeners, watched=watched, load=load)
+    bench.recorder = next(iter(recorders), None)
+    return bench

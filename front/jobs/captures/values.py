@@ -12,7 +12,6 @@ from ...traces.format.tagplan import Tag
 from .pairing import PairedExchange
 
 Values = dict[str, int]
-WRITE_OUTPUTS = 0x0F
 
 
 def pcl601_says(exchange: PairedExchange, words: dict[int, int]) -> Values:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ...ladder.files.rungfile import STRUCTURED_SUFFIX, SUFFIX
+from ...ladder.files.suffixes import STRUCTURED_SUFFIX, SUFFIX
 from ...runtime.config.rackspec import RackSpec
 from ..load.loading import Job, is_export, load_job
 from ..load.program import load_program

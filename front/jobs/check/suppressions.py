@@ -13,9 +13,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from functools import lru_cache
 from pathlib import Path
 
+from ...io_images.input_files import read_input
+from ...io_images.text_limits import LIMITS, TextKind
 from ...ladder import LadderLogic
 from ..load.loading import Job
 from .facts import FileLine
@@ -31,10 +32,13 @@ class Suppressions:
 
     def __init__(self, job: Job) -> None:
         self._comments = dict(_comments(job))
+        self._files: dict[str, dict[int, frozenset[str]]] = {}
 
     def ignores(self, rule: str, place: FileLine) -> bool:
         """Whether a comment suppresses a rule at a place."""
-        named = {*_in_file(place.file).get(place.line, ()), *self._comments.get(place, ())}
+        if place.file not in self._files:
+            self._files[place.file] = _in_file(place.file)
+        named = {*self._files[place.file].get(place.line, ()), *self._comments.get(place, ())}
         return rule in named or _ALL in named
 
 
@@ -49,11 +53,10 @@ def _comments(job: Job) -> Iterator[tuple[FileLine, frozenset[str]]]:
                 yield FileLine(rung.origin.file or str(job.program), rung.origin.line or 1), found
 
 
-@lru_cache(maxsize=64)
 def _in_file(file: str) -> dict[int, frozenset[str]]:
     """Return the suppressed rules by line of a file."""
     try:
-        lines = Path(file).read_text("utf-8", errors="replace").splitlines()
+        lines = read_input(Path(file), LIMITS[TextKind.EXPORT].size).decode("utf-8", "replace").splitlines()
     except OSError:
         return {}
     found: dict[int, frozenset[str]] = {}

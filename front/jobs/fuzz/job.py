@@ -40,6 +40,7 @@ from .laws.claimed import invariants_in
 from .report import report
 from .scenarios.drivescript import DriveScript, obstacle
 from .scenarios.kinds import Kind
+from .scenarios.panel import PanelTag, settings_of
 from .scenarios.rackdoc import rack_text
 from .scenarios.tearing import Rung, reading_rungs
 
@@ -88,9 +89,12 @@ def bench_of(setup: Setup) -> TrialBench:
         made, asked = found.program.compile, [*asked, *invariants_in(found)]
     spec = with_needs(job)
     rungs: tuple[Rung, ...] = ()
+    settings: tuple[PanelTag, ...] = ()
+    if isinstance(job.logic, LadderLogic):
+        settings = settings_of(job.logic.compile().lowered, spec)
     if spec.controller == "compactlogix" and isinstance(job.logic, LadderLogic):
         rungs = reading_rungs(job.logic.compile().lowered)
-    return TrialBench(spec, made, asked, setup.scans, _tags_of, rungs)
+    return TrialBench(spec, made, asked, setup.scans, _tags_of, rungs, settings)
 
 
 NEEDS_FIRMWARE = "NEEDS_FIRMWARE"
@@ -178,8 +182,21 @@ def _tags_of(logic: ScanLogic) -> Any:
     return getattr(logic, "tags", {})
 
 
-def hand_over(job: Job, setup: Setup, bench: TrialBench, found: Counterexample, folder: Path) -> None:
+def hand_over(
+    job: Job,
+    setup: Setup,
+    bench: TrialBench,
+    found: Counterexample,
+    folder: Path,
+    go_on: Callable[[], bool] = lambda: True,
+) -> bool:
     """Write all files about a failure: report, scenario, rack file, trace, drive scripts, picture.
+
+    Args:
+        go_on: whether there is time left to look since when the failure was inevitable.
+
+    Returns:
+        Whether the time sufficed.
 
     Raises:
         OSError: a file can't be written.
@@ -200,18 +217,19 @@ def hand_over(job: Job, setup: Setup, bench: TrialBench, found: Counterexample, 
         if found.scenario.tears:
             again.append("(without the inputs that come in the middle of a scan: no rack file has them)")
     again += _recorded(job, bench, found.scenario, scans, folder)
-    late = inevitable(bench, found)
+    late = inevitable(bench, found, go_on=go_on)
     with open_trace(folder / "trace.mcap") as trace:
         cause = cause_of(Recording.of(trace), job, str(job.rack_file), found.broken)
     chart = _drawn(found, late, folder)
     write_text(folder / "report.txt", report(found, late, cause, chart, again, check), used)
+    return late is not None
 
 
-def _drawn(found: Counterexample, late: Inevitable, folder: Path) -> list[str]:
+def _drawn(found: Counterexample, late: Inevitable | None, folder: Path) -> list[str]:
     """Draw the trace as a page; return its path, and the link to the failure."""
     broken, page = found.broken, folder / "chart.html"
     marks = [Mark(broken.now_ns, None, "broken", f"{broken.invariant} is broken", str(broken))]
-    if late.is_clear and late.scan < broken.scan:
+    if late is not None and late.is_clear and late.scan < broken.scan:
         marks.append(Mark(late.now_ns, None, "broken", "inevitable", "\n".join(late.lines)))
     with open_trace(folder / "trace.mcap") as trace:
         save_page(trace, page, title=broken.sentence, more=marks)

@@ -13,7 +13,7 @@ from .search import Counterexample
 
 def report(
     found: Counterexample,
-    late: Inevitable,
+    late: Inevitable | None,
     cause: Sequence[str],
     chart: Sequence[str],
     again: Sequence[str],
@@ -22,7 +22,7 @@ def report(
     """Return the text of a failure's report.
 
     Args:
-        late: since when it was inevitable.
+        late: since when it was inevitable; None if there was no time to look for it.
         cause: the chain behind the output that changed last.
         chart: links to its picture, complete and around the failure.
         again: commands that repeat it, and obstacles.
@@ -33,7 +33,7 @@ def report(
         ("What it takes:", told(found.scenario)),
         (f"At the end of scan {broken.scan}, {broken.now_ns / 1e9:g} s:", broken.shows),
         ("Rules that fired in that scan:", broken.rules or ["none"]),
-        ("Since when it was inevitable, whatever people do:", late.lines),
+        ("Since when it was inevitable, whatever people do:", NOT_LOOKED_FOR if late is None else late.lines),
         *([("Why the last output came on before it:", cause)] if cause else []),
         ("Its picture, and the part around the failure:", chart),
         ("Run it again:", again),
@@ -54,5 +54,7 @@ def mended(file: Path) -> None:
         text = file.read_text(encoding="utf-8")
         write_text(file, f"{MENDED}\n\n{text.removeprefix(MENDED).lstrip()}")
 
+
+NOT_LOOKED_FOR = ("not looked for: the time of the search was over",)
 
 MENDED = "Mended: a later run of the program in these surroundings kept it."

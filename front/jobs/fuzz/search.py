@@ -33,6 +33,9 @@ from .shrink import smallest
 from .steady import Uses
 
 DRAWING, CONFIRMING = "drawing scenarios", "confirming"
+LEAST_SHRINKING = 30
+"""Runs that shrink a failure in any case, even if the time of the search is over."""
+
 SPENT = (PROGRAM, RUNNING, ASKING, BUILDING, DRAWING, CONFIRMING)
 """Parts of a search's time."""
 
@@ -55,6 +58,7 @@ class SearchReport:
     rules: Counter[str] = field(default_factory=Counter)
     found: list[Counterexample] = field(default_factory=list)  # the failures, each once
     shrinking: int = 0
+    unshrunk: int = 0  # number of failures that were not shrunk to the end
     spent: Counter[str] = field(default_factory=Counter)  # parts of its time, ns, by the names of `SPENT`
     applied: set[str] = field(default_factory=set)  # names of the invariants that had something to check
     printed: int = 0  # number of lines that the program has printed in all runs
@@ -111,6 +115,7 @@ def search(
     told: Callable[[Counterexample], None] = lambda _found: None,
     progress: Callable[[int], None] = lambda _runs: None,
     confirm: Confirm = _taken_at_its_word,
+    go_on: Callable[[], bool] = lambda: True,
 ) -> SearchReport:
     """Search for scenarios that break invariants.
 
@@ -126,6 +131,7 @@ def search(
         known: names of invariants, and keys of failures, to ignore.
         again: scenarios to run first; those that show something new become entries of the corpus.
         told: called with a failure at once, before it is shrunk.
+        go_on: whether there is time left; asked before every run, except those of `again`.
 
     Raises:
         InvariantError: an invariant raised.
@@ -135,16 +141,16 @@ def search(
     start_ns = wall_ns()
     hunt = _Hunt(bench, report, set(known))
     random = Random(start)
-    draws = Draws(bench.spec, bench.scans, kinds, random, bench.rungs)
+    draws = Draws(bench.spec, bench.scans, kinds, random, bench.rungs, bench.settings)
     chooser = Chooser(
         draws,
-        Sweep(bench.spec, possible_kinds(bench.spec).intersection(kinds), random, report.corpus),
+        Sweep(bench.spec, possible_kinds(bench.spec).intersection(kinds), random, report.corpus, bench.rungs),
         random,
         report.corpus,
         base,
     )
     waiting = deque(again)
-    while hunt.runs < examples and bench.names - hunt.known:
+    while hunt.runs < examples and bench.names - hunt.known and (waiting or go_on()):
         repeated = bool(waiting)
         scenario = waiting.popleft() if repeated else chooser.next(hunt.shown)
         edges = Edges()
@@ -162,7 +168,7 @@ def search(
         told(found)
         without = behind(bench, found.broken, hunt.known)
         hunt.known.add(found.broken.key)
-        found = shrunk(bench, found, without, report)
+        found = shrunk(bench, found, without, report, go_on)
         found_ns = wall_ns()
         if confirm(found, without):
             report.found.append(found)
@@ -177,12 +183,14 @@ def undisturbed(
     known: Iterable[str] = (),
     *,
     confirm: Confirm = _taken_at_its_word,
+    go_on: Callable[[], bool] = lambda: True,
 ) -> list[Counterexample]:
     """Run one scenario without random events; return its failures, each once.
 
     Args:
         scenario: an empty one, or that of a recording.
         known: names of invariants to skip, and keys of failures to ignore.
+        go_on: whether there is time to shrink them to the end.
 
     Raises:
         InvariantError: an invariant raised.
@@ -193,7 +201,7 @@ def undisturbed(
     while (broken := bench.run(scenario, without=given_up).broken) is not None:
         without = behind(bench, broken, given_up)
         given_up.add(broken.key)
-        each = shrunk(bench, Counterexample(scenario, broken, 1), without)
+        each = shrunk(bench, Counterexample(scenario, broken, 1), without, go_on=go_on)
         if confirm(each, without):
             found.append(each)
     return found
@@ -205,11 +213,26 @@ def behind(bench: TrialBench, broken: BrokenInvariant, known: Collection[str]) -
 
 
 def shrunk(
-    bench: TrialBench, found: Counterexample, without: Collection[str], report: SearchReport | None = None
+    bench: TrialBench,
+    found: Counterexample,
+    without: Collection[str],
+    report: SearchReport | None = None,
+    go_on: Callable[[], bool] = lambda: True,
 ) -> Counterexample:
-    """Return a failure with the smallest scenario that has it, see `shrink`."""
+    """Return a failure with the smallest scenario that has it, see `shrink`.
+
+    Args:
+        report: counts the runs.
+        go_on: whether there is time for more than the least number of runs.
+    """
+    runs, whole = 0, True
 
     def breaks(scenario: Scenario) -> BrokenInvariant | None:
+        nonlocal runs, whole
+        whole = whole and (runs < LEAST_SHRINKING or go_on())
+        if not whole:
+            return None
+        runs += 1
         verdict = bench.run(scenario, without=without)
         if report is not None:
             report.add(scenario, verdict)
@@ -218,6 +241,8 @@ def shrunk(
 
     inputs = {slot.number: (*buttons(slot), *sensors(slot)) for slot in bench.spec.slot}
     scenario, broken = smallest(found.scenario, found.broken, breaks, inputs, bench.spec.scan_ns)
+    if report is not None:
+        report.unshrunk += not whole
     return Counterexample(scenario, broken, found.after)
 
 

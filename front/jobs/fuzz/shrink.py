@@ -26,7 +26,7 @@ from ...io_images.amci3601.firmware import KNOWN
 from ...runtime.loop.incidents import Incident
 from .run import BrokenInvariant
 from .scenarios.parts import Lasting, Part, Timed, parts_of, scenario_of
-from .scenarios.scenario import LostSteps, Press, Scenario, Shift, Signal
+from .scenarios.scenario import LostSteps, Press, Scenario, Shift, Signal, Turn
 
 Inputs = Mapping[int, Sequence[InputBit]]
 """Inputs by slot number, those that are simpler to press first."""
@@ -125,6 +125,8 @@ def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
         yield from (replace(part, input=bit) for bit in simpler)
     if isinstance(part, Signal) and part.value == int(part.value):
         yield from (replace(part, value=float(value)) for value in rounder(int(part.value)))
+    if isinstance(part, Turn):
+        yield from (replace(part, counts=counts) for counts in rounder(part.counts) if counts)
     if isinstance(part, Incident) and len(part.late_words) > 1:
         words = part.late_words
         fewer = (words[:place] + words[place + 1 :] for place in range(len(words)))

@@ -13,19 +13,22 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ...ladder.build.runnable import LadderLogic
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import NEVER, DataSource, Ending, Partner, Sample, Sampler, Stub
-from ...ladder.run.engine import Engine
-from ...ladder.run.view import Tags
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.config.stub_tables import StubTable
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.faults import CpuFault
 from ...runtime.loop.scan import CpuMode, ScanLogic
 from .building import build_cpu, build_rack
+from .rungs import is_rungs
+
+if TYPE_CHECKING:  # a program in Python needs no rungs
+    from ...ladder.build.runnable import LadderLogic
+    from ...ladder.run.engine import Engine
+    from ...ladder.run.view import Tags
 
 MOST_KEPT = 100_000
 """Changes of a tag that are kept: earlier scans can't be run again."""
@@ -105,7 +108,7 @@ class RackBeside:
     def take(self, spec: RackSpec, logic: ScanLogic) -> None:
         """Take its program when it is loaded; the first rack of a world notes its tags as it runs."""
         self._spec = spec
-        self.logic = logic if isinstance(logic, LadderLogic) else None
+        self.logic = logic if is_rungs(logic) else None
         if self._leads and self._watched and self.logic is not None:
             self.logic.before_scans(self._note_engine)
 

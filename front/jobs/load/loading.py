@@ -9,17 +9,15 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path, PurePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from ... import ladder
-from ...ladder import Controller, LadderLogic, write_program
-from ...ladder.instructions.motion.axes import AxisSettings
+from ...io_images.times import DEFAULT_RUN
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import Stub, Stubs
 from ...runtime.config.quantities import parse_duration
-from ...runtime.config.rackfile import RackFile, RackFileError, explain, load_rack_file
+from ...runtime.config.rackfile import RackFile, RackFileError, explained, load_rack_file
 from ...runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec
 from ...runtime.live.orders import Force
 from ...runtime.loop.scan import ScanLogic
@@ -41,6 +39,10 @@ from .program import (
     load_stubs,
     split_address,
 )
+from .rungs import is_rungs
+
+if TYPE_CHECKING:  # a program in Python needs no rungs
+    from ...ladder import Controller, Program
 
 RACK_FUNCTION = "rack"
 """The function of a Python rack file that returns the `RackSpec`."""
@@ -60,17 +62,18 @@ class Job:
     notices: tuple[str, ...] = ()  # differences of program and rack from an export, a sentence for each
     world: World | None = None  # the racks that run beside it
     forces: Mapping[str, bool | int | float] = field(default_factory=dict)  # of an export, by address
+    tested: Job | None = None  # the job whose program a test routine was added to
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """Warnings of an export, and those of a ladder program, such as two coils of one bit."""
-        own = map(str, self.logic.warnings) if isinstance(self.logic, LadderLogic) else ()
+        own = map(str, self.logic.warnings) if is_rungs(self.logic) else ()
         return (*self.notices, *own)
 
     @property
     def stubs(self) -> tuple[str, ...]:
         """The stubs in use, as `MSG = done after 20 ms (3 times)`."""
-        return self.logic.stubs_in_use if isinstance(self.logic, LadderLogic) else ()
+        return self.logic.stubs_in_use if is_rungs(self.logic) else ()
 
     @property
     def stub_files(self) -> tuple[str, ...]:
@@ -143,20 +146,21 @@ def _with_object(place: _RackPlace, program: Callable[..., Any], file: Path | No
     logic = as_logic(program)
     name = str(getattr(program, "name", None) or getattr(program, "__name__", type(program).__name__))
     if file is None:
-        rungs = isinstance(logic, (ladder.Program, Controller))
-        file = _rung_file(logic) if rungs else _source_file(program)  # type: ignore[arg-type]
+        file = _rung_file(logic) if is_rungs(logic) else _source_file(program)  # type: ignore[arg-type]
     made = LoadedProgram(file, name, logic, file.read_bytes())
 
     def load(stubs: Stubs) -> LoadedProgram:
-        if isinstance(logic, LadderLogic):
+        if is_rungs(logic):
             build(made.path, logic, stubs)
         return made
 
     return _loaded(place, load)
 
 
-def _rung_file(logic: ladder.Program | Controller) -> Path:
+def _rung_file(logic: Program | Controller) -> Path:
     """Write a program of this process as rung text; it stays as long as the process."""
+    from ...ladder import write_program
+
     folder = tempfile.TemporaryDirectory()
     atexit.register(folder.cleanup)
     file = Path(folder.name) / f"{logic.name}.rung"
@@ -279,10 +283,6 @@ def scans_to_run(spec: RackSpec, duration: str | None, scans: int | None, *, end
     return -(-parse_duration(duration) // spec.scan_ns)
 
 
-DEFAULT_RUN = "10 s"
-"""Default machine time of a run in virtual time."""
-
-
 @dataclass(frozen=True, slots=True)
 class _RackPlace:
     """A rack that is loaded: its address, its path, its specification, its text, its world."""
@@ -314,10 +314,10 @@ def _loaded(place: _RackPlace, load: Callable[[Stubs], LoadedProgram], *, own: b
         if place.file is None or not own:
             raise
         raise place.refusal("program", error) from error
-    if own and stubs.by_name and not isinstance(program.function, LadderLogic):
+    if own and stubs.by_name and not is_rungs(program.function):
         raise place.refusal("stubs", "the program has no instructions: it is a function")
     try:
-        if own or isinstance(program.function, LadderLogic):
+        if own or is_rungs(program.function):
             _bind_axes(spec, program)
     except LadderError as error:
         raise place.refusal("axes", error) from error
@@ -337,8 +337,10 @@ def _bind_axes(spec: RackSpec, program: LoadedProgram) -> None:
     """
     if not spec.axes:
         return
-    if not isinstance(program.function, LadderLogic):
+    if not is_rungs(program.function):
         raise LadderError("the program has no axes: it is a function")
+    from ...ladder.instructions.motion.axes import AxisSettings
+
     settings = {
         name: AxisSettings(**axis.values(), round_trip_ms=_round_trip_ms(spec))
         for name, axis in spec.axes.items()
@@ -428,7 +430,7 @@ def _call(file: LoadedProgram) -> RackSpec:
     try:
         spec = file.function()
     except ValidationError as error:
-        raise RackFileError(explain(error, file.path)) from error
+        raise explained(error, file.path) from error
     except (Exception, SystemExit) as error:
         steps = traceback.extract_tb(error.__traceback__)
         line = next((step.lineno for step in reversed(steps) if step.filename == str(file.path)), 1)

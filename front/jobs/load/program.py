@@ -25,20 +25,19 @@ from typing import TYPE_CHECKING, Any
 from ...io_images.input_files import read_input
 from ...io_images.site import Site, SiteError
 from ...io_images.text_limits import LIMITS, TextKind, shortened
-from ...ladder.build.bound_axes import Axes
-from ...ladder.build.runnable import REFUSALS_SHOWN, LadderLogic
-from ...ladder.files.rungfile import STRUCTURED_SUFFIX, SUFFIX, parse_program, parse_structured
-from ...ladder.files.rungreader import load_library
-from ...ladder.files.steps import SUFFIX as STEPS_SUFFIX
 from ...ladder.files.steps import StepsError, parse_steps
-from ...ladder.instructions.motion.axes import AxisSettings
+from ...ladder.files.suffixes import STEPS_SUFFIX, STRUCTURED_SUFFIX, SUFFIX
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
 from ...ladder.model.types import Structure
 from ...ladder.python.sequences.logic import Logic
 from .modules_beside import find_beside, shadowed
+from .rungs import is_rungs
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # a program in Python needs no rungs
+    from ...ladder.build.bound_axes import Axes
+    from ...ladder.build.runnable import LadderLogic
+    from ...ladder.instructions.motion.axes import AxisSettings
     from ...rockwell.l5x.report import Report
     from ...rockwell.l5x.xml.records import ModuleRecord
     from ...rockwell.slc.records import SlotRecord
@@ -186,6 +185,9 @@ def axes_of(settings: Mapping[str, AxisSettings]) -> Axes:
     Args:
         settings: by tag, in a controller `\\LoadedProgram.tag` for that of a program.
     """
+    from ...ladder.build.bound_axes import Axes
+    from ...ladder.files.rungreader import load_library
+
     library = load_library("axis3601")
     state = library.types["AXIS_3601"]
     assert isinstance(state, Structure)
@@ -232,7 +234,7 @@ def load_function(
     if name == DEFAULT_FUNCTION == default and not hasattr(module, name):
         name = _other_name(path, module)
     function = _made(path, _pick(path, module, name))
-    if isinstance(function, LadderLogic):
+    if is_rungs(function):
         build(path, function, stubs)
     _check_signature(path, name, function, arguments, loosely=loosely)
     return LoadedProgram(path, name, function, data)
@@ -260,7 +262,7 @@ def _other_name(path: Path, module: ModuleType) -> str:
     Raises:
         ProgramError: there are several classes of `Logic`.
     """
-    if isinstance(getattr(module, LADDER_NAME, None), LadderLogic):
+    if is_rungs(getattr(module, LADDER_NAME, None)):
         return LADDER_NAME
     classes = [name for name, value in vars(module).items() if _is_logic_of(module, value)]
     if len(classes) > 1:
@@ -273,6 +275,8 @@ def _is_logic_of(module: ModuleType, value: object) -> bool:
 
 
 def _load_rungs(path: Path, stubs: Stubs) -> LoadedProgram:
+    from ...ladder.files.rungfile import parse_program, parse_structured
+
     data = _read(path, TextKind.STRUCTURED if path.suffix == STRUCTURED_SUFFIX else TextKind.RUNGS)
     _check_text(path, data)
     try:
@@ -326,6 +330,8 @@ def _whole(
     Raises:
         ProgramError: a part of it was refused, and the stubs do not replace it.
     """
+    from ...ladder.build.runnable import REFUSALS_SHOWN
+
     refused = [*report.refused, *report.objects]
     if program is None or (refused and not stubs.refused):
         shown = [str(each) for each in refused[:REFUSALS_SHOWN]] or [f"{path}: there is no program in it"]

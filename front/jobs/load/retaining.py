@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from ...ladder import LadderError, LadderLogic
-from ...ladder.run.edit import retain
+from ...ladder.model.errors import LadderError
 from .loading import Job
+from .rungs import is_rungs
 
 
 def retaining(job: Job, data: bytes, name: str) -> tuple[Job, list[str]]:
@@ -21,8 +21,10 @@ def retaining(job: Job, data: bytes, name: str) -> tuple[Job, list[str]]:
     Raises:
         ValueError: it is not a file of retained tags, or the program is a Python function.
     """
-    if not isinstance(job.logic, LadderLogic):
+    if not is_rungs(job.logic):
         raise ValueError(f"{name}: the program is a Python function; it has no tags to retain")
+    from ...ladder.run.edit import retain
+
     try:
         said = retain(job.logic.engine, data.decode("utf-8"))
     except UnicodeDecodeError as error:

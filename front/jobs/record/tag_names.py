@@ -16,7 +16,7 @@ from enum import Enum, Flag
 from types import FunctionType, ModuleType
 from typing import Any, get_type_hints
 
-from ...ladder.debug.tag_values import TEXT, matches_part
+from ...io_images.tag_names import TEXT, matches_part
 from ...ladder.python.sequences import Logic
 from ...runtime.loop.scan import ScanLogic
 

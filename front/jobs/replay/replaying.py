@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
-from enum import StrEnum
 from itertools import pairwise
 
 from ...io_images.amci3601 import InputBit
@@ -23,27 +22,7 @@ from ..run.playback import RecordedInputs, Score, Stimulus, recorded_outputs, st
 from ..run.running import Observer, unobserved
 from .input_levels import recorded_levels
 from .tag_orders import TagOrders, first_few
-
-
-class ReplayTarget(StrEnum):
-    """The receiver of a recording."""
-
-    MODULE = "module"
-    PROGRAM = "program"
-    RACK = "rack"
-
-
-class Stimuli(StrEnum):
-    """The stimuli of the machine."""
-
-    MACHINE = "machine"
-    """The rack file's timeline and stations."""
-
-    RECORDED = "recorded"
-    """The stimuli of the trace."""
-
-    INPUTS = "inputs"
-    """The levels of the inputs in the recorded status bits, the only record of real hardware."""
+from .targets import ReplayTarget, Stimuli
 
 
 class Replay:

@@ -9,10 +9,8 @@ from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol, TypeGuard
 
-from ...ladder import LadderLogic
 from ...ladder.python.online import Fields, edit_logic, plan_edit
 from ...ladder.python.sequences import Logic
-from ...ladder.run.edit import planned
 from ...runtime.live.hands import Desk, Hands
 from ...runtime.live.orders import ALL, NAMES, Edit, names_in
 from ...runtime.loop.cpu import Cpu
@@ -23,6 +21,7 @@ from ...runtime.loop.scan import AttachedLogic, ScanLogic
 from ...traces.format.topics import ORDERS
 from ...traces.write.recorder import ScanRecorder
 from ..load.loading import Job
+from ..load.rungs import is_rungs
 from ..record.editions import Editions
 from ..record.sequence_watch import WatchesSequences, sequences_in
 from ..record.tag_names import named_values, namespace_of
@@ -141,7 +140,9 @@ class RunProgram:
             ValueError: the run can't continue with it.
         """
         logic = job.logic
-        if self.debugger is not None and isinstance(logic, LadderLogic):
+        if self.debugger is not None and is_rungs(logic):
+            from ...ladder.run.edit import planned
+
             return planned(self.debugger.engine, logic.build())
         if self._continues(logic, cpu, restart):
             return plan_edit(self._own_logic(), logic, restart).edit
@@ -157,10 +158,10 @@ class RunProgram:
     ) -> tuple[str, str, Mapping[str, list[str]]]:
         """Continue with the program of a job; return its name, a sentence, and the tags concerned."""
         logic = job.logic
-        if self.debugger is not None and isinstance(logic, LadderLogic):
+        if self.debugger is not None and is_rungs(logic):
             done: Changes = self.debugger.edit(logic)
             return logic.name, str(done), tags_in(done)
-        if self.debugger is not None or isinstance(logic, LadderLogic):
+        if self.debugger is not None or is_rungs(logic):
             raise ValueError(f"{job.program.name}: a program of another kind needs a new session")
         if self._continues(logic, cpu, restart):
             forces = self._fields.forces
@@ -203,7 +204,7 @@ def _value_names(logic: ScanLogic) -> tuple[str, ...]:
 
 def _debugger_of(logic: ScanLogic) -> Debugger | None:
     """Return a debugger with a short memory for a ladder program; None for other logic."""
-    if not isinstance(logic, LadderLogic):
+    if not is_rungs(logic):
         return None
     from ...ladder.debug import Debugger  # imported late: a rack without a session does not need it
 

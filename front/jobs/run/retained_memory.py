@@ -9,13 +9,12 @@ from typing import Self
 
 from ...io_images.input_files import read_input
 from ...io_images.text_limits import LIMITS, TextKind
-from ...ladder import LadderLogic
-from ...ladder.run.edit import retained_text
 from ...traces.files.guard import TAGS, check_output
 from ...traces.files.locking import beside, held
 from ...traces.files.newfile import naming, new_file
 from ..load.loading import Job
 from ..load.retaining import retaining
+from ..load.rungs import is_rungs
 from ..trust.owned import in_use, names_of
 
 
@@ -34,7 +33,7 @@ class RetainedMemory:
     """
 
     def __init__(self, job: Job, path: Path, trace: Path | None = None, keep: int | None = None) -> None:
-        if not isinstance(job.logic, LadderLogic):
+        if not is_rungs(job.logic):
             raise ValueError(f"--retain {path}: the program is a Python function; it has no tags to retain")
         self.path, self._program = path, job.logic
         recorded = [] if trace is None else names_of(job, trace, keep)
@@ -73,5 +72,7 @@ class RetainedMemory:
             OwnedError: the file may no longer be replaced.
             OSError: the file can't be written; an earlier one is unchanged.
         """
+        from ...ladder.run.edit import retained_text
+
         with new_file(self.path, TAGS, used=self._used, locked=True, encoding="utf-8") as file:
             file.write(retained_text(self._program.engine))

@@ -7,22 +7,23 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
 
-LOGICS = ("python", "ladder")
+LOGICS = ("python", "ladder", "steps")
 """Languages of a new program; each is a folder of `templates`."""
 
 EXPECTED = ".txt"
 """What an example is expected to do, which only the project's own check reads."""
 
-NEXT = """# Next
+NEXT = (
+    ("scanrack watch {rack} --open", "see it run in the browser"),
+    ("scanrack run {rack}", "run it as fast as it can, and record every scan"),
+    ("scanrack check {rack}", "look for mistakes without a run"),
+    ("pip install pytest && pytest", "run the tests beside it, if there are some"),
+    ("scanrack schema --write", "have an editor complete and check rack files"),
+    ("scanrack doctor", "what this installation lacks, and how to mend it"),
+    ("scanrack fuzz {rack}", "look for surroundings that break the program"),
+)
+"""What to do with a new project: commands, and what each is for."""
 
-    scanrack watch {rack} --open     see it run in the browser
-    scanrack run {rack}              run it as fast as it can, and record every scan
-    scanrack check {rack}            look for mistakes without a run
-    pytest                           run the tests beside it, if there are some
-    scanrack fuzz {rack}             look for surroundings that break the program
-
-Edit the program while `scanrack watch` shows it: what is saved is taken over between two scans.
-"""
 FILE_OF_NEXT = "NEXT.md"
 
 
@@ -53,8 +54,21 @@ def new_project(folder: Path, logic: str = "python", example: str | None = None)
     written = [_written(folder, each, racks) for each in _in_order(source, racks)]
     note = folder / FILE_OF_NEXT
     with note.open("x", encoding="utf-8") as file:
-        file.write(NEXT.format(rack=racks[0]))
+        file.write(_next_steps(str(racks[0])))
     return [*written, note]
+
+
+def _next_steps(rack: str) -> str:
+    """Return the text of NEXT.md.
+
+    >>> _next_steps("line.toml").splitlines()[3]
+    '    scanrack run line.toml           run it as fast as it can, and record every scan'
+    """
+    commands = [(command.format(rack=rack), use) for command, use in NEXT]
+    width = max(len(command) for command, _ in commands)
+    steps = "\n".join(f"    {command:{width}}  {use}" for command, use in commands)
+    saved = "Edit the program while `scanrack watch` shows it: what is saved is taken over between two scans."
+    return f"# Next\n\n{steps}\n\n{saved}\n"
 
 
 def _examples() -> Traversable:

@@ -21,13 +21,13 @@ from dataclasses import replace
 from importlib.machinery import all_suffixes
 from pathlib import Path, PurePosixPath
 
-from ...ladder import LadderLogic
 from ...runtime.config.rackspec import RackSpec
 from ...traces.read.reader import Trace
 from ...traces.write.recorder import Attachment
 from ..load.loading import Job, load_job, load_spec, rack_form
 from ..load.program import Form
 from ..load.retaining import retaining
+from ..load.rungs import is_rungs
 from .extracting import attached_files, extract
 from .trust import RunFiles, address_name, admitted
 
@@ -160,7 +160,7 @@ def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = Non
     retained = trace.head.metadata.get("retained_file")
     _take_out(trace, folder, rack, own, trust=trust, retained=retained)
     job = load_job(f"{folder / rack}", program if own is None else f"{folder / own}")
-    if retained is not None and (program is None or isinstance(job.logic, LadderLogic)):
+    if retained is not None and (program is None or is_rungs(job.logic)):
         job, _ = retaining(job, (folder / retained).read_bytes(), retained)
     return replace(job, spec=_of_trace(job.spec))
 

@@ -10,10 +10,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from ...io_images.tag_names import TEXT
 from ...ladder import LadderLogic
+from ...ladder.build.checks import calls_of
 from ...ladder.debug.crossref import CrossReference
 from ...ladder.debug.replay import Truths
-from ...ladder.debug.tag_values import TEXT, tag_values
+from ...ladder.debug.tag_values import tag_values
 from ...ladder.debug.watching import WatchedEngine
 from ...ladder.draw import captions_of, live_chart, live_rung, power
 from ...ladder.model.chart import Chart, element_of
@@ -24,6 +26,7 @@ from ...ladder.model.tags import Tag, program_of, scoped
 from ...ladder.model.tree import Address, Routine, Rung
 from ...ladder.run.view import Tags
 from ...runtime.loop.faults import Fault
+from .python_colours import spans_of
 
 Json = dict[str, Any]
 
@@ -63,18 +66,25 @@ class Catalog:
 
     def __init__(self, program: LadderLogic) -> None:
         self._program = program
-        self._layout = program.build().layout
+        self._lowered = program.build()
+        self._layout = self._lowered.layout
         self._captions = captions_of(program.add_ons.values())
         self._known = WatchedEngine(program.build(), program.scanner).tags
 
     def routines(self) -> list[Json]:
-        """Return the routines for `hello`."""
+        """Return the routines for `hello`, with those that each one calls."""
+        names = {each.name.upper(): each.name for each in self._program.routines}
+        called = {
+            name: [names[each] for each in dict.fromkeys(calls_of(lowered)) if each in names]
+            for name, lowered in self._lowered.routines.items()
+        }
         return [
             {
                 "name": each.name,
                 "kind": "sfc" if each.chart else "ladder" if each.statements is None else "st",
                 "comment": each.comment,
                 "lines": len(each.numbers),
+                "calls": called.get(each.name.upper(), []),
             }
             for each in self._program.routines
         ]
@@ -304,7 +314,11 @@ class PythonSource:
 
     def show(self, names: tuple[str, ...]) -> tuple[PageRoutine, Json]:
         """Return its contents, and the answer with its text."""
-        lines = [{"number": number, "text": text} for number, text in enumerate(self._lines, 1)]
+        spans = spans_of(self._lines)
+        lines = [
+            {"number": number, "text": text, "spans": spans.get(number, [])}
+            for number, text in enumerate(self._lines, 1)
+        ]
         answer = {"routine": self._name, "file": self._name, "text": lines, "names": list(names)}
         return PageRoutine(self._name, {}, (), names), answer
 

@@ -25,7 +25,7 @@ from .shadow import Row, scans_in
 from .stretch import Stretch
 from .watched_program import Inputs, Values, inputs_of, values_of
 
-EVERY = 4096
+EVERY = 512
 """Scans between values."""
 
 SLICE = 1000

@@ -41,7 +41,7 @@ THINNED = 4096
 MOST_REPEATED = 2 * THINNED
 """Most scans repeated to reach one; a tenth of a second of most programs."""
 
-CHAPTERS = 15
+CHAPTERS = 120
 """Stretches of scans that are searched for a change: half a minute at 2 ms."""
 
 

@@ -25,6 +25,9 @@ BACK = 16_384
 MOST_LINKS = 60
 """Most links that a page receives, the shortest ways first."""
 
+DEEPEST = 40
+"""Most links one behind the other: nobody reads further back, and each costs a scan."""
+
 _TOPICS = {
     "rule": "/events",
     "move": "/events",
@@ -70,7 +73,7 @@ def _chains(monitor: Monitor, shadow: Shadow, tags: Sequence[str], scan: int) ->
     recording = Recording(slots, PackedScans.of(len(slots), [columns_of(rows)]), events)
 
     def chains(*, deep: bool, outside: Callable[..., CauseLink | None]) -> Chains:
-        return Chains(shadow.engine.lowered, Causes(shadow), deep, outside)
+        return Chains(shadow.engine.lowered, Causes(shadow), deep, outside, DEEPEST)
 
     rack, last = RackChain(recording, chains), len(rows) - 1
     found = []
@@ -90,7 +93,7 @@ def _event(event: Mapping[str, Any]) -> TraceEvent:
 
 
 def links_of(chain: CauseLink) -> list[Json]:
-    """Return the links of a chain for a page: scan, time, text, the rung or line, causes by number."""
+    """Return the links of a chain for a page: scan, time, name, text, the rung or line, causes by number."""
     links = list(chain.walk())[:MOST_LINKS]
     numbers = {link: number for number, link in enumerate(links)}
     return [
@@ -98,6 +101,7 @@ def links_of(chain: CauseLink) -> list[Json]:
             "scan": link.scan,
             "t": link.now_ns,
             "kind": link.kind,
+            "name": link.name,
             "text": said(link),
             "at": _at(link),
             "causes": [

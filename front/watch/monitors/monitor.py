@@ -7,7 +7,7 @@ pages; `session_monitor` and `trace_monitor` make one.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -122,6 +122,7 @@ class Monitor(ABC):
         self.about, self.subject, self.states = about, subject, states
         self.pages: list[Page] = []
         self.elsewhere = QuestionProcesses()
+        self.opener: Callable[[Path], Any] | None = None  # opens another recording to compare with
         self.latest: Row | None = None  # the row of the latest scan; None before the first
         self.over = False  # whether the server is to end
 
@@ -173,11 +174,26 @@ class Monitor(ABC):
         """Remove a page."""
         if page in self.pages:
             self.pages.remove(page)
+        page.compare(None)
+
+    def tick_compared(self) -> bool:
+        """Go on with the recordings that pages compare with; return whether there is more to do at once."""
+        goes_on = [page for page in self.pages if page.compared is not None and page.compared.tick()]
+        for page in goes_on:
+            page.due.set()
+        return bool(goes_on)
+
+    def whole(self, page: Page) -> Json:
+        """Return the picture of a page's scan; empty before the first one."""
+        row = self.row_of(page)
+        return {} if row is None else self._picture(page, row)
 
     def frame(self, page: Page) -> Json:
         """Return the changes for a page since its last frame; empty without any."""
         row = self.row_of(page)
         picture = self._picture(page, row) if row is not None else self._before_the_first_scan()
+        if page.compared is not None and row is not None:
+            picture["other"] = page.compared.differences(page, picture)
         frame = changed(picture, page.last)
         if row is not None and page.past is None:
             frame |= self._strip(page) | self._lanes(page, int(row["scan"]))
@@ -223,7 +239,7 @@ class Monitor(ABC):
             "forced": self.states.forces_at(past),
             "lines": self.states.lines_at(past),
             "rules": self.states.rules_at(past),
-            "faults": self._faults(past),
+            "faults": self.faults(past),
             **self.state(past=past is not None),
             **self.subject.places.of(
                 row, self.subject.timeline.between(scan - SPEED_SCANS, scan)[:1], past=past is not None
@@ -231,7 +247,8 @@ class Monitor(ABC):
             **self._program(page, scan),
         }
 
-    def _faults(self, past: int | None) -> list[Json]:
+    def faults(self, past: int | None) -> list[Json]:
+        """Return the CPU's faults up to a scan, with their places and tags."""
         program = self.subject.programs.at(past)
         return [
             {

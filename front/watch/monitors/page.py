@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from enum import Enum
-from typing import Any
+from typing import Any, Protocol
 
 from ...runtime.live.ring import Row
 from ...runtime.loop.pace import wall_ns
@@ -28,6 +28,19 @@ class AtErrors(Enum):
     OFF = "off"
 
 
+class PageComparison(Protocol):
+    """Another recording that a page compares with, see `comparison`."""
+
+    def close(self) -> None:
+        """Close its files."""
+
+    def tick(self) -> bool:
+        """Go on; return whether there is more to do at once."""
+
+    def differences(self, page: Page, picture: Json) -> Json:
+        """Return what it has in the scan of a picture, where that differs."""
+
+
 class Page:
     """An open page."""
 
@@ -42,6 +55,7 @@ class Page:
         self.place: int | None = None  # the last row of its strip; None before the first frame
         self.events: int | None = None  # number of its next event; None before the first frame
         self.at_errors = AtErrors.OFF  # what it does at the next error bit
+        self.compared: PageComparison | None = None
         self.last: Json = {}
         self.outbox: deque[Json] = deque()
         self.due = asyncio.Event()  # set when there is something to send
@@ -62,6 +76,14 @@ class Page:
         """Watch other tags."""
         self.watched = tags
         self.last.pop("tags", None)
+
+    def compare(self, other: PageComparison | None) -> None:
+        """Compare with another recording from now on, or with none."""
+        if self.compared is not None:
+            self.compared.close()
+        self.compared = other
+        self.last.pop("other", None)
+        self.due.set()
 
     def send(self, message: Json) -> None:
         """Send a message before the next frame."""

@@ -5,16 +5,19 @@ from __future__ import annotations
 import json
 import pickle
 import tempfile
+from collections.abc import Callable
+from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import IO, Any
 
-from ...jobs.trust.launcher import PIPE, Helper, launch
+from ...jobs.trust.launcher import Helper, launch
 from ...runtime.loop.pace import wall_ns
 from ...traces.read.columns import Columns
 from .page import Page
 
-PATIENCE_NS = 20_000_000_000
-"""Time limit of a question."""
+PATIENCE_S, SHARE_PATIENCE_S = 20, 120
+"""Time limits of a question, and of a page to share."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,6 +27,10 @@ class _Open:
     page: Page
     number: object
     process: Helper
+    files: ExitStack
+    out: IO[bytes]  # what it prints: a file, since a pipe would fill up
+    err: IO[bytes]
+    patience_s: int
     until_ns: int
     command: str
 
@@ -41,15 +48,35 @@ class QuestionProcesses:
             more: the latest scans, which may not be written yet; the question is about the last one.
         """
         scan = more.scan[-1]
-        for each in [each for each in self._open if each.page is page]:
-            self._end(each, "another question was asked meanwhile")
         command = f"scanrack why {trace} {what} --at {scan} --trust"
         with tempfile.TemporaryFile() as given:  # not a pipe: this must not wait for the process
             pickle.dump(more, given)
             given.seek(0)
-            main = f"{__package__}.why_process:main"
-            process = launch(main, trace, what, scan, stdin=given, stdout=PIPE, stderr=PIPE)
-        self._open.append(_Open(page, number, process, wall_ns() + PATIENCE_NS, command))
+            begin = partial(launch, f"{__package__}.why_process:main", trace, what, scan, stdin=given)
+            self._begin(page, number, begin, PATIENCE_S, command)
+
+    def share(self, page: Page, number: object, trace: str, scan: int, *, trust: bool) -> None:
+        """Ask for the page of a recording with a scan shown first; it goes to the page.
+
+        Args:
+            trust: whether the program that came with the recording may run.
+        """
+        flag = " --trust" if trust else ""
+        begin = partial(launch, "scanrack.watch.share.share_process:main", trace, scan, flag.strip())
+        self._begin(page, number, begin, SHARE_PATIENCE_S, f"scanrack share {trace} --scan {scan}{flag}")
+
+    def _begin(
+        self, page: Page, number: object, begin: Callable[..., Helper], patience_s: int, command: str
+    ) -> None:
+        for each in [each for each in self._open if each.page is page]:
+            self._end(each, "another question was asked meanwhile")
+        with ExitStack() as files:
+            out, err = (files.enter_context(tempfile.TemporaryFile()) for _ in range(2))
+            process = begin(stdout=out, stderr=err)
+            until = wall_ns() + patience_s * 1_000_000_000
+            self._open.append(
+                _Open(page, number, process, files.pop_all(), out, err, patience_s, until, command)
+            )
 
     def tick(self) -> None:
         """Pass on the received answers."""
@@ -57,7 +84,7 @@ class QuestionProcesses:
             if each.process.poll() is not None:
                 self._finish(each)
             elif wall_ns() > each.until_ns:
-                self._end(each, f"the answer takes longer than {PATIENCE_NS // 10**9} s: {each.command}")
+                self._end(each, f"the answer takes longer than {each.patience_s} s: {each.command}")
 
     def close(self) -> None:
         """End all questions."""
@@ -65,7 +92,8 @@ class QuestionProcesses:
             self._end(each, "the session has ended")
 
     def _finish(self, question: _Open) -> None:
-        out, err = question.process.communicate()
+        with question.files:
+            out, err = map(_read, (question.out, question.err))
         self._open.remove(question)
         try:
             self._answer(question, json.loads(out))
@@ -75,10 +103,16 @@ class QuestionProcesses:
 
     def _end(self, question: _Open, reason: str) -> None:
         question.process.kill()
-        question.process.communicate()
+        question.process.wait()
+        question.files.close()
         self._open.remove(question)
         self._answer(question, {"refused": reason})
 
     def _answer(self, question: _Open, told: dict[str, Any]) -> None:
         ok = {} if "refused" in told else {"ok": True}
         question.page.send({"answer": {"id": question.number, **ok, **told}})
+
+
+def _read(file: IO[bytes]) -> bytes:
+    file.seek(0)
+    return file.read()

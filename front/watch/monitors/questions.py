@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from ...ladder.debug.inquiry import Inquiry
 from ...ladder.debug.links import ROOTS
+from ...traces.format.records import TraceError
 from ..history.catalog import COLUMNS
 from ..history.lanes import MOST_LANES
 from ..history.stretch import Stretch
 from ..history.strip import piece_of
 from ..history.timeline import columns_of
 from .chain_answer import chain_of, chain_of_fault
+from .comparison import Comparison, recordings_beside
 from .monitor import Monitor
 from .page import AtErrors, Page
 from .since import last_change
@@ -217,6 +220,62 @@ def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -
     monitor.elsewhere.why(page, said.get("id"), str(trace), tag, columns_of(rows))
 
 
+def share(monitor: Monitor, page: Page, said: Said) -> None:
+    """Make a page of the recording that any browser opens, with the scan of the page shown first."""
+    trace, row = monitor.subject.timeline.path, monitor.row_of(page)
+    if trace is None or row is None:
+        raise ValueError("there is no recording yet: --record writes one")
+    trusted = monitor.subject.programs.at(page.past).logic is not None
+    monitor.elsewhere.share(page, said.get("id"), str(trace), int(row["scan"]), trust=trusted)
+
+
+def recordings(monitor: Monitor, _page: Page, _said: Said) -> Json:
+    """List the recordings that a page may compare with."""
+    return {"recordings": recordings_beside(_record_of(monitor))}
+
+
+def compare(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Compare with another recording of the same folder from now on, or with none."""
+    name, record = said.get("with"), _record_of(monitor)
+    if name is None:
+        page.compare(None)
+        return {"with": None}
+    if monitor.opener is None or name not in recordings_beside(record):
+        raise ValueError(f"there is no recording {str(name)[:60]!r} beside this one")
+    try:
+        page.compare(Comparison(monitor, str(name), monitor.opener(record.parent / str(name))))
+    except (OSError, TraceError) as error:
+        raise ValueError(f"{name} can't be read: {error}") from error
+    return {"with": name}
+
+
+def difference(_monitor: Monitor, page: Page, said: Said) -> Json:
+    """Return the next scan, or the one before, in which other words differ than in the scan before it."""
+    scan, way = said.get("from"), said.get("way")
+    if type(scan) is not int or way not in (1, -1):
+        raise ValueError("from is the number of a scan, and way 1 or -1")
+    found, searched = _comparison(page).next_difference(scan, way)
+    return {"scan": found, "searched": searched}
+
+
+def beside(_monitor: Monitor, page: Page, said: Said) -> Json:
+    """Return the strip of past scans of the recording that is compared with, as far as available."""
+    first, last = _scans_in(said)
+    compared = _comparison(page)
+    rows, subject = compared.window(first, last), compared.other.subject
+    return {"strip": piece_of(rows, rows[:0], subject.signals, subject.spec.scan_ns, ENVELOPE_STEPS)}
+
+
+def _comparison(page: Page) -> Comparison:
+    if not isinstance(page.compared, Comparison):
+        raise ValueError("this page compares with no recording")
+    return page.compared
+
+
+def _record_of(monitor: Monitor) -> Path:
+    return Path(monitor.about.record or monitor.about.path)
+
+
 def xref(monitor: Monitor, page: Page, said: Said) -> Json:
     """List where a tag is read and written."""
     tag, catalog = _text(said, "tag"), _program(monitor, page).catalog
@@ -260,6 +319,11 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     "since": since,
     "xref": xref,
     "find": find,
+    "share": share,
+    "recordings": recordings,
+    "compare": compare,
+    "difference": difference,
+    "beside": beside,
 }
 """The questions by name; one that returns None is answered later."""
 

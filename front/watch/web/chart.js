@@ -5,6 +5,7 @@ import { colours } from "./pen.js";
 
 export const TOP = 8, AXIS = 20, CURVE = 64, NUMBER = 44, LANE = 17; // CSS pixels
 const THIN = 2; // a pulse narrower than that many pixels is drawn as a needle
+const ROUND = 8; // radius of a number of a cause, CSS pixels
 const LETTER = 6.7; // CSS pixels of a letter in a lane
 
 // How high a lane of a tag is: numbers are curves.
@@ -21,12 +22,12 @@ export function grid(to, x, left, from, end, high) {
 }
 
 // A position: the last one of a stretch is that of its last scan, and the way from there to the next one is even.
-export function curve(to, points, range, period, name, x, top, left) {
+export function curve(to, points, range, period, name, x, top, left, colour = colours.curve) {
   to.label(name, left - 8, top + CURVE / 2 + 4, colours.ink);
   if (!points.length) return;
   const y = scale(to, range, top, left, CURVE);
   to.inside(left, top, () => {
-    to.begin(colours.curve, 1.5);
+    to.begin(colour, 1.5);
     let before = null; // where the pen is; null: nowhere
     points.forEach(([time, least, most, last], place) => {
       if (least === null || place + 1 === points.length) { before = null; return; } // the point after those in view
@@ -44,6 +45,18 @@ export function curve(to, points, range, period, name, x, top, left) {
   });
 }
 
+// Causes as lines with their numbers; those of one place stand side by side.
+export function numbered(to, causes, x, high) {
+  let right = 0;
+  for (const { t } of causes) to.line(x(t), TOP, x(t), high - AXIS, colours.mark, 0.75);
+  for (const { t, number } of causes) {
+    const place = Math.max(x(t), right + ROUND + 1);
+    to.disc(place, ROUND, ROUND, colours.mark);
+    to.text(String(number), place, ROUND + 4, colours.panel, "center");
+    right = place + ROUND;
+  }
+}
+
 // Draws the ends of a scale; returns the place of a value.
 function scale(to, [low, high], top, left, tall) {
   to.small(count(high), left - 8, top + 9);
@@ -54,6 +67,13 @@ function scale(to, [low, high], top, left, tall) {
 export function lane(to, stretches, name, x, top, left, right) {
   to.label(name, left - 8, top + LANE - 5, colours.ink);
   to.inside(left, top, () => bars(to, stretches, x, top, left, right));
+}
+
+// The same bit of another recording, as a thin bar below.
+export function below(to, stretches, x, top, left) {
+  to.inside(left, top, () => {
+    for (const [from, end, on] of stretches) if (on) to.rect(x(from), top + LANE - 3, Math.max(x(end) - x(from), 1.5), 3, colours.mark);
+  });
 }
 
 // Nothing is drawn where the level is not known; half a bar is a stretch with edges that are too many to draw.

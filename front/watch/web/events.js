@@ -4,7 +4,7 @@ import { at, el, heading } from "./dom.js";
 import { clock } from "./format.js";
 import { stopBox } from "./faultmode.js";
 import { lookAt } from "./scrub.js";
-import { ask } from "./socket.js";
+import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 
 const MOST = 200; // rows that are kept

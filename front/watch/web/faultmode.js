@@ -5,7 +5,7 @@ import { button, el, setFlag, setText } from "./dom.js";
 import { clock } from "./format.js";
 import { keep, kept } from "./kept.js";
 import * as orders from "./orders.js";
-import { ask } from "./socket.js";
+import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 
 const OWN_MS = 2000; // an error so soon after what is pressed here is said only: the page goes on

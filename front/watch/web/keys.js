@@ -1,12 +1,15 @@
 // Keys for the whole page; they rest while something is typed or a control has a use for the key.
 
 import { button, el } from "./dom.js";
+import { toNext, toPrevious } from "./changes.js";
+import { toDifference } from "./compare.js";
+import { setCursor } from "./cursors.js";
 import { field } from "./find.js";
 import { isClicked } from "./pointer.js";
 import { toggleBreakpoint, moveRung } from "./program.js";
 import { moveBy } from "./scrub.js";
 import { step, toggle } from "./transport.js";
-import { select } from "./selection.js";
+import { select, selected } from "./selection.js";
 import { forceSelected } from "./tag.js";
 import { run } from "./state.js";
 
@@ -23,6 +26,11 @@ const KEYS = {
   ArrowRight: [() => moveBy(10), "→", "ten scans on"],
   ArrowUp: [() => moveRung(-1), "↑", "the rung above"],
   ArrowDown: [() => moveRung(1), "↓", "the rung below"],
+  p: [() => toPrevious(selected.tag), "p", "the previous change of the selected tag"],
+  n: [() => toNext(selected.tag), "n", "its next change"],
+  c: [setCursor, "c", "cursor A at the scan shown, then B, then none"],
+  d: [() => toDifference(1), "d", "the next difference from the recording compared with"],
+  D: [() => toDifference(-1), "D", "the previous difference"],
   f: [forceSelected, "f", "force the selected tag, or remove its force"],
   b: [toggleBreakpoint, "b", "breakpoint on the selected rung"],
   "/": [() => field.focus(), "/", "find"],

@@ -9,10 +9,13 @@ import { place } from "./values.js";
 
 const MANY = 60; // rungs; of so many only those in view are laid out
 
+let openRoutine = () => {};
 let rungs = new Map(); // Main.3 -> { row, elements, power, stop }
 
-export function buildRungs(routine, list) {
+// `open` shows a routine that a JSR calls.
+export function buildRungs(routine, list, open) {
   rungs = new Map();
+  openRoutine = open;
   return el("ol", { class: list.length > MANY ? "rungs many" : "rungs" }, ...list.map(rung => rowOf(`${routine}.${rung.number}`, rung)));
 }
 
@@ -33,10 +36,12 @@ function rowOf(ident, { number, svg, comment, file, line }) {
 }
 
 function prepare(group, number) {
-  group.setAttribute("role", "button");
+  group.setAttribute("role", isCall(group) ? "link" : "button");
   group.setAttribute("tabindex", number === 0 ? "0" : "-1");
   group.setAttribute("aria-label", group.querySelector("title").textContent);
 }
+
+const isCall = group => group.dataset.instruction === "JSR";
 
 const namesOf = group => group.dataset.names ? group.dataset.names.split("\n") : [];
 
@@ -44,6 +49,7 @@ function clicked(event, ident) {
   const group = event.target.closest(".instruction");
   if (event.target.closest(".stop")) return;
   if (!group) return select({ rung: ident });
+  if (isCall(group)) return openRoutine(group.dataset.tag);
   select({ tag: group.dataset.tag || null, element: group.dataset.element, rung: ident, names: namesOf(group) });
 }
 

@@ -3,12 +3,13 @@
 import { button } from "./dom.js";
 import { hush, tell } from "./notice.js";
 import { allowed, reload } from "./orders.js";
-import { connect } from "./socket.js";
+import { connect } from "./source.js";
 import { exchange, greet, handles, onHello, run, take } from "./state.js";
 import { forget } from "./values.js";
 
 onHello(forget); // before all parts: they name their places again
 
+await import("./layout.js");
 await import("./statebar.js");
 await import("./machine.js");
 await import("./strip.js");
@@ -16,6 +17,8 @@ await import("./program.js");
 await import("./words.js");
 await import("./tag.js");
 await import("./watchtable.js");
+await import("./causeband.js");
+await import("./compare.js");
 await import("./events.js");
 await import("./keys.js");
 const { erred, onFault } = await import("./faultmode.js");

@@ -2,7 +2,7 @@
 
 import { count } from "./format.js";
 import { tell } from "./notice.js";
-import { ask } from "./socket.js";
+import { ask } from "./source.js";
 import { run } from "./state.js";
 
 export async function order(what, fields = {}) {
@@ -43,6 +43,7 @@ export const unforce = tag => act("unforce", { tag });
 export const incident = (kind, fields) => byHand("incident", { kind, ...fields });
 export const branch = scan => order("branch", { scan });
 export const reload = restart => order("reload", { restart });
+export const share = () => order("share");
 export const look = scan => order("look", { scan });
 
 export const breakpoint = place =>

@@ -8,7 +8,7 @@ export const colours = { onChange(told) { dark.addEventListener("change", () => 
 
 function read() {
   const style = getComputedStyle(document.documentElement);
-  for (const name of ["ink", "soft", "grid", "edge", "curve", "bit", "mark"]) colours[name] = style.getPropertyValue(`--${name}`).trim();
+  for (const name of ["ink", "soft", "grid", "edge", "curve", "bit", "mark", "panel"]) colours[name] = style.getPropertyValue(`--${name}`).trim();
 }
 
 // Clears a canvas of a size in CSS pixels, and returns what draws on it.
@@ -60,10 +60,12 @@ class Pen {
     this.context.strokeRect(Math.round(x) + 0.5, Math.round(y) + 0.5, wide, high);
   }
 
-  dot(x, y, colour) {
+  dot(x, y, colour) { this.disc(x, y, 2.4, colour); }
+
+  disc(x, y, radius, colour) {
     this.context.fillStyle = colour;
     this.context.beginPath();
-    this.context.arc(x, y, 2.4, 0, 7);
+    this.context.arc(x, y, radius, 0, 7);
     this.context.fill();
   }
 

@@ -1,14 +1,16 @@
 // The program: its routines as tabs, rungs or text of the one that is chosen, what is selected in it.
 
+import { markCauses, onCauses } from "./causes.js";
 import { faultPlaces } from "./faultmode.js";
 import { editButton, editor } from "./editing.js";
 import { at, el, heading, setAttribute, setFlag, setText } from "./dom.js";
 import { buildRungs, moveTo, paintRungs } from "./ladder.js";
 import { link } from "./link.js";
+import { isTree, treeOf } from "./routines.js";
 import { buildSteps } from "./steps.js";
 import * as orders from "./orders.js";
 import { onSelect, select, selected } from "./selection.js";
-import { ask } from "./socket.js";
+import { ask } from "./source.js";
 import { tell } from "./notice.js";
 import { onPaint, onProgram, run } from "./state.js";
 import { buildText, paintText } from "./text.js";
@@ -25,10 +27,10 @@ const columnsNow = () => Math.max(LEAST, Math.min(MOST, Math.floor((sheet.client
 
 onProgram(hello => {
   const routines = hello.routines ?? [];
-  at("program").replaceChildren(heading("Program", tabs, editButton), editor, unknown, sheet);
-  tabs.replaceChildren(...routines.map(each => el("button", {
-    type: "button", role: "tab", "data-routine": each.name, "aria-selected": "false", click: () => open(each.name), keydown: tabKey,
-  }, each.name)));
+  const tree = routines.length > 1 && isTree(routines);
+  at("program").replaceChildren(heading("Program", tree ? null : tabs, editButton), editor, unknown, el("div", { class: "book" }, tree ? tabs : null, sheet));
+  setFlag(tabs, "data-tree", tree);
+  tabs.replaceChildren(...(tree ? treeOf(routines) : routines).map(tabOf));
   tabs.hidden = routines.length < 2;
   const before = routines.find(each => each.name === routine?.name);
   shownAt = "";
@@ -36,8 +38,17 @@ onProgram(hello => {
   else sheet.replaceChildren(el("p", { class: "soft" }, hello.lacks || "The program has no source to show: its images are below."));
 });
 
+function tabOf({ name, comment, depth = 0, callers = [] }) {
+  const hint = [comment, callers.length && `Called by ${callers.join(", ")}`].filter(Boolean).join("\n");
+  const tab = el("button", {
+    type: "button", role: "tab", "data-routine": name, "aria-selected": "false", title: hint || null, click: () => open(name), keydown: tabKey,
+  }, name);
+  tab.style.setProperty("--depth", depth);
+  return tab;
+}
+
 function tabKey(event) {
-  const move = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+  const move = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -1, ArrowDown: 1 }[event.key];
   if (!move) return;
   event.preventDefault();
   const all = [...tabs.children], next = all[(all.indexOf(event.target) + move + all.length) % all.length];
@@ -70,18 +81,28 @@ async function open(name) {
   drawnAt = wish;
   const focused = sheet.contains(document.activeElement) ? document.activeElement.dataset.element : undefined;
   unplace(sheet);
-  sheet.replaceChildren(answer.chart ? buildSteps(answer) : answer.rungs ? buildRungs(name, answer.rungs) : buildText(found, answer));
+  sheet.replaceChildren(answer.chart ? buildSteps(answer) : answer.rungs ? buildRungs(name, answer.rungs, call) : buildText(found, answer));
   sheet.dataset.kind = found.kind;
   paintRungs({ power: run.power, breakpoints: run.breakpoints });
   paintText({ power: run.power, tags: run.tags, lines: run.lines });
   mark(selected);
   markFaults();
+  markCauses(sheet);
   if (focused) sheet.querySelector(`[data-element="${CSS.escape(focused)}"]`)?.focus({ preventScroll: true });
   reveal();
 }
 
 // Whether the routine that was chosen is there, drawn for the width that it has.
 export const isDrawn = () => shownAt !== "" && drawnAt === shownAt && columnsNow() === columns;
+
+// Opens the routine that a JSR of the one shown names.
+function call(name) {
+  const program = /^\\[^.]+\./.exec(routine.name)?.[0] ?? "";
+  const found = run.hello.routines.find(each => [program + name, name].some(wanted => wanted.toUpperCase() === each.name.toUpperCase()));
+  if (!found) return tell(`There is no routine ${name}.`);
+  at("program").scrollTop = 0;
+  open(found.name);
+}
 
 const routineOf = rung => rung.slice(0, rung.lastIndexOf("."));
 
@@ -134,6 +155,8 @@ onPaint(changes => {
   paintRungs(changes);
   paintText(changes);
 });
+
+onCauses(() => markCauses(sheet));
 
 let settling = 0;
 new ResizeObserver(() => {

@@ -1,5 +1,6 @@
-// The state bar: the key, the transport, what the scans do, and the slider through the past.
+// The state bar: the key, the transport, what the scans do, and where it is recorded.
 
+import { compareButton } from "./compare.js";
 import { at, button, el, setAttribute, setFlag, setText } from "./dom.js";
 import { faultBar } from "./faultmode.js";
 import { findBox } from "./find.js";
@@ -8,12 +9,14 @@ import { incidentsButton } from "./incidents.js";
 import { helpButton } from "./keys.js";
 import { hush, tell } from "./notice.js";
 import * as orders from "./orders.js";
-import { scrubber } from "./scrub.js";
+import { shareButton } from "./share.js";
 import { onHello, onPaint, run } from "./state.js";
 import { transport } from "./transport.js";
 
 const MODES = { program: "Program", test: "Test", run: "Run" };
 const STATES = { live: ["●", "Live"], paused: ["❚❚", "Paused"], past: ["◀", "Past"], lost: ["✕", "Lost"] };
+
+const SLOW = 0.97; // of the speed wanted: lags behind
 
 const modes = Object.entries(MODES).map(([name, title]) =>
   button(title, () => orders.mode(name), { "data-mode-key": name, "aria-pressed": "false", title: `Turn the key to ${title}` }));
@@ -26,9 +29,10 @@ const figure = (title, kind, hint) => {
 const scan = figure("Scan", "long", "Number of the scan that is shown");
 const time = figure("Time", "long", "Machine time since power-up, min:s.ms");
 const reached = figure("Speed", "middle", "Speed reached over the last second");
-const late = figure("Late", "short", "Scans that came more than half a period late");
+const late = figure("Late", "short", "Scans that began more than 0.1 ms late; amber when the speed is not reached");
 const forces = figure("Forces", "tiny", "Nothing is forced");
 const stubs = figure("Stubs", "tiny", "Nothing stands in for what is not here");
+const allButton = button("Remove all forces", () => orders.unforce("all"), { hidden: true });
 const record = figure("Recording", "name", "The trace that is being written");
 
 const stateSign = el("span", { class: "sign", "aria-hidden": "true" });
@@ -49,10 +53,12 @@ function build(hello) {
   record.node.title = hello.record ? `Recording to ${hello.record}` : "Nothing is recorded";
   setFlag(document.documentElement, "data-read-only", !orders.allowed());
   for (const each of modes) each.disabled = !orders.allowed();
+  for (const each of [key, reached.node, late.node]) each.hidden = orders.recorded(); // of a rack that runs
+  setFlag(document.documentElement, "data-recorded", orders.recorded());
   at("bar").replaceChildren(
-    el("div", { class: "row" }, rack, state, key, transport(), el("span", { class: "gap" }),
-      findBox(), incidentsButton(), helpButton()),
-    el("div", { class: "row readings" }, scan.node, time.node, reached.node, late.node, forces.node, stubs.node, record.node, scrubber()),
+    el("div", { class: "row" }, rack, state, key, transport()),
+    el("div", { class: "row readings" }, scan.node, time.node, reached.node, late.node, forces.node, allButton, stubs.node, record.node),
+    el("div", { class: "row seek" }, findBox(), incidentsButton(), compareButton(), shareButton(), helpButton()),
     faultBar);
   paintForces([]);
   paintMode();
@@ -67,7 +73,7 @@ function paint(changes) {
   setText(scan.value, count(run.scan ?? 0));
   setText(time.value, clock(run.t ?? 0));
   setText(late.value, count(run.late ?? 0));
-  setFlag(late.node, "data-warning", run.late > 0);
+  setFlag(late.node, "data-warning", run.late > 0 && run.state === "live" && run.speed?.reached < SLOW * run.speed?.wanted);
   if (changes.forced) paintForces(Object.keys(changes.forced));
   if (changes.speed) paintSpeed(changes.speed);
   if (changes.record !== undefined) setText(record.value, fileOf(changes.record) || "off");
@@ -79,6 +85,8 @@ function paint(changes) {
 function paintForces(names) {
   setText(forces.value, count(names.length));
   setFlag(forces.node, "data-warning", names.length > 0);
+  allButton.hidden = !names.length || !orders.allowed();
+  setText(allButton, `Remove ${names.length} force${names.length === 1 ? "" : "s"}`);
   forces.node.title = names.length ? `Forced: ${names.join(", ")}` : "Nothing is forced";
 }
 

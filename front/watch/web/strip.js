@@ -1,14 +1,16 @@
 // The timing strip: positions as an envelope, bits and tags by their edges. A pulse of one scan is seen at any zoom.
 
-import { marks, onMarks } from "./chain.js";
-import { AXIS, CURVE, LANE, TOP, curve, grid, highOf, lane, said, tagLane } from "./chart.js";
+import { causes, onCauses } from "./causes.js";
+import { besideLanes, onBeside } from "./besidelanes.js";
+import { AXIS, CURVE, LANE, TOP, below, curve, grid, highOf, lane, numbered, said, tagLane } from "./chart.js";
+import { cursorButton, cursorLayer, moveCursors } from "./cursors.js";
 import { at, button, el, heading, setText } from "./dom.js";
 import { clock, count } from "./format.js";
 import { keep, kept } from "./kept.js";
 import { Lanes, missing, range, stretches, valueOf } from "./lanes.js";
 import { pen, colours } from "./pen.js";
-import { lookAt } from "./scrub.js";
-import { ask } from "./socket.js";
+import { lookAt, scrubber } from "./scrub.js";
+import { ask } from "./source.js";
 import { onFrame, onHello, onPaint, run } from "./state.js";
 import { beginTags, fill, forgetAsked, pointsOf, rangeOf, stretchesOf, tagNames, takeTags, toggleTag } from "./taglanes.js";
 import { watchedTags } from "./watchtable.js";
@@ -41,8 +43,8 @@ onHello(hello => {
   chosen = kept(key, {});
   signal.replaceChildren();
   at("strip").replaceChildren(
-    heading("Timing", el("span", { class: "tools" }, button("Zoom out", () => zoom(1), { text: "−", class: "sign" }), spanText, button("Zoom in", () => zoom(-1), { text: "+", class: "sign" }))),
-    canvas, el("div", { class: "line" }, choice, details));
+    heading("Timing", scrubber(), el("span", { class: "tools" }, cursorButton, button("Zoom out", () => zoom(1), { text: "−", class: "sign" }), spanText, button("Zoom in", () => zoom(-1), { text: "+", class: "sign" }))),
+    el("div", { class: "over" }, canvas, cursorLayer), el("div", { class: "line" }, choice, details));
   beginTags(hello, changed);
   zoom(0);
 });
@@ -143,11 +145,13 @@ function draw() {
   const high = TOP + axes.length * CURVE + tags.reduce((sum, tag) => sum + highOf(tag.points), 0) + bitsHigh + AXIS;
   if (!wide) return;
   const to = pen(canvas, wide, high), left = leftOf(wide), [from, end] = view();
-  const x = time => left + (time - from) / (end - from) * (wide - left - 8);
+  const axis = axisOf(wide), x = axis.x;
   grid(to, x, left, from, end, high);
   let top = TOP;
+  const other = run.state === "past" ? besideLanes(...viewed()) : null;
   for (const name of axes) {
-    const scale = range(live.curves.get(name) ?? [], past.curves.get(name) ?? []); // one that rests
+    const scale = range(live.curves.get(name) ?? [], past.curves.get(name) ?? [], other?.curves.get(name) ?? []); // one that rests
+    if (other) curve(to, other.points(name, from, end), scale, run.hello.period_ns, "", x, top, left, colours.mark);
     curve(to, shown.points(name, from, end), scale, run.hello.period_ns, name, x, top, left);
     top += CURVE;
   }
@@ -157,18 +161,33 @@ function draw() {
   }
   for (const name of names) {
     lane(to, stretches(shown.bits.get(name) ?? [], from, end), name, x, top, left, x(end));
+    if (other) below(to, stretches(other.bits.get(name) ?? [], from, end), x, top, left);
     top += LANE;
   }
   if (!names.length && !tags.length && !axes.length) to.text("No bit has changed yet.", left, TOP + 2 * LANE, colours.soft);
-  for (const time of marks) if (time >= from && time <= end) to.line(x(time), TOP, x(time), high - AXIS, colours.mark, 0.75);
+  numbered(to, causes.filter(({ t }) => t >= from && t <= end), x, high);
   const now = x(run.t ?? 0);
   to.line(now, 0, now, high - AXIS, run.state === "past" ? colours.mark : colours.edge, run.state === "past" ? 1.5 : 1);
+  moveCursors(axis, nearestEdge);
+}
+
+// Where times are in a strip of that width: between the names and its right end, CSS pixels.
+function axisOf(wide) {
+  const left = leftOf(wide), right = wide - 8, [from, end] = view();
+  const x = time => left + (time - from) / (end - from) * (right - left), time = place => from + (place - left) / (right - left) * (end - from);
+  return { from, end, left, right, x, time };
+}
+
+// The time of the edge of a lane that is nearest to a time, or null if none is within reach.
+function nearestEdge(time, within) {
+  const lists = [...drawn().map(name => lanes().bits.get(name) ?? []), ...tagNames().map(pointsOf)];
+  const times = lists.flatMap(points => points.filter(isEdge).map(([t]) => t)).filter(t => Math.abs(t - time) <= within);
+  return times.length ? times.reduce((best, t) => (Math.abs(t - time) < Math.abs(best - time) ? t : best)) : null;
 }
 
 // Where a bit is drawn: its top and left, CSS pixels, and the time of a place, ns.
 export function placeOf(bit) {
-  const wide = canvas.clientWidth, left = leftOf(wide), [from, end] = view(), tags = tagNames().reduce((sum, name) => sum + highOf(pointsOf(name)), 0);
-  const time = x => from + (x - left) / (wide - left - 8) * (end - from);
+  const { left, time } = axisOf(canvas.clientWidth), tags = tagNames().reduce((sum, name) => sum + highOf(pointsOf(name)), 0);
   return { top: TOP + axes.length * CURVE + tags + drawn().indexOf(bit) * LANE, left, time };
 }
 
@@ -202,8 +221,8 @@ function edgeOf(point) {
 }
 
 function clicked(event) {
-  const left = leftOf(canvas.clientWidth), share = (event.offsetX - left) / (canvas.clientWidth - left - 8), [from, end] = view();
-  if (share >= 0 && share <= 1) lookAt((from + share * (end - from)) / run.hello.period_ns);
+  const { left, right, time } = axisOf(canvas.clientWidth);
+  if (event.offsetX >= left && event.offsetX <= right) lookAt(time(event.offsetX) / run.hello.period_ns);
 }
 
 function wheeled(event) {
@@ -218,5 +237,6 @@ function keyed(event) {
 }
 
 new ResizeObserver(() => { if (run.hello) draw(); }).observe(canvas);
-onMarks(() => { if (run.hello) draw(); });
+onCauses(() => { if (run.hello) draw(); });
+onBeside(() => { if (run.hello) draw(); });
 colours.onChange(() => { if (run.hello) draw(); });

@@ -1,6 +1,7 @@
 // The selected tag: its value, writing and forcing it, and why it is as it is.
 
 import { chainOf, clearChain } from "./chain.js";
+import { toNext, toPrevious } from "./changes.js";
 import { at, button, el, heading, setFlag, setText } from "./dom.js";
 import { clock, count, parsed, plain, shown } from "./format.js";
 import { tell } from "./notice.js";
@@ -8,7 +9,7 @@ import * as orders from "./orders.js";
 import { showRung } from "./program.js";
 import { lookAt } from "./scrub.js";
 import { onSelect, select, selected } from "./selection.js";
-import { ask } from "./socket.js";
+import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 import { tagNames, toggleTag } from "./taglanes.js";
 import { place, unplace, valueOf } from "./values.js";
@@ -30,22 +31,22 @@ const whyButton = button("Why", why, { title: "Why the tag is as it is" });
 const usesButton = button("Uses", uses, { title: "Where the tag is read and written" });
 const watchButton = button("Watch", () => addToWatch(selected.tag), { title: "Into the watch table" });
 const stripButton = button("Strip", () => { toggleTag(selected.tag); paintForced(); }, { title: "Into the timing strip, or out of it", "aria-pressed": "false" });
-const allButton = button("Remove all forces", () => orders.unforce("all"));
-const closeButton = button("Deselect", () => select({}), { text: "✕", title: "Select nothing (Esc)", class: "sign", hidden: true });
+const closeButton = button("Deselect", () => select({}), { text: "✕", title: "Select nothing (Esc)", class: "sign" });
+const previousButton = button("Previous change", () => toPrevious(selected.tag), { text: "◀", title: "Look at its previous change (p)", class: "sign" });
+const nextButton = button("Next change", () => toNext(selected.tag), { text: "▶", title: "Look at its next change (n)", class: "sign" });
 const parts = el("div", { class: "parts" });
 const since = el("p", { class: "since" });
 const answer = el("div", { class: "answer", "aria-live": "polite" });
 let sinceOf = "", asking = false; // what was asked since when
 let answered = null; // the tag of the answer
-const empty = el("p", { class: "soft" }, "Click a contact, a coil, a box or a tag.");
-const card = el("div", { class: "tag" }, el("div", { class: "line" }, name, type), says, parts, since,
+const card = el("div", { class: "tag" }, el("div", { class: "line" }, name, type, el("span", { class: "ways" }, previousButton, nextButton)), says, parts, since,
   el("div", { class: "line write" }, entry, writeButton, forceButton, unforceButton),
   el("div", { class: "line" }, whyButton, usesButton, watchButton, stripButton, breakButton), answer);
 
 const declared = tag => run.hello?.tags?.find(each => each.name.toUpperCase() === tag.toUpperCase());
 
 onHello(() => {
-  at("tag").replaceChildren(heading("Tag", el("span", { class: "tools" }, allButton, closeButton)), selected.tag ? card : empty);
+  at("tag").replaceChildren(heading("Tag", closeButton), card);
   setFlag(at("tag"), "data-selected", Boolean(selected.tag));
   if (selected.tag) show(selected);
 });
@@ -53,9 +54,7 @@ onHello(() => {
 onSelect(show);
 
 function show({ tag, names }) {
-  at("tag").lastChild.replaceWith(tag ? card : empty);
   setFlag(at("tag"), "data-selected", Boolean(tag));
-  closeButton.hidden = !tag;
   if (!tag) return;
   const known = declared(tag) ?? {};
   setText(name, tag);
@@ -73,6 +72,7 @@ function show({ tag, names }) {
   setText(since, "");
   sinceOf = "";
   askSince();
+  at("tag").scrollIntoView({ block: "nearest" });
 }
 
 // Since when the tag has its value: asked again when that changes, or another scan of the past is shown.
@@ -200,15 +200,13 @@ function paintForced() {
   const forced = selected.tag && selected.tag in run.forced;
   setFlag(card, "data-forced", forced);
   unforceButton.disabled = !forced || !orders.allowed();
-  const many = Object.keys(run.forced).length;
-  setFlag(allButton, "hidden", !many);
-  setText(allButton, `Remove ${many} force${many === 1 ? "" : "s"}`);
   const stops = run.breakpoints.includes(selected.tag);
   breakButton.setAttribute("aria-pressed", String(stops));
   stripButton.setAttribute("aria-pressed", String(tagNames().includes(selected.tag)));
 }
 
 onPaint(changes => {
+  nextButton.disabled = run.state !== "past";
   if (changes.forced || changes.breakpoints) paintForced();
   if (selected.tag && (changes.tags || changes.words || changes.scan !== undefined)) askSince();
 });

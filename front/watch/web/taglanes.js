@@ -3,7 +3,7 @@
 import { forgetFar, join, missing, put, range, stretches } from "./lanes.js";
 import { keep, kept } from "./kept.js";
 import { tell } from "./notice.js";
-import { ask } from "./socket.js";
+import { ask } from "./source.js";
 import { run } from "./state.js";
 
 export const MOST = 16;

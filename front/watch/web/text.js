@@ -1,6 +1,6 @@
 // Structured text with values beside its lines; Python with the line that runs and the variables that are recorded.
 
-import { el, setAttribute, setText } from "./dom.js";
+import { at as partOf, el, setAttribute, setText } from "./dom.js";
 import { clock, shown } from "./format.js";
 import { select } from "./selection.js";
 import { run } from "./state.js";
@@ -9,11 +9,13 @@ import { place } from "./values.js";
 let lines = new Map(); // Main.12 -> its rows: of structured text there may be several
 let routine = ""; // its name
 let variables = null, chips = new Set(); // place of the values of a program in Python, and their names
+let followed = null; // the row of the line that was brought into view
 let waits = null; // where it is said at which line each sequence waits
 
 export function buildText({ name, kind }, { text = [], names = [] }) {
   lines = new Map();
   routine = name;
+  followed = null;
   waits = kind === "python" ? el("ul", { class: "waits", "aria-label": "Sequences" }) : null;
   const code = el("ol", { class: "code" }, ...text.map(rowOf));
   variables = waits && el("div", { class: "variables", role: "group", "aria-label": "Variables" });
@@ -30,8 +32,19 @@ function addChips(names) {
   for (const name of more) chips.add(name);
 }
 
-function rowOf({ number, text, names = [] }) {
-  const parts = [el("span", { class: "number" }, number ? String(number) : ""), el("code", {}, text), el("span", { class: "beside" }, ...names.map(chip))];
+// The text of a line, its spans marked with their kinds.
+function pieces(text, spans) {
+  const found = [];
+  let done = 0;
+  for (const [from, to, kind] of spans) {
+    found.push(text.slice(done, from), el("span", { "data-kind": kind }, text.slice(from, to)));
+    done = to;
+  }
+  return [...found, text.slice(done)];
+}
+
+function rowOf({ number, text, names = [], spans = [] }) {
+  const parts = [el("span", { class: "number" }, number ? String(number) : ""), el("code", {}, ...pieces(text, spans)), el("span", { class: "beside" }, ...names.map(chip))];
   if (!number) return el("li", { class: "code-line" }, ...parts); // nothing runs there
   const ident = `${routine}.${number}`;
   const row = el("li", { class: "code-line", "data-element": `${ident}.0`, "data-at": ident, "data-power": "0", click: () => select({ rung: ident, tag: names[0] ?? null, names }) }, ...parts);
@@ -62,6 +75,19 @@ function paintRunning() {
   while (waits.children.length < here.length) waits.append(el("li", {}, el("button", { type: "button", class: "plain", click: jump }), el("code")));
   while (waits.children.length > here.length) waits.lastChild.remove();
   here.forEach(([name, at], place) => paintWait(waits.children[place], name, at));
+  follow(lines.get(`${routine}.${here.find(([, at]) => isHere(at))?.[1].line}`)?.[0]);
+}
+
+// Brings the line at which the first sequence waits into view, unless the reader has gone elsewhere.
+function follow(row) {
+  if (!row || row === followed || !matchMedia("(min-width: 1000px)").matches) return; // a narrow page scrolls as a whole
+  if (!followed || isSeen(followed)) row.scrollIntoView({ block: "center" });
+  followed = row;
+}
+
+function isSeen(row) {
+  const { top, bottom } = partOf("program").getBoundingClientRect(), place = row.getBoundingClientRect();
+  return place.bottom > top && place.top < bottom;
 }
 
 // Whether a line is in the file that is shown: a program may import its sequences.

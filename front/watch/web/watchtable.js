@@ -3,7 +3,7 @@
 import { at, button, el, heading, setFlag } from "./dom.js";
 import { RADIXES, inRadix } from "./format.js";
 import { keep, kept } from "./kept.js";
-import { ask } from "./socket.js";
+import { ask } from "./source.js";
 import { select, selected } from "./selection.js";
 import { onProgram, run } from "./state.js";
 import { again, place, unplace } from "./values.js";

@@ -6,7 +6,6 @@ import { select } from "./selection.js";
 import { onHello, onPaint, run } from "./state.js";
 import { give, place, valueOf } from "./values.js";
 
-let rules = null; // place of the rules: at the foot, so that they move nothing
 let slots = new Map(); // number -> { bits, words, values }
 
 // What a bit is called for scripts: by meaning, or else by address.
@@ -16,8 +15,7 @@ const nameOfWord = (slot, output, word) => `Local:${slot.number}:${output ? "O" 
 
 function build(hello) {
   slots = new Map(hello.slots.map(slot => [String(slot.number), slot]));
-  rules = el("div", { class: "rules", role: "status", "aria-label": "Rules that have set error bits", hidden: true });
-  at("words").replaceChildren(heading("Words and bits"), ...hello.slots.map(slotOf), rules);
+  at("words").replaceChildren(heading("Words and bits"), ...hello.slots.map(slotOf));
 }
 
 function slotOf(slot) {
@@ -91,6 +89,7 @@ function paintSlot(slot, words) {
 
 // Shows the rules that have set the bits that are on.
 function paintRules() {
+  const rules = at("rules"); // over the lists, so that they move nothing
   const fired = (run.rules ?? []).filter(rule => valueOf(`${rule.slot}.${rule.bit}`)), many = run.hello.slots.length > 1;
   const said = new Set(fired.map(rule => `⚠ ${many ? `${rule.slot}: ` : ""}${rule.bit}: ${rule.text} [${[rule.rule, rule.section].filter(Boolean).join(", ")}]`));
   setFlag(rules, "hidden", !said.size);

@@ -18,7 +18,7 @@ from ...model.spec import InstructionKind, Spec, Use, action, always, condition
 from ...model.tree import Operand
 from ...model.types import REAL
 from ...state.lowered import OperandResolver
-from .. import bits, compare, control, files, move, shifts
+from .. import assertion, bits, compare, control, files, move, shifts
 from . import files as words
 from . import messages, numbers, timing
 
@@ -197,6 +197,7 @@ _ROWS: tuple[Spec, ...] = (
     action("UIE", *_shown(1), optional=1, run=_nothing),
     action("UIF", *_shown(1), optional=1, run=_nothing),
     messages.MSG,
+    assertion.ASSERT,
 )
 
 SLC_SPECS: Mapping[str, Spec] = {each.name: each for each in _ROWS}

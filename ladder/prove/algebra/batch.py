@@ -7,6 +7,7 @@ arrays of numpy; wider ones are Python's numbers in arrays of objects.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -77,7 +78,7 @@ def dtype_of(t: T) -> Any:
 
 def _function(t: T) -> Callable[..., Array]:
     if is_wide(t) or any(map(is_wide, t.args)):
-        return _each(t)
+        return _wide(t)
     if t.op in _PLAIN:
         return _PLAIN[t.op]
     if t.op == "bit":
@@ -86,7 +87,7 @@ def _function(t: T) -> Callable[..., Array]:
     if t.op == "shr":
         return lambda a: a >> min(t.val, 62)
     if t.op == "wrap":
-        return lambda a: _wrapped(a, t.val)
+        return partial(_wrapped, bits=t.val)
     if t.op == "setbit":
         number, bits = t.val
         return lambda a, truth: _wrapped(a & ~(1 << number) | truth.astype(np.int64) << number, bits)
@@ -94,6 +95,24 @@ def _function(t: T) -> Callable[..., Array]:
         kind = dtype_of(t)
         return lambda a: a.astype(np.float64).astype(kind)
     return _each(t)
+
+
+def _wide(t: T) -> Callable[..., Array]:
+    """Compute with Python's numbers."""
+    function: Callable[..., Array]
+    if t.op == "wrap":
+        function = partial(_wrapped, bits=t.val)
+    elif t.op in _WIDE:
+        function = _PLAIN[t.op]
+    else:
+        return _each(t)
+    kind = dtype_of(t)
+
+    def computed(*operands: Array) -> Array:
+        numbers = [each if each.dtype == np.bool_ else each.astype(object) for each in operands]
+        return function(*numbers).astype(kind)
+
+    return computed
 
 
 def _wrapped(a: Array, bits: int) -> Array:
@@ -140,3 +159,6 @@ _PLAIN: dict[str, Callable[..., Array]] = {
     "fnan": np.isnan,
     "ffin": np.isfinite,
 }
+
+_WIDE = frozenset({"ite", "add", "sub", "mul", "band", "bor", "bxor", "eq", "lt"})
+"""Operations of `_PLAIN` that numpy does on Python's numbers too."""

@@ -32,6 +32,9 @@ BUDGET = 30_000
 SCANS, FEWEST_SCANS, RESTART = 300, 30, 15
 """Random scans of each run of the relation: most, least, until it starts again."""
 
+QUIET = 60
+"""Random scans that made no further truth true, after which the solver is asked about the others."""
+
 MOST_COMPUTED = 1_000_000
 """Terms that all random scans compute; of a large program at least `FEWEST_SCANS`."""
 
@@ -237,12 +240,14 @@ def _possible(system: System, truths: Sequence[T]) -> set[T]:
 
 def _seen(runs: Runs, count: int) -> list[bool]:
     """Return which of the watched truths some run has made true."""
-    seen = [False] * count
+    seen, since = [False] * count, 0
     for number in range(max(FEWEST_SCANS, min(SCANS, MOST_COMPUTED // (runs.size + 1)))):
-        if all(seen):
+        if all(seen) or since == QUIET:
             break
         if number and number % RESTART == 0:
             runs.restart()
         watched, kept = runs.scan()
-        seen = [before or bool((truths & kept).any()) for before, truths in zip(seen, watched, strict=True)]
+        before = sum(seen)
+        seen = [truth or bool((now & kept).any()) for truth, now in zip(seen, watched, strict=True)]
+        since = since + 1 if sum(seen) == before else 0
     return seen

@@ -67,6 +67,11 @@ class TermFaults:
         """End this path."""
         raise PathFault
 
+    def check(self, _site: int, holds: object, _values: object) -> None:
+        """End this path where the condition of an ASSERT is false."""
+        if not holds:
+            raise PathFault
+
     subscript = negative_timer = negative_control = major
 
     def jumped_back(self, _site: int, _times: int = 1) -> None:

@@ -94,7 +94,8 @@ class Runs:
         if v.kind != INT:
             return np.array([self._real() for _ in range(LANES)], dtype_of(v))
         if is_wide(v):
-            return np.array([self._rng.randint(v.lo, v.hi) for _ in range(LANES)], object)
+            low = max(v.lo, min(-(1 << 63), v.hi + 1 - (1 << 64)))  # 64 bits are enough of a wider one
+            return self._raw().astype(object) % (v.hi - low + 1) + low
         return self._numbers(name, v, before)
 
     def _truths(self, name: str) -> int:
@@ -114,14 +115,17 @@ class Runs:
             found = words[self._draws() % len(words)]
         else:
             found = np.clip(_NEAR[self._draws() % len(_NEAR)], v.lo, v.hi)
-        raw = np.frombuffer(self._rng.randbytes(8 * LANES), np.uint64)
-        anything = (raw % np.uint64(v.hi - v.lo + 1)).astype(np.int64) + v.lo
+        anything = (self._raw() % np.uint64(v.hi - v.lo + 1)).astype(np.int64) + v.lo
         found = np.where(self._draws() < 50, anything, found)
         if before is not None:
             turned = before ^ (1 << self._draws() % max(1, (v.hi - v.lo).bit_length()))
             fits = (self._draws() < 80) & (v.lo <= turned) & (turned <= v.hi)
             found = np.where(fits, turned, found)
         return found
+
+    def _raw(self) -> Array:
+        """Return numbers of 64 bits."""
+        return np.frombuffer(self._rng.randbytes(8 * LANES), np.uint64)
 
     def _draws(self) -> Array:
         """Return numbers from 0 to 255."""

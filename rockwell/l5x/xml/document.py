@@ -338,6 +338,7 @@ class _L5xReader:
             remote,
             rpi,
             forced + [each for each in data if each.shows_forces],
+            get("ExternalAccess", ""),
         )
 
     # --- logic

@@ -70,6 +70,7 @@ class TagRecord:
     remote: str = ""  # of a consumed tag: the producer's tag
     rpi: str = ""  # of a consumed tag: its interval, ms
     forced: list[Data] = field(default_factory=list)  # elements with its forces, until `L5xDocument.release`
+    access: str = ""  # `Read/Write`, `Read Only`, `None` or ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from ....io_images.pmc006.instructions import BY_NAME, PARAMETERS, ParameterStorage
 from ....io_images.pmc006.program import UserInstruction
 
@@ -25,6 +27,25 @@ class Memory:
         self._values[name] = value
         if BY_NAME[name].keeping is ParameterStorage.EEPROM:
             self._eeprom[name] = value
+
+    @property
+    def kept(self) -> dict[str, int]:
+        """The parameters in the EEPROM."""
+        return dict(self._eeprom)
+
+    def restore(self, kept: Mapping[str, int]) -> None:
+        """Put parameters into the EEPROM, in force from the next power-up on.
+
+        Raises:
+            ValueError: a parameter that is not in the EEPROM, or a value that it can't have.
+        """
+        for name, value in kept.items():
+            if name not in self._eeprom:
+                raise ValueError(f"{name} is no parameter of the EEPROM; allowed: {', '.join(self._eeprom)}")
+            row = BY_NAME[name]
+            if not (row.allows(value) or value == row.default):
+                raise ValueError(f"{name} {value}: allowed is {row.allowed}")
+        self._eeprom |= kept
 
     def save(self) -> None:
         """Save all parameters that can be kept: instruction t."""

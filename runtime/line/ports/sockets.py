@@ -6,7 +6,9 @@ import selectors
 import socket
 from collections.abc import Iterator
 
+from ...loop.pace import wall_ns
 from ..hosts import join_address
+from .places import make_place
 from .port import PortError
 
 CHUNK = 4096
@@ -17,6 +19,7 @@ class Listener:
 
     Attributes:
         name: host:port, as chosen by the system for 0.
+        connections: the clients, each with the wall time at which it was heard last; see `places`.
 
     Args:
         port: the port, 0 = any that is free.
@@ -33,7 +36,7 @@ class Listener:
             raise PortError(f"{join_address(host, port)} can't be listened at: {error}") from error
         self._socket.setblocking(False)
         self.name = join_address(host, self._socket.getsockname()[1])
-        self.connections: list[socket.socket] = []
+        self.connections: dict[socket.socket, int] = {}
         self._selector = selectors.DefaultSelector()
         self._selector.register(self._socket, selectors.EVENT_READ)
 
@@ -41,8 +44,10 @@ class Listener:
         """Accept new connections; yield received data of the others, b"" for one that has ended."""
         for key, _ in self._selector.select(seconds):
             if key.fileobj is self._socket:
-                self._accept()
-            elif isinstance(key.fileobj, socket.socket):
+                gone = self._accept()
+                if gone is not None:
+                    yield gone, b""
+            elif isinstance(key.fileobj, socket.socket) and key.fileobj in self.connections:
                 yield key.fileobj, self._read(key.fileobj)
 
     def send(self, connection: socket.socket, data: bytes) -> bool:
@@ -58,7 +63,7 @@ class Listener:
     def drop(self, connection: socket.socket) -> None:
         """End a connection, if it has not ended yet."""
         if connection in self.connections:
-            self.connections.remove(connection)
+            del self.connections[connection]
             self._selector.unregister(connection)
             connection.close()
 
@@ -69,21 +74,31 @@ class Listener:
         self._selector.close()
         self._socket.close()
 
-    def _accept(self) -> None:
+    def _accept(self) -> socket.socket | None:
+        """Accept a client if there is a place; return the one that has given way."""
         try:
             connection, _ = self._socket.accept()
         except OSError:  # closed before it was accepted
-            return
+            return None
+        gone, has_place = make_place(self.connections, wall_ns())
+        if gone is not None:
+            self.drop(gone)
+        if not has_place:
+            connection.close()
+            return None
         connection.setblocking(False)
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self.connections.append(connection)
+        self.connections[connection] = wall_ns()
         self._selector.register(connection, selectors.EVENT_READ)
+        return gone
 
     def _read(self, connection: socket.socket) -> bytes:
         try:
             data = connection.recv(CHUNK)
         except OSError:
             data = b""
-        if not data:
+        if data:
+            self.connections[connection] = wall_ns()
+        else:
             self.drop(connection)
         return data

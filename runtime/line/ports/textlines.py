@@ -33,7 +33,7 @@ class TextLinePort:
                 self._serve(connection, self._pending.get(connection, b"") + data, answer)
             else:
                 self._end(connection)
-        for connection in self._listener.connections[MOST_CLIENTS:]:
+        for connection in list(self._listener.connections)[MOST_CLIENTS:]:
             self._end(connection)
 
     def close(self) -> None:

@@ -48,12 +48,14 @@ class Plant(ABC):
     """A controller, its line and its machine.
 
     Raises:
-        ValueError: the machine slips or jams, which is simulated with the 3601 only.
+        ValueError: the machine slips, jams or has a master encoder, which is simulated with the 3601 only.
     """
 
     def __init__(self, machine: Machine, device: ControllerDevice) -> None:
         if machine.spec.slips or machine.spec.jams:
             raise SettingError("machine", "machine: slips and jams are simulated with module amci3601 only")
+        if machine.spec.turns or machine.spec.master_speed:
+            raise SettingError("machine", "machine: a master encoder is simulated with module amci3601 only")
         self.machine = machine  # driven by the controller; its shaft follows every step
         self.device = device
         self.line = SimulatedLine(device)
@@ -65,6 +67,11 @@ class Plant(ABC):
         self.wire(0)
 
     # -- implemented for each controller -------------------------------------------------------
+
+    @property
+    @abstractmethod
+    def pins(self) -> frozenset[str]:
+        """The names of the pins that are wired."""
 
     @property
     def feedback(self) -> int:

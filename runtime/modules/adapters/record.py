@@ -44,6 +44,7 @@ def adapter_record(
         live=LivePort(opened=opened, factory_address=factory_address, highest_address=highest_address),
         traits=frozenset({Trait.MACHINE, Trait.LINE}),
         capabilities=lambda: "\n".join(_refusals(kind())) + "\n",
+        option_table=lambda: kind().options,
         round_trip_ms=ROUND_TRIP_MS,
     )
 

@@ -100,10 +100,12 @@ class CommandLayer(Host):
             self.operation.on_tick(now_ns, self.state.command)
         self.settle(now_ns)
 
-    def wants_counts(self, *, turning: bool) -> bool:
-        """Return whether `counted` is required at the end of the scan that begins now."""
+    def counts_from_ns(self, now_ns: int, turns_ns: int | None) -> int | None:
+        """Return the instant from which on `counted` is required, see `Operation.counts_from_ns`."""
         operation = self.operation
-        return operation is not None and not operation.over and operation.wants_counts(turning=turning)
+        if operation is None or operation.over:
+            return None
+        return operation.counts_from_ns(now_ns, turns_ns)
 
     def counted(self, now_ns: int) -> None:
         """Process the counts of a scan at its end; words and inputs are those of its begin."""
@@ -202,6 +204,10 @@ class CommandLayer(Host):
         if refusal is not None:
             self.refuse(now_ns, refusal)
         return refusal is not None
+
+    @override
+    def noticed(self, command: CommandWords, faults: list[BrokenRule]) -> list[BrokenRule]:
+        return faults
 
     @override
     def refuse(self, now_ns: int, refusal: Refusal) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ....io_images.amci3601 import Configuration, StatusMsw, check
 from ....io_images.image import Image
 from .command_words import CommandWords
-from .latches import CONFIG_ERROR, MODULE_OK, POSITION_INVALID, STOPPED
+from .latches import CONFIG_ERROR, MODULE_OK, POSITION_INVALID, STOPPED, BrokenRule
 from .operation import Host
 
 STATUS_BELOW_LIVE_BITS = StatusMsw.CONFIG_ERROR.value - 1
@@ -38,10 +38,13 @@ def _axis_free(host: Host, now_ns: int, previous: CommandWords) -> bool:
 
 def _validate(host: Host, now_ns: int, command: CommandWords) -> None:
     """Accept or reject the words, after every change (reading A-08)."""
-    state, broken = host.state, check(command.words, host.firmware)
+    state = host.state
+    broken = host.noticed(
+        command, [BrokenRule(rule, alone=True) for rule in check(command.words, host.firmware)]
+    )
     if broken:
-        for rule_id in broken:
-            state.latches.fire(now_ns, rule_id, alone=True)
+        for fault in broken:
+            state.latches.fire(now_ns, fault.rule, alone=True)
         state.latches.fire(now_ns, "CER-02")
         state.configuration = None
     else:

@@ -33,9 +33,7 @@ class InputWatch:
     def _active(self, levels: int) -> int:
         """Return the mask of active inputs, without unused ones (reading A-13)."""
         configuration = self.state.configuration
-        if configuration is None:
-            return 0
-        return ~(levels ^ configuration.active_high) & configuration.inputs_used
+        return 0 if configuration is None else configuration.active_inputs(levels)
 
     def _capture(self) -> None:
         """Store the encoder value, or without an encoder the position [chapter 3, MSW bit 0]."""

@@ -60,6 +60,8 @@ class Amci3601:
         ValueError: an unknown firmware or option.
     """
 
+    _layer_of: Callable[..., CommandLayer] = CommandLayer
+
     def __init__(
         self,
         firmware: str | Firmware = "4.1",
@@ -89,7 +91,7 @@ class Amci3601:
     def _power_up(self) -> None:
         self.axis = StepGenerator(self.machine, diagnostic_wiring=self._diagnostic_wiring)
         self.axis.advance(self._now_ns)
-        self.layer = CommandLayer(self.axis, self.firmware, self.options, self.events, self._now_ns)
+        self.layer = self._layer_of(self.axis, self.firmware, self.options, self.events, self._now_ns)
         self.layer.state.running = self._plc_running
         self._acted_on: bytes | None = None  # the output words that the layer has processed
         self._tick_due_ns = self._counts_due_ns = NEVER
@@ -161,7 +163,11 @@ class Amci3601:
         self.look_again()
 
     def _tell_before_change(self) -> None:
+        """Look again at the next tick, after a change from outside to the machine."""
         self.before_change()
+        if self._counts_due_ns == NEVER and self.layer.counts_from_ns(self._now_ns, self._now_ns) is not None:
+            self._counts_due_ns = self._now_ns // self._tick_ns * self._tick_ns + self._tick_ns
+            self._due_ns = 0
 
     def _fall_silent(self) -> None:
         """End the step output at the last `update`."""
@@ -250,8 +256,7 @@ class Amci3601:
         self.layer.tick(tick_ns, tuple(outputs), self.machine.levels(tick_ns))
         self._acted_on = outputs.raw.tobytes()
         self._tick_due_ns = self._next_tick(tick_ns)
-        wanted = self.layer.wants_counts(turning=self.machine.turning(tick_ns))
-        self._counts_due_ns = tick_ns + self._tick_ns if wanted else NEVER
+        self._counts_due_ns = self._next_counts(tick_ns)
 
     def _change_mode(self, now_ns: int) -> None:
         if self.layer.state.running:
@@ -267,12 +272,19 @@ class Amci3601:
 
     def _pass_counts(self, now_ns: int) -> None:
         """Process the encoder counts of a scan that ends here; a new course expects other inputs."""
-        self._counts_due_ns = NEVER
         self.axis.advance(now_ns)
-        course = self.axis.motion
+        course = self.axis.motion, self.axis.position
         self.layer.counted(now_ns)
-        if self.axis.motion is not course:
+        if course != (self.axis.motion, self.axis.position):
             self._tick_due_ns = now_ns
+        self._counts_due_ns = self._next_counts(now_ns)
+
+    def _next_counts(self, now_ns: int) -> int:
+        """Return the end of the next scan whose counts the operation uses."""
+        first_ns = self.layer.counts_from_ns(now_ns, self.machine.turns_ns(now_ns))
+        if first_ns is None:
+            return NEVER
+        return max(now_ns, first_ns // self._tick_ns * self._tick_ns) + self._tick_ns
 
     def _next_tick(self, tick_ns: int) -> int:
         """Return the next tick with changed inputs or a request of an operation."""

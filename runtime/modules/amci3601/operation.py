@@ -66,6 +66,9 @@ class Host(Protocol):
     def fire_all(self, now_ns: int, faults: Iterable[BrokenRule]) -> None:
         """Set the bits of all rules that one command breaks (reading A-110)."""
 
+    def noticed(self, command: CommandWords, faults: list[BrokenRule]) -> list[BrokenRule]:
+        """Return the faults of a command or configuration that the module notices: all of them."""
+
     def refuse(self, now_ns: int, refusal: Refusal) -> None:
         """Report a refusal of the axis."""
 
@@ -146,13 +149,13 @@ class Operation:
         """Return the instant of a tick that this operation needs without other events, or None."""
         return None
 
-    def wants_counts(self, *, turning: bool) -> bool:
-        """Return whether `on_counts` is required at the end of the scan that begins now.
+    def counts_from_ns(self, now_ns: int, turns_ns: int | None) -> int | None:
+        """Return the instant from which on every scan ends with `on_counts`; None = without.
 
         Args:
-            turning: the encoder is turned by hand during the scan.
+            turns_ns: the instant from which on something else than the motor turns the encoder, None = never.
         """
-        return False
+        return None
 
     def on_end(self, now_ns: int) -> None:
         """React to the regular end of the motion."""

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from ....io_images.amci3601.firmware import Firmware
 from ....io_images.amci3601.words import WORDS_3601
 from ....io_images.site import SettingError
 from ...loop.module import Module
 from ...machine import Machine, MachineSpec
 from ..record import ModuleRecord, Options, Trait
+
+if TYPE_CHECKING:
+    from .options import Amci3601Options
 
 
 def make(firmware: str, machine: MachineSpec, seed: int, options: Options, wiring: str | None) -> Module:
@@ -34,10 +39,17 @@ def check_controller(firmware: str, controller: str) -> None:
         )
 
 
+def _option_table() -> type[Amci3601Options]:
+    from .options import Amci3601Options
+
+    return Amci3601Options
+
+
 RECORD = ModuleRecord(
     name="amci3601",
     make=make,
     words=lambda _options: WORDS_3601,
     traits=frozenset({Trait.FIRMWARE, Trait.STOPS_ANSWERING, Trait.MACHINE, Trait.SLIPS}),
     check_controller=check_controller,
+    option_table=_option_table,
 )

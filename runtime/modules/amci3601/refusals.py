@@ -391,8 +391,8 @@ def refused(host: Host, now_ns: int, command: CommandWords, reasons: Refusals | 
 
 
 def faults_of(host: Host, command: CommandWords, reasons: Refusals) -> list[BrokenRule]:
-    """Return the rules that a command breaks."""
-    return [reason.fault for reason in reasons if reason.broken(host, command)]
+    """Return the rules that a command breaks, as far as the module notices it."""
+    return host.noticed(command, [reason.fault for reason in reasons if reason.broken(host, command)])
 
 
 def faults_of_several(host: Host, command: CommandWords, edges: int) -> list[BrokenRule]:

@@ -80,9 +80,7 @@ class StepGenerator:
     @property
     def counting(self) -> bool:
         """Whether the encoder words of the image are live."""
-        return self._configuration is not None and (
-            self._configuration.quadrature_encoder or self._configuration.diagnostic_feedback
-        )
+        return self._configuration is not None and self._configuration.encoder_counted
 
     @property
     def encoder(self) -> int:
@@ -194,13 +192,15 @@ class StepGenerator:
         """Return the instant before which the counts follow the motor one to one; 0 if they don't."""
         if self._counts_itself:
             return NEVER
-        if self.machine.turning(self.now_ns):
+        turns_ns = self.machine.turns_ns(self.now_ns)
+        if turns_ns == self.now_ns:
             return 0
+        still_ns = NEVER if turns_ns is None else turns_ns
         if self.motion is None:
-            return NEVER
+            return still_ns
         free = self.machine.free_steps(self.motion.direction)
         beyond = self._when_made(free + 1) if free else 0
-        return NEVER if beyond is None else beyond
+        return still_ns if beyond is None else min(beyond, still_ns)
 
     def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
         """Return the instant before which the shaft does not enter or leave positions `first` to `last`."""

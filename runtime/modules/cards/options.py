@@ -49,7 +49,8 @@ class InputPress(_Row):
     """An input is operated, or an analog input gets a value.
 
     Attributes:
-        at_ms: ms since power-up; or `at_s`.
+        at_ms: time since power-up, ms; or `at_s`.
+        input: one of `inputs`.
         for_ms: duration, ms; or `for_s`. Left out = it stays operated.
         value: of an analog input: its value from then on, V or mA where `ranges` names it, else the raw
             number.
@@ -88,13 +89,21 @@ def _ns(ms: Decimal | None, s: Decimal | None) -> int | None:
 
 
 class Cam(_Row):
-    """A contact that the machine of another slot's stepper operates."""
+    """A contact that the machine of another slot's stepper operates.
+
+    Attributes:
+        input: one of `inputs`.
+        slot: slot of the stepper.
+        first: lowest position of the shaft that operates it, steps; no lower end if left out.
+        last: highest position, inclusive.
+        switch: instead of a range: the stepper's input that it follows, such as "home".
+    """
 
     input: str
     slot: Annotated[int, Field(ge=1)]
-    first: int | None = None  # lowest position of the shaft that operates it, steps; left out = no lower end
-    last: int | None = None  # highest position, inclusive
-    switch: str | None = None  # instead of a range: the stepper's input that it follows, such as "home"
+    first: int | None = None
+    last: int | None = None
+    switch: str | None = None
 
     @model_validator(mode="after")
     def _is_sound(self) -> Self:
@@ -114,6 +123,7 @@ class CardOptions(Options):
     Attributes:
         inputs: names of inputs by terminal, or of analog inputs by channel.
         outputs: names of outputs by terminal or channel.
+        timeline: when inputs are operated, or analog inputs get a value.
         normally_closed: inputs whose contacts are closed at rest: acting on one de-energises it.
         cam: inputs that the machine of another slot operates.
         ranges: of an analog card: the range of a named channel, such as "4..20 mA"; with it the card

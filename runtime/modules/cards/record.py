@@ -76,6 +76,7 @@ def _record(kind: CardKind) -> ModuleRecord:
         switches=lambda options: tuple(
             (each.slot, each.switch) for each in CardOptions.of(options).cam if each.switch is not None
         ),
+        option_table=lambda: CardOptions,
         buttons=lambda options: () if kind.analog else CardOptions.of(options).buttons,
         signals=lambda options: CardOptions.of(options).signals if kind.channels_in else {},
     )

@@ -49,6 +49,10 @@ def test_one_list_of_commands_stops_at_the_same_places(name):
         ({"module": "pcl601-adapter", "options": {"respeed": "yes"}}, "refuse, restart"),
         ({"module": "pmc006-adapter", "options": {"home_strok": 5}}, "did you mean home_stroke"),
         ({"module": "pcl601-adapter", "machine": MachineSpec(jams=(Jam(100, 1),))}, "slips and jams"),
+        (
+            {"module": "pmc006-adapter", "machine": MachineSpec(master_speed=9)},
+            "a master encoder is simulated",
+        ),
     ],
 )
 def test_what_an_adapter_can_not_take_is_named(slot, said):

@@ -147,6 +147,7 @@ def test_comments_of_exports_are_claims(place: Path) -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_fault_stops_the_rack(place: Path) -> None:
     text = LINE.replace("TAG Count", "TAG List : DINT[4]\nTAG Count").replace(
         "END\n", "MOV(1,List[Count]);\nEND\n"
@@ -158,6 +159,7 @@ def test_a_fault_stops_the_rack(place: Path) -> None:
     assert "on the rack: the CPU faults in scan 3" in said
 
 
+@pytest.mark.slow
 def test_numbers_that_change_from_outside_are_free(place: Path) -> None:
     changing = HOLDS.replace("[[", 'free = ["Limit"]\n[[', 1)
     status, said = proved(changing)
@@ -260,6 +262,7 @@ COILS = (
 )
 
 
+@pytest.mark.slow
 def test_coils_that_disagree_do_so_on_the_rack(place: Path) -> None:
     """B and Jog: the two rungs of Rev write different values."""
     (place / "line.rung").write_text(COILS)

@@ -114,6 +114,8 @@ ASKED: dict[str, tuple[Asked, dict[str, list[str]]]] = {
 """By command and parameter: how it is asked about a tag, and about which."""
 
 OTHERS = {
+    "conform counter",
+    "conform wire",
     "run server",
     "watch server",
     "watch text",

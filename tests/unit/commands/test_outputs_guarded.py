@@ -22,32 +22,33 @@ from scanrack.jobs.fuzz import folder_lock
 from typer.testing import CliRunner
 
 INPUTS = {
-    "run rack", "watch rack", "show trace", "query trace", "plot trace", "export trace", "compare a",
-    "compare b", "repair trace",
+    "run rack", "watch rack", "share trace", "show trace", "query trace", "plot trace", "export trace",
+    "compare a", "compare b", "repair trace",
     "replay path", "replay rack", "replay program", "rerun path", "ladder file", "l5x file",
     "l5x against", "why file", "xref file", "fuzz rack", "fuzz invariants", "fuzz scenario",
     "fuzz begin_with", "check rack",
     "prove rack", "prove new",
-    "serve program", "serve rack", "import capture",
+    "serve program", "serve rack", "import capture", "conform plan", "conform source",
     "pclt check files", "pclt list file", "pcl601 program write file",
     "pmc006 program check file", "pmc006 program write file",
 }  # fmt: skip
 """Parameters that name files to be read."""
 
-FRESH = {"new folder"}
-"""Outputs that have to be new or empty: tests/unit/jobs/test_new_project.py."""
+FRESH = {"new folder", "fuzz tests"}
+"""Outputs that have to be new or empty: tests/unit/jobs/test_new_project.py, test_fuzz_written_tests.py."""
 
 WORDS = {
     "new example", "run duration", "run tag", "run server", "watch server", "watch speed", "watch duration",
-    "show scans", "show time",
+    "show scans", "show time", "share at",
     "query text", "query show",
     "plot tag", "plot title", "plot scans", "plot time", "export signal", "export scans", "export time",
     "compare tolerance_time", "compare align_at", "compare realign_at", "replay tolerance_time",
     "ladder routine", "ladder at", "l5x export", "l5x stepper",
     "prove only", "why what", "why at", "why until", "why want", "xref tag", "fuzz check",
     "fuzz duration", "fuzz processor", "fuzz time", "fuzz only", "fuzz without", "fuzz dask", "drive target",
+    "conform path", "conform counter", "conform wire", "conform scene", "conform scan",
     "serve serial",
-    "serve tcp", "serve address", "serve pin", "serve thumbwheel", "serve fault",
+    "serve tcp", "serve address", "serve pin", "serve machine", "serve thumbwheel", "serve fault",
     "pcl601 read name", "pcl601 set name", "pmc006 read name", "pmc006 set name", "probe port",
     "probe address", "rules ids", "rules bit", "rules firmware",
 }  # fmt: skip
@@ -79,6 +80,7 @@ OUTPUTS = {
     "run retain": Output(f"run rungs.toml {ONE} --record x.mcap --retain {{}}", "a.tags", (*RUNGS, "x.mcap")),
     "watch record": Output("watch line.toml --for 10ms --record {}", "new.mcap", RUN),
     "plot out": Output("plot run.mcap -q --out {}", "new.html", ("run.mcap",)),
+    "share out": Output("share run.mcap --out {}", "new.html", ("run.mcap",)),
     "export csv": Output("export run.mcap -q --csv {}", "new.csv", ("run.mcap",)),
     "export parquet": Output("export run.mcap -q --parquet {}", "new.parquet", ("run.mcap",)),
     "export vcd": Output("export run.mcap -q --vcd {}", "new.vcd", ("run.mcap",)),
@@ -87,11 +89,13 @@ OUTPUTS = {
     "import simulated_to": Output(
         "import talk.pcap --out a.mcap --simulated {}", "new.mcap", ("talk.pcap", "a.mcap")
     ),
+    "conform out": Output("conform --from run.mcap -q --out {}", "new.json", ("run.mcap",)),
     "repair output": Output("repair torn.mcap -q --output {}", "new.mcap", ("torn.mcap",)),
     "rerun record": Output("rerun run.mcap -q --trust --record {}", "new.mcap", ("run.mcap",)),
     "ladder svg": Output("ladder rungs.toml --svg {}", "new.svg", RUNGS),
     "ladder svg of a program": Output("ladder line.rung --svg {}", "new.svg", ("line.rung",)),
     "serve record": Output("serve pcl601 --pty --program unit.pclt --record {}", "new.mcap", ("unit.pclt",)),
+    "serve memory": Output("serve pcl601 --pty --program unit.pclt --memory {}", "new.json", ("unit.pclt",)),
     "show folder": Output("show run.mcap --extract {}", "new", ("run.mcap",)),
     "prove html": Output("prove rungs.toml -q --html {}", "new.html", RUNGS),
     "prove out": Output("prove claims.toml -q --out {}", "new", ("claims.toml", "line.rung")),
@@ -104,13 +108,16 @@ DEFAULTS = {
     "run with units": Output(f"run line.toml {ONE} --record a.mcap", "a.line.mcap", (), "a.line.mcap"),
     "run, trace in the rack file": Output(f"run named.toml {ONE}", "named.trace", (), "named.trace"),
     "plot": Output("plot run.mcap -q", "run.html", (), "run.html"),
+    "share": Output("share run.mcap", "run.html", (), "run.html"),
     "import": Output("import talk.pcap", "talk.mcap", (), "talk.mcap"),
+    "conform": Output("conform --from run.mcap -q", "conform.json", (), "conform.json"),
     "fuzz": Output("fuzz line.toml --runs 1 -j 1 -q", "line-fuzz", (), "line-fuzz"),
     "prove": Output("prove claims.toml -q", "claims-prove", (), "claims-prove"),
+    "schema": Output("schema --write", "rack.schema.json", (), "rack.schema.json"),
 }
 """Outputs that no option names."""
 
-ELSEWHERE = ("serve record", "watch record", "export parquet", "fuzz out", "prove out")
+ELSEWHERE = ("serve record", "serve memory", "watch record", "export parquet", "fuzz out", "prove out")
 """Commands that take long to end, or need more than is installed for sure: tests of theirs let them run."""
 
 FOLDERS = ("show folder", "fuzz out", "prove out")

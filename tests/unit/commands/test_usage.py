@@ -7,7 +7,7 @@ from types import ModuleType
 import pytest
 from scanrack import __main__
 from scanrack.commands import COMMANDS, build
-from scanrack.commands.recordings import rerun
+from scanrack.commands.recordings import rerun_job
 from scanrack.terminal import status
 from typer.testing import CliRunner
 
@@ -86,5 +86,5 @@ def test_a_rerun_that_is_stopped_does_not_say_that_it_differs(
     Path("line.py").write_text("def logic(scan):\n    pass\n", encoding="utf-8")
     Path("line.toml").write_text('program = "line.py"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n', "utf-8")
     assert run("run", "line.toml", "--scans", "20", "--record", "a.mcap", "-q")[0] == 0
-    monkeypatch.setattr(rerun, "run_job", lambda *_, **__: status.INTERRUPTED)
+    monkeypatch.setattr(rerun_job, "run_job", lambda *_, **__: status.INTERRUPTED)
     assert run("rerun", "a.mcap") == (130, "", "")

@@ -1,6 +1,8 @@
 """The package `scanrack` itself: thirty names, found when they are asked for."""
 
 import ast
+import importlib.machinery
+import importlib.util
 import inspect
 import subprocess
 import sys
@@ -10,6 +12,7 @@ from pathlib import Path
 import pytest
 import scanrack
 from scanrack.commands import build
+from scanrack.io_images.front_door import homes_in
 from typer.testing import CliRunner
 
 
@@ -82,3 +85,12 @@ def test_a_function_of_this_process_runs_in_place_of_a_racks_program(tmp_path):
 def test_a_rack_can_not_be_run_for_a_time_and_a_number_of_scans(tmp_path):
     with pytest.raises(ValueError, match="give one of them"):
         scanrack.run(Path(__file__).parents[3] / "examples/first/rack.toml", "1 s", scans=3)
+
+
+def test_the_names_are_found_where_pytest_loads_the_package():
+    """Its loader, which takes every module of a package with a plugin, gives data and no source."""
+    spec = importlib.util.find_spec("scanrack.ladder")
+    bare = type("Loader", (), {"get_data": lambda _, path: Path(path).read_bytes()})()
+    assert spec is not None
+    beneath = importlib.machinery.ModuleSpec(spec.name, bare, origin=spec.origin)
+    assert homes_in(beneath) == homes_in(spec) != {}

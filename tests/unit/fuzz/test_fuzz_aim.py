@@ -199,9 +199,44 @@ def test_every_fault_and_button_meets_a_thin_state_once():
         tried.append(scenario)
     assert {each.incidents[0].at_ns // SPEC.scan_ns for each in tried if each.incidents} == {49, 50, 51}
     assert {each.presses[0].input for each in tried if each.presses} == set(InputBit)
-    assert [bool(each.incidents) for each in tried] == [True] * 3 + [False] * (len(tried) - 3)
     sweep.take(Entry(Scenario(), edges, [50], 6.0))
     assert sweep.next() is None
+
+
+def test_a_number_that_runs_through_its_values_is_no_thin_state():
+    edges = Edges()
+    for scan in range(40, 60):
+        edges.add("state", (0, "position", scan - 40), scan)
+    edges.add("size", (0, "position", 52), 61)
+    for scan, step in ((40, 10), (55, 20), (57, 30), (90, 10)):
+        edges.add("state", (0, "step", step), scan)
+    edges.add("size", (0, "step", 53), 95)
+    edges.close()
+    assert edges.groups["thin"] == {(0, "step", 20): [55]}
+
+
+def test_inputs_change_before_every_rung_where_a_number_takes_a_step_until_it_has_taken_many():
+    edges = Edges()
+    edges.add("number", 0, 50)
+    rungs = ("Main", 0), ("Main", 3), ("Main", 7)
+    sweep = Sweep(SPEC, frozenset({Kind.TORN}), Random(1), Corpus(), rungs)
+
+    def tried():
+        sweep.take(Entry(Scenario(), edges, [50], 6.0))
+        scenarios = iter(sweep.next, None)
+        return sorted(
+            (tear.rung, tear.at_ns // SPEC.scan_ns) for each in scenarios if each for tear in each.tears
+        )
+
+    assert tried() == [(3, 49), (7, 49)]
+    assert tried() == []
+    edges.add("number", 0, 80)
+    assert tried() == [(3, 49), (3, 79), (7, 49), (7, 79)]
+    for scan in range(100, 110):
+        edges.add("number", 0, scan)
+    assert {scan for rung, scan in tried()} == {49, 79, *range(99, 105)}
+    edges.add("number", 0, 120)
+    assert tried() == []
 
 
 def steps_of_a_hunt(folder, examples):

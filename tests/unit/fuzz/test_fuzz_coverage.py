@@ -8,6 +8,7 @@ from scanrack.jobs.fuzz.explain.coverage_page import save_coverage
 from scanrack.jobs.fuzz.job import Setup, bench_of
 from scanrack.jobs.fuzz.scenarios.kinds import Kind
 from scanrack.jobs.fuzz.scenarios.scenario import Push, Scenario
+from scanrack.jobs.load.loading import load_job
 
 RUNGS = """PROGRAM Line
 TAG Lamp : BOOL
@@ -53,7 +54,7 @@ def covered(tmp_path):
         bench = bench_of(Setup(str(rack), (), (), 50, frozenset({Kind.INPUTS})))
         return {
             each.place: each.never
-            for each in coverage_of(bench, (Scenario(), PUSHED), tmp_path / name, dead)
+            for each in coverage_of(bench, (Scenario(), PUSHED), load_job(str(rack)), dead).lines
             if each.never
         }
 

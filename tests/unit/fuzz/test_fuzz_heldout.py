@@ -12,8 +12,6 @@ from scanrack.io_images.amci3601 import (
     Idle,
     InputBit,
     Manual,
-    Move,
-    MoveKind,
     ResetErrors,
     StatusView,
 )
@@ -27,7 +25,6 @@ MS = 1_000_000
 USED = InputBit.EXTERNAL | InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT
 WORDS = Configuration(inputs_used=USED, step_and_direction=True, starting_speed=500).to_image()
 IDLE, RESET = Idle().to_image(), ResetErrors().to_image()
-MOVE = Move(MoveKind.RELATIVE, 300, speed=5000, acceleration=100, deceleration=100).to_image()
 JOG = Manual(Direction.CW, 400).to_image()
 SEARCH = FindHome(Direction.CW, speed=4000, acceleration=50, deceleration=50).to_image()
 SPEC = RackSpec.model_validate({"program": "none.py", "slot": [{"number": 1, "module": "amci3601"}]})

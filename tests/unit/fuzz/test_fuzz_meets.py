@@ -1,4 +1,4 @@
-"""The table "What a run can meet" of docs/fuzzing.md: what is drawn for each module."""
+"""The table "What a run can meet" of docs/fuzz-events.md: what is drawn for each module."""
 
 from random import Random
 

@@ -11,7 +11,8 @@ from scanrack.io_images.amci3601 import StatusView
 from scanrack.jobs.fuzz.scenarios.kinds import Kind
 from typer.testing import CliRunner
 
-TEXT = (Path(__file__).parents[3] / "docs" / "fuzzing.md").read_text(encoding="utf-8")
+DOCS = Path(__file__).parents[3] / "docs"
+TEXT = (DOCS / "fuzzing.md").read_text(encoding="utf-8")
 FILES = ("line.py", "line.toml", "must_hold.py")
 
 
@@ -69,6 +70,7 @@ def test_five_minutes_end_with_a_failure_that_can_be_looked_at_and_mended(folder
 
 
 def test_the_page_names_every_status_bit_and_every_kind():
+    text = (DOCS / "fuzz-events.md").read_text(encoding="utf-8")
     bits = {name for name in vars(StatusView) if name.isupper()}
-    assert {name for name in bits if f"`{name}`" not in TEXT} == set()
-    assert {kind.value for kind in Kind if f"\n| `{kind.value}` |" not in TEXT} == set()
+    assert {name for name in bits if f"`{name}`" not in text} == set()
+    assert {kind.value for kind in Kind if f"\n| `{kind.value}` |" not in text} == set()

@@ -6,7 +6,7 @@ import json
 
 import pytest
 from scanrack.commands import build
-from scanrack.commands.programs.run import run_job
+from scanrack.commands.programs.run_job import run_job
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.jobs.fuzz import Press, Scenario
 from scanrack.jobs.fuzz.learning import learn
@@ -103,7 +103,7 @@ def scanrack(*words):
 def test_a_trace_is_varied_until_something_breaks(trace, tmp_path):
     """Only the recording knows of the button: nothing else that is random here presses it."""
     out = tmp_path / "out"
-    command = ["fuzz", trace, "-i", tmp_path / "must.py", "--out", out, "--jobs", "1", "--runs", 120]
+    command = ["fuzz", trace, "-i", tmp_path / "must.py", "--out", out, "--jobs", "1", "--runs", 40]
     result = scanrack(*command, "--only", "firmware", "--trust")
     assert result.exit_code == 1, result.output
     assert "Nobody presses the emergency stop after the recording's time [pressed]" in result.stdout

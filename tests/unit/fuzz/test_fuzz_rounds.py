@@ -6,7 +6,8 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from scanrack.commands.programs.fuzz_session import Budget
+from scanrack.commands.programs import fuzz_budget
+from scanrack.commands.programs.fuzz_budget import Budget, Spending
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.jobs.fuzz import Press, Scenario, SearchReport
 from scanrack.jobs.fuzz.aim.corpus import Corpus
@@ -147,6 +148,18 @@ def test_entries_of_a_corpus_on_disk_are_run_first_by_tasks_of_their_own():
         (Budget(1, wall_ns=9, processor_ns=7), False),
     ],
 )
-def test_the_limit_that_is_reached_first_ends_a_search(budget, left):
+def test_the_limit_that_is_reached_first_ends_a_search(budget, left, monkeypatch):
     """100 scans of earlier sessions do not count."""
-    assert budget.is_left(State(scans=130, processor_ns=7), State(scans=100), 4) is left
+    monkeypatch.setattr(fuzz_budget, "wall_ns", lambda: 4)
+    assert Spending(budget, State(scans=130, processor_ns=7), 100, begin_ns=0).searches is left
+
+
+def test_explaining_gets_half_of_a_budget_of_time_and_uses_it_up(monkeypatch):
+    now = iter([(0, 0), (4, 4), (5, 5), (5, 5)])  # its beginning, two looks at the clock, its end
+    monkeypatch.setattr(fuzz_budget, "_now_ns", lambda: next(now))
+    spending = Spending(Budget(1, processor_ns=10), State(processor_ns=3), 0)
+    with spending.on_explaining():
+        assert spending.explains
+        assert not spending.explains
+    assert not spending.explains
+    assert spending.allowance(jobs=2).processor_ns == (10 - 3 - 5) // 2

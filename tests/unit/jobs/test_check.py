@@ -338,6 +338,7 @@ def test_a_search_in_python_without_a_switch(check):
     assert [each[:2] for each in findings] == [("search-without-switch", "line.py:12")]
 
 
+@pytest.mark.slow
 def test_a_block_with_a_velocity_out_of_range_and_a_search(tmp_path):
     folder = tmp_path / "feeder"
     shutil.copytree(EXAMPLES / "feeder", folder)

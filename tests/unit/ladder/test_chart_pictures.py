@@ -47,7 +47,7 @@ def test_a_page_lights_steps_actions_and_transitions_by_their_tags():
 
 def test_a_page_gets_a_chart_with_its_tags_and_notes():
     catalog = Catalog(made())
-    assert catalog.routines() == [{"name": "Seq", "kind": "sfc", "comment": "", "lines": 12}]
+    assert catalog.routines() == [{"name": "Seq", "kind": "sfc", "comment": "", "lines": 12, "calls": []}]
     shown, answer = catalog.show("seq", 100)
     assert answer["notes"] == ["Makes <one> batch"]
     assert answer["chart"].startswith("<svg")

@@ -109,9 +109,16 @@ def test_power_makes_wires_heavy_up_to_the_first_contact_that_is_open():
     """)
 
 
-def test_truth_of_another_length_is_refused():
-    with pytest.raises(ValueError, match="has 4 instructions, 3 truths are given"):
-        drawn(SEAL_IN, 32, [True] * 3)
+def test_more_truths_than_instructions_are_refused():
+    with pytest.raises(ValueError, match="has 4 instructions, 5 truths are given"):
+        drawn(SEAL_IN, 32, [True] * 5)
+
+
+def test_a_rung_that_a_fault_has_ended_is_without_power_from_there_on():
+    assert drawn("XIC(A)XIC(B)OTE(C);", 20, [True]) == expected("""
+        ║  A    B         C  ║
+        ╟━┨ ┠━━┤ ├───────( )─╢
+    """)
 
 
 def test_an_add_on_instruction_shows_its_parameters_names():

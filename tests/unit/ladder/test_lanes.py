@@ -138,7 +138,7 @@ def test_it_finds_what_the_slow_way_finds(name):
 
 
 @pytest.mark.slow
-@settings(max_examples=amount(20), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=amount(8), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     st.sampled_from([*ROWS, *STATEMENTS]), st.lists(st.integers(-40, 40), min_size=3 * LENGTH, max_size=80)
 )
@@ -148,7 +148,7 @@ def test_whatever_the_inputs(name, inputs):
 
 @pytest.mark.slow
 @settings(
-    max_examples=amount(15),
+    max_examples=amount(3),
     deadline=None,
     suppress_health_check=[
         HealthCheck.function_scoped_fixture,

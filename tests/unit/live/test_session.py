@@ -14,8 +14,6 @@ from scanrack.traces.read.arrays import read_columns
 from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 
-SLOT_1 = {"slot": 1}
-
 
 def scans_of(path):
     with open_trace(path) as trace:

@@ -11,13 +11,13 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
+from rerun_orders import rerun, run_while
 from scanrack.commands import build
-from scanrack.jobs.load.loading import Job, load_job
-from scanrack.jobs.record.order_repeater import orders_of
+from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.run.running import JobRun, RunOptions
-from scanrack.jobs.run.tag_service import ServerAddress, TagService
-from scanrack.runtime.live.tag_desk import TagDesk
-from scanrack.traces.read.reader import open_trace
+from scanrack.jobs.run.servers import tag_service
+from scanrack.jobs.run.servers.kinds import ServerAddress
+from scanrack.jobs.run.servers.tag_service import TagService
 from served_tags import frame, message, symbol, unconnected, write_rack
 from typer.testing import CliRunner
 
@@ -59,29 +59,6 @@ def write(number: int) -> bytes:
     return message(0x4D, symbol(name), struct.pack(f"<HH{form}", code, 1, value))
 
 
-def run_while(run: JobRun, desk: TagDesk, client: threading.Thread) -> None:
-    """Run a scan for each request of a client, and ten more."""
-    client.start()
-    with run.cpu:
-        while client.is_alive():
-            if desk.waits:
-                run.cpu.run(1)
-            else:
-                client.join(0.0005)
-        run.cpu.run(10)
-    client.join()
-
-
-def rerun(job: Job, trace: Path, again: Path) -> None:
-    """Run a recording's orders again."""
-    with open_trace(trace) as recorded:
-        orders = orders_of(recorded.events())
-    with ExitStack() as ports:
-        run = JobRun(job, ports, RunOptions(trace=again, orders=orders))
-        with run.cpu, open_trace(trace) as recorded:
-            run.cpu.run(sum(1 for _ in recorded.scans()))
-
-
 @pytest.mark.slow
 def test_a_killed_server_is_told_and_starts_again_and_a_rerun_is_the_same(tmp_path: Path) -> None:
     job = load_job(str(write_rack(tmp_path)))
@@ -90,10 +67,9 @@ def test_a_killed_server_is_told_and_starts_again_and_a_rerun_is_the_same(tmp_pa
     trace = tmp_path / "run.mcap"
     with ExitStack() as ports:
         run = JobRun(job, ports, RunOptions(trace=trace, handled=True))
-        service = TagService(job, ServerAddress(port=0), said.append, writes=True)
+        service = TagService(job, ServerAddress.parse("ethernet-ip:0"), said.append, writes=True)
         ports.callback(service.end)
         desk = service.serve(run)
-        run.cpu.add_listener(desk)
 
         def work() -> None:
             first = Dialled(service.port)
@@ -112,12 +88,42 @@ def test_a_killed_server_is_told_and_starts_again_and_a_rerun_is_the_same(tmp_pa
     assert (tmp_path / "again.mcap").read_bytes() == trace.read_bytes()
 
 
+@pytest.mark.slow
+def test_a_server_that_stands_still_is_told_and_starts_again(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tag_service, "BEAT_S", 0.1)
+    job = load_job(str(write_rack(tmp_path)))
+    said: list[str] = []
+    answers: list[int] = []
+    with ExitStack() as ports:
+        run = JobRun(job, ports, RunOptions(handled=True))
+        service = TagService(job, ServerAddress.parse("ethernet-ip:0"), said.append, writes=True)
+        ports.callback(service.end)
+        desk = service.serve(run)
+
+        def work() -> None:
+            first = Dialled(service.port)
+            answers.append(first.ask(write(0))[2])
+            os.kill(service.pid, signal.SIGSTOP)
+            assert take(first.socket) == b""  # its process has been killed
+            second = Dialled(service.port)
+            answers.append(second.ask(write(0))[2])
+            for each in (first, second):
+                each.socket.close()
+
+        run_while(run, desk, threading.Thread(target=work))
+    assert answers == [0, 0]
+    assert said[0] == "the EtherNet/IP server stood still and is started again; the scans go on"
+
+
 @pytest.mark.parametrize("command", ["run", "watch"])
 def test_what_is_no_server_is_refused(tmp_path: Path, command: str) -> None:
     rack = str(write_rack(tmp_path))
     with socket.create_server(("127.0.0.1", 0)) as taken:
         for given, told in (
-            ("modbus", "--server modbus is not allowed: ethernet-ip"),
+            ("modbus", "--server modbus is not allowed: ethernet-ip, opc-ua, modbus-tcp, each with :PORT"),
+            ("modbus-tcp:0", "--server modbus-tcp: the rack file has no [server.modbus]"),
             ("ethernet-ip:x", "--server ethernet-ip:x: x: it has to be HOST:PORT or PORT"),
             (f"ethernet-ip:{taken.getsockname()[1]}", "choose another port"),
         ):
@@ -130,6 +136,15 @@ def test_what_is_no_server_is_refused(tmp_path: Path, command: str) -> None:
 def test_a_host_that_others_reach_is_told(tmp_path: Path) -> None:
     job = load_job(str(write_rack(tmp_path, writable=("aDint",))))
     for host, lines in (("127.0.0.1", 1), ("0.0.0.0", 2)):
-        service = TagService(job, ServerAddress(host, 0), print, writes=True)
+        service = TagService(job, ServerAddress("ethernet-ip", host, 0), print, writes=True)
         assert len(service.said()) == lines
+        service.end()
+
+
+def test_a_server_of_live_ports_takes_no_writes(tmp_path: Path) -> None:
+    """`run --live`, and `watch --live` without `--control`."""
+    job = load_job(str(write_rack(tmp_path)))
+    for writes, told in ((True, "clients write a*"), (False, "clients read")):
+        service = TagService(job, ServerAddress.parse("ethernet-ip:0"), print, writes=writes)
+        assert told in service.said()[0]
         service.end()

@@ -91,7 +91,7 @@ def test_another_question_ends_the_one_before_and_the_end_of_the_session_all(ask
 
 
 def test_an_answer_that_takes_too_long_is_given_up(asked, recording, columns, monkeypatch):
-    monkeypatch.setattr(question_process, "PATIENCE_NS", -1)
+    monkeypatch.setattr(question_process, "PATIENCE_S", -1)
     page = Page()
     asked.why(page, 1, str(recording), "line.step", columns)
     asked.tick()

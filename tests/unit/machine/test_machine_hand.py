@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-
 import pytest
-from scanrack.runtime.machine import EncoderSpec, Machine, MachineSpec
+from scanrack.runtime.machine import Machine
 
 
 def test_counts_are_spread_evenly_and_the_last_comes_at_the_end() -> None:
@@ -39,20 +37,6 @@ def test_turns_that_cannot_be(start_ns: int, end_ns: int, message: str) -> None:
     machine.turn_encoder(5, 10, 20)
     with pytest.raises(ValueError, match=message):
         machine.turn_encoder(5, start_ns, end_ns)
-
-
-def test_counts_reached_by_hand() -> None:
-    machine = Machine(MachineSpec(encoder=EncoderSpec(Fraction(4))))
-    machine.follow(1, 25, 0)  # 100 counts
-    machine.turn_encoder(10, 0, 100)
-    machine.turn_encoder(-30, 100, 160)
-    assert machine.counts_reached_ns(100, 0) == 0
-    assert machine.counts_reached_ns(110, 0) == 100
-    assert machine.counts_reached_ns(111, 0) is None
-    assert machine.counts_reached_ns(99, 0) == 122  # 11 of 30 counts back, 2 ns each
-    assert machine.counts_reached_ns(105, 100) == 110
-    assert machine.counts_reached_ns(80, 160) == 160
-    assert machine.counts_reached_ns(81, 160) is None
 
 
 def test_turning_is_over_with_the_last_count() -> None:

@@ -1,4 +1,4 @@
-"""docs/run.md says bit by bit what the PLC sees of a module in trouble: as the simulation does it."""
+"""docs/incidents.md says bit by bit what the PLC sees of a module in trouble: as the simulation does it."""
 
 from answers_page import PAGE, REMEDY, written
 from bench3601 import Bench

@@ -1,4 +1,4 @@
-"""docs/adapters.md: its tables of refusals are the rows that refuse."""
+"""docs/adapter-tables.md: its tables of refusals are the rows that refuse."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from scanrack.runtime.modules.registry import MODULES
 
-PAGE = Path(__file__).parents[3] / "docs" / "adapters.md"
+PAGE = Path(__file__).parents[3] / "docs" / "adapter-tables.md"
 
 
 TABLES = {name: record.capabilities for name, record in MODULES.items() if record.capabilities is not None}

@@ -33,6 +33,7 @@ UNTRIED = {
     "pmc006 set --save",
     "replay --tolerance-counts",
     "serve --ascii",
+    "serve --machine",
     "serve --pin",
     "serve --start",
     "watch --open",

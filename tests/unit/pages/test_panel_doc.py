@@ -1,8 +1,7 @@
-"""docs/panel.md: its files are those of the example, and its commands print what it says."""
+"""Parts 4 and 5 of docs/tutorial: files are those of the example, `check` and `plot` do as they say."""
 
 from __future__ import annotations
 
-import re
 import shutil
 from pathlib import Path
 
@@ -11,7 +10,8 @@ from scanrack.commands import build
 from typer.testing import CliRunner
 
 HERE = Path(__file__).parents[3]
-PAGE = (HERE / "docs" / "panel.md").read_text(encoding="utf-8")
+PAGE = (HERE / "docs" / "tutorial" / "4-panel.md").read_text(encoding="utf-8")
+MISTAKES = (HERE / "docs" / "tutorial" / "5-why.md").read_text(encoding="utf-8")
 EXAMPLE = HERE / "examples" / "three_stations_panel"
 
 
@@ -46,18 +46,19 @@ def copy_with_mistakes(folder: Path) -> None:
     (folder / "line.rung").write_text(rungs, encoding="utf-8")
 
 
-def indented(first: str) -> list[str]:
+def indented(page: str, first: str) -> list[str]:
     """Return the lines of the indented block that begins so."""
-    lines = PAGE[PAGE.index(f"    {first}") :].splitlines()
+    lines = page[page.index(f"    {first}") :].splitlines()
     return [line[4:] for line in lines[: next(at for at, line in enumerate(lines) if not line)]]
 
 
+@pytest.mark.slow
 def test_check_names_three_planted_mistakes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     copy_with_mistakes(tmp_path)
     monkeypatch.chdir(tmp_path)
     result = CliRunner().invoke(build(), ["check", "line.toml"])
     assert result.exit_code == 1
-    assert result.stdout.splitlines()[:4] == [*indented("line.rung:40: search"), "3 findings"]
+    assert result.stdout.splitlines()[:4] == [*indented(MISTAKES, "line.rung:40: search"), "3 findings"]
 
 
 def copy_to_run(folder: Path) -> None:
@@ -68,31 +69,14 @@ def copy_to_run(folder: Path) -> None:
 
 
 @pytest.mark.slow
-def test_why_says_what_the_page_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    copy_to_run(tmp_path)
-    monkeypatch.chdir(tmp_path)
-    result = CliRunner().invoke(build(), ["why", "line.toml", "Lamp", "--at", "9.5s"])
-    assert result.stdout.splitlines() == indented("after 4,751 scans")
-
-
-@pytest.mark.slow
 @pytest.mark.extra("plot")
 def test_the_chart_shows_lamp_step_and_dwell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     copy_to_run(tmp_path)
     monkeypatch.chdir(tmp_path)
     assert CliRunner().invoke(build(), ["run", "line.toml", "--quiet"]).exit_code == 0
-    (command,) = indented("scanrack plot line.mcap --out")
+    (command,) = indented(PAGE, "scanrack plot line.mcap --out")
     svg = command.replace(".png", ".svg").split()[1:]
     assert CliRunner().invoke(build(), svg).exit_code == 0
     text = Path("panel.svg").read_text(encoding="utf-8")
     for name in ("start", "stop", "lamp", "Step", "Dwell.ACC", "Dwell.TT", "Run", "Dwell.PRE 500"):
         assert f">{name}<" in text
-
-
-@pytest.mark.slow
-def test_its_commands_print_what_it_says(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    copy_to_run(tmp_path)
-    monkeypatch.chdir(tmp_path)
-    for command, printed in re.findall(r"\$ scanrack (.*)\n((?:[^$].*\n)*)", block("console")):
-        result = CliRunner().invoke(build(), command.split())
-        assert (result.exit_code, result.stdout) == (0, printed)

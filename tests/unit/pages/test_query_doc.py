@@ -23,8 +23,9 @@ runner = CliRunner()
 
 
 def table(heading: str) -> list[list[str]]:
-    """Return the cells of the first table after a heading."""
-    rows = re.search(r"^\|.*?\n\n", TEXT[TEXT.index(heading) :], re.MULTILINE | re.DOTALL)
+    """Return the cells of the first table after a heading of the page of the language."""
+    text = (ROOT / "docs" / "query-language.md").read_text(encoding="utf-8")
+    rows = re.search(r"^\|.*?\n\n", text[text.index(heading) :], re.MULTILINE | re.DOTALL)
     assert rows is not None
     return [line.strip("|").split("|") for line in rows[0].strip().splitlines()[2:]]
 

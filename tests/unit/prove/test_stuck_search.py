@@ -9,13 +9,14 @@ from pathlib import Path
 
 import pytest
 from scanrack.jobs.fuzz import search
+from scanrack.jobs.fuzz.aim.corpus import STEP_WORTH
 from scanrack.jobs.fuzz.campaign.state import State
 from scanrack.jobs.fuzz.job import Setup, bench_of
 from scanrack.jobs.fuzz.reached import reached
 from scanrack.jobs.fuzz.scenarios.kinds import Kind
-from scanrack.jobs.fuzz.scenarios.scenario import Scenario
+from scanrack.jobs.fuzz.scenarios.scenario import Push, Scenario
 from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.prove.serving.stuck import PATIENCE, SolverStep
+from scanrack.jobs.prove.serving.stuck import NEAR, PATIENCE, WAYS, SolverStep
 
 CODE = """\
 PROGRAM code
@@ -84,12 +85,13 @@ def test_the_answer_opens_the_lock_and_what_is_dead_is_no_gap(setup):
     job = load_job(setup.rack)
     state = after_runs(setup)
     scenarios: list[Scenario] = []
-    step = SolverStep(job)
-    while step.asked < 20 and (answers := step(state)):
+    step = SolverStep(job, bench_of(setup))
+    after = state
+    while step.asked < 20 and (answers := step(after)):
         scenarios += answers
-    after = after_runs(setup, *scenarios)
+        after = after_runs(setup, *scenarios)
     assert not [each for each in gaps(job, after) if "Open" in each]
-    assert [each.text for each in step.gaps(after) if "Never" in each.text] == []
+    assert [each.text for each in step.gaps(reached(job, after.kept.seen)) if "Never" in each.text] == []
     assert "OTE(Never) in Main, rung 4" in gaps(job, after)
 
 
@@ -98,11 +100,32 @@ def test_nothing_is_asked_before_its_time_nor_twice(setup):
     job = load_job(setup.rack)
     state = after_runs(setup)
     state.stale = PATIENCE - 1
-    step = SolverStep(job)
+    step = SolverStep(job, bench_of(setup))
     assert (step(state), step.asked) == ((), 0)
     state.stale = PATIENCE
-    for _ in range(10):
+    for _ in range(30):
         step(state)
     most = step.asked
     step(state)
-    assert step.asked == most <= 16
+    assert step.asked == most <= WAYS * 16
+
+
+@pytest.mark.extra("prove")
+def test_an_entry_of_the_corpus_is_where_a_question_begins(setup):
+    """The lock's first half is open, its buttons still held: from there on they are let go, then b and d."""
+    job = load_job(setup.rack)
+    first = Scenario(pushes=(Push(2, "a", 0, 5_000_000_000), Push(2, "c", 50_000_000, 5_000_000_000)))
+    state = after_runs(setup, first)
+    state.kept.entries[-1].worth = STEP_WORTH
+    (point,) = (
+        each.number
+        for each in reached(job, state.kept.seen).gaps
+        if each.number is not None and each.text.startswith("OTE(Open")
+    )
+    found = SolverStep(job, bench_of(setup))._asked(point, NEAR + 1, state.kept.entries[-1:])
+    assert found is not None
+    known = state.kept.entries[-1].points[-1] + 1
+    assert {each.at_ns + each.for_ns for each in found.pushes[:2]} == {known * 10_000_000}
+    assert {each.input for each in found.pushes[2:]} >= {"b", "d"}
+    assert min(each.at_ns for each in found.pushes[2:]) >= known * 10_000_000
+    assert not [each for each in gaps(job, after_runs(setup, first, found)) if "Open" in each]

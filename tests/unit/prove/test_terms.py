@@ -118,6 +118,20 @@ def test_many_runs_at_once_compute_what_each_alone_does(seed: int) -> None:
         assert [column[number] for column in got] == evaluate(roots, each)
 
 
+@given(st.lists(st.tuples(st.integers(), st.integers()), min_size=3, max_size=3), st.integers(1, 70))
+def test_numbers_wider_than_a_word_of_many_runs_are_those_of_one(lanes, bits: int) -> None:
+    a, b = t.var("a", INT, -(1 << 1024), 1 << 1024), t.var("b", INT, -(1 << 1024), 1 << 1024)
+    low = numbers.wrap(a, bits)
+    roots = [low, numbers.wrap(b, -bits), numbers.lt(a, b), numbers.eq(low, b), t.ite(numbers.lt(a, b), a, b)]
+    roots += [numbers.add(a, b), numbers.mul(low, numbers.wrap(b, bits))]
+    columns = {
+        name: np.array(each, object) for name, each in zip("ab", zip(*lanes, strict=True), strict=True)
+    }
+    many = [each.tolist() for each in BatchEvaluator(roots, lanes=3)(columns)]
+    for number, (x, y) in enumerate(lanes):
+        assert [column[number] for column in many] == evaluate(roots, {"a": x, "b": y})
+
+
 @given(FLOATS, FLOATS)
 def test_floats_of_many_runs_are_those_of_one(x: float, y: float) -> None:
     a, b = t.var("a", F32), t.var("b", F32)

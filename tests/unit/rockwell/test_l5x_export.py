@@ -135,3 +135,13 @@ def test_the_command(tmp_path):
         CliRunner().invoke(build(), ["l5x", str(tmp_path / "plant.rung"), "--export", "Main"]).exit_code == 0
     )
     assert read_program(tmp_path / "plant.rung").name == "plant"
+
+
+@pytest.mark.parametrize(
+    "routine",
+    ["ROUTINE Main\nXIC(Go)ASSERT(Go);\nEND", "ROUTINE Main ST\nIF Go THEN\n  ASSERT(Go);\nEND_IF;\nEND"],
+)
+def test_an_instruction_that_no_controller_has_is_refused(routine):
+    program = parse_program(f"PROGRAM one\nTAG Go : BOOL\n{routine}\n")
+    with pytest.raises(LadderError, match="routine Main has ASSERT, which no controller has"):
+        export_l5x(program, "one")

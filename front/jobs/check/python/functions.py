@@ -9,6 +9,8 @@ from typing import Any
 
 from ....io_images.amci3601 import Configuration, FindHome, Move
 from ....io_images.amci3601.words import is_stepper
+from ....io_images.input_files import read_input_text
+from ....io_images.text_limits import TextKind
 from ....runtime.config.rackspec import RackSpec
 from ..facts import Facts, FileLine, Remark, SentCommand
 from .attributes import note_names
@@ -25,7 +27,7 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
     Args:
         names: the names of its module, with their values.
     """
-    tree = ast.parse(path.read_text("utf-8"))
+    tree = ast.parse(read_input_text(path, TextKind.PYTHON))
     reader = Reader(str(path), tree, names)
     facts = Facts(not_seen=["values that the program computes", "words written without a command's class"])
     moves: list[tuple[FileLine, str, int]] = []

@@ -18,7 +18,9 @@ from inspect import getattr_static
 from pathlib import Path
 from typing import Any
 
+from ....io_images.input_files import read_input_text
 from ....io_images.site import NOWHERE, Site, SiteError, sites_of
+from ....io_images.text_limits import TextKind
 from ....ladder.python.axis3601 import Axis3601
 from ....ladder.python.sequences import (
     Input,
@@ -259,7 +261,7 @@ def _texts(program: type, path: Path) -> Iterator[tuple[Path, ast.Module, Mappin
             continue
         seen.add(file)
         own = path if Path(file).resolve() == path.resolve() else Path(file)
-        yield own, ast.parse(own.read_text("utf-8")), vars(module)
+        yield own, ast.parse(read_input_text(own, TextKind.PYTHON)), vars(module)
 
 
 def _uses_bit(logic: Logic, texts: Sequence[ast.Module]) -> UsesBit:

@@ -6,7 +6,9 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
+from ....io_images.input_files import read_input
 from ....io_images.site import Site
+from ....io_images.text_limits import LIMITS, TextKind
 from ....ladder.debug.crossref import Mention, mentions_of
 from ....ladder.model.operands import Constant, Place, first_leaf
 from ....ladder.model.spec import Use
@@ -88,7 +90,8 @@ class Variables:
 def declaration_lines(path: Path) -> Callable[[str], int]:
     """Return a function that finds the first line of a file that names a tag, 1 if none does."""
     lines: dict[str, int] = {}
-    for number, line in enumerate(path.read_text("utf-8", errors="replace").splitlines(), 1):
+    text = read_input(path, LIMITS[TextKind.EXPORT].size).decode("utf-8", "replace")
+    for number, line in enumerate(text.splitlines(), 1):
         for word in re.findall(r"\w+", line.partition("//")[0]):
             lines.setdefault(word.upper(), number)
     return lambda name: lines.get(name.rpartition(".")[2].upper(), 1)

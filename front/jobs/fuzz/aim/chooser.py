@@ -2,10 +2,10 @@
 
     the first run             no events, or the scenario that is varied
     then a run a button       it is held for a time: does the program answer?
-    then 150 runs             half begin from nothing, aimed at the edges of a run of the corpus
+    then 150 runs             two in five begin from nothing, aimed at the edges of a run of the corpus
     later                     a quarter begin from nothing
 
-A quarter are of the sweep, as long as it has any; the others vary an entry of the corpus.
+Three in ten are of the sweep, as long as it has any; the others vary an entry of the corpus.
 A child of an entry keeps its beginning up to a point where something was new, and draws what follows; or it
 moves a part, lengthens one, replaces one, or joins another entry.
 """
@@ -27,12 +27,15 @@ from .times import MS
 BLIND = 150
 """Number of runs of a campaign that begin from nothing, as a rule."""
 
-FRESH_FIRST, FRESH, SWEPT_FIRST, SWEPT = 0.45, 0.25, 0.2, 0.25
+FRESH_FIRST, FRESH, SWEPT_FIRST, SWEPT = 0.4, 0.25, 0.3, 0.3
 """Shares of runs that begin from nothing, in the first runs and later, and those of the sweep."""
 
 FELT_AT, FELT_MS, MOST_FELT = 0.3, 300, 24
 """When a button is held to see whether the program answers, as a share of the run; how long, unless the
 program has times; and the largest number of such runs."""
+
+TRIMMING = 0.25
+"""Runs of trimming for each other run, about: where entries are many, most of them wait for it."""
 
 MOST_PARTS = 12
 """A scenario with more parts is cut before it is varied."""
@@ -59,6 +62,7 @@ class Chooser:
         for contact in corpus.answered:
             draws.contacts.answered(contact)
         self._felt: Contact | None = None
+        self._runs = self._trimming = 0  # of this search
 
     def next(self, run: Run) -> Scenario:
         """Return the next scenario.
@@ -67,6 +71,7 @@ class Chooser:
             run: for the runs that trim an entry.
         """
         self.corpus.runs += 1
+        self._runs += 1
         random, draws = self._random, self._draws
         if self._first is None:
             return self._base or Scenario()
@@ -81,11 +86,19 @@ class Chooser:
         if way < fresh + swept_too and (swept := self._sweep.next()) is not None:
             return swept
         entry = self.corpus.choose(random)
-        trim(entry, run, draws.scan_ns)
+        if self._trimming < TRIMMING * self._runs:
+            trim(entry, self._counted(run), draws.scan_ns)
         self._sweep.take(entry)
         if entry.worth >= WAY_WORTH:
             self._needed(entry.scenario)
         return self._child(entry)
+
+    def _counted(self, run: Run) -> Run:
+        def counted(scenario: Scenario) -> Edges | None:
+            self._trimming += 1
+            return run(scenario)
+
+        return counted
 
     def _feeler(self) -> Scenario:
         """Return a scenario with one contact, held for the longest time of the program."""

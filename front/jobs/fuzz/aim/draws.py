@@ -19,17 +19,20 @@ from typing import Any
 from ....io_images.amci3601.firmware import KNOWN, Firmware
 from ....io_images.image import WORDS
 from ....runtime.config.rackspec import RackSpec
+from ....runtime.live.orders import Write
 from ....runtime.loop.incidents import FaultKind, Incident
 from ....runtime.modules.record import Trait
 from ....runtime.modules.registry import has
 from ..scenarios.kinds import (
     Kind,
     card_signals,
+    masters,
     possible_kinds,
     with_trait,
 )
+from ..scenarios.panel import PanelTag
 from ..scenarios.parts import Lasting, Timed, parts_of, scenario_of, timed_parts, with_part
-from ..scenarios.scenario import LostSteps, Push, Scenario, Shift, Signal, Tear
+from ..scenarios.scenario import GivenOrder, LostSteps, Push, Scenario, Shift, Signal, Tear, Turn
 from ..scenarios.tearing import Rung
 from .contacts import Contact, Contacts
 from .edges import INPUTS, NEAR, NO_EDGES, Edges
@@ -75,6 +78,9 @@ BEAT_MS = (6, 10, 20, 40, 100, 200, 400)
 AROUND = (-1, 0, 1, 1, 2, 3, 5, 10)
 """Scans by which a time of the program is exceeded."""
 
+PARTS_OF_SPEED, WAYS = (1.0, 1.0, 0.5, 0.1, 0.01), (1, 1, 1, -1)
+"""Speeds of a master encoder, as parts of its greatest one, and its directions."""
+
 LINKS = (FaultKind.LINK_LOST, FaultKind.REMOVED, FaultKind.FATAL_ERROR)
 REPLIES = (FaultKind.REPLIES_LOST, FaultKind.REPLIES_DAMAGED)
 
@@ -90,10 +96,17 @@ class Draws:
         kinds: random events, as far as they are possible.
         random: any generator; the same one draws the same scenarios.
         rungs: where inputs may change within a scan, see `scenarios.tearing`.
+        settings: tags that an operator writes, with values to try.
     """
 
     def __init__(
-        self, spec: RackSpec, scans: int, kinds: Collection[Kind], random: Random, rungs: Sequence[Rung] = ()
+        self,
+        spec: RackSpec,
+        scans: int,
+        kinds: Collection[Kind],
+        random: Random,
+        rungs: Sequence[Rung] = (),
+        settings: Sequence[PanelTag] = (),
     ) -> None:
         self._spec, self.scans, self._random = spec, scans, random
         self.scan_ns = spec.scan_ns
@@ -105,8 +118,9 @@ class Draws:
         self._answering = with_trait(spec, Trait.STOPS_ANSWERING)
         self._lines = with_trait(spec, Trait.LINE)
         self._slipping = with_trait(spec, Trait.SLIPS)
-        self._rungs = rungs
+        self._rungs, self._settings = rungs, settings
         self._signals = card_signals(spec)
+        self._masters = masters(spec)
         self._all = [make for weight, make in self._makers() for _ in range(weight)]
         self._events = self._all
         self._conditions = list(self._untimed())
@@ -298,6 +312,10 @@ class Draws:
                 yield 6, self._press
             if self._signals:
                 yield 2, self._signal
+            if self._settings:
+                yield 3, self._setting
+        if Kind.MACHINE in kinds and self._masters:
+            yield 4, self._turn
         if Kind.LINK in kinds:
             yield 2, self._link
         if Kind.POWER in kinds:
@@ -318,6 +336,17 @@ class Draws:
     def _signal(self, at: int, edges: Edges) -> Signal:
         slot, name, value = self._random.choice(self._signals)
         return Signal(slot, name, value, at * self.scan_ns, self._lasting(at, edges))
+
+    def _setting(self, at: int, _edges: Edges) -> GivenOrder:
+        setting = self._random.choice(self._settings)
+        return GivenOrder(at * self.scan_ns, Write(setting.tag, self._random.choice(setting.values)))
+
+    def _turn(self, at: int, edges: Edges) -> Turn:
+        """Return a movement of a master encoder at a part of its speed, either way."""
+        slot, speed = self._random.choice(self._masters)
+        for_ns = max(MS, self._lasting(at, edges))
+        counts = max(1, round(speed * self._random.choice(PARTS_OF_SPEED) * for_ns / 1e9))
+        return Turn(slot, counts * self._random.choice(WAYS), at * self.scan_ns, for_ns)
 
     def _link(self, at: int, edges: Edges) -> Incident:
         what, slot = self._random.choice(LINKS), self._random.choice(self._answering)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Hashable, Sequence
 from itertools import pairwise
 from random import Random
@@ -28,8 +29,11 @@ ANSWERS = (COMMAND, "path", STATE)
 THIN_SCANS = 3
 """Longest duration of a thin state, scans."""
 
-NEAR = (-2, -1, -1, -1, 0, 0, 0, 1, 1, 1, 2, 3, 5, 8)
-"""Distances from an edge, scans: an event in scan n is seen in n or n + 1, its answer later."""
+NEAR = (-8, -5, -3, -2, -1, -1, -1, 0, 0, 0, 1, 1, 1, 2, 3, 5, 8)
+"""Distances from an edge, scans: an event in scan n is seen in n or n + 1, its answer later.
+
+Before an edge something ends, such as the last steps of a move.
+"""
 
 SOON = 8
 """Number of edges after an event that are preferred."""
@@ -39,6 +43,9 @@ MOST_SCANS, MOST_KINDS = 200, 2_000
 
 BEGINNING = 5
 """Scans after power-up in which everything is thin."""
+
+MOST_STEPS = 4
+"""Small values of a tag up to which it may be a step, though it has great values, too; others only count."""
 
 
 class Edges:
@@ -72,13 +79,20 @@ class Edges:
         {2: [90]}
         """
         by_scan: dict[int, Hashable] = {}
+        quantities = self._quantities()
         for kind, scans in self.groups.get(STATE, {}).items():
-            for scan in scans:
-                by_scan.setdefault(scan, kind)
+            if _tag(kind) not in quantities:
+                for scan in scans:
+                    by_scan.setdefault(scan, kind)
         ordered = sorted(by_scan)
         for scan, end in pairwise(ordered):
             if end - scan <= THIN_SCANS and scan > BEGINNING:
                 self.add(THIN, by_scan[scan], scan)
+
+    def _quantities(self) -> set[Hashable]:
+        """Return place and name of the integers that run through their values, as a position does."""
+        small = Counter(_tag(kind) for kind in self.groups.get(STATE, ()))
+        return {tag for kind in self.groups.get(SIZE, ()) if small[tag := _tag(kind)] > MOST_STEPS}
 
     def firsts(self) -> dict[tuple[str, Hashable], int]:
         """Return the scan of the first time of each change, by group and kind, as far as it may be new."""
@@ -119,6 +133,10 @@ class Edges:
         scans = group[random.choice(list(group))]
         later = [scan for scan in scans if scan >= first - 2] or scans
         return random.choice(later[:SOON] if random.random() < 0.6 else later) + random.choice(NEAR)
+
+
+def _tag(kind: Hashable) -> Hashable:
+    return kind[:2] if isinstance(kind, tuple) else kind
 
 
 NO_EDGES = Edges()

@@ -29,7 +29,7 @@ class Rests:
 
     def begin(self, scenario: Scenario, spec: RackSpec) -> Rester:
         """Return what ends the run of a scenario."""
-        ends_ns = [_end_ns(part) for part in timed_parts(scenario)] + [each.at_ns for each in scenario.orders]
+        ends_ns = [_end_ns(part) for part in timed_parts(scenario)]
         whole = [part for _, part in parts_of(scenario) if not hasattr(part, "at_ns")]
         return Rester(self._firsts, repr(whole), max(ends_ns, default=0) // spec.scan_ns + 2)
 

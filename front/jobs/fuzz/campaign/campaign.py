@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ..aim.corpus import Corpus
 from ..scenarios.scenario import Scenario
@@ -33,6 +33,19 @@ TRIES = 3
 
 
 @dataclass(frozen=True, slots=True)
+class Allowance:
+    """The time that a task may take, ns; None = any."""
+
+    wall_ns: int | None = None
+    processor_ns: int | None = None
+
+    def covers(self, wall_ns: int, processor_ns: int) -> bool:
+        """Return whether there is more than what was used."""
+        used = (self.wall_ns, wall_ns), (self.processor_ns, processor_ns)
+        return all(limit is None or each < limit for limit, each in used)
+
+
+@dataclass(frozen=True, slots=True)
 class Task:
     """One search."""
 
@@ -42,6 +55,7 @@ class Task:
     base: Scenario | None = None  # a scenario to vary, or None
     corpus: Corpus | None = None  # what earlier rounds have found
     again: tuple[Scenario, ...] = ()  # scenarios to run first, of a corpus on disk
+    allowance: Allowance = Allowance()  # at its beginning
 
 
 Work = Callable[[Task], SearchReport]
@@ -63,6 +77,7 @@ def campaign(
     again: tuple[Scenario, ...] = (),
     asked: Asked = lambda _state: (),
     go_on: Callable[[], bool] = lambda: True,
+    allowance: Callable[[], Allowance] = Allowance,
     news: Callable[[list[Counterexample]], None] = lambda _found: None,
 ) -> None:
     """Run rounds of tasks until all are done, or until `go_on` returns False; the state collects the results.
@@ -74,13 +89,14 @@ def campaign(
         again: scenarios of a corpus on disk; the first round runs them.
         asked: called between two rounds; what it returns is run first.
         go_on: called before every task.
+        allowance: called before every task; returns the time it may take.
         news: called after every task with its findings.
 
     Raises:
         CampaignError: a task's worker has died several times.
         InvariantError: an invariant raised.
     """
-    desk = _Desk(work, executor, jobs, go_on)
+    desk = _Desk(work, executor, jobs, go_on, allowance)
     rounds = _rounds(state, examples, None if tasks is None else state.tasks + tasks, known, again, asked)
     try:
         for given in rounds:
@@ -96,12 +112,18 @@ class _Desk:
     """Submits the tasks of a round and collects their reports."""
 
     def __init__(
-        self, work: Work, executor: Callable[[], Executor], jobs: int | None, go_on: Callable[[], bool]
+        self,
+        work: Work,
+        executor: Callable[[], Executor],
+        jobs: int | None,
+        go_on: Callable[[], bool],
+        allowance: Callable[[], Allowance],
     ) -> None:
         self._work = work
         self._executor = executor
         self._jobs = jobs
         self._go_on = go_on
+        self._allowance = allowance
         self._pool = executor()
         self._running: dict[Future[SearchReport], Task] = {}
         self._early: dict[int, SearchReport] = {}
@@ -136,7 +158,8 @@ class _Desk:
         self._tried[task.number] += 1
         if self._tried[task.number] > TRIES:
             raise CampaignError(f"task {task.number}: its worker has died {TRIES} times")
-        self._running[self._pool.submit(self._work, task)] = task
+        given = replace(task, allowance=self._allowance())
+        self._running[self._pool.submit(self._work, given)] = task
 
     def _take(self, done: set[Future[SearchReport]]) -> None:
         """Store a report; submit a task again if its worker died."""

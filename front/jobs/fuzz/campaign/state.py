@@ -68,6 +68,7 @@ class State:
     steps: str = ""
     processor_ns: int = field(default=0, compare=False)
     shrinking: int = field(default=0, compare=False)
+    unshrunk: int = field(default=0, compare=False)
     spent: Counter[str] = field(default_factory=Counter, compare=False)
     printed: int = field(default=0, compare=False)
     greatest: dict[str, float] = field(default_factory=dict, compare=False)
@@ -85,6 +86,7 @@ class State:
         self.steps = sha256(self.steps.encode() + report.steps).hexdigest()
         self.processor_ns += report.processor_ns
         self.shrinking += report.shrinking
+        self.unshrunk += report.unshrunk
         self.spent.update(report.spent)
         self.printed += report.printed
         keep_greatest(self.greatest, report.greatest)

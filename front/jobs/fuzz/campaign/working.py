@@ -6,6 +6,7 @@ import os
 from contextlib import suppress
 from dataclasses import dataclass
 
+from ....runtime.loop.pace import wall_ns
 from .. import Counterexample, SearchReport, search
 from ..job import Setup, bench_of
 from .campaign import Task
@@ -30,7 +31,7 @@ class Work:
 
     def __call__(self, task: Task) -> SearchReport:
         """Run a task's search."""
-        begin_s = _processor_s()
+        begin_ns, begin_wall_ns = _processor_ns(), wall_ns()
         bench = bench_of(self.setup)
         report = search(
             bench,
@@ -43,8 +44,9 @@ class Work:
             again=task.again,
             told=self._keep,
             confirm=Confirmation(self.setup),
+            go_on=lambda: task.allowance.covers(wall_ns() - begin_wall_ns, _processor_ns() - begin_ns),
         )
-        report.processor_ns = round((_processor_s() - begin_s) * 1e9)
+        report.processor_ns = _processor_ns() - begin_ns
         return report
 
     def _keep(self, found: Counterexample) -> None:
@@ -54,9 +56,9 @@ class Work:
                 self.finds.put(found.scenario, found.broken.invariant)
 
 
-def _processor_s() -> float:
-    """Return the processor time of this process and of the children that have ended, seconds."""
-    return sum(os.times()[:4])
+def _processor_ns() -> int:
+    """Return the processor time of this process and of the children that have ended, ns."""
+    return round(sum(os.times()[:4]) * 1e9)
 
 
 @dataclass(frozen=True, slots=True)

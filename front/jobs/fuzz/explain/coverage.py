@@ -3,22 +3,28 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Collection, Iterable, Iterator
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ....io_images.amci3601.words import may_be_stepper
+from ....ladder import LadderLogic
 from ....ladder.compiler import ObservedScanner
 from ....ladder.compiler.observed import lines_of, truth_of
 from ....ladder.run.engine import Engine
-from ....ladder.state.lowered import LoweredLine, LoweredProgram
+from ....ladder.state.lowered import LoweredLine, LoweredProgram, LoweredRoutine
 from ....runtime.loop.rack import Rack
 from ....runtime.loop.scan import ScanLogic
+from ...check.rungs.structure import own_routines
+from ...load.loading import Job
 from ..aim.branches import branch_lines
 from ..aim.edges import Edges
 from ..aim.probe import Probe, noting
 from ..run import TrialBench
 from ..scenarios.scenario import Scenario
+from .unfired import GivenWords
 
 DeadPlace = tuple[str, int | str | None, str, str]
 """What is proved never to happen: routine, rung, instruction as text, state."""
@@ -38,30 +44,70 @@ class CoveredLine:
     never: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class Coverage:
+    """What some runs went through.
+
+    Attributes:
+        lines: of the program, with their gaps, in its order.
+        given: what the words of each 3601 were, by slot.
+    """
+
+    lines: list[CoveredLine]
+    given: Mapping[int, GivenWords]
+
+
 def coverage_of(
-    bench: TrialBench, scenarios: Iterable[Scenario], program: Path, dead: Collection[DeadPlace] = ()
-) -> list[CoveredLine]:
-    """Run scenarios and return the lines of the program with their gaps, in its order.
+    bench: TrialBench, scenarios: Iterable[Scenario], job: Job, dead: Collection[DeadPlace] = ()
+) -> Coverage:
+    """Run scenarios and return what they went through.
 
     Args:
-        program: its file, whose lines are shown of a Python program.
+        job: whose program it is; blocks that came with the package are left out.
         dead: what is proved dead, and is no gap.
     """
-    tally = _Tally()
+    tally = PowerTally()
     for scenario in scenarios:
         bench.run(scenario, without=bench.names, probe=_TallyProbe(tally))
+    return Coverage(covered_lines(tally, job, dead), tally.given)
+
+
+def covered_lines(tally: PowerTally, job: Job, dead: Collection[DeadPlace] = ()) -> list[CoveredLine]:
+    """Return the lines of a program with what never happened in them, in its order."""
     if tally.lowered is not None:
-        return list(_ladder_lines(tally, tally.lowered, frozenset(dead)))
-    return list(_python_lines(tally, program))
+        return list(_ladder_lines(tally, tally.lowered, job, frozenset(dead)))
+    return list(_python_lines(tally, job.program))
+
+
+def places_in(bench: TrialBench, scenario: Scenario, job: Job) -> frozenset[str]:
+    """Run a scenario; return what passed power or was taken, with its routine or file, without numbers."""
+    tally = PowerTally()
+    bench.run(scenario, without=bench.names, probe=_TallyProbe(tally))
+    if (lowered := tally.lowered) is not None:
+        lines = [(routine, line) for routine in _own(job, lowered) for line in routine.lines]
+        numbers = {key: number for number, key in enumerate(lines_of(lowered))}
+        return frozenset(
+            f"{routine.name}: {lowered.sites[step.site].instruction}"
+            for routine, line in lines
+            for step, on in zip(
+                line.steps, tally.on.get(numbers[routine.name.upper(), line.number], ()), strict=False
+            )
+            if on
+        )
+    data, program = job.program.read_bytes(), job.program
+    text = data.decode("utf-8", "replace").splitlines()
+    branches = zip(branch_lines(data, str(program)), tally.branches, strict=False)
+    return frozenset(f"{program.name}: {text[line - 1].strip()}" for line, taken in branches if taken)
 
 
 @dataclass(slots=True)
-class _Tally:
+class PowerTally:
     """What happened in the runs.
 
     Attributes:
         on, off: of each line of a ladder program, by instruction, whether it ever passed power, or none.
         branches: of a Python program, whether each was taken.
+        given: what the words of each 3601 were.
     """
 
     lowered: LoweredProgram | None = None
@@ -69,6 +115,7 @@ class _Tally:
     on: dict[int, list[bool]] = field(default_factory=dict)
     off: dict[int, list[bool]] = field(default_factory=dict)
     branches: bytearray = field(default_factory=bytearray)
+    given: defaultdict[int, GivenWords] = field(default_factory=lambda: defaultdict(GivenWords))
 
     def add_notes(self, notes: list[Any]) -> None:
         """Add the power in the rungs of a scan."""
@@ -76,16 +123,20 @@ class _Tally:
         for line, reading in enumerate(self.scanner.readings):
             truth = truth_of(notes, line, reading)
             if truth is not None:
-                on = self.on.setdefault(line, [False] * len(truth))
-                off = self.off.setdefault(line, [False] * len(truth))
-                for place, each in enumerate(truth):
-                    (on if each else off)[place] = True
+                self.add(line, truth)
+
+    def add(self, line: int, truth: Sequence[bool]) -> None:
+        """Add the power behind each instruction of a line, by its number in `lines_of`."""
+        on = self.on.setdefault(line, [False] * len(truth))
+        off = self.off.setdefault(line, [False] * len(truth))
+        for place, each in enumerate(truth):
+            (on if each else off)[place] = True
 
 
 class _TallyProbe(Probe):
     """Adds the scans of a run to a tally."""
 
-    def __init__(self, tally: _Tally) -> None:
+    def __init__(self, tally: PowerTally) -> None:
         super().__init__(Edges())
         self._tally = tally
         self._seen_notes: list[Any] = []
@@ -97,13 +148,18 @@ class _TallyProbe(Probe):
         return super().prepared(logic)
 
     def watch(self, logic: ScanLogic, rack: Rack) -> None:
-        """Take the branches of a Python program."""
+        """Take the rack, and the branches of a Python program."""
         super().watch(logic, rack)
+        self._steppers = [slot for slot in rack.slots.values() if may_be_stepper(slot.words)]
         if not self._tally.branches:
             self._tally.branches = bytearray(len(self._branches))
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Add what differs from the scan before."""
+        if self._memory != self._seen:
+            self._seen = bytes(self._memory)
+            for slot in self._steppers:
+                self._tally.given[slot.number].note(slot)
         if self._notes and self._notes != self._seen_notes:
             self._seen_notes = self._notes.copy()
             self._tally.add_notes(self._notes)
@@ -113,10 +169,10 @@ class _TallyProbe(Probe):
 
 
 def _ladder_lines(
-    tally: _Tally, lowered: LoweredProgram, dead: frozenset[DeadPlace]
+    tally: PowerTally, lowered: LoweredProgram, job: Job, dead: frozenset[DeadPlace]
 ) -> Iterator[CoveredLine]:
     numbers = {key: number for number, key in enumerate(lines_of(lowered))}
-    for routine in lowered.routines.values():
+    for routine in _own(job, lowered):
         for line in routine.lines:
             number = numbers[routine.name.upper(), line.number]
             place = f"{routine.name} {routine.unit} {line.number}"
@@ -124,8 +180,13 @@ def _ladder_lines(
             yield CoveredLine(place, line.text, gaps)
 
 
+def _own(job: Job, lowered: LoweredProgram) -> Iterable[LoweredRoutine]:
+    assert isinstance(job.logic, LadderLogic)
+    return own_routines(job.logic, lowered)
+
+
 def _gaps(
-    tally: _Tally, number: int, line: LoweredLine, lowered: LoweredProgram, dead: frozenset[DeadPlace]
+    tally: PowerTally, number: int, line: LoweredLine, lowered: LoweredProgram, dead: frozenset[DeadPlace]
 ) -> Iterator[str]:
     sites = [lowered.sites[step.site] for step in line.steps]
     if number not in tally.on:
@@ -140,7 +201,7 @@ def _gaps(
             yield f"{site.instruction}: never off"
 
 
-def _python_lines(tally: _Tally, program: Path) -> Iterator[CoveredLine]:
+def _python_lines(tally: PowerTally, program: Path) -> Iterator[CoveredLine]:
     data = program.read_bytes()
     never = _branch_gaps(data, str(program), tally.branches)
     for number, text in enumerate(data.decode("utf-8", "replace").splitlines(), 1):

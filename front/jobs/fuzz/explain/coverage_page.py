@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from pathlib import Path
+from typing import NamedTuple
 
+from ....traces.files.guard import PAGE
+from ....traces.files.newfile import new_file
 from ..folder_lock import write_text
 from .coverage import CoveredLine
+from .unfired import ERROR_RULES, SilentRule
 
 STYLE = """\
 :root { color-scheme: light dark; --ink: #1b1f24; --soft: #57606a; --gap: #fff1e5; --edge: #bc4c00;
@@ -17,6 +21,7 @@ body { font: 15px system-ui, sans-serif; margin: 1.5em auto; max-width: 70em; pa
 ol { list-style: none; margin: 0; padding: 0 }
 li { display: flex; flex-wrap: wrap; gap: 0 1em; padding: .1em .5em; border-left: 4px solid transparent }
 li.gap { background: var(--gap); border-color: var(--edge) }
+li div { flex: 1 1 20em; min-width: 0 }
 li span { color: var(--soft); flex: 0 0 10em } li b { color: var(--edge); flex: 1 0 100% }
 code { font-family: "DejaVu Sans Mono", Menlo, Consolas, monospace; font-size: 13px; white-space: pre-wrap;
   overflow-wrap: anywhere; flex: 1 1 20em; min-width: 0 }
@@ -25,16 +30,39 @@ code { font-family: "DejaVu Sans Mono", Menlo, Consolas, monospace; font-size: 1
 }"""
 
 
-def save_coverage(file: Path, title: str, lines: Sequence[CoveredLine], runs: int) -> None:
+def save_coverage(
+    file: Path, title: str, lines: Sequence[CoveredLine], runs: int, never: Sequence[SilentRule] = ()
+) -> None:
     """Write the page.
 
     Args:
         runs: number of the runs that it is of.
+        never: the error rules that never fired.
 
     Raises:
         OSError: it can't be written.
     """
-    write_text(file, "\n".join([*_page(title, lines, runs), ""]))
+    said = f"{coverage_line(lines)}, in {runs:,} runs that showed something new."
+    parts = [_Part("", said, map(_row, lines))]
+    if never:
+        heading = f"Error rules that never fired: {len(never)} of {len(ERROR_RULES)}"
+        parts.append(_Part(heading, "", map(_rule, never)))
+    write_text(file, _page(title, parts))
+
+
+def save_programs(file: Path, programs: Iterable[tuple[str, Sequence[CoveredLine]]]) -> None:
+    """Write a page of several programs.
+
+    Args:
+        programs: each one's file and lines.
+
+    Raises:
+        OwnedError: a file of another kind is there.
+        OSError: it can't be written.
+    """
+    parts = [_Part(name, f"{coverage_line(lines)}.", map(_row, lines)) for name, lines in programs]
+    with new_file(file, PAGE, encoding="utf-8") as page:
+        page.write(_page("Rung coverage", parts))
 
 
 def coverage_line(lines: Sequence[CoveredLine]) -> str:
@@ -45,13 +73,37 @@ def coverage_line(lines: Sequence[CoveredLine]) -> str:
     )
 
 
-def _page(title: str, lines: Sequence[CoveredLine], runs: int) -> Iterator[str]:
+class _Part(NamedTuple):
+    """A part of a page."""
+
+    heading: str
+    said: str
+    rows: Iterable[str]
+
+
+def _page(title: str, parts: Iterable[_Part]) -> str:
+    return "\n".join([*_lines(title, parts), ""])
+
+
+def _lines(title: str, parts: Iterable[_Part]) -> Iterator[str]:
     yield f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
     yield '<meta name="viewport" content="width=device-width, initial-scale=1">'
     yield f"<style>\n{STYLE}\n</style></head><body>\n<h1>{escape(title)}</h1>"
-    yield f"<p>{coverage_line(lines)}, in {runs:,} runs that showed something new.</p>\n<ol>"
-    yield from map(_row, lines)
-    yield "</ol>\n</body></html>"
+    for part in parts:
+        if part.heading:
+            yield f"<h2>{escape(part.heading)}</h2>"
+        if part.said:
+            yield f"<p>{part.said}</p>"
+        yield "<ol>"
+        yield from part.rows
+        yield "</ol>"
+    yield "</body></html>"
+
+
+def _rule(each: SilentRule) -> str:
+    return (
+        f"<li><span>{each.rule.id}</span><div>{escape(each.rule.text)}</div><b>{escape(each.says)}</b></li>"
+    )
 
 
 def _row(line: CoveredLine) -> str:

@@ -11,8 +11,9 @@ Inputs are drawn, neither links nor power: a power cycle cures everything, and w
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import islice, pairwise
 from random import Random
 from typing import Any
 
@@ -20,12 +21,15 @@ from ..aim.draws import Draws
 from ..run import BrokenInvariant, TrialBench
 from ..scenarios.kinds import Kind
 from ..scenarios.parts import Lasting, Timed, parts_of, scenario_of, with_part
-from ..scenarios.scenario import GivenOrder, Scenario
+from ..scenarios.scenario import Scenario
 from ..search import Counterexample, behind
 from .changes import changes_in
 
 FUTURES = 40
 """Number of futures behind a scan."""
+
+PILOT = 10
+"""Number of futures while the rise is sought; the two scans that it lies between get all of them."""
 
 CLEAR = 30
 """Least rise of failing futures in one scan that is called an instant."""
@@ -52,7 +56,7 @@ class Inevitable:
         scan: the first scan behind which many do; the one after `before` unless the search for it was long.
         now_ns: its time, ns since power-up.
         few, many: how many of the futures fail behind them.
-        first: how many fail behind nothing.
+        first: how many fail behind nothing; if the instant is clear, `few`.
         changes: what changed in that scan, as sentences without a subject of their own.
     """
 
@@ -89,26 +93,41 @@ class Inevitable:
         return [told + (":" if self.changes else ""), *(f"  {each}" for each in self.changes)]
 
 
-def inevitable(bench: TrialBench, found: Counterexample, seed: int = 1) -> Inevitable:
-    """Return where a failure became inevitable: some hundred runs.
+class _OutOfTimeError(Exception):
+    """Ends the search for the instant."""
+
+
+def inevitable(
+    bench: TrialBench, found: Counterexample, seed: int = 1, go_on: Callable[[], bool] = lambda: True
+) -> Inevitable | None:
+    """Return where a failure became inevitable: 100 to 250 runs; None if there was no time for them.
 
     Args:
         seed: the same one draws the same futures.
+        go_on: whether there is time left; asked before every run.
     """
-    crowd = _Crowd(bench, found, seed)
-    failing = {-1: crowd.failing_behind(-1), found.broken.scan: FUTURES}
-    if failing[-1] >= CLEAR:
-        return Inevitable(-1, 0, 0, 0, failing[-1], failing[-1])
+    try:
+        return _found_inevitable(bench, found, _Crowd(bench, found, seed, go_on))
+    except _OutOfTimeError:
+        return None
+
+
+def _found_inevitable(bench: TrialBench, found: Counterexample, crowd: _Crowd) -> Inevitable:
+    failing = {-1: crowd.failing_behind(-1, PILOT), found.broken.scan: PILOT}
+    if failing[-1] * FUTURES >= CLEAR * PILOT and (first := crowd.failing_behind(-1)) >= CLEAR:
+        return Inevitable(-1, 0, 0, 0, first, first)
     while len(failing) < MOST_ASKED:
         before, scan = _steepest(failing)
         if scan - before == 1:
             break
         middle = (before + scan) // 2
-        failing[middle] = crowd.failing_behind(middle)
+        failing[middle] = crowd.failing_behind(middle, PILOT)
     before, scan = _steepest(failing)
+    few = crowd.failing_behind(before)
+    many = FUTURES if scan == found.broken.scan else crowd.failing_behind(scan)
+    first = few if many - few >= CLEAR else crowd.failing_behind(-1)
     changes = changes_in(bench, found.scenario, scan)
-    now_ns = scan * bench.spec.scan_ns
-    return Inevitable(before, scan, now_ns, failing[before], failing[scan], failing[-1], changes)
+    return Inevitable(before, scan, scan * bench.spec.scan_ns, few, many, first, changes)
 
 
 def _steepest(failing: dict[int, int]) -> tuple[int, int]:
@@ -120,24 +139,39 @@ def _steepest(failing: dict[int, int]) -> tuple[int, int]:
 class _Crowd:
     """The futures of a failing run."""
 
-    def __init__(self, bench: TrialBench, found: Counterexample, seed: int) -> None:
-        self._bench, self._found, self._seed = bench, found, seed
+    def __init__(
+        self, bench: TrialBench, found: Counterexample, seed: int, go_on: Callable[[], bool]
+    ) -> None:
+        self._bench, self._found, self._seed, self._go_on = bench, found, seed, go_on
         self._others = behind(bench, found.broken, ()) - {found.broken.key}
 
-    def failing_behind(self, scan: int) -> int:
-        """Return how many futures behind a scan break the same invariant; the first is undisturbed."""
+        self._fail: dict[int, list[bool]] = {}
+        self._futures: dict[int, Iterator[bool]] = {}
+
+    def failing_behind(self, scan: int, futures: int = FUTURES) -> int:
+        """Return how many futures behind a scan break the same invariant; each is run once.
+
+        Args:
+            futures: their number; fewer are the first of more.
+        """
+        known = self._fail.setdefault(scan, [])
+        rest = self._futures.setdefault(scan, self._run_behind(scan))
+        known += islice(rest, max(0, futures - len(known)))
+        return sum(known[:futures])
+
+    def _run_behind(self, scan: int) -> Iterator[bool]:
+        """Yield of each future whether it fails; nothing new happens in the first."""
         broken: BrokenInvariant = self._found.broken
         judged = broken.scan + max(LEAST_JUDGED, (broken.scan - scan) // 2)
         bench = replace(self._bench, scans=min(self._bench.scans, judged))
         random = Random(self._seed * 1_000_003 + scan)
         draws = Draws(bench.spec, bench.scans, (Kind.INPUTS,), random)
-        beginning = _beginning(self._found.scenario, scan, bench.spec.scan_ns)
-        failing = bench.run(beginning, without=self._others).broken is not None
-        count = int(failing)
-        for _ in range(FUTURES - 1):
+        future = beginning = _beginning(self._found.scenario, scan, bench.spec.scan_ns)
+        while True:
+            if not self._go_on():
+                raise _OutOfTimeError
+            yield bench.run(future, without=self._others).broken is not None
             future = _drawn(beginning, scan, draws, random)
-            count += bench.run(future, without=self._others).broken is not None
-        return count
 
 
 def _beginning(scenario: Scenario, scan: int, scan_ns: int) -> Scenario:
@@ -146,7 +180,7 @@ def _beginning(scenario: Scenario, scan: int, scan_ns: int) -> Scenario:
     return scenario_of(
         (name, part)
         for name, part in parts_of(scenario)
-        if not isinstance(part, Timed | GivenOrder) or part.at_ns <= end_ns
+        if not isinstance(part, Timed) or part.at_ns <= end_ns
     )
 
 

@@ -16,6 +16,7 @@ from ....ladder.python.axis3601 import Axis3601
 from ....ladder.python.axis3601.evidence import HOME_REST_NS
 from ....ladder.python.axis3601.kinds import GEAR, HOME
 from ....ladder.python.sequences import Logic, parts_of
+from ....ladder.run.engine import Engine
 from ....runtime.loop.scan import ScanLogic
 from ...record.logic_wrapper import unwrapped
 
@@ -53,7 +54,13 @@ def axes_in(logic: ScanLogic, tags: NamedTags) -> tuple[Question, ...]:
     inside = unwrapped(logic)
     parts = parts_of(inside) if isinstance(inside, Logic) else ()
     axes = [_of_python(each) for each in parts if isinstance(each, Axis3601)]
+    if isinstance(inside, Engine) and not any(map(_is_kind, inside.lowered.layout.leaves)):
+        return ()  # looking for each name takes as long as hundred scans
     return (*axes, *(_of_blocks(tags, name) for name in tags if f"{name}.RunKind" in tags))
+
+
+def _is_kind(path: str) -> bool:
+    return path.endswith(".RUNKIND")
 
 
 def _of_python(axis: Axis3601) -> Question:

@@ -14,9 +14,9 @@ class Kind(Enum):
     """A kind of random event."""
 
     INPUTS = "inputs"
-    """Buttons are pressed, sensors stick or break."""
+    """Buttons are pressed, sensors stick or break, a panel writes tags."""
     MACHINE = "machine"
-    """Switches are displaced, steps are lost."""
+    """Switches are displaced, steps are lost, master encoders turn."""
     LINK = "link"
     """Modules stop answering for a time."""
     POWER = "power"
@@ -56,6 +56,12 @@ def card_signals(spec: RackSpec) -> list[tuple[int, str, float]]:
         for name, values in MODULES[slot.module].signals(slot.options).items()
         for value in values
     ]
+
+
+def masters(spec: RackSpec) -> list[tuple[int, int]]:
+    """Return slot and greatest speed, counts/s, of the master encoders."""
+    speeds = [(slot.number, slot.machine.master_speed) for slot in spec.slot]
+    return [(number, speed) for number, speed in speeds if speed is not None]
 
 
 _NEEDS = {

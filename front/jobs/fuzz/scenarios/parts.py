@@ -7,20 +7,28 @@ from dataclasses import fields, replace
 from typing import Any
 
 from ....runtime.loop.incidents import Incident
-from .scenario import Press, Push, Scenario, Signal, Tear
+from .scenario import GivenOrder, Press, Push, Scenario, Signal, Tear, Turn
 
 Part = tuple[str, Any]
 """A part of a scenario: its field, and itself."""
 
 FIELDS = tuple(each.name for each in fields(Scenario))
 
-TIMED = {Press: "presses", Push: "pushes", Signal: "signals", Incident: "incidents", Tear: "tears"}
+TIMED = {
+    Press: "presses",
+    Push: "pushes",
+    Signal: "signals",
+    Turn: "turns",
+    Incident: "incidents",
+    Tear: "tears",
+    GivenOrder: "orders",
+}
 """Fields of the parts with an instant."""
 
-Lasting = Press | Push | Signal | Incident
+Lasting = Press | Push | Signal | Turn | Incident
 """A part with an instant and a duration."""
 
-Timed = Lasting | Tear
+Timed = Lasting | Tear | GivenOrder
 """A part with an instant."""
 
 

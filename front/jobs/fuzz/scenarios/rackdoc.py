@@ -15,9 +15,9 @@ from ....io_images.text_limits import TextKind
 from ....runtime.config.rackfile import parse_toml
 from ....runtime.config.rackspec import RackSpec
 from ....runtime.loop.incidents import Incident
-from ....runtime.machine import TimelineEntry
+from ....runtime.machine import MasterTurn, TimelineEntry
 from ....runtime.machine.spec import input_name
-from .scenario import Push, Scenario, entries_of, signal_entries
+from .scenario import Push, Scenario, entries_of, in_succession, signal_entries
 
 Table = dict[str, Any]
 
@@ -51,6 +51,8 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
         presses = [each for each in scenario.presses if each.slot == slot.number]
         entries = [entry for each in presses for entry in entries_of(each, slot.machine)]
         _extend(machine, "timeline", map(_entry, entries))
+        if turns := [each for each in scenario.turns if each.slot == slot.number]:
+            machine["turns"] = [_turn(each) for each in in_succession(slot.machine.turns, turns)]
         pushes = [_push(each) for each in scenario.pushes if each.slot == slot.number]
         signals = [each for each in scenario.signals if each.slot == slot.number]
         if pushes or signals:
@@ -113,6 +115,10 @@ def _entry(entry: TimelineEntry) -> Table:
 
 def _push(push: Push) -> Table:
     return {"at_ms": _ms(push.at_ns), "input": push.input, "for_ms": _ms(push.for_ns)}
+
+
+def _turn(turn: MasterTurn) -> Table:
+    return {"at_ms": _ms(turn.at_ns), "counts": turn.counts, "for_ms": _ms(turn.for_ns)}
 
 
 def _plain(value: object) -> object:

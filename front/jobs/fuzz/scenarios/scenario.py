@@ -6,7 +6,7 @@ each part of it can be left out for shrinking.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from decimal import Decimal
 from typing import Annotated, Any, ClassVar
@@ -28,7 +28,7 @@ from ....io_images.amci3601.firmware import Firmware
 from ....runtime.config.rackspec import IncidentSpec, RackSpec, SlotSpec
 from ....runtime.live.orders import Force, Order, Unforce, Write, order_of, said_of
 from ....runtime.loop.incidents import FaultKind, Incident
-from ....runtime.machine import MachineSpec, Slip, TimelineEntry
+from ....runtime.machine import MachineSpec, MasterTurn, Slip, TimelineEntry
 from ....runtime.machine.spec import InputName
 from ....runtime.modules.cards.options import InputPress
 from ....runtime.modules.registry import MODULES
@@ -85,6 +85,15 @@ class Signal(Part):
 
     input: StrictStr
     value: float  # V or mA of a channel with a range, else the raw number
+    at_ns: Time
+    for_ns: Annotated[Time, Field(gt=0)]
+
+
+@dataclass(frozen=True, slots=True)
+class Turn(Part):
+    """A master encoder turns; one that still turns from the part before begins when that ends."""
+
+    counts: StrictInt  # x4, negative counts down
     at_ns: Time
     for_ns: Annotated[Time, Field(gt=0)]
 
@@ -165,6 +174,7 @@ class Scenario:
     lost: tuple[LostSteps, ...] = ()  # lost steps
     pushes: tuple[Push, ...] = ()  # people's actions on the contacts of cards
     signals: tuple[Signal, ...] = ()
+    turns: tuple[Turn, ...] = ()  # of master encoders
     orders: Orders = ()  # an operator's, of a proof's scenario
     tears: tuple[Tear, ...] = ()  # scans within which the inputs change
 
@@ -185,6 +195,8 @@ class Scenario:
         entries = tuple(entry for each in presses for entry in entries_of(each, machine))
         if slips or entries:
             machine = replace(machine, slips=(*machine.slips, *slips), timeline=(*machine.timeline, *entries))
+        if own := [each for each in self.turns if each.slot == slot.number]:
+            machine = replace(machine, turns=in_succession(machine.turns, own))
         options = slot.options
         rows: Any = options.get("timeline", ())
         more = [push_entry(each) for each in self.pushes if each.slot == slot.number]
@@ -220,7 +232,15 @@ class Scenario:
         have = [slot.number for slot in spec.slot]
         happening = (each for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE)
         parts: tuple[Part | Incident, ...]
-        parts = (*self.presses, *self.pushes, *self.signals, *happening, *self.shifts, *self.lost)
+        parts = (
+            *self.presses,
+            *self.pushes,
+            *self.signals,
+            *happening,
+            *self.shifts,
+            *self.lost,
+            *self.turns,
+        )
         for slot in (*dict(self.firmware), *(part.slot for part in parts)):
             if slot not in have:
                 slots = ", ".join(map(str, have))
@@ -266,6 +286,20 @@ def first_mistake(error: ValidationError) -> str:
     if kind == "missing":
         return f"key {key} is missing"
     return f"{key} = {first['input']!r:.40}: {first.get('ctx', {}).get('error', first['msg'])}"
+
+
+def in_succession(own: Iterable[MasterTurn], turns: Iterable[Turn]) -> tuple[MasterTurn, ...]:
+    """Return movements of a master encoder in order of time, each no earlier than the one before ends.
+
+    >>> in_succession([MasterTurn(5, 3, 10)], [Turn(1, 40, 7, 20)])
+    (MasterTurn(at_ns=5, counts=3, for_ns=10), MasterTurn(at_ns=15, counts=40, for_ns=20))
+    """
+    made: list[MasterTurn] = []
+    given = [*own, *(MasterTurn(each.at_ns, each.counts, each.for_ns) for each in turns)]
+    for turn in sorted(given, key=lambda turn: turn.at_ns):
+        free_ns = made[-1].end_ns if made else 0
+        made.append(replace(turn, at_ns=max(turn.at_ns, free_ns)))
+    return tuple(made)
 
 
 def push_entry(push: Push) -> dict[str, Any]:

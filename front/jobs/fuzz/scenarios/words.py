@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from ....runtime.live.orders import Force, Order, Unforce, Write
 from ....runtime.loop.incidents import FaultKind, Incident
 from ....runtime.machine.spec import input_name
-from .scenario import Press, Push, Scenario, Signal, Tear
+from .scenario import Press, Push, Scenario, Signal, Tear, Turn
 
 HAPPENS = {
     FaultKind.POWER_CYCLE: "the power of slot {slot} goes and comes back",
@@ -37,6 +37,7 @@ def told(scenario: Scenario) -> list[str]:
     timed = [(each.at_ns, _press(each)) for each in scenario.presses]
     timed += [(each.at_ns, _input(each, "operated")) for each in scenario.pushes]
     timed += [(each.at_ns, _input(each, f"{each.value:g}")) for each in scenario.signals]
+    timed += [(each.at_ns, _turn(each)) for each in scenario.turns]
     timed += [(each.at_ns, _incident(each)) for each in scenario.incidents]
     timed += [(each.at_ns, _tear(each)) for each in scenario.tears]
     timed += [(each.at_ns, _given(each.order)) for each in scenario.orders]
@@ -62,6 +63,11 @@ def _press(press: Press) -> str:
 
 def _input(part: Push | Signal, state: str) -> str:
     return f"input {part.input} of slot {part.slot} is {state}{_for(part.for_ns)}"
+
+
+def _turn(turn: Turn) -> str:
+    way = "up" if turn.counts > 0 else "down"
+    return f"the master encoder of slot {turn.slot} counts {way} by {abs(turn.counts):,}{_for(turn.for_ns)}"
 
 
 def _incident(incident: Incident) -> str:

@@ -80,8 +80,8 @@ def _problem(job: Job) -> ProgramSystem | None:
         return None
 
 
-def _bounds(spec: RackSpec) -> ScanBounds:
-    return ScanBounds.of(spec.scan_ns / 1e6, max(spec.scan_ns, LONGEST_NS) / 1e6)
+def _bounds(spec: RackSpec, longest_ns: int = LONGEST_NS) -> ScanBounds:
+    return ScanBounds.of(spec.scan_ns / 1e6, max(spec.scan_ns, longest_ns) / 1e6)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +100,12 @@ class AimedScenario:
 
 
 def scenario_to(
-    job: Job, point: RungPoint, start: Engine | None = None, at_ns: int = 0, limits: Limits = SEARCH
+    job: Job,
+    point: RungPoint,
+    start: Engine | None = None,
+    at_ns: int = 0,
+    limits: Limits = SEARCH,
+    longest_ns: int = LONGEST_NS,
 ) -> AimedScenario | None:
     """Return a scenario that makes a contact or output reached, on or off; None if none is found.
 
@@ -108,6 +113,8 @@ def scenario_to(
         point: as in `DeadPoint.point`, or `RungPoint(number in LoweredProgram.sites, state)`.
         start: the engine of a run of the same rack, in the state to begin with; None for power-up.
         at_ns: time of the next scan of that run.
+        longest_ns: longest scan that the solver may choose: in long ones it reaches far, and what needs an
+            instant does not come about on the rack.
 
     Raises:
         LadderError: the program has no such point.
@@ -115,7 +122,7 @@ def scenario_to(
     if not isinstance(job.logic, LadderLogic) or not is_installed():
         return None
     try:
-        problem = subject_of_job(job, bounds=_bounds(job.spec)).problem
+        problem = subject_of_job(job, bounds=_bounds(job.spec, longest_ns)).problem
     except LadderError:
         return None
     scans = run_to(problem, point, start, limits)

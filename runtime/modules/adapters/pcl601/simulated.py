@@ -62,6 +62,7 @@ class SimulatedPcl601(Plant):
 
     Args:
         machine: its shaft follows every step.
+        device: the controller; by default a new one.
 
     Raises:
         ValueError: the machine slips or jams, which this controller's simulation lacks.
@@ -69,8 +70,8 @@ class SimulatedPcl601(Plant):
 
     device: Pcl601
 
-    def __init__(self, machine: Machine, options: Pcl601Options) -> None:
-        self.device = Pcl601()
+    def __init__(self, machine: Machine, options: Pcl601Options, device: Pcl601 | None = None) -> None:
+        self.device = device or Pcl601()
         self._options = options
         self._wiring = WIRING | (LIMITS_ON_INPUTS if options.limit_sense == "inputs" else {})
         self._left_open: frozenset[Wire] = frozenset()
@@ -80,6 +81,11 @@ class SimulatedPcl601(Plant):
             for bit in InputBit
         }
         super().__init__(machine, self.device)
+
+    @property
+    @override
+    def pins(self) -> frozenset[str]:
+        return frozenset(pin for pins in (*self._wiring.values(), *self._jumpers.values()) for pin in pins)
 
     @property
     @override

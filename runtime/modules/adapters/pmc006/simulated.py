@@ -27,16 +27,24 @@ UNIT = 1
 class SimulatedPmc006(Plant):
     """A controller, its line and its machine, whose shaft follows every step.
 
+    Args:
+        device: the controller; by default a new one.
+
     Raises:
         ValueError: the machine slips or jams, which this controller's simulation lacks.
     """
 
     device: Pmc006
 
-    def __init__(self, machine: Machine) -> None:
-        self.device = Pmc006(Pmc006Controller(address=UNIT))
+    def __init__(self, machine: Machine, device: Pmc006 | None = None) -> None:
+        self.device = device or Pmc006(Pmc006Controller(address=UNIT))
         self._on_fset = InputBit.ESTOP
         super().__init__(machine, self.device)
+
+    @property
+    @override
+    def pins(self) -> frozenset[str]:
+        return frozenset(str(pin.name).lower() for pin in (Pin.EXT1, Pin.EXT2, Pin.FSET))
 
     @override
     def rewire(self, now_ns: int, configuration: Configuration) -> None:

@@ -52,9 +52,9 @@ class EncoderMove(Operation):
         self.on_counts(now_ns, command)
 
     @override
-    def wants_counts(self, *, turning: bool) -> bool:
-        """Return whether counts are turned by hand, which act in the scan in which they arrive."""
-        return turning and not self.stopping
+    def counts_from_ns(self, now_ns: int, turns_ns: int | None) -> int | None:
+        """Request counts while they are turned by hand: they act in the scan in which they arrive."""
+        return None if turns_ns is None or self.stopping else now_ns
 
     @override
     def on_counts(self, now_ns: int, command: CommandWords) -> None:

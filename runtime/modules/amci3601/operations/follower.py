@@ -6,6 +6,9 @@ owed. With rates of zero all owed steps are output at once (up to the module's
 
     v <= sqrt(2 * deceleration * owed)        so that it can stop on the last step
     v grows by no more than acceleration * tick
+
+At rest, with no step owed and the encoder still, every scan ends as the one before: the
+mode sleeps until its words change or something turns the encoder.
 """
 
 from __future__ import annotations
@@ -47,7 +50,8 @@ class EncoderFollower(Operation):
         self._parts = self._divisor = 1  # parts in a step, a multiple of the divisor
         self._speed_msps = 0  # signed
         self._phase = 0  # picosteps made toward the next step, signed like the speed
-        self._scan_began_ns = now_ns
+        self._scan_ns = 1000 * host.options.input_scan_us
+        self._at_rest = False  # the last scan changed nothing, so the next does not either
 
     @property
     @override
@@ -60,6 +64,7 @@ class EncoderFollower(Operation):
     @override
     def on_words(self, now_ns: int, command: CommandWords) -> None:
         """Check the words; any fault ends the mode (reading A-65)."""
+        self._at_rest = False
         if self.left:
             return
         if not command.lsw & FOLLOW:
@@ -78,7 +83,6 @@ class EncoderFollower(Operation):
             return
         if sense and not self.sense:  # counts without a direction are not followed
             self._last_count = self.axis.encoder
-            self._scan_began_ns = now_ns
         elif self.sense and not sense:
             self._owed = self._speed_msps = self._phase = 0
             self.shown_direction = self.shown_ramp = 0
@@ -97,25 +101,23 @@ class EncoderFollower(Operation):
     # -- the steps ----------------------------------------------------------------------------
 
     @override
-    def next_wake_ns(self, now_ns: int) -> int | None:
-        """Wake at every tick while a direction is selected."""
-        return now_ns + 1 if self.sense else None
-
-    @override
-    def wants_counts(self, *, turning: bool) -> bool:
-        """Request counts at the end of every scan while a direction is selected."""
-        return self.sense != 0
+    def counts_from_ns(self, now_ns: int, turns_ns: int | None) -> int | None:
+        """Request counts while a direction is selected; at rest, when something turns the encoder."""
+        if not self.sense:
+            return None
+        return turns_ns if self._at_rest else now_ns
 
     @override
     def on_counts(self, now_ns: int, command: CommandWords) -> None:
         """Add the counts, and make the steps of the scan that ends here."""
         counts = self.axis.encoder
         fresh, self._last_count = counts - self._last_count, counts
-        elapsed_ns, self._scan_began_ns = now_ns - self._scan_began_ns, now_ns
         self.shown_direction = self.shown_ramp = 0
         self._divide_by(command.words[3])
         self._owed += self.sense * fresh * command.words[2] * (self._parts // self._divisor)
-        steps = self._steps_of_scan(elapsed_ns, command.words[6], command.words[7])
+        steps = self._steps_of_scan(self._scan_ns, command.words[6], command.words[7])
+        moves = fresh or steps or self._speed_msps or self._phase
+        self._at_rest = not moves and _whole(self._owed, self._parts) == 0
         if steps:
             self.shown_direction = 1 if steps > 0 else -1
             self.axis.pulse(now_ns, self.shown_direction, abs(steps))

@@ -1,0 +1,54 @@
+"""The site: `python -m sphinx -W -b html docs site`, with the extra `docs`."""
+
+import re
+from pathlib import Path
+from typing import Any
+
+DOCS = Path(__file__).parent
+ROOT = DOCS.parent
+REPOSITORY = "https://github.com/scanrack/scanrack/blob/main"
+
+project = "scanrack"
+author = "the scanrack authors"
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
+exclude_patterns = ["images/*.md"]
+html_theme = "furo"
+html_title = "scanrack"
+html_show_sphinx = False
+html_show_copyright = False
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_theme_options = {"navigation_with_keys": True}
+myst_heading_anchors = 4
+autodoc_typehints = "description"
+autodoc_member_order = "bysource"
+
+LEAVING = re.compile(r"\]\(((?:\.\./)+[^)\s#]*)(#[^)\s]*)?\)")
+
+
+def _to_the_repository(app: Any, page: str, source: list[str]) -> None:
+    """Links that leave docs/ lead into the repository; one that leads nowhere stays, and Sphinx complains."""
+    folder = (DOCS / page).parent
+
+    def link(match: re.Match[str]) -> str:
+        target = (folder / match[1]).resolve()
+        if target.is_relative_to(DOCS) or not target.exists():
+            return match[0]
+        return f"]({REPOSITORY}/{target.relative_to(ROOT).as_posix()}{match[2] or ''})"
+
+    source[0] = LEAVING.sub(link, source[0])
+
+
+def _with_new_pages(app: Any, page: str, source: list[str]) -> None:
+    """A page that the contents don't name yet comes last under "How to"."""
+    if page == "index":
+        named = source[0].splitlines()
+        new = sorted(each.stem for each in DOCS.glob("*.md") if each.stem not in ("index", *named))
+        source[0] = source[0].replace("\nci\n", "\n".join(["\nci", *new, ""]), 1)
+
+
+def setup(app: Any) -> None:
+    """Sphinx calls this."""
+    app.connect("source-read", _to_the_repository)
+    app.connect("source-read", _with_new_pages)

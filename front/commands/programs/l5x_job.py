@@ -1,0 +1,162 @@
+"""An export of a controller: its report, its trial, its rack file, its differences, and the way back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import typer
+
+from ...io_images.input_files import open_input
+from ...jobs.load.program import L5X_SUFFIXES, SLC_SUFFIXES
+from ...ladder.build.checks import IDEAL, ideal_motion_of
+from ...ladder.build.controller import Controller
+from ...ladder.build.program import Program
+from ...ladder.files.rungfile import read_program
+from ...ladder.model.errors import LadderError
+from ...rockwell.l5x import import_l5x
+from ...rockwell.l5x.comparing import differences
+from ...rockwell.l5x.export import export_l5x
+from ...rockwell.l5x.report import Report
+from ...rockwell.l5x.trial import SCANS, run_trial
+from ...rockwell.l5x.xml.document import read_document
+from ...rockwell.slc import import_slc
+from ...rockwell.slc.trial import run_trial as run_slc_trial
+from ...terminal.as_json import say_json
+from ...terminal.status import BAD_INPUT, DONE, NO, complain, reason
+from ...terminal.terminal import say
+
+if TYPE_CHECKING:
+    from ...jobs.first.first_run import FirstRun
+    from ...rockwell.l5x import L5xImport
+    from ...rockwell.slc import SlcImport
+
+
+def tried(path: Path, scans: int = SCANS) -> L5xImport | SlcImport:
+    """Import an export and run a trial; LadderError if the file can't be used."""
+    if is_slc(path):
+        program = import_slc(path, trial=True)
+        run_slc_trial(program, scans)
+        return program
+    imported = import_l5x(path, trial=True)
+    run_trial(imported, scans)
+    if imported.controller is not None:
+        for axis, names in ideal_motion_of(imported.controller.build()).items():
+            _note_axis(imported.report, axis, names)
+    return imported
+
+
+def _note_axis(report: Report, axis: str, names: list[str]) -> None:
+    done, not_done = ([each for each in names if (each in IDEAL) is ideal] for ideal in (True, False))
+    if done:
+        report.note(axis, f"{', '.join(done)} move an ideal axis, unless [axes] binds it to a 3601")
+    if not_done:
+        report.note(axis, f"{', '.join(not_done)} end with ER, ERR 25: no ideal axis does them")
+
+
+def is_slc(path: Path) -> bool:
+    """Whether a file is an export of RSLogix 500, by its suffix or because it does not begin like XML."""
+    if path.suffix in SLC_SUFFIXES or path.suffix.upper() == ".L5X":
+        return path.suffix in SLC_SUFFIXES
+    try:
+        with open_input(path) as file:
+            begin = file.read(200)
+    except OSError:
+        return False
+    return bool(begin.strip()) and b"<" not in begin and b"\0" not in begin
+
+
+def l5x(
+    file: Path,
+    as_json: bool,
+    rack: bool,
+    against: Path | None,
+    export: str | None,
+    stepper: list[str] | None,
+    run: bool,
+    scans: int | None,
+) -> None:
+    """Report what is in an L5X or SLC export: what is imported, what is refused and why, what runs.
+
+    Raises:
+        typer.Exit: with the status of the command, unless it is 0.
+    """
+    if against is not None:
+        raise typer.Exit(_print_differences(file, against, as_json=as_json))
+    if rack or stepper:
+        raise typer.Exit(_print_rack(file, stepper or []))
+    if export is not None:
+        raise typer.Exit(_print_export(file, export))
+    try:
+        imported = tried(file, (not run and scans) or SCANS)
+    except LadderError as error:
+        if as_json:
+            say_json({"file": str(file), "problem": str(error)})
+        raise typer.Exit(complain(str(error), BAD_INPUT)) from None
+    report = imported.report
+    first = _first_run(file, imported, scans) if run else None
+    if as_json:
+        say_json(report.as_json() | ({"run": first.as_json()} if first else {}))
+    else:
+        for line in (*report.lines(), *(first.lines() if first else ())):
+            say(line)
+    raise typer.Exit(DONE if report.complete and not (first and (first.fault or first.problem)) else NO)
+
+
+def _first_run(file: Path, imported: L5xImport | SlcImport, scans: int | None) -> FirstRun:
+    """Run an export on a rack of its own."""
+    from ...jobs.first import first_run  # racks take time to import, and a report needs none
+
+    return first_run.first_run(file, imported, scans or first_run.SCANS)
+
+
+def _print_differences(file: Path, older: Path, *, as_json: bool) -> int:
+    """Print the differences between two versions; return the exit status."""
+    for each in (file, older):
+        if is_slc(each):
+            return complain(f"{each}: --against compares L5X files", BAD_INPUT)
+    try:
+        found = differences(read_document(older), read_document(file))
+    except LadderError as error:
+        return complain(str(error), BAD_INPUT)
+    if as_json:
+        say_json([each.as_json() for each in found])
+        return NO if found else DONE
+    for difference in found:
+        for line in difference.lines():
+            say(line)
+    say(f"{len(found)} difference{'s'[: len(found) != 1]}" if found else "no difference")
+    return NO if found else DONE
+
+
+def _print_export(file: Path, name: str) -> int:
+    """Print a program or a routine as an L5X; return the exit status."""
+    try:
+        if file.suffix in L5X_SUFFIXES:
+            logic: Controller | Program | None = import_l5x(file).controller
+        else:
+            logic = read_program(file)
+        if logic is None:
+            return complain(f"{file}: there is no program in it", BAD_INPUT)
+        say(export_l5x(logic, name).decode("utf-8").rstrip(), whole=True)
+    except (LadderError, OSError, UnicodeDecodeError) as error:
+        return complain(reason(error) if isinstance(error, OSError) else str(error), BAD_INPUT)
+    return DONE
+
+
+def _print_rack(file: Path, steppers: list[str]) -> int:
+    """Print a rack file for an export; return the exit status."""
+    from ...jobs.imports.l5x_rack import rack_of  # racks take time to import, and a report needs none
+    from ...jobs.imports.slc_rack import rack_of_slc
+
+    try:
+        if is_slc(file):
+            program = import_slc(file)
+            printed, report = rack_of_slc(program, file, steppers), program.report
+        else:
+            imported = import_l5x(file, trial=True)
+            printed, report = rack_of(imported, file, steppers), imported.report
+    except ValueError as error:
+        return complain(str(error), BAD_INPUT)
+    say(printed.rstrip(), whole=True)
+    return DONE if report.complete else NO

@@ -1,0 +1,81 @@
+"""Two traces compared: the report and the exit status."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from pathlib import Path
+
+import typer
+
+from ...runtime.config.quantities import parse_time
+from ...terminal.as_json import say_json
+from ...terminal.complaints import reported_mistakes
+from ...terminal.status import DONE, NO
+from ...terminal.terminal import on_a_line, say
+from ...terminal.trace_options import reading, tell_notes
+from ...traces.compare import SAME_CLOCK, Comparison, TimeMap, Tolerance, align, compare, realign, report
+from ...traces.read.reader import Trace, open_trace
+
+
+def tolerance(time: str, counts: int) -> Tolerance:
+    """Return the tolerance of the options.
+
+    >>> tolerance("4 ms", 2)
+    Tolerance(time_ns=4000000, counts=2)
+
+    Raises:
+        ValueError: `time` is not a time.
+    """
+    return Tolerance(parse_time(time), counts)
+
+
+def tell(found: Comparison, names: tuple[str, str], *, as_json: bool) -> int:
+    """Print a comparison; return the exit status."""
+    if as_json:
+        say_json({"same": found.same, "names": names, **asdict(found)})
+    else:
+        say("\n".join(map(on_a_line, report(found, names))))
+    return DONE if found.same else NO
+
+
+def names_of(a: Path, b: Path) -> tuple[str, str]:
+    """Return the names of two traces: file names if these differ, else paths.
+
+    >>> names_of(Path("old/line.mcap"), Path("new.mcap")), names_of(Path("a/x.mcap"), Path("b/x.mcap"))
+    (('line.mcap', 'new.mcap'), ('a/x.mcap', 'b/x.mcap'))
+    """
+    return (a.name, b.name) if a.name != b.name else (str(a), str(b))
+
+
+def compare_traces(
+    a: Path,
+    b: Path,
+    tolerance_time: str,
+    tolerance_counts: int,
+    align_at: str | None,
+    realign_at: str | None,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Compare two traces: the first scan that differs, what led to it, and how they differ altogether.
+
+    Raises:
+        typer.Exit: with the status of the command, unless it is 0.
+    """
+    with reported_mistakes():
+        allowed = tolerance(tolerance_time, tolerance_counts)
+        with open_trace(a) as one, open_trace(b) as other:
+            clock = _clock(one, other, align_at, realign_at)
+            with reading(one, quiet=quiet) as progress:
+                found = compare(one, other, allowed, clock=clock, progress=progress)
+            tell_notes(one, other)
+        status = tell(found, names_of(a, b), as_json=as_json)
+    raise typer.Exit(status)
+
+
+def _clock(one: Trace, other: Trace, align_at: str | None, realign_at: str | None) -> TimeMap:
+    if align_at is not None and realign_at is not None:
+        raise ValueError("--align and --realign contradict each other: give one of them")
+    if realign_at is not None:
+        return realign(one, other, realign_at)
+    return SAME_CLOCK if align_at is None else align(one, other, align_at)

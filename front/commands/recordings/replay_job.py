@@ -1,0 +1,80 @@
+"""A recording played to a module, a program or a rack."""
+
+from __future__ import annotations
+
+import tempfile
+from functools import partial
+from pathlib import Path
+
+import typer
+
+from ...jobs.load.loading import load_job, load_spec
+from ...jobs.replay.replaying import Replay, check_slots, with_stimuli
+from ...jobs.replay.targets import ReplayTarget, Stimuli
+from ...jobs.trust.attachments import job_of, spec_of
+from ...runtime.config.rackspec import RackSpec
+from ...runtime.loop.scan import ScanLogic
+from ...terminal.complaints import reported_mistakes
+from ...terminal.progress import shown_progress
+from ...terminal.terminal import say
+from ...terminal.trace_options import tell_notes
+from ...traces.read.reader import Trace, open_trace
+from ...traces.replay import Recording
+from .compare_job import tell, tolerance
+
+REPLAY = "replay"
+"""Name of the second recording in the report."""
+
+
+def replay_trace(
+    path: Path,
+    into: ReplayTarget,
+    slot: int | None,
+    rack: str | None,
+    program: str | None,
+    stimuli: Stimuli | None,
+    tolerance_time: str,
+    tolerance_counts: int,
+    to_the_end: bool,
+    trust: bool,
+    as_json: bool,
+    quiet: bool,
+) -> None:
+    """Replay a recording, and stop at the first scan in which the answer is another one.
+
+    Raises:
+        typer.Exit: with the status of the command, unless it is 0.
+    """
+    with reported_mistakes():
+        allowed = tolerance(tolerance_time, tolerance_counts)
+        with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
+            recording = Recording.of(trace)
+            tell_notes(trace)
+            spec, logic = _sources(trace, Path(folder), into, rack, program, trust=trust)
+            chosen = stimuli or (Stimuli.RECORDED if into is ReplayTarget.RACK else Stimuli.MACHINE)
+            slots = check_slots(recording, spec, slot)
+            replay = Replay(recording, with_stimuli(spec, recording, chosen), logic, into, slots)
+            follower = replay.run(
+                allowed, to_the_end=to_the_end, observed=partial(shown_progress, quiet=quiet)
+            )
+        if follower.stopped:
+            total = len(recording.scans)
+            replay.notes.append(f"stopped after {follower.scans:,} of {total:,} scans; --to-the-end goes on")
+        for note in replay.notes:
+            say(f"note: {note}", err=True)
+        status = tell(follower.comparison(), (path.name, REPLAY), as_json=as_json)
+    raise typer.Exit(status)
+
+
+def _sources(
+    trace: Trace, folder: Path, into: ReplayTarget, rack: str | None, program: str | None, *, trust: bool
+) -> tuple[RackSpec, ScanLogic | None]:
+    """Return the rack and, unless the recorded outputs are played, the logic."""
+    if into is ReplayTarget.MODULE:
+        if program is not None:
+            raise ValueError(
+                "--program goes with --into program or rack: a module is played recorded outputs"
+            )
+        return (load_spec(rack)[0] if rack else spec_of(trace, folder, trust=trust)), None
+    job = load_job(rack, program) if rack else job_of(trace, folder, trust=trust, program=program)
+    return job.spec, job.logic

@@ -1,0 +1,85 @@
+"""The run of a trace, repeated and compared."""
+
+from __future__ import annotations
+
+import filecmp
+import tempfile
+from pathlib import Path
+
+import typer
+
+from ...jobs.record.editions import editions_of
+from ...jobs.record.order_repeater import is_session, orders_of
+from ...jobs.replay.replaying import lost_edits, lost_notes
+from ...jobs.run.running import RunOptions
+from ...jobs.trust.attachments import job_of
+from ...jobs.trust.owned import check_recording
+from ...terminal.complaints import reported_mistakes
+from ...terminal.status import DONE, NO
+from ...terminal.terminal import say
+from ...terminal.trace_options import itself, reading, tell_notes
+from ...traces.compare import compare
+from ...traces.read.arrays import extent
+from ...traces.read.reader import Trace, open_trace
+from ..programs.run_job import run_job
+from .compare_job import tell
+
+PARENT = ("parent", "parent_scan")
+"""Entries of the metadata of a branch, see `watch.play`."""
+
+RERUN = "rerun"
+"""Name of the second recording in the report."""
+
+
+def rerun_trace(
+    path: Path, record: Path | None, replace: bool, trust: bool, as_json: bool, quiet: bool
+) -> None:
+    """Run again what a trace was made by: its rack file and program, for as many scans, and compare.
+
+    Raises:
+        typer.Exit: with the status of the command, unless it is 0.
+    """
+    with reported_mistakes(), open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
+        again = record or Path(folder) / "rerun.mcap"
+        keep = 0 if replace else None
+        status = _rerun(
+            path, trace, Path(folder), again, trust=trust, as_json=as_json, quiet=quiet, keep=keep
+        )
+    raise typer.Exit(status)
+
+
+def _rerun(
+    path: Path,
+    trace: Trace,
+    folder: Path,
+    again: Path,
+    *,
+    trust: bool,
+    as_json: bool,
+    quiet: bool,
+    keep: int | None,
+) -> int:
+    job = job_of(trace, folder / "files", trust=trust)
+    check_recording(job, again, itself(path), keep)
+    ends = extent(trace).scan.tolist()
+    if not ends:
+        raise ValueError(f"{path}: the trace has no scans to compare with")
+    tell_notes(trace)
+    orders = orders_of(trace.events()) if is_session(trace) else None
+    editions = None if orders is None else editions_of(trace, orders, job, folder / "edits", trust=trust)
+    for note in lost_notes(lost_edits(trace.events())):
+        say(f"note: {note}", err=True)
+    scans = ends[-1] + 1
+    parent = {key: trace.head.metadata[key] for key in PARENT if key in trace.head.metadata}
+    options = RunOptions(trace=again, orders=orders, editions=editions, metadata=parent, keep=keep)
+    status = run_job(job, scans, options, quiet=quiet, summarised=False)
+    if status not in (DONE, NO):
+        return status
+    if not as_json and filecmp.cmp(path, again, shallow=False):
+        if not quiet:
+            say(f"{path.name}: {ends[-1] - ends[0] + 1:,} scans, the same byte for byte")
+        return DONE
+    with open_trace(again) as other:
+        with reading(trace, quiet=quiet) as progress:
+            found = compare(trace, other, progress=progress)
+        return tell(found, (path.name, RERUN), as_json=as_json)

@@ -1,0 +1,230 @@
+"""`scanrack conform`: a real 3601 behind its controller, held against the manual."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from contextlib import closing
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from ...jobs.conform.moments import PlayedScene, Timing
+from ...jobs.conform.paths.captured import scenes_of
+from ...jobs.conform.paths.counter import counter_rung
+from ...jobs.conform.paths.logix_path import (
+    LogixPath,
+    ModuleTags,
+    connect,
+    counter_of,
+    is_real,
+    wiring_of,
+)
+from ...jobs.conform.plan import PlannedScene, ScenePlan, load_plan
+from ...jobs.conform.playing import play
+from ...jobs.conform.report import FORMAT, as_object, lines, load_played
+from ...jobs.conform.verdicts import Judge
+from ...runtime.config.quantities import parse_time
+from ...terminal.as_json import JsonOption, say_json
+from ...terminal.complaints import reported_mistakes
+from ...terminal.status import DONE, NO, complain
+from ...terminal.terminal import on_a_line, say
+from ...terminal.trace_options import QuietOption
+from ...traces.files.guard import beginning, check_output
+from ...traces.files.newfile import new_file
+
+RESULT = beginning("a result of conform", f'{{"format": "{FORMAT}'.encode())
+SAFETY = (
+    "this controller is a real one, and its axis moves: disable the drive first, then uncouple the motor; "
+    "read docs/conform.md; then give --live --control"
+)
+
+
+class RungKind(StrEnum):
+    """Files in which the counter comes."""
+
+    L5X = "l5x"
+    SLC = "slc"
+
+
+@dataclass(frozen=True, slots=True)
+class _Wish:
+    """What is to be played, and how."""
+
+    plan: ScenePlan
+    tags: ModuleTags
+    scenes: Sequence[str]
+    encoder: bool
+    allowed: bool
+    quiet: bool
+
+
+def _conform_command(
+    plan: Annotated[str, typer.Argument(help="A plan: hour, quick, or a TOML file.")] = "hour",
+    path: Annotated[
+        str | None,
+        typer.Option("--path", metavar="HOST[:PORT][,SLOT]", help="The controller.", show_default=False),
+    ] = None,
+    source: Annotated[
+        Path | None,
+        typer.Option("--from", metavar="FILE", help="A result, or a trace of scanrack import, to judge."),
+    ] = None,
+    module: Annotated[int, typer.Option("--slot", help="The module's slot.", min=1, max=30)] = 1,
+    counter: Annotated[
+        str | None,
+        typer.Option("--counter", metavar="TAG:MS", help="A tag that counts every MS."),
+    ] = None,
+    wire: Annotated[
+        list[str] | None,
+        typer.Option("--wire", metavar="INPUT=TAG", help="A tag that energises an input; repeat it."),
+    ] = None,
+    encoder: Annotated[
+        bool, typer.Option("--encoder", help="An encoder is wired, and stands still.")
+    ] = False,
+    scene: Annotated[
+        list[str] | None, typer.Option("--scene", metavar="NAME", help="Only this scene; repeat it.")
+    ] = None,
+    scan: Annotated[
+        str | None,
+        typer.Option("--scan", metavar="TIME", help="Longest time from scan to scan of the controller."),
+    ] = None,
+    live: Annotated[
+        bool, typer.Option("--live", help="A real axis may move. This is not a safety system.")
+    ] = False,
+    control: Annotated[
+        bool, typer.Option("--control", help="With --live: write the module's words.")
+    ] = False,
+    out: Annotated[
+        Path, typer.Option("--out", "-o", metavar="FILE", help="The result to send, without your names.")
+    ] = Path("conform.json"),
+    rung: Annotated[
+        RungKind | None,
+        typer.Option("--rung", metavar="l5x|slc", help="Print the counter's rung, to import."),
+    ] = None,
+    listed: Annotated[
+        bool, typer.Option("--list", help="List scenes, and the readings that they settle.")
+    ] = False,
+    as_json: JsonOption = False,
+    quiet: QuietOption = False,
+) -> None:
+    """Hold a real 3601 against the manual.
+
+    A plan of scenes is played through the controller that owns the module. A difference is told only if no
+    instant at which the words may have acted explains what was read. Each rule of the manual is as the manual
+    has it, differs, or is open; each reading of ours that a scene settles is named.
+
+    Example: scanrack conform hour --path 192.168.1.10,0 --counter ConformScan:2 --live --control
+
+    Exit status: 0 no difference, 1 a difference, 2 a file, option or path can't be used, 3 the result can't
+    be written.
+    """
+    with reported_mistakes():
+        if rung is not None:
+            say(counter_rung(rung.value).rstrip(), whole=True)
+            raise typer.Exit(DONE)
+        wanted = load_plan(plan)
+        if listed:
+            _say_list(wanted)
+            raise typer.Exit(DONE)
+        used = {source: "the file that is judged"} if source is not None else {}
+        used |= {Path(plan): "the plan"} if Path(plan).is_file() else {}
+        check_output(out, RESULT, used)
+        tag, period_ns = counter_of(counter)
+        tags = ModuleTags(module, tag, period_ns, wiring_of(wire or []))
+        wanted = replace(wanted, timing=_timing(wanted.timing, scan, period_ns))
+        if (path is None) == (source is None):
+            raise ValueError("give --path HOST[,SLOT] for a controller, or --from FILE for what was recorded")
+        if source is None:
+            firmware, timing = wanted.firmware, wanted.timing
+            played = _play(
+                str(path), _Wish(wanted, tags, scene or (), encoder, live and control, quiet or as_json)
+            )
+        else:
+            firmware, timing, played = _recorded(source, module, wanted)
+        judge = Judge(firmware, timing)
+        for each in played:
+            verdict = judge.judge(each)
+            if not quiet and not as_json:
+                complain(f"{each.name}: {verdict.verdict}")
+        whole = as_object(wanted.name, firmware, timing, played, judge.result)
+        with new_file(out, RESULT, used=used) as file:
+            json.dump(whole, file, separators=(", ", ": "))
+            file.write("\n")
+        if as_json or not quiet:
+            _say_result(whole, judge, sum(each.reads for each in played), as_json=as_json)
+        raise typer.Exit(NO if judge.result.differs else DONE)
+
+
+def _timing(timing: Timing, scan: str | None, period_ns: int) -> Timing:
+    """Return what is known of the path: a counter's windows have the scan already."""
+    counted_ns = 0 if period_ns else timing.scan_ns
+    scan_ns = counted_ns if scan is None else parse_time(scan)
+    return replace(timing, scan_ns=scan_ns)
+
+
+def _recorded(source: Path, slot: int, plan: ScenePlan) -> tuple[str, Timing, list[PlayedScene]]:
+    with source.open("rb") as file:
+        begin = file.read(1)
+    if begin == b"{":
+        return load_played(source)
+    firmware, scenes = scenes_of(source, slot)
+    return firmware, plan.timing, scenes
+
+
+def _play(path: str, wish: _Wish) -> list[PlayedScene]:
+    unknown = [each for each in wish.scenes if each not in {scene.name for scene in wish.plan.scenes}]
+    if unknown:
+        raise ValueError(f"the plan {wish.plan.name} has no scene {unknown[0]!r}: --list names them")
+    client = connect(path)
+    with closing(client):
+        if is_real(client) and not wish.allowed:
+            raise ValueError(SAFETY)
+        try:
+            logix = LogixPath(client, wish.tags)
+            return [play(scene, logix, wish.plan) for scene in _chosen(wish)]
+        except OSError as error:
+            raise ValueError(f"{path}: {error}") from error
+
+
+def _chosen(wish: _Wish) -> list[PlannedScene]:
+    """Return the scenes that can be played here; say which can't."""
+    chosen = []
+    for scene in wish.plan.scenes:
+        if wish.scenes and scene.name not in wish.scenes:
+            continue
+        missing = _missing(scene, wish)
+        if missing and not wish.quiet:
+            complain(f"{scene.name}: left out, {missing}")
+        if not missing:
+            chosen.append(scene)
+    return chosen
+
+
+def _missing(scene: PlannedScene, wish: _Wish) -> str:
+    wired = sum(bit.value for bit in wish.tags.wiring or {})
+    if any(step.inputs & ~wired for step in scene.steps) or ("inputs" in scene.needs and not wired):
+        return "it needs inputs that are wired to outputs (--wire)"
+    return "it needs an encoder (--encoder)" if "encoder" in scene.needs and not wish.encoder else ""
+
+
+def _say_list(plan: ScenePlan) -> None:
+    for scene in plan.scenes:
+        needs = f"; needs {', '.join(scene.needs)}" if scene.needs else ""
+        settles = f" [{', '.join(scene.settles)}]" if scene.settles else ""
+        say(on_a_line(f"{scene.name}: {scene.why}{settles}{needs}"))
+
+
+def _say_result(whole: dict[str, object], judge: Judge, reads: int, *, as_json: bool) -> None:
+    if as_json:
+        say_json({name: part for name, part in whole.items() if name != "moments"})
+    else:
+        for line in lines(judge.result, reads):
+            say(line)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command."""
+    app.command("conform")(_conform_command)

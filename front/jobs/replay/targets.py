@@ -1,0 +1,24 @@
+"""Who receives a recording, and what acts on the machine meanwhile."""
+
+from enum import StrEnum
+
+
+class ReplayTarget(StrEnum):
+    """The receiver of a recording."""
+
+    MODULE = "module"
+    PROGRAM = "program"
+    RACK = "rack"
+
+
+class Stimuli(StrEnum):
+    """The stimuli of the machine."""
+
+    MACHINE = "machine"
+    """The rack file's timeline and stations."""
+
+    RECORDED = "recorded"
+    """The stimuli of the trace."""
+
+    INPUTS = "inputs"
+    """The levels of the inputs in the recorded status bits, the only record of real hardware."""

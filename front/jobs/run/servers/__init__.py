@@ -1,0 +1,1 @@
+"""`--server`: processes that serve the tags of a run to HMIs, SCADA and scripts."""

@@ -1,0 +1,187 @@
+"""Another recording beside the one of a page: the same scan of both, and what differs in it.
+
+    page       scan 480   words  power  tags          of the session or recording that is watched
+    other      scan 480   words  power  tags          of a recording in the same folder
+    frame      other: { there, known, words, power, tags }    the other's values where they differ
+
+Scans are compared by their numbers. A branch is a recording, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from ...runtime.live.ring import Rows
+from ..history.catalog import NOTHING_SHOWN
+from .monitor import Monitor
+from .page import Page
+from .picture import WORDS_PER_IMAGE
+
+MOST_LISTED = 100
+"""Most recordings that a page is offered, the newest ones."""
+
+PIECE, MOST_SEARCHED = 4096, 65_536
+"""Scans that are compared at once, and most of a question."""
+
+Json = dict[str, Any]
+
+
+class OpenedBeside(Protocol):
+    """Another recording: its monitor, and what closes it."""
+
+    @property
+    def monitor(self) -> Monitor:
+        """Its monitor."""
+
+    def close(self) -> None:
+        """Close its files."""
+
+
+Opener = Callable[[Path], OpenedBeside]
+"""Opens a recording; ValueError or OSError if it can't be used."""
+
+
+def recordings_beside(record: Path) -> list[str]:
+    """Return the names of the recordings in the folder of a recording or a rack file, without itself."""
+    found = []
+    for each in record.parent.glob("*.mcap"):
+        with suppress(OSError):  # it is gone, or not ours
+            if each.is_file() and each.resolve() != record.resolve():
+                found.append((each.stat().st_mtime_ns, each.name))
+    return [name for _, name in sorted(found, reverse=True)[:MOST_LISTED]]
+
+
+class Comparison:
+    """A comparison that a page looks at.
+
+    Attributes:
+        name: of the other recording.
+
+    Args:
+        own: the monitor of the page.
+    """
+
+    def __init__(self, own: Monitor, name: str, opened: OpenedBeside) -> None:
+        self.name, self._own, self._opened = name, own, opened
+        self._page, self._routine = Page(), ""
+
+    @property
+    def other(self) -> Monitor:
+        """The monitor of the other recording."""
+        return self._opened.monitor
+
+    def close(self) -> None:
+        """Close the other recording."""
+        self._opened.close()
+
+    def tick(self) -> bool:
+        """Run further scans of the other program; return whether there are more."""
+        return self.other.tick()
+
+    def differences(self, page: Page, picture: Json) -> Json:
+        """Return what the other recording has in the scan of a picture, where it differs."""
+        scan = int(picture["scan"])
+        if self.other.subject.timeline.row(scan) is None:
+            return {"there": False, "words": {}, "power": {}, "tags": {}}
+        self._follow(page, scan)
+        shown = self.other.whole(self._page)
+        return {
+            "there": True,
+            "known": shown.get("known", True) and picture.get("known", True),
+            **{part: _differing(picture.get(part, {}), shown.get(part, {})) for part in ("power", "tags")},
+            "words": {
+                slot: differing
+                for slot, words in picture["words"].items()
+                if (differing := _words(words, shown["words"].get(slot)))
+            },
+        }
+
+    def _follow(self, page: Page, scan: int) -> None:
+        """Show the same scan, routine and tags."""
+        mine, program = self._page, self.other.subject.programs.at(scan)
+        mine.past = scan
+        if mine.program is not program or self._routine != page.shown.name:
+            mine.program, self._routine = program, page.shown.name
+            shown = NOTHING_SHOWN
+            if program.catalog is not None and self._routine:
+                with suppress(ValueError):  # the other program has no such routine
+                    shown, _ = program.catalog.show(self._routine, COLUMNS)
+            mine.show(shown)
+        mine.watch(page.watched)
+
+    def next_difference(self, scan: int, way: int) -> tuple[int | None, int]:
+        """Return the next scan where other words differ than in the scan before, and the last one searched.
+
+        Args:
+            scan: where the search begins; that scan is none.
+            way: 1 forwards, -1 backwards.
+        """
+        searched = scan
+        for first, last in self._pieces(scan, way):
+            scans, masks = self._masks(first - 1, last)
+            changed = np.flatnonzero((masks[1:] != masks[:-1]) & (masks[1:] != 0) & (np.diff(scans) == 1)) + 1
+            found = [int(scans[at]) for at in changed if first <= scans[at] <= last]
+            if found:
+                return (found[0] if way > 0 else found[-1]), searched
+            searched = last if way > 0 else first
+        return None, searched
+
+    def _pieces(self, scan: int, way: int) -> Iterator[tuple[int, int]]:
+        """Yield the first and last scans of the pieces that both recordings have, beginning beside a scan."""
+        extents = [each.subject.timeline.extent for each in (self._own, self.other)]
+        known = [each for each in extents if each is not None]
+        if len(known) < len(extents):
+            return
+        low, high = max(each[0] for each in known), min(each[1] for each in known)
+        if way > 0:
+            for first in range(max(scan + 1, low), min(high, scan + MOST_SEARCHED) + 1, PIECE):
+                yield first, min(first + PIECE - 1, high)
+        else:
+            for last in range(min(scan - 1, high), max(low, scan - MOST_SEARCHED) - 1, -PIECE):
+                yield max(last - PIECE + 1, low), last
+
+    def _masks(self, first: int, last: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+        """Return the scans of a stretch that both have, and which words differ in each, as bits."""
+        first = max(first, 0)
+        mine, others = (each.subject.timeline.between(first, last) for each in (self._own, self.other))
+        scans, here, there = np.intersect1d(mine["scan"], others["scan"], return_indices=True)
+        masks = np.zeros(len(scans), np.int64)
+        for number, slot in enumerate(self._slots()):
+            pair = [
+                rows["words"][at][:, _columns(each, slot)]
+                for rows, at, each in ((mine, here, self._own), (others, there, self.other))
+            ]
+            bits = (pair[0] != pair[1]) << np.arange(2 * WORDS_PER_IMAGE)
+            masks ^= bits.sum(axis=1) * (2 * number + 1)
+        return scans, masks
+
+    def _slots(self) -> list[int]:
+        return [slot for slot in self._own.subject.words if slot in self.other.subject.words]
+
+    def window(self, first: int, last: int) -> Rows:
+        """Return the rows of the other recording."""
+        return self.other.subject.timeline.between(first, last)
+
+
+COLUMNS = 88
+"""Width for which routines of the other program are laid out; nobody sees them."""
+
+
+def _columns(monitor: Monitor, slot: int) -> slice:
+    at = 2 * list(monitor.subject.words).index(slot) * WORDS_PER_IMAGE
+    return slice(at, at + 2 * WORDS_PER_IMAGE)
+
+
+def _differing(mine: Mapping[str, Any], others: Mapping[str, Any]) -> Json:
+    return {name: others[name] for name, value in mine.items() if name in others and others[name] != value}
+
+
+def _words(mine: list[int], others: list[int] | None) -> Json:
+    """Return the other's words by place, inputs 0 to 7 and outputs 8 to 15, where they differ."""
+    pairs = enumerate(zip(mine, others, strict=True)) if others is not None else ()
+    return {str(place): other for place, (one, other) in pairs if one != other}

@@ -1,0 +1,1 @@
+"""`scanrack share`: a recording and its page in one file."""

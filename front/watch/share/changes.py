@@ -1,0 +1,237 @@
+"""The values of a recording as lists of changes, collected in one walk over its scans.
+
+    scan       100  101  102  103  104
+    value        7    7    9    9    7      list: scans 100 102 104, values 7 9 7
+
+A browser finds the value of a scan by bisection. In a page the scans are differences, see `packed`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import zip_longest
+from typing import Any
+
+import numpy as np
+
+from ...ladder.debug.replay import Truths
+from ...ladder.debug.watching import WatchedEngine
+from ...ladder.model.operands import Constant, Group, Place, leaves_in
+from ...ladder.state.memory import Memory
+from ...ladder.state.tag_bytes import TagBytes
+from ...runtime.live.ring import Rows
+from ..history.catalog import PageRoutine, shown_value, value_of
+from ..history.shadow import Shadow
+from ..history.timeline import Timeline
+
+ROWS_AT_ONCE = 4096
+"""Scans of recorded values that are read at once."""
+
+UNSET = object()
+
+
+class ChangeLists:
+    """Lists of changes by key: the part of a frame, and the name, such as `tags 0 Start`."""
+
+    def __init__(self) -> None:
+        self._lists: dict[str, tuple[list[int], list[Any]]] = {}
+
+    def note(self, key: str, scan: int, value: Any) -> None:
+        """Note the value of a scan; scans come in order."""
+        scans, values = self._lists.setdefault(key, ([], []))
+        if not values or values[-1] != value:
+            scans.append(scan)
+            values.append(value)
+
+    def take(self, key: str, scans: list[int], values: list[Any]) -> None:
+        """Take a whole list."""
+        self._lists[key] = scans, values
+
+    def packed(self, first: int) -> dict[str, dict[str, Any]]:
+        """Return the lists for a page: scans as differences, the first one from a scan, and their values.
+
+        Whole numbers are differences, too (`columns`: one list per element of an array), so that what counts
+        costs next to nothing.
+        """
+        return {
+            key: {"steps": _steps(scans, first), **_packed(values)}
+            for key, (scans, values) in self._lists.items()
+        }
+
+    def last_changes(self, part: str, scan: int) -> dict[str, int]:
+        """Return the last change of each list of a part up to a scan, by name."""
+        found = {}
+        for key, (scans, _) in self._lists.items():
+            if key.startswith(f"{part}\n"):
+                found[key.split("\n")[-1]] = max((each for each in scans[1:] if each <= scan), default=-1)
+        return found
+
+
+def _steps(scans: Sequence[int], first: int) -> list[int]:
+    steps: list[int] = np.diff(np.asarray(scans, np.int64), prepend=first).tolist()
+    return steps
+
+
+def _packed(values: list[Any]) -> dict[str, Any]:
+    if all(map(_is_small, values)):
+        return {"differences": _differences(values)}
+    if all(isinstance(each, list) and len(each) == len(values[0]) for each in values):
+        columns = [list(each) for each in zip(*values, strict=True)]
+        if columns and all(_is_small(each) for column in columns for each in column):
+            return {"columns": list(map(_differences, columns))}
+    return {"values": values}
+
+
+def _is_small(value: object) -> bool:
+    """Whether a value is a whole number whose differences a browser adds exactly."""
+    return type(value) is int and abs(value) < 1 << 52
+
+
+def _differences(values: Sequence[int]) -> list[int]:
+    return [one - other for one, other in zip(values, [0, *values], strict=False)]
+
+
+def take_words(lists: ChangeLists, rows: Rows, slots: Iterable[int]) -> None:
+    """Collect the words of the images, inputs before outputs as in frames."""
+    words, scans = rows["words"], rows["scan"]
+    half = words.shape[1] // (2 * len(list(slots)))
+    for column in range(words.shape[1]):
+        slot, place = list(slots)[column // (2 * half)], (column + half) % (2 * half)
+        values = words[:, column]
+        at = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]]))
+        lists.take(f"words\n{slot}\n{place}", scans[at].tolist(), values[at].tolist())
+
+
+def take_ladder(lists: ChangeLists, number: int, shadow: Shadow, walk: LadderWalk, ends: range) -> int:
+    """Collect power and tags of a ladder program; return the scan after the last one that is known."""
+    scan = ends.start
+    for _ in shadow.walk(ends.start, ends.stop - 1, noted=True):
+        for key, value in walk.changes(shadow.engine):
+            part, _, name = key.partition("\n")
+            lists.note(f"{part}\n{number}\n{name}", scan, value)
+        scan += 1
+    return scan
+
+
+class LadderWalk:
+    """Finds what one scan after the other changes; only names whose places have changed are read.
+
+    Args:
+        names: of the tags; unknown ones have no list.
+    """
+
+    def __init__(self, engine: WatchedEngine, shown: Sequence[PageRoutine], names: Iterable[str]) -> None:
+        self._shown, self._tags = shown, engine.tags
+        self._notes: Sequence[object] = ()
+        self._power_of: dict[str, list[tuple[bool, ...] | None]] = {}
+        self._cells = engine.memory.cells
+        self._contents: dict[str, Any] = {}
+        self._forces: object = UNSET
+        self._always: list[str] = []
+        self._names_at: dict[tuple[str, int | None], list[str]] = {}
+        self._names = [name for name in names if name in self._tags]
+        for name in self._names:
+            places = _places(self._tags.where(name), engine.memory)
+            if all(ident in self._cells for ident, _ in places):
+                for place in places:
+                    self._names_at.setdefault(place, []).append(name)
+            else:
+                self._always.append(name)
+
+    def changes(self, engine: WatchedEngine) -> Iterable[tuple[str, Any]]:
+        """Yield what may have changed in the latest scan, by key."""
+        if self._notes != engine.notes:
+            self._notes = list(engine.notes)
+            yield from self._power(engine.truths)
+        for name in self._due(engine.memory.forces):
+            yield f"tags\n{name}", shown_value(value_of(self._tags, name))
+
+    def _power(self, truths: Truths) -> Iterable[tuple[str, Any]]:
+        for each in self._shown:
+            routine = each.name.upper()
+            now = [truths.get((routine, number)) for number in (*each.rungs, *each.lines)]
+            if self._power_of.get(routine) != now:
+                self._power_of[routine] = now
+                for key, value in each.power(truths).items():
+                    yield f"power\n{key}", value
+
+    def _due(self, forces: Mapping[Any, object]) -> Iterable[str]:
+        changed = [place for ident in self._cells for place in self._changed(ident)]
+        if forces != self._forces:
+            self._forces = dict(forces)
+            return self._names
+        return dict.fromkeys(
+            [*self._always, *(name for place in changed for name in self._names_at.get(place, ()))]
+        )
+
+    def _changed(self, ident: str) -> Iterable[tuple[str, int | None]]:
+        """Yield the places of a variable that have changed; None = somewhere in it."""
+        now, before = self._cells[ident].cell_contents, self._contents.get(ident, UNSET)
+        if isinstance(now, TagBytes):
+            now = now.saved()
+        elif isinstance(now, memoryview):
+            now = now.tolist()
+        if now == before:
+            return
+        self._contents[ident] = now[:] if isinstance(now, list) else now
+        yield ident, None
+        if isinstance(now, list):
+            pairs = zip_longest(now, before if isinstance(before, list) else ())
+            yield from ((ident, at) for at, (one, other) in enumerate(pairs) if one != other)
+
+
+def _places(where: Place | Group, memory: Memory) -> set[tuple[str, int | None]]:
+    """Return the variables of the program that contain a tag, with its element where only one has it."""
+    leaves = leaves_in(where)
+    if isinstance(where, Place) and not where.can_fault:
+        (leaf,) = leaves
+        spot, at = memory.layout.spot(leaf), where.fixed_index or 0
+        if leaf.ident in memory.cells:
+            return {_element(memory, leaf.ident, at if leaf.dims else None)}
+        return {_element(memory, spot.ident, None if spot.view else spot.at(at))} if spot else {("", None)}
+    if isinstance(where, Place) or any(map(_is_computed, where.indices)):
+        return {("", None)}  # only reading it can tell
+    found: set[tuple[str, int | None]] = set()
+    for leaf in leaves:
+        spot = memory.layout.spot(leaf)
+        found.add((leaf.ident if leaf.ident in memory.cells or not spot else spot.ident, None))
+    return found
+
+
+def _element(memory: Memory, ident: str, at: int | None) -> tuple[str, int | None]:
+    """Return the place of an element; of the whole variable where changes of elements are not told apart."""
+    cell = memory.cells.get(ident)
+    return ident, at if cell and isinstance(cell.cell_contents, list | memoryview) else None
+
+
+def _is_computed(index: object) -> bool:
+    return not isinstance(index, Constant)
+
+
+def take_recorded(
+    lists: ChangeLists, number: int, timeline: Timeline, names: Iterable[str], scans: Sequence[int]
+) -> None:
+    """Collect the recorded values of a program in Python."""
+    wanted = list(names)
+    for begin in range(0, len(scans), ROWS_AT_ONCE):
+        piece = scans[begin : begin + ROWS_AT_ONCE]
+        _, values = timeline.recorded(wanted, piece[0], piece[-1])
+        for name in wanted:
+            column = values.get(name) or _whole(name, values)
+            for scan, value in zip(piece, column, strict=False):
+                lists.note(f"tags\n{number}\n{name}", scan, shown_value(value))
+
+
+def _whole(name: str, values: Mapping[str, list[Any]]) -> list[Any]:
+    """Return the values of an array from those of its elements."""
+    return [
+        list(each)
+        for each in zip(*(v for key, v in values.items() if key.startswith(f"{name}[")), strict=True)
+    ]
+
+
+def take_states(lists: ChangeLists, states: Mapping[str, Callable[[int], Any]], scans: Iterable[int]) -> None:
+    """Collect the states of scans: forces, waiting lines, rules, faults."""
+    for scan in scans:
+        for key, read in states.items():
+            lists.note(key, scan, read(scan))

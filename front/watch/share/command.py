@@ -1,0 +1,169 @@
+"""`scanrack share TRACE`: a recording and its page in one file that any browser opens."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import typer
+
+from ...runtime.config.quantities import parse_time
+from ...terminal.complaints import reported_mistakes
+from ...terminal.terminal import say
+from ...terminal.trace_options import itself
+from ...traces.files.guard import check_output
+from ...traces.files.newfile import new_file
+from ...traces.read.reader import open_trace
+from ..recorded_session import OpenedRecording, TracePlace
+from .collecting import OTHER_ANSWERS, SharedStretch, collect
+from .page_file import SHARED_PAGE, page_of
+
+WHOLE_SCANS = 50_000
+"""A recording of up to so many scans is shared as a whole."""
+
+BEFORE, AFTER = 20_000, 2_000
+"""Scans of a longer recording before and after the one shown first."""
+
+
+class ShareWish(NamedTuple):
+    """The scans that a page shall have; at most one of scan and time."""
+
+    scan: int | None = None  # None = the last one
+    time_ns: int | None = None
+    before: int = BEFORE
+    after: int = AFTER
+    whole: bool = False
+    most: int = WHOLE_SCANS  # a longer recording is cut
+    others: int = OTHER_ANSWERS  # tags whose why is answered unasked
+    latest: bool = False  # the last one in place of a scan that is not written yet
+
+    def within(self, first: int, last: int, period_ns: int) -> SharedStretch:
+        """Return the scans of a recording; ValueError if it lacks the wanted one."""
+        scan = last if self.scan is None else self.scan
+        if self.time_ns is not None:
+            scan = self.time_ns // period_ns
+        if self.latest:
+            scan = min(scan, last)
+        if not first <= scan <= last:
+            raise ValueError(f"there is no scan {scan}: the recording has {first} to {last}")
+        if self.whole or last - first < self.most:
+            return SharedStretch(first, last, scan)
+        return SharedStretch(max(first, scan - self.before), min(last, scan + self.after), scan)
+
+
+def share(
+    trace: Path,
+    out: Path,
+    wish: ShareWish,
+    *,
+    recording: bool = False,
+    trust: bool = False,
+    tags: Sequence[str] = (),
+) -> Any:
+    """Write the page of a recording; return its data.
+
+    Args:
+        recording: put the trace inside, too.
+        tags: whose why is answered in it.
+
+    Raises:
+        ValueError: the recording or the output can't be used, or the page would be too large.
+        OSError: a file can't be read or written.
+    """
+    check_output(out, SHARED_PAGE, itself(trace))
+    data, page = shared(trace, wish, recording=recording, trust=trust, tags=tags)
+    with new_file(out, SHARED_PAGE, "wb", used=itself(trace)) as file:
+        file.write(page)
+    return data
+
+
+def shared(
+    trace: Path, wish: ShareWish, *, recording: bool = False, trust: bool = False, tags: Sequence[str] = ()
+) -> tuple[Any, bytes]:
+    """Return the data of a recording's page, and the page; see `share`."""
+    with open_trace(trace) as opened, tempfile.TemporaryDirectory(prefix="scanrack") as folder:
+        place = TracePlace(trace, None, "")
+        monitor = OpenedRecording(opened, place, Path(folder), trust=trust).monitor(_no_branch)
+        extent = monitor.subject.timeline.extent
+        if extent is None:
+            raise ValueError(f"{trace}: there is no scan in it" + (" yet" if wish.latest else ""))
+        data = collect(monitor, wish.within(*extent, monitor.subject.spec.scan_ns), tags, wish.others)
+    return data, page_of(data, trace.read_bytes() if recording else None)
+
+
+def _no_branch(*_: object) -> None:
+    raise ValueError("a shared page has no branches")
+
+
+def disclosed(data: Any, *, recording: bool) -> list[str]:
+    """Return what a page discloses to everybody who has it, in sentences."""
+    first, last = data["range"]
+    routines = [each for program in data["programs"] for each in program["described"]["routines"]]
+    tags = {each["name"] for program in data["programs"] for each in program["described"]["tags"]}
+    told = f"the program with its comments ({_many(len(routines), 'routine')}), " if routines else ""
+    lines = [
+        f"Whoever has it reads {told}the words of scans {first:,} to {last:,}, "
+        f"{_many(len(tags), 'tag')}, {_many(len(data['events']), 'event')}, "
+        f"{_many(len(data['whys']), 'answer')} of why."
+    ]
+    if recording:
+        lines.append("The recording is inside, with the files of its rack and program.")
+    return lines
+
+
+def _many(count: int, thing: str) -> str:
+    return f"{count:,} {thing}{'' if count == 1 else 's'}"
+
+
+def _share_command(
+    trace: Annotated[Path, typer.Argument(help="The trace to share, an MCAP file.", show_default=False)],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", metavar="OUT", help="Where to.", show_default="beside the trace, as .html"
+        ),
+    ] = None,
+    scan: Annotated[
+        int | None, typer.Option("--scan", min=0, help="The scan shown first.", show_default="the last one")
+    ] = None,
+    at: Annotated[
+        str | None, typer.Option("--at", metavar="TIME", help="Its time instead, such as '8.2 s'.")
+    ] = None,
+    before: Annotated[
+        int, typer.Option("--before", min=0, help="Scans before it, of more than 50,000.")
+    ] = BEFORE,
+    after: Annotated[
+        int, typer.Option("--after", min=0, help="Scans after it, of more than 50,000.")
+    ] = AFTER,
+    whole: Annotated[bool, typer.Option("--whole", help="All scans, however many.")] = False,
+    recording: Annotated[
+        bool, typer.Option("--with-recording", help="Put the trace inside, too: scanrack watch opens it.")
+    ] = False,
+    trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
+) -> None:
+    """Write a recording and its page to one file, which any browser opens without a network.
+
+    The page has rungs with power, tags, words, machine, timing strip and events of each scan, and says why
+    for up to twenty tags of the scan shown first. It asks no server, and a content policy lets it connect to
+    nothing. More than 10 MB are refused. What the page discloses is printed.
+
+    Examples: scanrack share run.mcap; scanrack share run.mcap --at "8.2 s" -o failure.html
+
+    Exit status: 0 done, 2 the trace or an option can't be used, 3 the file can't be written.
+    """
+    with reported_mistakes():
+        if scan is not None and at is not None:
+            raise ValueError("--scan and --at both name the scan shown first: give one of them")
+        wish = ShareWish(scan, None if at is None else parse_time(at), before, after, whole)
+        target = trace.with_suffix(".html") if out is None else out
+        data = share(trace, target, wish, recording=recording, trust=trust)
+        say(f"{target}: {target.stat().st_size:,} bytes, scan {data['scan']:,} is shown first")
+        for line in disclosed(data, recording=recording):
+            say(line)
+
+
+def register(app: typer.Typer) -> None:
+    """Add the command to the application."""
+    app.command("share", no_args_is_help=True)(_share_command)

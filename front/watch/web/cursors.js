@@ -1,0 +1,87 @@
+// Two cursors over the timing strip, A and B, with the time and the scans between them.
+
+import { button, el, setAttribute, setFlag, setText } from "./dom.js";
+import { clock, count } from "./format.js";
+import { onHello, run } from "./state.js";
+
+const SNAP = 7; // CSS pixels: so near a dragged cursor snaps to an edge
+const KEYS = { ArrowLeft: -1, ArrowRight: 1, PageDown: -100, PageUp: 100 };
+
+const lines = ["A", "B"].map((name, place) => {
+  const line = el("div", { class: "cursor", role: "slider", tabindex: "0", "aria-label": `Cursor ${name}`, hidden: true, keydown: event => keyed(event, place), pointermove: event => dragged(event, place) }, el("span", { "aria-hidden": "true" }, name));
+  line.addEventListener("pointerdown", event => { event.preventDefault(); line.focus(); line.setPointerCapture(event.pointerId); });
+  return line;
+});
+const between = el("output", { class: "between figure", "aria-label": "Between the cursors", hidden: true });
+export const cursorLayer = el("div", { class: "layer" }, between, ...lines);
+export const cursorButton = button("Cursors", both, { text: "A B", title: "Two cursors with the time between them, or none (c sets one at the scan shown)", "aria-pressed": "false" });
+
+let scans = [], axis = null, edge = () => null; // of A and of B, as far as they are set
+
+onHello(() => { scans = []; paint(); });
+
+// Follows what the strip shows: places of times, and edge(time, within), the time of the nearest edge or null.
+export function moveCursors(shown, nearest) {
+  axis = shown;
+  edge = nearest;
+  paint();
+}
+
+// Sets A, then B, at the scan shown; then none.
+export function setCursor() {
+  scans = scans.length === 2 ? [] : [...scans, run.scan ?? 0];
+  paint();
+}
+
+function both() {
+  const { from, end } = axis, at = share => scanOf(from + share * (end - from));
+  scans = scans.length ? [] : [at(0.4), at(0.7)];
+  paint();
+}
+
+const scanOf = time => Math.max(Math.round(time / run.hello.period_ns), 0);
+const timeOf = scan => scan * run.hello.period_ns;
+
+function set(place, scan) {
+  scans[place] = Math.max(scan, 0);
+  paint();
+}
+
+function dragged(event, place) {
+  if (!lines[place].hasPointerCapture(event.pointerId)) return;
+  const time = axis.time(event.clientX - cursorLayer.getBoundingClientRect().left), within = axis.time(SNAP) - axis.time(0);
+  set(place, scanOf(edge(time, within) ?? time));
+}
+
+function keyed(event, place) {
+  const by = KEYS[event.key];
+  if (!by) return;
+  event.preventDefault();
+  set(place, scans[place] + by);
+}
+
+function paint() {
+  setAttribute(cursorButton, "aria-pressed", String(scans.length > 0));
+  lines.forEach((line, place) => paintLine(line, scans[place]));
+  setFlag(between, "hidden", scans.length < 2);
+  if (scans.length < 2 || !axis) return;
+  const [first, last] = [...scans].sort((one, other) => one - other), inside = scan => Math.min(Math.max(axis.x(timeOf(scan)), axis.left), axis.right);
+  between.style.left = `${inside(first)}px`;
+  between.style.width = `${inside(last) - inside(first)}px`;
+  setText(between, said(last - first));
+}
+
+function paintLine(line, scan) {
+  const x = scan === undefined || !axis ? -1 : axis.x(timeOf(scan));
+  setFlag(line, "hidden", x < (axis?.left ?? 0) || x > axis.right);
+  if (scan === undefined) return;
+  line.style.left = `${x}px`;
+  setAttribute(line, "aria-valuenow", scan);
+  setAttribute(line, "aria-valuetext", `scan ${count(scan)}, ${clock(timeOf(scan))}`);
+}
+
+// 84 ms, 42 scans
+function said(many) {
+  const ms = many * run.hello.period_ns / 1e6;
+  return `${ms < 1000 ? `${Number(ms.toFixed(3))} ms` : `${(ms / 1000).toFixed(3)} s`}, ${count(many)} scan${many === 1 ? "" : "s"}`;
+}

@@ -1,0 +1,234 @@
+// The source of a shared page: everything is in the page, as lists of changes. It connects to nothing.
+
+import { read } from "./exact.js";
+
+export class Refused extends Error {}
+
+const PARTS = ["power", "tags"], STATES = ["mode", "forced", "lines", "rules", "faults"];
+const BACK = 50, EVENTS = 100, HITS = 200; // scans of a speed, as the server has it; rows of an answer
+
+const lists = new Map(); // key -> { scans, values }
+let data = null, heard = null, at = null, number = 0, sent = {};
+
+export async function connect(_key, listener) {
+  heard = listener;
+  const packed = Uint8Array.from(atob(document.getElementById("data").textContent), letter => letter.charCodeAt(0));
+  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+  data = read(await new Response(stream).text());
+  for (const [key, { steps, ...packed }] of Object.entries(data.lists)) lists.set(key, { scans: Int32Array.from(added(steps, data.lead)), values: unpacked(packed) });
+  number = programAt(data.scan);
+  heard({ hello: { ...data.hello, ...data.programs[number].described } });
+  for (const note of data.notes) heard({ note });
+  if (at === null) show(data.scan); // the link has asked for no other scan
+}
+
+function added(differences, from = 0) {
+  let sum = from;
+  return differences.map(each => sum += each);
+}
+
+function unpacked({ values, differences, columns }) {
+  if (values) return values;
+  if (differences) return added(differences);
+  const whole = columns.map(each => added(each));
+  return whole[0].map((_, place) => whole.map(column => column[place]));
+}
+
+// --- values of a scan
+
+function placeAt(scans, scan) { // the last change up to a scan, or -1
+  let low = 0, high = scans.length;
+  while (low < high) { const middle = (low + high) >> 1; if (scans[middle] <= scan) low = middle + 1; else high = middle; }
+  return low - 1;
+}
+
+function valueAt(key, scan) {
+  const list = lists.get(key), place = list ? placeAt(list.scans, scan) : -1;
+  return place < 0 ? undefined : list.values[place];
+}
+
+const timeOf = scan => scan * data.hello.period_ns + (valueAt("offset", scan) ?? 0);
+const wordsAt = (slot, scan) => Array.from({ length: 16 }, (_, place) => valueAt(`words\n${slot}\n${place}`, scan) ?? 0);
+const programAt = scan => data.programs.findLastIndex(each => each.first <= scan);
+const pair = (words, place) => words[place] * 1000 + words[place + 1];
+const valuesOf = words => ({ position: pair(words, 2), encoder: pair(words, 4), captured: pair(words, 6), target: pair(words, 10), speed: pair(words, 12), acceleration: words[14], deceleration: words[15] });
+
+function machineOf(slot, words, scan) {
+  const says = words[0] >= 0, then = Math.max(data.lead, scan - BACK), before = wordsAt(slot, then), wide = timeOf(scan) - timeOf(then);
+  const spoken = says && before[0] >= 0 && wide > 0 && data.steppers.includes(slot);
+  return {
+    position: says ? valuesOf(words).position : null, shaft: null, encoder: null,
+    target: says && words[8] >= 0 ? valuesOf(words).target : null,
+    speed: spoken ? Math.round((pair(words, 2) - pair(before, 2)) * 1e9 / wide) : null,
+    inputs: Object.fromEntries(Object.entries(data.inputs).map(([name, bit]) => [name, says ? Boolean(words[1] & bit) : null])),
+  };
+}
+
+// The whole picture of a scan, as the server has it.
+export function picture(scan) {
+  const known = scan < data.programs[programAt(scan)].known;
+  const frame = { scan, t: timeOf(scan), range: data.range, record: data.hello.record, state: "past", speed: { wanted: 0, reached: 0 }, late: 0, missed: 0, known, words: {}, values: {}, machine: {}, power: {}, tags: {} };
+  for (const key of STATES) frame[key] = valueAt(key, scan);
+  for (const [key, list] of lists) {
+    const [part, program, name] = key.split("\n");
+    if (!known || !PARTS.includes(part) || Number(program) !== programAt(scan)) continue;
+    const place = placeAt(list.scans, scan);
+    if (place >= 0) frame[part][name] = list.values[place];
+  }
+  for (const { number: slot } of data.hello.slots) {
+    const words = frame.words[slot] = wordsAt(slot, scan);
+    if (data.steppers.includes(slot)) frame.values[slot] = valuesOf(words);
+    if (data.machines.includes(slot)) frame.machine[slot] = machineOf(slot, words, scan);
+  }
+  return frame;
+}
+
+function show(scan) {
+  at = scan;
+  const program = programAt(scan);
+  if (program !== number) { number = program; sent = {}; heard({ program: data.programs[program].described }); }
+  const whole = picture(scan), frame = { ...whole };
+  for (const part of ["words", "values", "machine", ...PARTS]) {
+    const before = sent[part] ?? {};
+    frame[part] = Object.fromEntries(Object.entries(whole[part]).filter(([name, value]) => JSON.stringify(value, wide) !== JSON.stringify(before[name], wide)));
+  }
+  sent = whole;
+  heard({ frame });
+}
+
+const wide = (_key, value) => typeof value === "bigint" ? `${value}n` : value;
+
+// --- changes between scans: the first one as it stood before
+
+function between(key, from, to) {
+  const list = lists.get(key), found = [];
+  if (!list) return found;
+  for (let place = Math.max(placeAt(list.scans, from), 0); place < list.scans.length && list.scans[place] <= to; place += 1) {
+    found.push([Math.max(list.scans[place], from), list.values[place]]);
+  }
+  return found;
+}
+
+const clamped = (from, to) => [Math.max(from, data.range[0]), Math.min(to, data.range[1])];
+
+function pointOf([scan, value]) {
+  if (typeof value === "boolean") return [timeOf(scan), Number(value)];
+  return typeof value === "number" || typeof value === "bigint" ? [timeOf(scan), Number(value), Number(value), Number(value)] : [timeOf(scan), value];
+}
+
+// The edges of a bit; words that configure a stepper have no bits but the one that says so.
+function edgesOf(slot, { word, bit, output }, from, to) {
+  const place = word + (output ? 8 : 0), mode = output ? 8 : 0, stepper = data.steppers.includes(slot);
+  const keys = [place, ...(stepper && place !== mode ? [mode] : [])].map(each => `words\n${slot}\n${each}`);
+  const scans = new Set(keys.flatMap(key => between(key, from, to).map(([scan]) => scan))), edges = [];
+  for (const scan of [...scans].sort((one, other) => one - other)) {
+    const configures = stepper && (valueAt(`words\n${slot}\n${mode}`, scan) ?? 0) < 0;
+    const kept = !configures || (place === mode && bit === 15), level = kept ? ((valueAt(keys[0], scan) ?? 0) >> bit) & 1 : 0;
+    if (edges.at(-1)?.[1] !== level) edges.push([timeOf(scan), level]);
+  }
+  return edges;
+}
+
+function positionOf(slot, from, to) {
+  const scans = new Set([0, 2, 3].flatMap(place => between(`words\n${slot}\n${place}`, from, to).map(([scan]) => scan)));
+  const ordered = [...scans].sort((one, other) => one - other), stretch = Math.ceil(ordered.length / 500);
+  return ordered.filter((_, place) => place % stretch === 0 || place === ordered.length - 1).map(scan => {
+    const words = wordsAt(slot, scan), value = pair(words, 2);
+    return words[0] < 0 ? [timeOf(scan), null] : [timeOf(scan), value, value, value];
+  });
+}
+
+function stripOf(from, to, signals) {
+  const bits = {}, positions = {};
+  for (const slot of data.hello.slots) {
+    const inputs = new Set(slot.bits.filter(bit => !bit.output).map(bit => bit.name));
+    for (const bit of slot.bits) {
+      const name = `${slot.number}.${bit.name}`;
+      if ((bit.output && inputs.has(bit.name)) || (signals && !signals.includes(name))) continue;
+      bits[name] = edgesOf(slot.number, bit, from, to);
+    }
+    if (data.steppers.includes(slot.number)) positions[`${slot.number}.position`] = positionOf(slot.number, from, to);
+  }
+  return { from: timeOf(from), to: timeOf(to) + data.hello.period_ns, bits, positions };
+}
+
+// --- questions
+
+const program = () => data.programs[number];
+const isTag = tag => lists.has(`tags\n${number}\n${tag}`);
+const unknown = tags => ({ unknown: tags.filter(tag => !isTag(tag)) });
+
+// The lists of an address of an image are its word's.
+function listOf(tag) {
+  const [, slot, image, word, bit] = /^Local:(\d+):([IO])\.Data\[(\d+)\](?:\.(\d+))?$/.exec(tag) ?? [];
+  if (!slot) return [`tags\n${number}\n${tag}`, value => value];
+  return [`words\n${slot}\n${Number(word) + (image === "O" ? 8 : 0)}`, value => bit === undefined ? value : Boolean((value >> bit) & 1)];
+}
+
+// The scans at which a tag or an address has changed, in order; the first of the page is none.
+export function changesOf(tag) {
+  const [key, shown] = listOf(tag), list = lists.get(key), found = [];
+  for (let place = 1; list && place < list.scans.length; place += 1) {
+    const before = shown(list.values[place - 1]);
+    if (shown(list.values[place]) !== before) found.push({ scan: list.scans[place], before });
+  }
+  return found;
+}
+
+const QUESTIONS = {
+  show({ routine, columns }) {
+    const widths = Object.keys(program().shows[routine] ?? {}).map(Number);
+    const fits = widths.filter(each => each <= columns).at(-1) ?? widths[0];
+    if (fits === undefined) throw new Refused(`There is no routine ${routine} in this page.`);
+    sent = { ...sent, power: {}, tags: {} };
+    queueMicrotask(() => { if (at !== null) show(at); });
+    return program().shows[routine][fits];
+  },
+  watch({ tags }) {
+    sent = { ...sent, tags: {} };
+    queueMicrotask(() => { if (at !== null) show(at); });
+    return unknown(tags);
+  },
+  lanes: ({ tags }) => unknown(tags),
+  steps({ from, to, tags }) {
+    const [first, last] = clamped(from, to);
+    if (first > last) return { lanes: {}, next: null };
+    const found = Object.fromEntries(tags.filter(isTag).map(tag => [tag, between(`tags\n${number}\n${tag}`, first, last).map(pointOf)]));
+    return { lanes: { from: timeOf(first), to: timeOf(last) + data.hello.period_ns, tags: found }, next: null };
+  },
+  look({ scan }) {
+    if (scan === "live") throw new Refused("this is a recording: there is no scan that runs");
+    const [first, last] = data.range;
+    if (scan < first || scan > last || data.holes.some(([from, to]) => from <= scan && scan <= to)) throw new Refused(`Scan ${scan} is not in this page: it has ${first} to ${last}.`);
+    show(scan);
+    return { scan };
+  },
+  window({ from, to, signals }) {
+    const [first, last] = clamped(from, to);
+    return { strip: first > last ? {} : stripOf(first, last, signals) };
+  },
+  events: ({ to }) => ({ events: data.events.filter(each => each.scan <= to).slice(-EVENTS) }),
+  since({ tag }) {
+    const found = changesOf(tag).filter(each => each.scan <= at).at(-1);
+    return { since: found ? { ...found, t: timeOf(found.scan) } : null };
+  },
+  why({ tag, fault }) {
+    const answer = fault ? data.whys[""] : data.whys[tag];
+    if (at === data.scan && answer) return answer;
+    throw new Refused(`This page has no answer for that. Ask: scanrack why ${data.hello.record} ${tag ?? "TAG"} --at ${at}`);
+  },
+  xref({ tag }) { throw new Refused(`This page has no list of uses. Ask: scanrack xref ${data.hello.record} ${tag}`); },
+  find({ text }) {
+    const wanted = text.toLowerCase(), has = said => said.toLowerCase().includes(wanted);
+    const tags = program().described.tags.filter(({ name, description }) => has(`${name} ${description}`)).map(({ name, type, description }) => ({ text: `${name} : ${type}  ${description}`.trim(), says: `${type}  ${description}`.trim(), rung: null, tag: name }));
+    const rungs = Object.entries(program().shows).flatMap(([routine, widths]) => (Object.values(widths)[0].rungs ?? []).filter(rung => has(`${rung.text} ${rung.comment}`)).map(rung => ({ text: rung.text, rung: `${routine}.${rung.number}`, tag: null })));
+    return { hits: [...tags, ...rungs].slice(0, HITS) };
+  },
+};
+
+export async function ask(what, fields = {}) {
+  const question = QUESTIONS[what];
+  if (!question) throw new Refused("This is a shared recording: it takes no orders.");
+  if (!data) throw new Refused("The page is still opening.");
+  return question(fields);
+}

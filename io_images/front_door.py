@@ -1,0 +1,51 @@
+"""Names that a package imports when they are first used.
+
+The package lists them as imports below `if TYPE_CHECKING:`. Type checkers read these lines, and so does this:
+each name stands in one place.
+"""
+
+from __future__ import annotations
+
+import re
+from importlib import import_module
+from importlib.machinery import ModuleSpec
+
+_IMPORT = re.compile(r"^    from (\S+) import (?:\(([^)]*)\)|(.+))$", re.MULTILINE)
+
+
+def homes_in(spec: ModuleSpec) -> dict[str, str]:
+    """Return the module of each name that a package lists, relative to it.
+
+    Args:
+        spec: of the package, its `__spec__`.
+    """
+    # `get_data`, not `get_source`: pytest, which loads a package that has a plugin, has only that
+    text = spec.loader.get_data(spec.origin).decode("utf-8")  # type: ignore[union-attr]
+    return {
+        name.strip(): module
+        for module, several, one in _IMPORT.findall(text)
+        for name in (several or one).split(",")
+        if name.strip().isidentifier()
+    }
+
+
+def imported_from(module: str, name: str, package: str) -> object:
+    """Return a name of a module, or the module itself if the name is its own.
+
+    Raises:
+        AttributeError: there is no such module, or no such name in it.
+    """
+    missing = AttributeError(f"module {package!r} has no attribute {name!r}")
+    if name.startswith("_"):
+        raise missing
+    try:
+        home = import_module(module, package)
+    except ModuleNotFoundError as error:
+        if error.name != f"{package}{module}":
+            raise
+        raise missing from None
+    if module == f".{name}":
+        return home
+    if name not in vars(home):
+        raise missing
+    return vars(home)[name]

@@ -1,0 +1,54 @@
+"""Pictures for notebooks as static HTML: no script, no file from elsewhere, colours of the page around it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+
+_CARD = "font:13px system-ui;border:1px solid #8884;border-radius:8px;padding:8px 12px;display:inline-block"
+_CHIP = "font:11px monospace;padding:1px 6px;margin:1px;border-radius:5px;display:inline-block"
+_ON, _OFF = "background:#2a8a4a33;font-weight:700", "opacity:.5"
+_CELL = "padding:1px 8px;text-align:{}"
+
+
+def card(title: str, *parts: str) -> str:
+    """Return a frame with a title, which is text, and parts, which are HTML."""
+    return f'<div style="{_CARD}"><b>{escape(title)}</b>{"".join(parts)}</div>'
+
+
+def line(text: str) -> str:
+    """Return a line of text."""
+    return f"<div>{escape(text)}</div>"
+
+
+def chips(bits: Iterable[tuple[str, bool]]) -> str:
+    """Return the names of bits, those that are on in front of the eye."""
+    shown = (f'<span style="{_CHIP};{_ON if on else _OFF}">{escape(name)}</span>' for name, on in bits)
+    return f"<div>{''.join(shown)}</div>"
+
+
+def rows(table: Iterable[Sequence[str]]) -> str:
+    """Return a table of texts; its first column is to the left, as names are."""
+    shown = (
+        "".join(
+            f'<td style="{_CELL.format("right" if place else "left")}">{escape(cell)}</td>'
+            for place, cell in enumerate(row)
+        )
+        for row in table
+    )
+    return f"<table>{''.join(f'<tr>{cells}</tr>' for cells in shown)}</table>"
+
+
+def curve(title: str, values: Sequence[int], width: int = 640, height: int = 70) -> str:
+    """Return numbers as a line that fills its picture."""
+    low, span = min(values), max(max(values) - min(values), 1)
+    across = width / max(len(values) - 1, 1)
+    points = " ".join(
+        f"{place * across:.1f},{height - 6 - (value - low) * (height - 12) / span:.1f}"
+        for place, value in enumerate(values)
+    )
+    return (
+        f'<svg viewBox="0 0 {width} {height}" width="{width}" height="{height}" style="display:block">'
+        f"<title>{escape(title)}</title>"
+        f'<polyline points="{points}" fill="none" stroke="currentColor" stroke-opacity=".75"/></svg>'
+    )

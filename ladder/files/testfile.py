@@ -1,0 +1,115 @@
+"""Files of test routines: routines beside a program, which `ASSERT` what it does.
+
+    TEST feeder.toml FOR 12 s
+    TAG Seen : BOOL
+    ROUTINE test_it_strokes_to_and_fro
+    XIC(Out.Done)OTL(Seen);
+    XIC(Back.Done)ASSERT(Seen AND Strokes.ACC >= 1);
+    END
+
+The head names the rack, from the file's folder, and the time, 10 s if it has none. In a `.rung` file each
+routine whose name begins with `test_` is a test; others are for JSR. A `.st` file is one test, of the file's
+name. Below the head there may be declarations; tags, types and instructions of the program are known.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+from ...io_images.input_files import read_input_text
+from ...io_images.site import Site
+from ...io_images.text_limits import TextKind
+from ..build.controller import Controller
+from ..build.program import Program
+from ..build.runnable import LadderLogic
+from ..build.text import parse_rung
+from ..model.errors import LadderError
+from ..model.schedule import TaskKind
+from ..model.tags import scoped
+from ..model.tree import Routine
+from .rungreader import Reader
+from .suffixes import STRUCTURED_SUFFIX
+
+PREFIX = "test_"
+"""Beginning of the names of test routines, and of their files."""
+
+DEFAULT_TIME = "10 s"
+
+_HEAD = re.compile(r"\s*TEST\s+(\S+)(?:\s+FOR\s+(\S.*?))?\s*(?://.*)?", re.IGNORECASE)
+_ROUTINE = re.compile(rf"^\s*ROUTINE\s+({PREFIX}\w+)", re.IGNORECASE | re.MULTILINE)
+_MAIN = "Main__And_Test"
+
+
+class TestFile(NamedTuple):
+    """A file of test routines.
+
+    Attributes:
+        rack: the rack file.
+        time: for how long each routine runs, as `12 s`.
+        routines: their names and lines.
+        text: declarations and routines, with a blank line in place of the head.
+    """
+
+    path: Path
+    rack: Path
+    time: str
+    routines: dict[str, int]
+    text: str
+
+
+def read_test_file(path: Path) -> TestFile | None:
+    """Read a file of test routines; None if it is none: it has no head.
+
+    Raises:
+        LadderError: it has no test routine.
+        OSError: it can't be read.
+    """
+    flat = path.suffix == STRUCTURED_SUFFIX
+    text = read_input_text(path, TextKind.STRUCTURED if flat else TextKind.RUNGS)
+    lines = text.splitlines()
+    number = next((at for at, line in enumerate(lines) if line.split("//")[0].strip()), 0)
+    head = _HEAD.fullmatch(lines[number]) if lines else None
+    if head is None:
+        return None
+    body = "\n".join([*lines[:number], "", *lines[number + 1 :]])
+    found = {each[1]: body.count("\n", 0, each.start(1)) + 1 for each in _ROUTINE.finditer(body)}
+    routines = {path.stem: number + 1} if flat else found
+    if not routines:
+        site = Site(file=str(path), line=number + 1)
+        raise LadderError.at(site, f"there is no routine whose name begins with {PREFIX}")
+    return TestFile(path, path.parent / head[1], head[2] or DEFAULT_TIME, routines, body)
+
+
+def with_test(program: LadderLogic, file: TestFile, routine: str) -> tuple[LadderLogic, str]:
+    """Return a copy of a program with the routines of a test file, and the full name of one of them.
+
+    That one is called after the main routine: in a controller, that of the first program of the continuous
+    task, whose tags it shares.
+
+    Raises:
+        LadderError: the file has a mistake, or a name of the program.
+    """
+    both = program.copied()
+    owner = _cyclic(both) if isinstance(both, Controller) else both
+    assert isinstance(owner, Program)
+    first = owner.first
+    if first is None:
+        raise LadderError(f"program {owner.name} has no routine: there is nothing to test")
+    flat = file.path.suffix == STRUCTURED_SUFFIX
+    Reader(file.text, str(file.path)).add_to(owner, file.path.stem if flat else None)
+    calls = (parse_rung(f"JSR({each},0);", specs=owner.specs) for each in (first, routine))
+    owner.add_routine(Routine(_MAIN, tuple(calls)))
+    owner.main = _MAIN
+    return both, routine if owner is both else scoped(owner.name, routine)
+
+
+def _cyclic(controller: Controller) -> Program:
+    """Return the program of a controller that a test is added to."""
+    names = [name for task in controller.tasks if task.kind is TaskKind.CONTINUOUS for name in task.programs]
+    known = {each.name.upper(): each for each in controller.programs}
+    found = [known[name.upper()] for name in names if name.upper() in known] or controller.programs
+    if not found:
+        raise LadderError(f"controller {controller.name} has no program: there is nothing to test")
+    return found[0]

@@ -1,0 +1,178 @@
+"""The JSON Schema of rack files, for editors: keys with their meaning, names, limits, options of each module.
+
+It is made of the tables themselves: types and limits as they are checked, descriptions from their docstrings,
+modules and their options from the registry. What two keys decide together only `check` finds.
+"""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Mapping
+from decimal import Decimal
+from typing import Any
+
+from pydantic import BaseModel
+from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
+from pydantic_core import core_schema
+
+from ..modules.registry import MODULES
+from .rackspec import RackSpec, SlotSpec
+
+NAME = "rack.schema.json"
+"""The file that rack files name in their first line."""
+
+HINT = f"#:schema {NAME}"
+"""That line, as tombi and taplo read it."""
+
+TITLE = "scanrack rack file"
+"""Title of the schema, by which its file is known."""
+
+DRAFT_2020, DRAFT_4 = (
+    "https://json-schema.org/draft/2020-12/schema",
+    "http://json-schema.org/draft-04/schema#",
+)
+
+_ATTRIBUTE = re.compile(r"^ {4}(\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
+_OTHER_UNIT = {"ms": "s", "s": "ms"}
+
+
+def rack_schema(*, draft4: bool = False) -> dict[str, Any]:
+    """Return the schema of rack files.
+
+    Args:
+        draft4: in Draft 4 of JSON Schema, which taplo reads; else in that of 2020-12.
+    """
+    schema = RackSpec.model_json_schema(schema_generator=_Generator)
+    _add_options(schema)
+    whole = {"$schema": DRAFT_2020, "title": TITLE, **_without_null(schema)}
+    return _as_draft4(whole, top=True) if draft4 else whole
+
+
+def described_keys(cls: type) -> dict[str, str]:
+    """Return the meaning of the keys of a table, from the `Attributes:` of its docstring and its bases'.
+
+    >>> described_keys(SlotSpec)["number"]
+    'from 1.'
+    """
+    found: dict[str, str] = {}
+    for base in reversed(cls.__mro__):
+        _, _, part = (inspect.cleandoc(base.__dict__.get("__doc__") or "")).partition("\nAttributes:\n")
+        found.update({name: re.sub(r"\s+", " ", said) for name, said in _ATTRIBUTE.findall(part)})
+    for key in getattr(cls, "model_fields", ()):
+        name, _, unit = key.rpartition("_")
+        other = f"{name}_{_OTHER_UNIT.get(unit)}"
+        if key not in found and other in found:  # a time in its other unit
+            found[key] = found[other].replace(f"`{key}`", f"`{other}`").replace(", ms", f", {unit}")
+    return found
+
+
+class _Generator(GenerateJsonSchema):
+    """Describes tables by their docstrings, and numbers as TOML has them."""
+
+    def model_schema(self, schema: core_schema.ModelSchema) -> JsonSchemaValue:
+        """Describe a table."""
+        return _described(super().model_schema(schema), schema["cls"])
+
+    def dataclass_schema(self, schema: core_schema.DataclassSchema) -> JsonSchemaValue:
+        """Describe a part of a machine."""
+        return _described(super().dataclass_schema(schema), schema["cls"])
+
+    def decimal_schema(self, schema: core_schema.DecimalSchema) -> JsonSchemaValue:
+        """Describe a number of any kind."""
+        found: JsonSchemaValue = {"type": "number"}
+        self.update_with_validations(found, schema, self.ValidationsMapping.numeric)
+        return {key: float(value) if key != "type" else value for key, value in found.items()}
+
+    def encode_default(self, dft: Any) -> Any:
+        """Return a default as TOML has it; None for a table, which has none of its own."""
+        if isinstance(dft, Decimal):
+            return int(dft) if dft == int(dft) else float(dft)
+        return dft if isinstance(dft, bool | int | float | str) else None
+
+    def default_schema(self, schema: core_schema.WithDefaultSchema) -> JsonSchemaValue:
+        """Leave out defaults that are tables, or nothing."""
+        found = super().default_schema(schema)
+        if "default" in found and found["default"] is None:
+            del found["default"]
+        return found
+
+
+def _described(node: JsonSchemaValue, cls: type) -> JsonSchemaValue:
+    keys = described_keys(cls)
+    node["description"] = inspect.cleandoc(cls.__doc__ or "").partition("\n\n")[0].replace("\n", " ")
+    node.pop("title", None)
+    for key, each in node.get("properties", {}).items():
+        each.pop("title", None)
+        if key in keys:
+            each["description"] = keys[key]
+        _limits(each)
+    return node
+
+
+def _limits(node: JsonSchemaValue) -> None:
+    """Give the limits of a number behind a validator the names that JSON Schema has for them."""
+    for each in (node, *node.get("anyOf", ())):
+        each.pop("decimal_places", None)
+        for key, word in (("ge", "minimum"), ("gt", "exclusiveMinimum"), ("le", "maximum")):
+            if key in each:
+                each[word] = each.pop(key)
+
+
+def _add_options(schema: dict[str, Any]) -> None:
+    """Give the table of a slot a branch for each kind of options."""
+    slot, tables = schema["$defs"][SlotSpec.__name__], schema["$defs"]
+    branches: dict[type[BaseModel], list[str]] = {}
+    for name, record in MODULES.items():
+        if record.option_table is not None:
+            branches.setdefault(record.option_table(), []).append(name)
+    slot["properties"]["module"]["enum"] = list(MODULES)
+    for table in branches:
+        inner = table.model_json_schema(schema_generator=_Generator)
+        tables.update(inner.pop("$defs", {}))
+        tables[table.__name__] = inner
+    slot["anyOf"] = [
+        {"properties": {"module": {"enum": names}, "options": {"$ref": f"#/$defs/{table.__name__}"}}}
+        for table, names in branches.items()
+    ]
+    slot["anyOf"].append({"properties": {"module": {"not": {"enum": list(MODULES)}}}})  # one error for a name
+
+
+def _without_null(node: Any) -> Any:
+    """Leave out what TOML can't say: a key without a value is left out."""
+    if isinstance(node, list):
+        return [_without_null(each) for each in node]
+    if not isinstance(node, dict):
+        return node
+    rest = [each for each in node.get("anyOf", ()) if each != {"type": "null"}]
+    if len(rest) == 1:
+        node = {**rest[0], **{key: each for key, each in node.items() if key != "anyOf"}}
+    return {key: _without_null(each) for key, each in node.items()}
+
+
+def _as_draft4(node: Any, *, top: bool = False) -> Any:
+    """Return a schema in Draft 4: other words, a reference stands alone, limits that exclude are flags."""
+    if isinstance(node, list):
+        return [_as_draft4(each) for each in node]
+    if not isinstance(node, Mapping):
+        return node
+    found: dict[str, Any] = {}
+    for key, value in node.items():
+        if key == "properties":
+            found[key] = {name: _as_draft4(each) for name, each in value.items()}
+        elif key == "$defs":
+            found["definitions"] = {name: _as_draft4(each) for name, each in value.items()}
+        elif key == "prefixItems":
+            found["items"], found["additionalItems"] = _as_draft4(value), False
+        elif key == "const":
+            found["enum"] = [value]
+        elif key in ("exclusiveMinimum", "exclusiveMaximum"):
+            found[key.replace("exclusiveM", "m")], found[key] = value, True
+        elif key != "examples":
+            found[key] = _as_draft4(value)
+    if top:
+        found["$schema"] = DRAFT_4
+    if "$ref" in found:
+        reference = {"$ref": found.pop("$ref").replace("#/$defs/", "#/definitions/")}
+        return {"allOf": [reference], **found} if found else reference
+    return found

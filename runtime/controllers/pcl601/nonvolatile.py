@@ -1,0 +1,76 @@
+"""What a PCL601 keeps without power: its address [command %], its program, and autorun [codes 13, 14]."""
+
+from __future__ import annotations
+
+from typing import Annotated, Self
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from ....io_images.pcl601 import Register
+from ....io_images.pcl601.program import Program, format_program, parse_program
+from .line import Pcl601
+from .program.machine import ProgramMachine
+
+
+class Pcl601Memory(BaseModel):
+    """The nonvolatile memory of a unit.
+
+    Attributes:
+        address: 0 to 99.
+        autorun: whether the program starts at power-up.
+        program: lines of the stored program; none if the memory is empty.
+    """
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    address: Annotated[int, Field(ge=0, le=99)]
+    autorun: bool
+    program: Annotated[tuple[str, ...], Field(strict=False)]
+
+    @field_validator("program")
+    @classmethod
+    def _can_be_stored(cls, lines: tuple[str, ...]) -> tuple[str, ...]:
+        if lines:
+            parse_program("\n".join(lines))
+        return lines
+
+    def addressed(self, address: int) -> Self:
+        """Return it with another address."""
+        return self.model_copy(update={"address": address})
+
+    def restore(self, unit: Pcl601) -> None:
+        """Power a fresh unit up with this memory; a program that it has already is the newer one."""
+        controller = unit.controller
+        controller.values[Register.ADDRESS] = self.address
+        newer = program_of(unit)
+        if newer is None and self.program:
+            controller.runner = ProgramMachine(parse_program("\n".join(self.program)))
+        if newer is None or newer.autostart is None:
+            controller.autorun = self.autorun
+        unit.power_cycle(0)
+
+
+class Pcl601MemoryReader:
+    """Reads the present memory of a unit; the text of a program is made once."""
+
+    def __init__(self, unit: Pcl601) -> None:
+        self._unit = unit
+        self._program: Program | None = None
+        self._lines: tuple[str, ...] = ()
+
+    def read(self) -> Pcl601Memory:
+        """Return the present memory."""
+        program = program_of(self._unit)
+        if program is not self._program:
+            self._program = program
+            self._lines = () if program is None else tuple(format_program(program).splitlines())
+        controller = self._unit.controller
+        return Pcl601Memory.model_construct(
+            address=controller.values[Register.ADDRESS], autorun=controller.autorun, program=self._lines
+        )
+
+
+def program_of(unit: Pcl601) -> Program | None:
+    """Return the program in a unit's memory."""
+    runner = unit.controller.runner
+    return runner.program if isinstance(runner, ProgramMachine) else None

@@ -1,0 +1,339 @@
+"""The process of the OPC UA server: asyncua's sessions, and values of tags that are read together.
+
+A request reads its tags in one exchange with the scan process, and a subscription in one for each publishing
+interval: values that come together are of one instant and have one timestamp. A write request is one packet.
+Nobody logs in, so no client may do more than read and write tags.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import pickle
+import socket
+from collections.abc import Awaitable, Callable, Iterable, Sequence
+from importlib import import_module
+from multiprocessing.connection import Connection
+from typing import Any
+
+from ..line.hosts import join_address
+from ..line.ports.places import CLIENTS_MOST
+from ..outside.room import Operation
+from ..outside.setup import TagSetup
+from .mailbox import AREA_BYTES, Mailbox
+from .opcua_space import TYPES, TagNode, TagSpace
+from .tag_server import STEP_S, ScanProcess
+
+NAMESPACE = "urn:scanrack:tags"
+
+INTERVAL_MS, SLOWEST_MS = 50.0, 3_600_000.0
+"""Shortest and longest publishing interval."""
+
+ITEMS_MOST, SUBSCRIPTIONS_MOST, QUEUE_MOST = 20_000, 100, 100
+"""Monitored items and subscriptions of all clients; values that wait for a client, by item."""
+
+MESSAGE_MOST, CHUNK_MOST = 1 << 24, 1 << 16
+"""Bytes of a message, and of a part of one."""
+
+PENDING_MOST, ACTIVATION_S = 32, 10.0
+"""Requests of a client that wait; time in which one that has connected opens a session."""
+
+BATCH_BYTES = AREA_BYTES // 4
+"""Bytes that one exchange reads: what is more is of several scans."""
+
+Service = Callable[..., Awaitable[Any]]
+
+
+class OpcUaServer:
+    """Serves tags at a listening socket.
+
+    Args:
+        process: carries out what requests need; it may wait.
+    """
+
+    def __init__(self, listening: socket.socket, process: ScanProcess) -> None:
+        self._ua: Any = import_module("asyncua.ua")
+        self._server: Any = import_module("asyncua").Server()
+        self._listening, self._process = listening, process
+        self._turn = asyncio.Lock()
+        self._space: TagSpace
+
+    @property
+    def _inner(self) -> Any:
+        return self._server.iserver
+
+    async def start(self, setup: TagSetup) -> None:
+        """Show the tags and listen."""
+        self._process.version = setup.version
+        server = self._server
+        await server.init()
+        server.set_server_name(f"scanrack {setup.name}")
+        host, port = self._listening.getsockname()[:2]
+        server.set_endpoint(f"opc.tcp://{join_address(host, port)}/scanrack")
+        server.set_security_policy([self._ua.SecurityPolicyType.NoSecurity])
+        server.set_identity_tokens([self._ua.AnonymousIdentityToken])
+        server.allow_remote_admin(False)
+        self._limit()
+        namespace = await server.register_namespace(NAMESPACE)
+        self._space = TagSpace(self._inner.aspace, namespace, setup.name)
+        await self._space.show(setup.database)
+        self._hook_sessions()
+        await self._listen()
+
+    def _limit(self) -> None:
+        inner = self._inner
+        inner.max_connections = CLIENTS_MOST
+        inner.max_pending_messages_per_connection = PENDING_MOST
+        inner.max_pending_activation_seconds = ACTIVATION_S
+        inner.max_subscriptions = SUBSCRIPTIONS_MOST
+        inner.max_monitored_item_queue_size = inner.max_unacked_messages_per_subscription = QUEUE_MOST
+        limits = self._server.limits
+        limits.max_recv_buffer = limits.max_send_buffer = CHUNK_MOST
+        limits.max_message_size, limits.max_chunk_count = MESSAGE_MOST, MESSAGE_MOST // CHUNK_MOST
+
+    async def _listen(self) -> None:
+        """Listen at our socket: asyncua's own start would open another one."""
+        binary: Any = import_module("asyncua.server.binary_server_asyncio")
+        await self._server._setup_server_nodes()
+        await self._inner.start()
+        talk = binary.BinaryServer(self._inner, "", 0, self._server.limits)
+        talk.set_policies(self._server._policies)
+
+        def client() -> Any:
+            made = talk._make_protocol()
+            made.data_received = _bounded(made, made.data_received)
+            return made
+
+        await asyncio.get_running_loop().create_server(client, sock=self._listening)
+        talk.cleanup_task = asyncio.create_task(talk._close_task_loop())
+        self._server.bserver = talk
+
+    async def show(self, setup: TagSetup) -> None:
+        """Show the tags of an edited program."""
+        async with self._turn:
+            self._process.version = setup.version
+            await self._space.show(setup.database)
+
+    # --- sessions
+
+    def _hook_sessions(self) -> None:
+        create = self._inner.create_session
+
+        def created(name: Any, *more: Any, **named: Any) -> Any:
+            session = create(name, *more, **named)
+            client = f"{name[0]}:{name[1]}"
+            session.read = self._reading(session.read, client)
+            session.write = lambda params: self._write(params, client)
+            session.create_subscription = self._subscribing(session.create_subscription, client)
+            session.modify_subscription = self._changing(session.modify_subscription)
+            session.create_monitored_items = self._monitoring(session.create_monitored_items, client)
+            return session
+
+        self._inner.create_session = created
+
+    def _tag_of(self, wanted: Any) -> TagNode | None:
+        """Return the tag whose value is meant."""
+        is_value = wanted.AttributeId == self._ua.AttributeIds.Value
+        return self._space.nodes.get(wanted.NodeId) if is_value else None
+
+    def _reading(self, read: Service, client: str) -> Service:
+        async def reading(params: Any) -> Any:
+            await self._refresh(map(self._tag_of, params.NodesToRead), client)
+            found = await read(params)
+            for place, wanted in enumerate(params.NodesToRead):
+                if wanted.IndexRange and found[place].Value is not None:
+                    found[place] = self._part_of(found[place], wanted.IndexRange)
+            return found
+
+        return reading
+
+    def _part_of(self, value: Any, text: str) -> Any:
+        """Return elements of an array, `2` or `2:5` [OPC UA part 4, 7.27]."""
+        first, _, last = text.partition(":")
+        codes = self._ua.StatusCodes
+        if not first.isdecimal() or not (last or first).isdecimal() or int(last or first) < int(first):
+            return self._ua.DataValue(StatusCode=self._ua.StatusCode(codes.BadIndexRangeInvalid))
+        values = value.Value.Value
+        part = values[int(first) : int(last or first) + 1] if isinstance(values, list) else []
+        if not part or isinstance(part[0], list):
+            return self._ua.DataValue(StatusCode=self._ua.StatusCode(codes.BadIndexRangeNoData))
+        variant = self._ua.Variant(part, value.Value.VariantType, is_array=True)
+        times = {"SourceTimestamp": value.SourceTimestamp, "ServerTimestamp": value.ServerTimestamp}
+        return self._ua.DataValue(variant, **times)
+
+    async def _write(self, params: Any, client: str) -> list[Any]:
+        """Write values as one packet; return the status of each."""
+        codes = self._ua.StatusCodes
+        wanted, version = params.NodesToWrite, self._process.version
+        status, operations = [codes.Good] * len(wanted), []
+        for place, each in enumerate(wanted):
+            try:
+                operations.append((place, self._change(each)))
+            except _WriteRefusedError as refused:
+                status[place] = getattr(codes, refused.code)
+        if operations:
+            results = await self._carry_out([each for _, each in operations], client, version)
+            for number, (place, _) in enumerate(operations):
+                if results is None or results[number] is None:
+                    status[place] = codes.BadInvalidState if results is None else codes.BadOutOfRange
+        return [self._ua.StatusCode(each) for each in status]
+
+    def _change(self, wanted: Any) -> Operation:
+        """Return the write of a value; refused if it is not allowed."""
+        if wanted.NodeId not in self._inner.aspace:
+            raise _WriteRefusedError("BadNodeIdUnknown")
+        node = self._tag_of(wanted)
+        if node is None or not node.variable.writable:
+            raise _WriteRefusedError("BadNotWritable")
+        if wanted.IndexRange:
+            raise _WriteRefusedError("BadWriteNotSupported")
+        variant, variable = wanted.Value.Value, node.variable
+        kind = self._ua.VariantType[TYPES[variable.type_name]]
+        if variant is None or variant.VariantType != kind or variant.is_array != bool(variable.dims):
+            raise _WriteRefusedError("BadTypeMismatch")
+        try:
+            return variable.change_to(variant.Value)
+        except TypeError as error:
+            raise _WriteRefusedError("BadTypeMismatch") from error
+        except ValueError as error:  # also a text with characters that no tag has
+            raise _WriteRefusedError("BadOutOfRange") from error
+
+    # --- subscriptions
+
+    def _subscribing(self, create: Service, client: str) -> Service:
+        async def subscribing(params: Any, *more: Any, **named: Any) -> Any:
+            params.RequestedPublishingInterval = interval(params.RequestedPublishingInterval)
+            result = await create(params, *more, **named)
+            made = self._inner.subscription_service.subscriptions[result.SubscriptionId]
+            made.publish_results = self._publishing(made, made.publish_results, client)
+            return result
+
+        return subscribing
+
+    def _changing(self, change: Callable[[Any], Any]) -> Callable[[Any], Any]:
+        def changing(params: Any) -> Any:
+            params.RequestedPublishingInterval = interval(params.RequestedPublishingInterval)
+            return change(params)
+
+        return changing
+
+    def _publishing(self, made: Any, publish: Service, client: str) -> Service:
+        """Return what publishes a subscription after it has read its tags together."""
+
+        async def publishing(request: Any = None) -> Any:
+            if request is None:  # the interval has passed; otherwise a late request asks for what waits
+                items = list(made.monitored_item_srv._monitored_items.values())
+                await self._refresh((self._tag_of(each.read_value_id) for each in items), client)
+            return await publish(request)
+
+        return publishing
+
+    def _monitoring(self, create: Service, client: str) -> Service:
+        async def monitoring(params: Any) -> Any:
+            every = self._inner.subscription_service.subscriptions.values()
+            there = sum(len(each.monitored_item_srv._monitored_items) for each in every)
+            if there + len(params.ItemsToCreate) > ITEMS_MOST:
+                code = self._ua.StatusCodes.BadTooManyMonitoredItems
+                raise import_module("asyncua.common.utils").ServiceError(code)
+            await self._refresh((self._tag_of(each.ItemToMonitor) for each in params.ItemsToCreate), client)
+            return await create(params)
+
+        return monitoring
+
+    # --- exchanges
+
+    async def _refresh(self, wanted: Iterable[TagNode | None], client: str) -> None:
+        """Read tags together; they stay as they are while a program is edited."""
+        nodes, version = list(dict.fromkeys(filter(None, wanted))), self._process.version
+        while nodes:
+            size, count = 0, 0
+            while count < len(nodes) and (not count or size + nodes[count].variable.size <= BATCH_BYTES):
+                size += nodes[count].variable.size
+                count += 1
+            turn, nodes = nodes[:count], nodes[count:]
+            results = await self._carry_out([each.variable.reads for each in turn], client, version)
+            if results is not None:
+                found = ((each, data) for each, data in zip(turn, results, strict=True) if data is not None)
+                await self._space.take(found)
+
+    async def _carry_out(
+        self, operations: Sequence[Operation], client: str, version: int
+    ) -> list[bytes | None] | None:
+        """Return the results of a packet for an edition of the program; None if it has been edited."""
+        async with self._turn:
+            if version != self._process.version:
+                return None
+            work = asyncio.get_running_loop().run_in_executor(None, self._process, [(client, operations)])
+            found = await work
+        return None if found is None else found[2][0]
+
+
+class _WriteRefusedError(ValueError):
+    """A write that gets a bad status."""
+
+    def __init__(self, code: str) -> None:
+        super().__init__(code)
+        self.code = code
+
+
+def interval(asked_ms: float) -> float:
+    """Return the publishing interval, ms, for one that a client asks for.
+
+    >>> interval(0.0), interval(float("nan")), interval(250.0)
+    (50.0, 50.0, 250.0)
+    """
+    return min(asked_ms, SLOWEST_MS) if asked_ms >= INTERVAL_MS else INTERVAL_MS
+
+
+def _bounded(made: Any, receive: Callable[[bytes], None]) -> Callable[[bytes], None]:
+    """Return what ends a client that sends a part longer than `CHUNK_MOST`."""
+
+    def received(data: bytes) -> None:
+        receive(data)
+        if len(made._buffer) > CHUNK_MOST and made.transport is not None:
+            made._buffer = b""
+            made.transport.abort()
+
+    return received
+
+
+async def _serve(pipe: Connection, process: ScanProcess, listening: socket.socket) -> None:
+    """Serve until the scan process ends."""
+    loop = asyncio.get_running_loop()
+    ended: asyncio.Future[None] = loop.create_future()
+    setup: TagSetup = pickle.loads(pipe.recv_bytes())  # of our own scan process
+    server = OpcUaServer(listening, process)
+    await server.start(setup)
+    changes: set[asyncio.Task[None]] = set()
+
+    def renew() -> None:
+        try:
+            setup: TagSetup = pickle.loads(pipe.recv_bytes())
+        except (EOFError, OSError):
+            loop.remove_reader(pipe.fileno())
+            if not ended.done():
+                ended.set_result(None)
+            return
+        changes.add(task := asyncio.create_task(server.show(setup)))
+        task.add_done_callback(changes.discard)
+
+    loop.add_reader(pipe.fileno(), renew)
+    while not ended.done():
+        process.beat()
+        await asyncio.wait([ended], timeout=STEP_S)
+
+
+def main(*descriptors: str) -> None:
+    """Run a server's process.
+
+    Args:
+        descriptors: of the pipe for setups, the waker, the mailbox, and the listening socket.
+    """
+    logging.getLogger("asyncua").setLevel(logging.CRITICAL + 1)  # what a client sends is no news
+    pipe_file, waker_file, mailbox_file, listening_file = map(int, descriptors)
+    process = ScanProcess(Mailbox(mailbox_file), socket.socket(fileno=waker_file))
+    listening = socket.socket(fileno=listening_file)
+    try:
+        asyncio.run(_serve(Connection(pipe_file), process, listening))
+    except (EOFError, OSError, KeyboardInterrupt):
+        return

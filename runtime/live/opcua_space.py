@@ -1,0 +1,217 @@
+"""The address space of the OPC UA server: nodes for tags, and their values.
+
+Nodes are made here and not by asyncua's services, which look through all nodes of a folder for each new one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from datetime import UTC, datetime
+from importlib import import_module
+from typing import Any
+
+from ...io_images.enip.listing import Kind
+from ..outside.database import Database
+from ..outside.variables import VARIABLES_MOST, Leaf, TagGroup, TagTree, Variable
+
+TYPES: Mapping[str, str] = {
+    "BOOL": "Boolean",
+    "SINT": "SByte",
+    "INT": "Int16",
+    "DINT": "Int32",
+    "LINT": "Int64",
+    "USINT": "Byte",
+    "UINT": "UInt16",
+    "UDINT": "UInt32",
+    "DWORD": "UInt32",
+    "ULINT": "UInt64",
+    "REAL": "Float",
+    "LREAL": "Double",
+    "STRING": "String",
+}
+"""Types of OPC UA by those of tags."""
+
+ROOT = "Tags"
+"""Node with all tags below it."""
+
+
+class TagNode:
+    """The node of a variable.
+
+    Attributes:
+        attribute: what asyncua has of its value.
+        data: the bytes that the value was made of; None before the first ones.
+    """
+
+    def __init__(self, variable: Variable, node_id: Any, attribute: Any) -> None:
+        self.variable, self.node_id, self.attribute = variable, node_id, attribute
+        self.data: bytes | None = None
+
+    @property
+    def shape(self) -> tuple[Kind, tuple[int, ...]]:
+        """Its type and dimensions."""
+        return self.variable.kind, self.variable.dims
+
+
+class TagSpace:
+    """The nodes of all tags.
+
+    Args:
+        space: asyncua's address space.
+        namespace: index of the tags' namespace.
+        title: name of the rack.
+
+    Attributes:
+        nodes: those of variables, by the identifiers of nodes.
+    """
+
+    def __init__(self, space: Any, namespace: int, title: str) -> None:
+        self._ua: Any = import_module("asyncua.ua")
+        self._made: Any = import_module("asyncua.server.address_space")
+        self._space, self._namespace, self._title = space, namespace, title
+        self._ours: list[Any] = []
+        self.nodes: dict[Any, TagNode] = {}
+        ids = self._ua.ObjectIds
+        known = (ids.FolderType, ids.BaseObjectType, ids.BaseDataVariableType)
+        self._folder, self._object, self._variable = map(self._ua.NodeId, known)
+        references = (ids.HasComponent, ids.HasTypeDefinition, ids.Organizes)
+        self._component, self._definition, self._organizes = map(self._ua.NodeId, references)
+        self._fixed: dict[tuple[str, Any], Any] = {}
+
+    async def show(self, database: Database) -> None:
+        """Show the tags of a program, of an edited one in place of the earlier ones.
+
+        Subscriptions go on where a tag stays.
+        """
+        before = self.nodes
+        self._clear()
+        objects = self._ua.NodeId(self._ua.ObjectIds.ObjectsFolder)
+        root = self._add(objects, ROOT, self._title, self._folder, self._organizes)
+        self._add_all(root, TagTree(database).roots())
+        for node_id, old in before.items():
+            new = self.nodes.get(node_id)
+            if new is None or new.shape != old.shape:
+                await self._end(old)
+            else:
+                new.attribute.datachange_callbacks.update(old.attribute.datachange_callbacks)
+
+    def _clear(self) -> None:
+        objects = self._space[self._ua.NodeId(self._ua.ObjectIds.ObjectsFolder)]
+        ours = set(self._ours)
+        objects.references[:] = [each for each in objects.references if each.NodeId not in ours]
+        for node_id in self._ours:
+            del self._space[node_id]
+        self._ours, self.nodes = [], {}
+
+    async def _end(self, node: TagNode) -> None:
+        """Tell the subscriptions of a tag that it is gone."""
+        gone = self._ua.DataValue(StatusCode=self._ua.StatusCode(self._ua.StatusCodes.BadNodeIdUnknown))
+        for handle, call in list(node.attribute.datachange_callbacks.items()):
+            await call(handle, gone)
+
+    def _add_all(self, parent: Any, items: Iterator[Leaf | TagGroup]) -> None:
+        for item in items:
+            if len(self.nodes) >= VARIABLES_MOST:
+                return
+            if isinstance(item, TagGroup):
+                self._add_all(self._add(parent, item.path, item.name, self._object), item.items())
+            else:
+                self._add_variable(parent, item)
+
+    def _add_variable(self, parent: Any, leaf: Leaf) -> None:
+        variable, ua = leaf.variable, self._ua
+        node_id = self._add(parent, variable.path, leaf.name, self._variable, is_variable=True)
+        access = ua.AccessLevel.CurrentRead.mask
+        if variable.writable:
+            access |= ua.AccessLevel.CurrentWrite.mask
+        given = self._space[node_id].attributes
+        kind = getattr(ua.ObjectIds, TYPES[variable.type_name])
+        given[ua.AttributeIds.DataType] = self._shared("NodeId", ua.NodeId(kind))
+        given[ua.AttributeIds.ValueRank] = self._shared("Int32", len(variable.dims) or -1)
+        for attribute in (ua.AttributeIds.AccessLevel, ua.AttributeIds.UserAccessLevel):
+            given[attribute] = self._shared("Byte", access)
+        given[ua.AttributeIds.Historizing] = self._shared("Boolean", False)
+        given[ua.AttributeIds.MinimumSamplingInterval] = self._shared("Double", 0.0)
+        if variable.dims:
+            sizes = ua.Variant(list(variable.dims), ua.VariantType.UInt32, is_array=True)
+            given[ua.AttributeIds.ArrayDimensions] = self._attribute(sizes)
+        value = self._made.AttributeValue(
+            ua.DataValue(StatusCode=ua.StatusCode(ua.StatusCodes.BadWaitingForInitialData))
+        )
+        given[ua.AttributeIds.Value] = value
+        self.nodes[node_id] = TagNode(variable, node_id, value)
+
+    def _add(
+        self,
+        parent: Any,
+        path: str,
+        name: str,
+        kind: Any,
+        reference: Any = None,
+        *,
+        is_variable: bool = False,
+    ) -> Any:
+        """Add a node below another one; return its identifier."""
+        ua, by = self._ua, self._component if reference is None else reference
+        node_id = ua.NodeId(path, self._namespace)
+        shown, text = ua.QualifiedName(name, self._namespace), ua.LocalizedText(name)
+        node_class = ua.NodeClass.Variable if is_variable else ua.NodeClass.Object
+        node = self._made.NodeData(node_id)
+        node.attributes = {
+            ua.AttributeIds.NodeId: self._attribute(ua.Variant(node_id, ua.VariantType.NodeId)),
+            ua.AttributeIds.NodeClass: self._shared("Int32", int(node_class)),
+            ua.AttributeIds.BrowseName: self._attribute(ua.Variant(shown, ua.VariantType.QualifiedName)),
+            ua.AttributeIds.DisplayName: self._attribute(ua.Variant(text, ua.VariantType.LocalizedText)),
+            ua.AttributeIds.WriteMask: self._shared("UInt32", 0),
+            ua.AttributeIds.UserWriteMask: self._shared("UInt32", 0),
+        }
+        if not is_variable:
+            node.attributes[ua.AttributeIds.EventNotifier] = self._shared("Byte", 0)
+        node.references = [
+            ua.ReferenceDescription(ReferenceTypeId=self._definition, IsForward=True, NodeId=kind),
+            ua.ReferenceDescription(ReferenceTypeId=by, IsForward=False, NodeId=parent),
+        ]
+        self._space[node_id] = node
+        self._space[parent].references.append(
+            ua.ReferenceDescription(
+                ReferenceTypeId=by,
+                IsForward=True,
+                NodeId=node_id,
+                BrowseName=shown,
+                DisplayName=text,
+                NodeClass=node_class,
+                TypeDefinition=kind,
+            )
+        )
+        self._ours.append(node_id)
+        return node_id
+
+    def _shared(self, kind: str, value: Any) -> Any:
+        """Return an attribute that many nodes have."""
+        if (kind, value) not in self._fixed:
+            self._fixed[kind, value] = self._attribute(self._ua.Variant(value, self._ua.VariantType[kind]))
+        return self._fixed[kind, value]
+
+    def _attribute(self, variant: Any) -> Any:
+        return self._made.AttributeValue(self._ua.DataValue(variant))
+
+    # --- values
+
+    async def take(self, found: Iterable[tuple[TagNode, bytes]]) -> None:
+        """Take values that were read together; they get one timestamp."""
+        now = datetime.now(UTC)
+        for node, data in found:
+            value = self.value_of(node.variable, data, now)
+            if data == node.data:
+                node.attribute.value = value
+                continue
+            node.data = data
+            await self._space.write_attribute_value(node.node_id, self._ua.AttributeIds.Value, value)
+
+    def value_of(self, variable: Variable, data: bytes, now: datetime) -> Any:
+        """Return bytes as a value of OPC UA."""
+        ua = self._ua
+        kind = ua.VariantType[TYPES[variable.type_name]]
+        dims = list(variable.dims) if len(variable.dims) > 1 else None
+        variant = ua.Variant(variable.value_in(data), kind, dims, bool(variable.dims))
+        return ua.DataValue(variant, SourceTimestamp=now, ServerTimestamp=now)

@@ -1,0 +1,65 @@
+"""A connected client of a tag server, and the limits that it has."""
+
+from __future__ import annotations
+
+import socket
+from typing import Any
+
+from ..loop.pace import wall_ns
+from ..outside.room import BrokenClientError
+from ..outside.setup import WireSession
+
+WAITING_MOST = 32
+"""Packets of a client that wait for an answer."""
+
+RECEIVED_MOST = 1 << 13
+"""Bytes that are taken from a client at once, before the others are heard."""
+
+UNREAD_MOST = 1 << 16
+"""Bytes of replies that a client has not read."""
+
+HALF_NS, IDLE_NS = 5_000_000_000, 120_000_000_000
+"""A frame that is not whole after this time ends its connection, and so does this silence."""
+
+
+class Client:
+    """A connected client."""
+
+    def __init__(self, where: socket.socket, session: WireSession, address: str) -> None:
+        self.socket, self.session, self.address = where, session, address
+        self.waiting: list[Any] = []
+        self.unread = b""
+        self.heard_ns = wall_ns()
+        self.half_ns: int | None = None  # since when a frame is not whole
+
+    def receive(self) -> None:
+        """Take what has come; BrokenClientError or OSError ends the client."""
+        data = self.socket.recv(RECEIVED_MOST)
+        if not data:
+            raise BrokenClientError("the client has hung up")
+        packets = self.session.receive(data)
+        self.waiting += packets
+        if len(self.waiting) > WAITING_MOST:
+            raise BrokenClientError(f"more than {WAITING_MOST} packets at once")
+        self.heard_ns = wall_ns()
+        if not self.session.pending:
+            self.half_ns = None
+        elif packets or self.half_ns is None:
+            self.half_ns = self.heard_ns
+
+    def send(self, data: bytes) -> bool:
+        """Send; return whether all has gone. BrokenClientError if the client does not read."""
+        self.unread += data
+        try:
+            sent = self.socket.send(self.unread) if self.unread else 0
+        except BlockingIOError:
+            sent = 0
+        self.unread = self.unread[sent:]
+        if len(self.unread) > UNREAD_MOST:
+            raise BrokenClientError("the client does not read")
+        return not self.unread
+
+    def is_late(self, now_ns: int) -> bool:
+        """Whether it has been silent, or has left a frame half sent, for too long."""
+        half = self.half_ns is not None and now_ns - self.half_ns > HALF_NS
+        return half or now_ns - self.heard_ns > IDLE_NS

@@ -1,0 +1,164 @@
+"""A 3601 that does something otherwise than the model: rivals of readings, and modules without a rule.
+
+An `Alteration` is data; `Altered3601` is the simulated module with one. The simulated module itself asks for
+none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, TypeAlias
+
+from typing_extensions import override
+
+from ....io_images.amci3601 import CommandMsw, StatusBits, StatusMsw
+from ....io_images.image import Image, signed_word
+from ...loop.events import Event, JsonValue
+from ...machine import Machine
+from .command_layer import CommandLayer
+from .command_words import CommandWords
+from .latches import BrokenRule, Latches
+from .module import Amci3601
+from .operation import Operation
+from .refusals import RefusalRule
+
+ImageWords: TypeAlias = tuple[int, ...]
+"""Eight signed words."""
+
+MODE_CONFIG = StatusMsw.MODE_CONFIG.value
+CONFIGURES = CommandMsw.MODE_CONFIG.value
+_WORD = 0xFFFF
+
+
+@dataclass(frozen=True, slots=True)
+class Alteration:
+    """What a module does otherwise; all that is left out is as in the model.
+
+    Attributes:
+        sentence: what it does, as a sentence about the module.
+        options: options of the model, see `Amci3601Options`.
+        silent: rules that set no bits when they fire.
+        adds: further bits of word 0 that rules set when they fire.
+        overlooked: rules whose faults are not noticed: the command is carried out.
+        also: further reasons to refuse a command.
+        clears: from the bits of word 0 that the model clears at an occasion to those that are cleared.
+        hidden: status bits of both words that are not shown.
+        during: the kind of motion in which, and after which, bits are hidden; "" for always.
+        hears: from the output words to those that count.
+        shows: from the input words to those that are shown.
+        layer: rules of its own.
+    """
+
+    sentence: str
+    options: Mapping[str, JsonValue] = field(default_factory=dict)
+    silent: frozenset[str] = frozenset()
+    adds: Mapping[str, int] = field(default_factory=dict)
+    overlooked: frozenset[str] = frozenset()
+    also: tuple[RefusalRule, ...] = ()
+    clears: Callable[[int], int] | None = None
+    hidden: StatusBits = 0
+    during: str = ""
+    hears: Callable[[ImageWords], ImageWords] | None = None
+    shows: Callable[[ImageWords], ImageWords] | None = None
+    layer: type[AlteredLayer] | None = None
+
+    def __deepcopy__(self, _memo: object) -> Alteration:
+        return self
+
+
+class AlteredLatches(Latches):
+    """Latches that some rules leave alone."""
+
+    def __init__(self, events: list[Event], alteration: Alteration) -> None:
+        super().__init__(events)
+        self._alteration = alteration
+
+    @override
+    def _set(self, now_ns: int, rule_id: str, bits: int) -> None:
+        alteration = self._alteration
+        super()._set(
+            now_ns, rule_id, 0 if rule_id in alteration.silent else bits | alteration.adds.get(rule_id, 0)
+        )
+
+    @override
+    def clear(self, bits: int) -> None:
+        super().clear(bits if self._alteration.clears is None else self._alteration.clears(bits))
+
+
+class AlteredLayer(CommandLayer):
+    """A command layer with an alteration.
+
+    Attributes:
+        latest: the kind of the motion that was accepted last.
+    """
+
+    def __init__(self, alteration: Alteration, *given: Any) -> None:
+        super().__init__(*given)
+        self.alteration = alteration
+        self.latest = ""
+        bits = self.state.latches.bits
+        self.state.latches = AlteredLatches(self._events, alteration)
+        self.state.latches.bits = bits
+
+    @override
+    def noticed(self, command: CommandWords, faults: list[BrokenRule]) -> list[BrokenRule]:
+        kept = [fault for fault in faults if fault.rule not in self.alteration.overlooked]
+        if not command.configures:
+            kept += [reason.fault for reason in self.alteration.also if reason.broken(self, command)]
+        return kept
+
+    @override
+    def accept(self, operation: Operation) -> None:
+        self.latest = operation.name
+        super().accept(operation)
+
+
+class Altered3601(Amci3601):
+    """A simulated 3601 with an alteration; see `Amci3601` for the rest."""
+
+    def __init__(
+        self,
+        alteration: Alteration,
+        firmware: str = "4.1",
+        machine: Machine | None = None,
+        *,
+        diagnostic_wiring: bool = False,
+    ) -> None:
+        self.alteration = alteration
+        self._layer_of = partial(alteration.layer or AlteredLayer, alteration)
+        self._heard, self._shown = Image(), Image()
+        super().__init__(firmware, machine, alteration.options, diagnostic_wiring=diagnostic_wiring)
+
+    @override
+    def update(self, now_ns: int, outputs: Image) -> Image:
+        image = super().update(now_ns, self._taken(outputs))
+        words = self._masked(tuple(image))
+        if self.alteration.shows is not None:
+            words = self.alteration.shows(words)
+        for number, word in enumerate(words):
+            self._shown[number] = word
+        return self._shown
+
+    @override
+    def calm_until_ns(self, outputs: Image) -> int:
+        return super().calm_until_ns(self._taken(outputs))
+
+    def _taken(self, outputs: Image) -> Image:
+        hears = self.alteration.hears
+        if hears is None or outputs[0] & CONFIGURES:
+            return outputs
+        for number, word in enumerate(hears(tuple(outputs))):
+            self._heard[number] = word
+        return self._heard
+
+    def _masked(self, words: ImageWords) -> ImageWords:
+        alteration, layer = self.alteration, self.layer
+        assert isinstance(layer, AlteredLayer)
+        if not alteration.hidden or (alteration.during and alteration.during != layer.latest):
+            return words
+        hidden = alteration.hidden & (0xE000 if words[0] & MODE_CONFIG else ~0)
+        first = signed_word(words[0] & _WORD & ~hidden)
+        second = signed_word(words[1] & _WORD & ~(hidden >> 16))
+        return (first, second, *words[2:])

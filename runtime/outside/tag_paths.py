@@ -1,0 +1,40 @@
+"""Names of tags as people write them: `Recipe.Steps[2].Time`, `Program:Main.Step`, `N7:3`, `Flags.5`."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+
+from ...io_images.enip.codes import CipRefusedError
+from ...io_images.enip.listing import DWORD
+from ...io_images.enip.paths import PathStep, steps_of
+from .database import Database, Target
+
+_ELEMENT = re.compile(r"(?P<file>[A-Z]{1,2}\d*(?::\d+(?=[./]))?)[:.](?P<number>\d{1,5})", re.IGNORECASE)
+
+
+def target_of(database: Database, text: str) -> Target:
+    """Return the bytes that a name means, of an array all elements.
+
+    Raises:
+        ValueError: there is no such tag, member or element.
+    """
+    steps = _steps(database, text)
+    try:
+        if steps and isinstance(steps[-1], int) and database.resolve(steps[:-1]).kind == DWORD:
+            steps[-1:] = [steps[-1] // 32, str(steps[-1] % 32)]  # an element of an array of BOOLs
+        found = database.resolve(steps)
+    except CipRefusedError as error:
+        raise ValueError(f"there is no tag {text!r}") from error
+    return replace(found, count=1) if isinstance(steps[-1], int) else found
+
+
+def _steps(database: Database, text: str) -> list[PathStep]:
+    r"""Return the steps of a path.
+
+    An element of a data file is a number behind the file, a bit one behind `/`: `N7:3`, `I:1.0/14`.
+    """
+    if database.listing.files and (element := _ELEMENT.match(text)) is not None:
+        rest = text[element.end() :].lstrip("./")
+        return [element["file"], int(element["number"]), *steps_of(rest)]
+    return steps_of(text)

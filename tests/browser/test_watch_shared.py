@@ -1,0 +1,83 @@
+"""A shared page from a file: the same page without a server, a request or a word in the console.
+
+Broken on purpose: `connection` allowed in the policy of page_file.py, a scan too early in `placeAt` of
+embedded.js: a test turns red.
+"""
+
+import pytest
+from scanrack.commands import build
+from scanrack.jobs.bench.opening import open_bench
+from typer.testing import CliRunner
+from watched_page import until, watching, why_not
+
+SCANS = 3000
+LOOKS = [0, 1, 777, 1500, 2999]
+LOADED = """
+return performance.getEntriesByType("resource").map(each => each.name)
+  .filter(each => !each.startsWith("data:"))
+"""
+"""Gives the addresses that the page has asked for."""
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory, feeder_rack):
+    """The page of a recording of the feeder."""
+    missing = why_not()
+    if missing is not None:
+        pytest.skip(missing)
+    folder = tmp_path_factory.mktemp("shared")
+    for words in (
+        ["run", feeder_rack, "--scans", SCANS, "--record", folder / "run.mcap", "-q"],
+        ["share", folder / "run.mcap"],
+    ):
+        done = CliRunner().invoke(build(), [str(each) for each in words])
+        assert done.exit_code == 0, done.output
+    return folder / "run.html"
+
+
+def look(page, scan):
+    """Look at a scan of a page whose modules have no addresses of their own."""
+    page.run("return import('scanrack/scrub.js').then(scrub => scrub.lookAt(arguments[0]))", scan)
+    page.until_scan(scan, "past")
+
+
+def test_any_scan_of_a_page_from_a_file_is_that_of_the_bench(page, shared, feeder_rack):
+    page.browser.get(shared.as_uri())
+    page.until_scan(SCANS - 1, "past")
+    bench, ran = open_bench(feeder_rack), 0
+    for scan in LOOKS:
+        bench.scan(scan + 1 - ran)
+        ran = scan + 1
+        look(page, scan)
+        until(lambda: len(page.power()) > 14)
+        inputs = bench.slot[1].inputs
+        page.until_value("Feeding", str(int(bench["Feeding"])))
+        page.until_value("1.position", str(inputs[2] * 1000 + inputs[3]))
+    assert page.messages() == []
+    assert page.run(LOADED) == []
+
+
+def test_its_policy_refuses_connections(page, shared):
+    page.browser.get(shared.as_uri())
+    page.until_scan(SCANS - 1, "past")
+    refused = "return fetch(arguments[0]).then(() => 'allowed', () => 'refused')"
+    assert page.run(refused, "http://127.0.0.1:1/") == "refused"
+    assert any("Content Security Policy" in each for each in page.messages())
+
+
+def test_the_button_of_a_running_rack_writes_the_page_of_its_scan(page, feeder_rack, tmp_path):
+    page.browser.execute_cdp_cmd(
+        "Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(tmp_path)}
+    )
+    trace = tmp_path / "session.mcap"
+    with watching(feeder_rack, "--record", trace, "--paused", "--speed", "max") as session:
+        page.open(session.link, paused=True)
+        page.step(SCANS + 2000)
+        page.until_scan(SCANS + 1999, "paused")  # the recorder writes about 4,000 at a time
+        page.press("Write a page to share")
+        until(lambda: list(tmp_path.glob("*.html")))
+        session.end()
+    page.browser.get((tmp_path / "session.html").as_uri())
+    page.until_handle("state", "past")
+    assert 4000 <= int(page.handle("scan") or 0) < SCANS + 2000
+    assert page.control("Copy the link").is_enabled()

@@ -1,0 +1,191 @@
+"""Tags over OPC UA, with asyncua's client: the server in its own process, scans where a request waits."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import AsyncIterator, Callable, Coroutine, Iterator, Mapping
+from contextlib import ExitStack, asynccontextmanager
+from datetime import datetime
+from typing import Any
+
+import pytest
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs.run.servers.kinds import ServerAddress
+from scanrack.jobs.run.servers.tag_service import TagService
+from scanrack.runtime.loop.listeners import QuietListener
+from served_tags import write_rack
+
+pytestmark = [pytest.mark.extra("opcua"), pytest.mark.slow]
+TIMEOUT_S = 60
+
+
+class Orders(QuietListener):
+    """Notes orders, each with its scan."""
+
+    def __init__(self) -> None:
+        self.given: list[tuple[int, str]] = []
+
+    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, Any]) -> None:
+        if topic == "/orders":
+            self.given.append((scan, str(fields)))
+
+
+class Bench:
+    """A rack behind an OPC UA server."""
+
+    def __init__(self, run: JobRun, service: TagService) -> None:
+        debugger = run.program.debugger
+        assert debugger is not None
+        self.run, self.service, self.tags = run, service, debugger.tags
+        self.orders = Orders()
+        run.cpu.add_listener(self.orders)
+
+    def ask(self, work: Callable[[Any], Coroutine[Any, Any, None]]) -> None:
+        """Run a client's work."""
+
+        async def session() -> None:
+            async with self.client() as client:
+                await work(client)
+
+        asyncio.run(session())
+
+    @asynccontextmanager
+    async def client(self) -> AsyncIterator[Any]:
+        from asyncua import Client
+
+        async with Client(f"opc.tcp://127.0.0.1:{self.service.port}/scanrack", timeout=TIMEOUT_S) as client:
+            yield client
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
+    job = load_job(str(write_rack(tmp_path_factory.mktemp("opcua"))))
+    ending = threading.Event()
+    with ExitStack() as ports:
+        run = JobRun(job, ports, RunOptions(handled=True))
+        service = TagService(job, ServerAddress.parse("opc-ua:0"), print, writes=True)
+        ports.callback(service.end)
+        desk = service.serve(run)
+
+        def scan() -> None:
+            while not ending.wait(0.0005):
+                if desk.waits:
+                    run.cpu.run(1)
+
+        with run.cpu:
+            thread = threading.Thread(target=scan)
+            thread.start()
+            try:
+                yield Bench(run, service)
+            finally:
+                ending.set()
+                thread.join()
+
+
+def named(client: Any, *paths: str) -> list[Any]:
+    return [client.get_node(f"ns=2;s={path}") for path in paths]
+
+
+def test_tags_are_browsed_read_and_written(bench: Bench) -> None:
+    async def work(client: Any) -> None:
+        from asyncua import ua
+
+        root = client.get_node("ns=2;s=Tags")
+        names = [(await each.read_browse_name()).Name for each in await root.get_children()]
+        listed = bench.service.desk.listing.tags if bench.service.desk is not None else ()
+        assert names == [each.name for each in listed if not each.program] + ["Program:Main"]
+        (many,) = named(client, "Many[2]")
+        shown = [(await each.read_browse_name()).Name for each in await many.get_children()]
+        assert shown == ["Id", "Flag", "Steps", "Name", "Bits", "Total"]
+        paths = ("aBool", "aSint", "aLint", "aUlint", "aReal", "aLreal", "Text", "Grid", "One.Steps[1].Time")
+        values = await client.read_values(named(client, *paths))
+        grid = [[1, 2, 3, 4], [5, 6, 7, 8], [9, 10, 11, 12]]
+        assert values == [False, -5, -5_000_000_000, 10_000_000_000, 1.5, 2.25, "hello", grid, 0]
+        kinds = ua.VariantType
+        written = {
+            "aBool": (True, kinds.Boolean),
+            "aSint": (-7, kinds.SByte),
+            "aUdint": (2**32 - 1, kinds.UInt32),
+            "aReal": (0.25, kinds.Float),
+            "Text": ("from outside", kinds.String),
+            "Hosts.Stop": (True, kinds.Boolean),
+            "Program:Main.Step.Speed": (8.5, kinds.Float),
+            "Many[3].Name": ("abc", kinds.String),
+        }
+        nodes = named(client, *written)
+        made = [ua.DataValue(ua.Variant(*each)) for each in written.values()]
+        bench.orders.given.clear()
+        results = await client.uaclient.write_attributes([each.nodeid for each in nodes], made)
+        assert all(each.is_good() for each in results), results
+        assert await client.read_values(nodes) == [value for value, _ in written.values()]
+        assert len(bench.orders.given) == len(written)
+        assert len({scan for scan, _ in bench.orders.given}) == 1  # one request, one instant
+        assert bench.tags["\\Main.Step.Speed"] == 8.5
+        assert not bench.tags["Hosts.Go"]
+        flags, rows = [at % 3 == 0 for at in range(64)], [[7, 8, 9, 10]] * 3
+        await named(client, "Flags")[0].write_value(flags)
+        await named(client, "Grid")[0].write_value(ua.Variant(rows, kinds.Int16, [3, 4]))
+        assert await client.read_values(named(client, "Flags", "Grid")) == [flags, rows]
+        assert [bench.tags["Flags[63]"], bench.tags["Grid[2,3]"]] == [True, 10]
+
+    bench.ask(work)
+    assert "127.0.0.1:" in bench.orders.given[0][1]
+
+
+def test_what_is_not_allowed_is_refused(bench: Bench) -> None:
+    async def work(client: Any) -> None:
+        from asyncua import ua
+
+        async def refusal(path: str, value: Any, kind: Any) -> str:
+            with pytest.raises(ua.UaStatusCodeError) as caught:
+                await named(client, path)[0].write_value(ua.Variant(value, kind))
+            return type(caught.value).__name__
+
+        kinds = ua.VariantType
+        assert await refusal("Locked", 5, kinds.Int32) == "BadNotWritable"
+        assert await refusal("Local:1:I.Fault", 5, kinds.Int32) == "BadNotWritable"
+        assert await refusal("Missing", 5, kinds.Int32) == "BadNodeIdUnknown"
+        assert await refusal("aDint", 5.0, kinds.Double) == "BadTypeMismatch"
+        assert await refusal("aDint", [5], kinds.Int32) == "BadTypeMismatch"
+        assert await refusal("Text", "x" * 83, kinds.String) == "BadOutOfRange"
+        assert await refusal("Dints", [1, 2], kinds.Int32) == "BadOutOfRange"
+        server = client.get_node(ua.ObjectIds.Server_ServiceLevel)
+        with pytest.raises(ua.UaStatusCodeError):
+            await server.write_value(ua.Variant(1, kinds.Byte))
+        with pytest.raises(ua.UaStatusCodeError):
+            await client.nodes.objects.add_object(2, "more")
+        (locked,) = named(client, "Locked")
+        with pytest.raises(ua.UaStatusCodeError):
+            await client.delete_nodes([locked])
+        assert await locked.read_value() == bench.tags["Locked"] == 7
+
+    bench.ask(work)
+
+
+def test_what_a_subscription_brings_together_is_of_one_instant(bench: Bench) -> None:
+    """Each exchange is a scan, and each scan counts: three counters agree, and so do their times."""
+
+    async def work(client: Any) -> None:
+        heard: list[tuple[str, int, datetime]] = []
+        enough = asyncio.Event()
+
+        class Handler:
+            def datachange_notification(self, node: Any, value: int, data: Any) -> None:
+                stamp = data.monitored_item.Value.SourceTimestamp
+                heard.append((node.nodeid.Identifier, value, stamp))
+                if len(heard) >= 30:
+                    enough.set()
+
+        subscription = await client.create_subscription(0, Handler())
+        await subscription.subscribe_data_change(named(client, "Scan", "C1", "C2"))
+        await asyncio.wait_for(enough.wait(), TIMEOUT_S)
+        await subscription.delete()
+        by_time: dict[datetime, set[int]] = {}
+        for _, value, stamp in heard:
+            by_time.setdefault(stamp, set()).add(value)
+        assert all(len(values) == 1 for values in by_time.values())
+        assert len(by_time) >= 9
+
+    bench.ask(work)

@@ -1,0 +1,80 @@
+"""What commands may not import: a page of help waits for no library, a program in Python for no rungs."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+FOLDER = Path(__file__).parents[3]
+LINE = FOLDER / "examples/three_stations/line.toml"
+
+ALWAYS = {"asyncio", "hypothesis", "lark", "lxml", "pymodbus", "rich", "serial", "ssl", "websockets"}
+HELP = ALWAYS | {"mcap", "numpy", "pydantic", "zstandard"}
+"""Libraries that no page of help needs."""
+
+HELP_ROOMS = {
+    "scanrack.jobs.load",
+    "scanrack.ladder",
+    "scanrack.rockwell",
+    "scanrack.runtime.config",
+    "scanrack.watch.play",
+}
+RUNGS = {
+    "scanrack.ladder.build",
+    "scanrack.ladder.compiler",
+    "scanrack.ladder.debug",
+    "scanrack.ladder.instructions",
+    "scanrack.ladder.interpreter",
+    "scanrack.rockwell",
+    "scanrack.watch",
+}
+"""What a program in Python does without."""
+
+LIGHT = (
+    "check",
+    "compare",
+    "doctor",
+    "l5x",
+    "lsp",
+    "new",
+    "replay",
+    "rerun",
+    "run",
+    "schema",
+    "watch",
+    "why",
+)
+"""Commands whose help is held to it."""
+
+SCRIPT = """
+import json, os, sys
+sys.argv = ["scanrack", *sys.argv[1:]]
+from scanrack.__main__ import main
+sys.stdout = open(os.devnull, "w")
+try:
+    main()
+except SystemExit as end:
+    status = end.code
+sys.__stdout__.write(json.dumps([status, sorted(sys.modules)]))
+sys.__stdout__.flush()
+"""
+
+
+def imported(*words: str) -> set[str]:
+    """Return the modules that a command imports."""
+    done = subprocess.run([sys.executable, "-c", SCRIPT, *words], capture_output=True, text=True, check=True)
+    status, modules = json.loads(done.stdout)
+    assert not status, done.stderr
+    return {".".join(parts[:count]) for each in modules for parts in [each.split(".")] for count in (1, 2, 3)}
+
+
+@pytest.mark.parametrize("command", LIGHT)
+def test_a_page_of_help_imports_no_library(command: str) -> None:
+    assert not imported(command, "--help") & (HELP | HELP_ROOMS)
+
+
+@pytest.mark.slow
+def test_a_program_in_python_imports_no_rungs() -> None:
+    assert not imported("run", str(LINE), "--no-record", "--scans", "2") & (ALWAYS | RUNGS)
