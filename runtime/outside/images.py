@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from ...io_images.enip.listing import BOOL, DINT, INT, ListedTag, Listing, Part, StructuredKind
+from ...io_images.enip.paths import PathStep
 
 WORDS, WORD_BITS = 8, 16
 IMAGE_BYTES = 2 * WORDS
@@ -19,6 +20,8 @@ PROFILES = (GENERIC, PROFILE_3601)
 _WORD = re.compile(
     r"(?P<slot>Local:\d+:)(?P<way>[IO])\.Data(?:\[(?P<word>\d)\])?(?:\.(?P<bit>\d{1,2}))?", re.IGNORECASE
 )
+
+_IMAGE = re.compile(r"Local:(?P<slot>\d{1,3}):(?P<way>[IO])", re.IGNORECASE)
 
 _FAULT = Part("Fault", DINT, (), 0)
 _OUT = StructuredKind("AB:1769_MODULE_INT_16Bytes:O:0", IMAGE_BYTES, (Part("Data", INT, (WORDS,), 0),))
@@ -41,6 +44,16 @@ _IN: Mapping[str, StructuredKind] = {
         ),
     ),
 }
+
+
+@dataclass(frozen=True, slots=True)
+class ImagePlace:
+    """A place in the eight words of a module."""
+
+    slot: int
+    output: bool
+    at: int  # byte of the eight words; negative: what the controller has before them
+    bit: int | None = None  # of that byte
 
 
 def image_tags(slot: int, *, files: bool, profile: str = GENERIC) -> tuple[ListedTag, ListedTag]:
@@ -91,3 +104,34 @@ def output_slot(tag: str) -> int | None:
     number = name[6:-2] if name.startswith("LOCAL:") and name.endswith(":O") else name[2:]
     is_output = name.startswith("O:") or (name.startswith("LOCAL:") and name.endswith(":O"))
     return int(number) if is_output and number.isascii() and number.isdigit() else None
+
+
+def image_place(steps: Sequence[PathStep]) -> ImagePlace | None:
+    """Return which words of a module a path names; None for anything else.
+
+    >>> image_place(["Local:1:I", "Data", 3]), image_place(["Local:2:I", "ModuleOK"])
+    (ImagePlace(slot=1, output=False, at=6, bit=None), ImagePlace(slot=2, output=False, at=1, bit=6))
+    """
+    found = _IMAGE.fullmatch(str(steps[0])) if steps else None
+    if found is None:
+        return None
+    slot, output = int(found["slot"]), found["way"] in "Oo"
+    skipped = 0 if output else FAULT_BYTES
+    if len(steps) == 1:
+        return ImagePlace(slot, output, -skipped)
+    kinds = (_OUT,) if output else _IN.values()
+    part = next(
+        (kind.by_name[name] for kind in kinds if (name := str(steps[1]).upper()) in kind.by_name), None
+    )
+    if part is None or part == _FAULT:
+        return None
+    at, rest = part.offset - skipped, list(steps[2:])
+    if part.dims and rest and isinstance(rest[0], int):
+        at += INT.size * rest[0]
+        rest = rest[1:]
+    if not rest:
+        return ImagePlace(slot, output, at, part.bit)
+    bit = str(rest[0])
+    if len(rest) > 1 or not bit.isdecimal() or int(bit) >= WORD_BITS or part.bit is not None:
+        return None
+    return ImagePlace(slot, output, at + int(bit) // 8, int(bit) % 8)

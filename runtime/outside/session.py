@@ -1,7 +1,4 @@
-"""A TCP connection: frames of the encapsulation, one session, its connections [ODVA volume 2, chapter 2].
-
-command u16, length u16, session u32, status u32, context 8 bytes, options u32; body
-"""
+"""A TCP connection: frames of the encapsulation, one session, its connections [ODVA volume 2, chapter 2]."""
 
 from __future__ import annotations
 
@@ -27,17 +24,21 @@ from ...io_images.enip.codes import (
     UNCONNECTED_MOST,
     UNREGISTER,
 )
+from ...io_images.enip.frames import (
+    COMMAND_MOST,
+    CONNECTED_ADDRESS,
+    CONNECTED_DATA,
+    HEAD,
+    NO_ADDRESS,
+    UNCONNECTED_DATA,
+    body_of,
+    items_in,
+)
 from .connections import Connections
 from .room import BrokenClientError, Plan, Room
 from .router import Router
 
-HEAD = struct.Struct("<HHII8sI")
-COMMAND_MOST = 0x1FF
-"""Commands beyond this are noise, and end the connection."""
-
 _KNOWN = (NOP, LIST_SERVICES, LIST_IDENTITY, LIST_INTERFACES, REGISTER, UNREGISTER, SEND, SEND_CONNECTED)
-_NO_ADDRESS, _CONNECTED_ADDRESS, _UNCONNECTED_DATA, _CONNECTED_DATA = 0, 0xA1, 0xB2, 0xB1
-_ITEMS_MOST = 4
 _SERVICES = struct.pack("<HHHHH16s", 1, 0x100, 20, 1, 0x120, b"Communications")
 _RUNNING = b"\x03"
 
@@ -144,22 +145,22 @@ class ClientSession:
         return 0, body
 
     def _sent(self, packet: Frame, room: Room, *, planning: bool) -> tuple[int, bytes]:
-        items = _items(packet.body)
+        items = items_in(packet.body)
         if len(items) < 2:
             return BAD_DATA, b""
         (first, address), (second, data) = items[:2]
         if packet.command == SEND:
-            if (first, address, second) != (_NO_ADDRESS, b"", _UNCONNECTED_DATA):
+            if (first, address, second) != (NO_ADDRESS, b"", UNCONNECTED_DATA):
                 return BAD_DATA, b""
-            return 0, _body((_NO_ADDRESS, b""), (second, self._unconnected(data, room, planning=planning)))
-        if (first, second) != (_CONNECTED_ADDRESS, _CONNECTED_DATA) or len(address) != 4 or len(data) < 4:
+            return 0, body_of((NO_ADDRESS, b""), (second, self._unconnected(data, room, planning=planning)))
+        if (first, second) != (CONNECTED_ADDRESS, CONNECTED_DATA) or len(address) != 4 or len(data) < 4:
             return BAD_DATA, b""
         connection = self._connections.get(int.from_bytes(address, "little"))
         if connection is None:
             return -1, b""  # as a controller: no answer
         message = self.router.answer(data[2:], room, connection.most - 2)
         theirs = struct.pack("<I", connection.theirs)
-        return 0, _body((first, theirs), (second, data[:2] + message))
+        return 0, body_of((first, theirs), (second, data[:2] + message))
 
     def _unconnected(self, request: bytes, room: Room, *, planning: bool) -> bytes:
         if not Connections.is_meant(request):
@@ -171,25 +172,3 @@ class ClientSession:
         where = struct.pack(">HH4s8x", 2, self._port, self._address)
         item = struct.pack("<H", 1) + where + self.router.identity + _RUNNING
         return struct.pack("<HHH", 1, 0x0C, len(item)) + item
-
-
-def _items(body: bytes) -> list[tuple[int, bytes]]:
-    """Return the items of a body; none if it is damaged."""
-    items: list[tuple[int, bytes]] = []
-    if len(body) < 8:
-        return items
-    number, at = int.from_bytes(body[6:8], "little"), 8
-    for _ in range(number if number <= _ITEMS_MOST else 0):
-        if len(body) < at + 4:
-            return []
-        kind, size = struct.unpack_from("<HH", body, at)
-        at += 4 + size
-        if at > len(body):
-            return []
-        items.append((kind, body[at - size : at]))
-    return items
-
-
-def _body(*items: tuple[int, bytes]) -> bytes:
-    parts = (struct.pack("<HH", kind, len(data)) + data for kind, data in items)
-    return struct.pack("<IHH", 0, 0, len(items)) + b"".join(parts)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ...io_images.enip.codes import LIST_IDENTITY
+from ...io_images.enip.frames import HEAD
 from ...io_images.enip.listing import Listing
 from ..config.server_table import ModbusTable
 from .database import Database
@@ -14,7 +15,7 @@ from .modbus_session import ModbusSession
 from .register_map import RegisterMap
 from .room import Instant, Plan, Room
 from .router import Router
-from .session import HEAD, ClientSession, Frame
+from .session import ClientSession, Frame
 
 ETHERNET_IP, MODBUS_TCP, OPC_UA = "ethernet-ip", "modbus-tcp", "opc-ua"
 """The protocols, as `--server` names them."""

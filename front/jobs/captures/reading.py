@@ -11,6 +11,7 @@ from ...io_images.captures.packets import PCAP_MAGICS, SECTION, Capture
 from ...io_images.captures.segments import segment_in
 from ...io_images.captures.streams import Streams
 from ...io_images.input_files import open_input
+from .cip_pairing import CipPairing
 from .pairing import ModbusTcpPairing, PairedExchange, Pairing, PmcPairing, RtuPairing
 from .textlog import LINE_MAX, TextLog
 
@@ -58,7 +59,9 @@ def read_capture(
 
 
 def pairing_of(controller: str, *, rtu: bool) -> Callable[[], Pairing]:
-    """Return what finds the exchanges with a controller: `pcl601`, `pmc006` or `amci3601`."""
+    """Return what finds the exchanges with a controller: `pcl601`, `pmc006`, `amci3601` or `compactlogix`."""
+    if controller == "compactlogix":
+        return CipPairing
     if controller == "pmc006":
         return PmcPairing
     return RtuPairing if rtu else ModbusTcpPairing
@@ -73,6 +76,8 @@ def is_capture(head: bytes) -> bool:
 def _captured(file: BinaryIO, head: bytes, pairing: Callable[[], Pairing], port: int) -> Talk:
     if is_capture(head):
         return _of_packets(Capture(file), pairing, port)
+    if pairing is CipPairing:
+        raise ValueError("it is not a capture")
     if pairing is ModbusTcpPairing:
         said = "a log of frames is one of a serial line: give --rtu-over-tcp, if this is one"
         raise ValueError(f"it is not a capture; {said}")

@@ -97,19 +97,20 @@ def _inside(first: int, data: bytes) -> Iterator[tuple[int, int]]:
             yield first + place, int.from_bytes(data[2 * place : 2 * place + 2], "big")
 
 
-def record_words(target: Path, scans: Sequence[WordScan], begin_ns: int) -> None:
-    """Write a trace of scans; the module is in slot 1.
+def record_words(target: Path, scans: Sequence[WordScan], begin_ns: int, slot: int = 1) -> None:
+    """Write a trace of scans.
 
     Args:
         begin_ns: its time 0.
+        slot: of the module.
 
     Raises:
         OSError: it can't be written.
     """
     memory = bytearray(SLOT_BYTES)
     facts = {"name": target.stem, "controller": "remote i/o", "source": "capture"}
-    slot = SlotInfo(1, CATALOG, "4.1")
-    recorder = ScanRecorder(target, memory, [slot], scan_period_ns=SCAN_PERIOD_NS, metadata=facts)
+    module = SlotInfo(slot, CATALOG, "4.1")
+    recorder = ScanRecorder(target, memory, [module], scan_period_ns=SCAN_PERIOD_NS, metadata=facts)
     with closing(recorder):
         for number, scan in enumerate(scans):
             _IMAGES.pack_into(memory, 0, *scan.outputs, *scan.inputs)

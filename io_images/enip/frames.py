@@ -1,0 +1,41 @@
+"""Frames of the encapsulation, and the items in them [ODVA volume 2, chapter 2].
+
+command u16, length u16, session u32, status u32, context 8 bytes, options u32; body
+"""
+
+from __future__ import annotations
+
+import struct
+
+HEAD = struct.Struct("<HHII8sI")
+
+COMMAND_MOST = 0x1FF
+"""Commands beyond this are noise."""
+
+NO_ADDRESS, CONNECTED_ADDRESS, UNCONNECTED_DATA, CONNECTED_DATA = 0, 0xA1, 0xB2, 0xB1
+"""Types of items."""
+
+_ITEMS_MOST = 4
+
+
+def items_in(body: bytes) -> list[tuple[int, bytes]]:
+    """Return the items of a body, type and data; none if it is damaged."""
+    items: list[tuple[int, bytes]] = []
+    if len(body) < 8:
+        return items
+    number, at = int.from_bytes(body[6:8], "little"), 8
+    for _ in range(number if number <= _ITEMS_MOST else 0):
+        if len(body) < at + 4:
+            return []
+        kind, size = struct.unpack_from("<HH", body, at)
+        at += 4 + size
+        if at > len(body):
+            return []
+        items.append((kind, body[at - size : at]))
+    return items
+
+
+def body_of(*items: tuple[int, bytes]) -> bytes:
+    """Return the body that has these items."""
+    parts = (struct.pack("<HH", kind, len(data)) + data for kind, data in items)
+    return struct.pack("<IHH", 0, 0, len(items)) + b"".join(parts)
