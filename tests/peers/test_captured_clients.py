@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 from captured import conversation, pcap
+from logix_clients import with_pylogix
 from scanrack.commands import build
 from scanrack.traces.read.reader import open_trace
 from served_tags import served, write_rack
@@ -22,7 +23,6 @@ from typer.testing import CliRunner
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")
     pycomm3 = pytest.importorskip("pycomm3", reason="pycomm3 is not installed")
-    pylogix = pytest.importorskip("pylogix", reason="pylogix is not installed")
 
 Talk = list[tuple[bool, bytes]]
 WAIT_S = 20
@@ -54,7 +54,7 @@ def tapped(port: int, talk: Talk) -> Iterator[int]:
         assert not thread.is_alive()
 
 
-def with_pycomm3(port: int) -> list[list[int]]:
+def seen_by_pycomm3(port: int) -> list[list[int]]:
     with pycomm3.LogixDriver(f"127.0.0.1:{port}/0") as plc:
         first = plc.read("Local:1:I.Data{8}").value
         assert plc.write("Local:1:O.Data{8}", [-32768, 2, 3, 4, 5, 6, 7, 8]).error is None
@@ -64,8 +64,8 @@ def with_pycomm3(port: int) -> list[list[int]]:
     return [first, outputs, last]
 
 
-def with_pylogix(port: int) -> list[list[int]]:
-    with pylogix.PLC("127.0.0.1", port=port) as plc:
+def seen_by_pylogix(port: int) -> list[list[int]]:
+    with with_pylogix(port) as plc:
         first = plc.Read("Local:1:I.Data[0]", 8).Value
         assert plc.Write("Local:1:O.Data[0]", [-32768, 2, 3, 4, 5, 6, 7, 8]).Status == "Success"
         outputs = plc.Read("Local:1:O.Data[0]", 8).Value
@@ -76,8 +76,7 @@ def with_pylogix(port: int) -> list[list[int]]:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("client", [with_pycomm3, with_pylogix])
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # pylogix leaves sockets open
+@pytest.mark.parametrize("client", [seen_by_pycomm3, seen_by_pylogix])
 def test_the_trace_has_what_the_client_has_seen(
     tmp_path: Path, client: Callable[[int], list[list[int]]]
 ) -> None:

@@ -5,7 +5,6 @@ In the environment of `.ci/run` all are there; elsewhere a test without its peer
 
 from __future__ import annotations
 
-import gc
 import json
 import shutil
 import subprocess
@@ -16,12 +15,12 @@ from typing import Any
 
 import pytest
 from aliased_tags import write_aliases
+from logix_clients import with_pylogix
 from served_tags import ServedRack, served, write_rack
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")
     pycomm3 = pytest.importorskip("pycomm3", reason="pycomm3 is not installed")
-    pylogix = pytest.importorskip("pylogix", reason="pylogix is not installed")
 
 WRITES: dict[str, Any] = {
     "aBool": True,
@@ -61,7 +60,6 @@ def in_rack(rack: ServedRack, name: str) -> Any:
     return rack.debugger.tags[name.replace("Program:Main.", "\\Main.")]
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # pylogix leaves sockets open
 def test_aliases_and_access_to_pycomm3_and_pylogix(tmp_path: Path) -> None:
     """Row[2] is 7 after the first scan; Seen is Read Only, Hid has no access."""
     with served(write_aliases(tmp_path)) as (rack, port):
@@ -73,14 +71,12 @@ def test_aliases_and_access_to_pycomm3_and_pylogix(tmp_path: Path) -> None:
             assert plc.read("Whole{4}").value == [0, 0, 7, 0]
             assert plc.write("Own", 9).error is None
             assert plc.write("Shown", 9).error is not None
-        with pylogix.PLC("127.0.0.1", port=port) as plc:
+        with with_pylogix(port) as plc:
             assert [plc.Read(name).Value for name in ("Third", "Open", "Bit")] == [7, 9, False]
             assert plc.Read("Hid").Status != "Success"
             names = [each.TagName for each in plc.GetTagList().Value]
             assert "Own" in names
             assert "Hid" not in names
-        del plc
-        gc.collect()
         assert in_rack(rack, "Open") == 9
 
 
@@ -122,11 +118,10 @@ def test_pycomm3_writes_every_type_singly_in_batches_and_in_parts(bench: tuple[S
     assert rack.debugger.tags["Locked"] == 7
 
 
-@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # it leaves sockets open
 @pytest.mark.parametrize("size", [4002, 504])
 def test_pylogix_reads_and_writes_what_is_listed(bench: tuple[ServedRack, int], size: int) -> None:
     rack, port = bench
-    with pylogix.PLC("127.0.0.1", port=port) as plc:
+    with with_pylogix(port) as plc:
         plc.ConnectionSize = size
         names = {each.TagName for each in plc.GetTagList().Value}
         assert {f"{each.program and 'Program:Main.'}{each.name}" for each in rack.desk.listing.tags} <= names
@@ -137,8 +132,6 @@ def test_pylogix_reads_and_writes_what_is_listed(bench: tuple[ServedRack, int], 
         assert plc.Read("Dints[0]", 3000).Value == list(range(3000))
         assert plc.Write("Locked", 5).Status == "Privilege violation"
         assert [each.Status for each in plc.Read(["Scan", "C1"])] == ["Success"] * 2
-    del plc
-    gc.collect()  # the sockets that it leaves open
     assert rack.debugger.tags["Locked"] == 7
 
 
