@@ -15,6 +15,8 @@ from scanrack.traces.compare import EXACT, Tolerance, compare_parts
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.columns import Columns
 
+pytestmark = pytest.mark.slow  # together they take seconds
+
 SLOTS = (SlotInfo(1, "amci3601", "4.1"), SlotInfo(4, "a toy"))
 PERIOD_NS = 2_000_000
 SCANS = 60

@@ -7,6 +7,8 @@ from adapterbench import MS, AdapterBench, AdapterBench006, move
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.thousands import join_reported
 
+pytestmark = pytest.mark.slow  # together they take seconds
+
 WITH_ENCODER = (0x853D, 63, 1, 0)
 """Capture instead of external input, and a quadrature encoder."""
 
@@ -44,7 +46,6 @@ def test_the_count_of_an_encoder_that_rests_at_the_edge_is_captured(phase: int) 
     assert captured_encoder(phase, turning=False) == 500
 
 
-@pytest.mark.slow
 def test_the_count_of_an_encoder_that_turns_is_captured_within_a_poll_after_the_edge() -> None:
     late = [captured_encoder(phase, turning=True) - 500 for phase in PHASES]
     assert min(late) > 5

@@ -17,6 +17,8 @@ from overheard import Overheard
 from scanrack.runtime.modules.adapters.pcl601 import capabilities as pcl601
 from scanrack.runtime.modules.adapters.pmc006 import capabilities as pmc006
 
+pytestmark = pytest.mark.slow  # together they take seconds
+
 FUNCTION = {"COMMAND_ERROR"}
 PROFILE = {"INVALID_PROFILE", "COMMAND_ERROR"}
 HOMING = {"HOME_INVALID", "COMMAND_ERROR"}

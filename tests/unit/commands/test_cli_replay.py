@@ -22,6 +22,8 @@ from scanrack.traces.read.reader import open_trace
 from scanrack.traces.write.recorder import ScanRecorder
 from typer.testing import CliRunner, Result
 
+pytestmark = pytest.mark.slow  # together they take seconds
+
 RACK = """\
 program = "{program}"
 scan_ms = 2
@@ -107,7 +109,6 @@ def key_and_forces(cpu: Cpu, scan: int) -> None:
         cpu.forces.clear()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("into", ["module", "program", "rack"])
 @pytest.mark.parametrize("during", [lambda cpu, scan: None, key_and_forces], ids=["run", "key and forces"])
 @pytest.mark.parametrize("more", ["", 'controller = "compactlogix"\nrpi_ms = 5\n'], ids=["micro", "compact"])

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow  # together they take seconds
+
 FOLDER = Path(__file__).parents[3]
 LINE = FOLDER / "examples/three_stations/line.toml"
 
@@ -75,6 +77,5 @@ def test_a_page_of_help_imports_no_library(command: str) -> None:
     assert not imported(command, "--help") & (HELP | HELP_ROOMS)
 
 
-@pytest.mark.slow
 def test_a_program_in_python_imports_no_rungs() -> None:
     assert not imported("run", str(LINE), "--no-record", "--scans", "2") & (ALWAYS | RUNGS)

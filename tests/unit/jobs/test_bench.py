@@ -10,6 +10,8 @@ from scanrack.jobs.bench import NotReachedError
 from scanrack.runtime.loop.faults import CpuFault
 from typer.testing import CliRunner
 
+pytestmark = pytest.mark.slow  # together they take seconds
+
 FEEDER = "examples/feeder/feeder.toml"
 PLAIN = """
 def logic(scan):

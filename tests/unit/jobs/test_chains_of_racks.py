@@ -16,6 +16,8 @@ from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.why.chains.of_run import chain_of
 from typer.testing import CliRunner
 
+pytestmark = pytest.mark.slow  # together they take seconds
+
 CARDS = """
 [[slot]]
 number = 2
@@ -297,7 +299,6 @@ inputs = { tank = 0 }
 """
 
 
-@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="a Python program is copied by a fork")
 @pytest.mark.parametrize(("scans", "what", "wanted", "inputs", "after"), PYTHON_TAKES)
 def test_what_it_would_take_of_python_is_confirmed_by_a_run(made, scans, what, wanted, inputs, after):

@@ -12,6 +12,8 @@ from scanrack.commands import build
 from scanrack.jobs.check import RULES, FileLine, Judgement, check_rack, load_any
 from typer.testing import CliRunner
 
+pytestmark = pytest.mark.slow  # together they take seconds
+
 EXPORT = Path(__file__).parents[3] / "examples" / "l5x" / "indexer.L5X"
 BROKEN = "XIC(Alarm)XIO(Alarm)OTE(Horn);"
 
@@ -153,7 +155,6 @@ def test_what_is_proved_says_so_and_what_is_refuted_is_left_out(rack):
     ]
 
 
-@pytest.mark.slow
 def test_a_program_of_rslogix_500(tmp_path):
     """A coil twice, a contradiction, a preset of 0, a division by 0, in the lines of the export.
 

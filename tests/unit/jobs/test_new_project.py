@@ -14,6 +14,8 @@ from scanrack.commands import build
 from scanrack.jobs.start import LOGICS, ProjectError, example_names, new_project
 from typer.testing import CliRunner
 
+pytestmark = pytest.mark.slow  # together they take seconds
+
 EXAMPLES = Path(__file__).parents[3] / "examples"
 
 

@@ -7,6 +7,8 @@ from scanrack.jobs.bench import NotReachedError
 from scanrack.traces.read.sequence_steps import sequence_steps
 from typer.testing import CliRunner
 
+pytestmark = pytest.mark.slow  # together they take seconds
+
 PROGRAM = """from enum import Enum
 
 from scanrack import Axis3601, Configuration, Input, InputBit, Logic, sequence, until

@@ -15,6 +15,8 @@ from scanrack.runtime.loop.pace import FreeRun
 from scanrack.runtime.loop.scan import CpuMode
 from scanrack.traces.read.reader import open_trace
 
+pytestmark = pytest.mark.slow  # together they take seconds
+
 CONFIGURE = [0x843C, 0x3C, 0, 500, 0, 0, 0, 0]
 IDLE = [0] * 8
 MOVE = [0x0002, 0, 3, 0, 2, 500, 5, 5]

@@ -4,6 +4,8 @@ import pytest
 from ladder_bench import both
 from scanrack.ladder.files.rungfile import parse_program
 
+pytestmark = pytest.mark.slow  # together they take seconds
+
 TAGS = """TAG Feed : AXIS_CIP_DRIVE
 TAG Slave : AXIS_SERVO
 TAG Master : AXIS_VIRTUAL

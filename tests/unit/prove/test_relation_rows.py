@@ -16,6 +16,8 @@ from scanrack.ladder.instructions.slc.rows import SLC_SPECS
 from scanrack.ladder.prove.relation.machine import ScanMachine
 from scanrack.ladder.prove.relation.symbols import UnmodelledError
 
+pytestmark = pytest.mark.slow  # together they take seconds
+
 GROUP = 9
 MOTION = {spec.name for spec in SPECS if "motion" in spec.run.__module__}
 BY_ITSELF = ("TND", "MCR")

@@ -8,6 +8,8 @@ import pytest
 from scanrack import open_bench, open_trace
 from scanrack.testing import artefacts, page
 
+pytestmark = pytest.mark.slow  # together they take seconds
+
 pytest_plugins = ["pytester"]
 
 RUNGS = """PROGRAM Line
@@ -210,7 +212,6 @@ def test_what_a_test_writes_to_its_folder_is_kept_like_its_recording(project, ru
     assert not (project.path / "scanrack-artefacts").exists()
 
 
-@pytest.mark.slow
 def test_a_page_that_can_t_be_written_is_no_second_failure(project):
     (project.path / "line.mcap").write_text("no recording")
     assert page.page_line(project.path / "line.mcap", "line.mcap", 9, (), 0.1).startswith("no page: ")
@@ -230,7 +231,6 @@ def test_of_a_structure_nobody_asks_why():
         assert artefacts.tags_of(AssertionError("Out and Homing and Nowhere"), feeder) == ["Homing"]
 
 
-@pytest.mark.slow
 def test_the_page_is_beside_the_recording_and_the_report_links_it(project):
     trace = project.path / "line.mcap"
     with open_bench(project.path / "line.toml", record=trace) as line:
@@ -247,7 +247,6 @@ artefacts.page_line = lambda *_given: "(the page)"
 """
 
 
-@pytest.mark.slow
 def test_processes_of_pytest_xdist_keep_the_same(project):
     pytest.importorskip("xdist", reason="pytest-xdist is not installed")
     project.makeconftest(WITHOUT_PAGES)

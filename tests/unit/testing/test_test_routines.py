@@ -68,7 +68,8 @@ def project(pytester, monkeypatch):
 
 def run(project, *options):
     off = ("-p", "no:hypothesispytest", "-p", "no:cacheprovider", "-p", "no:xdist")
-    return project.runpytest_inprocess(*off, *options)
+    again = ("-W", "ignore::pytest.PytestAssertRewriteWarning")  # this process has run other tests
+    return project.runpytest_inprocess(*off, *again, *options)
 
 
 def told(result, name):
