@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 from captured import conversation, pcap
-from logix_clients import with_pylogix
+from logix_clients import pylogix_client
 from scanrack.commands import build
 from scanrack.traces.read.reader import open_trace
 from served_tags import served, write_rack
@@ -65,7 +65,7 @@ def seen_by_pycomm3(port: int) -> list[list[int]]:
 
 
 def seen_by_pylogix(port: int) -> list[list[int]]:
-    with with_pylogix(port) as plc:
+    with pylogix_client(port) as plc:
         first = plc.Read("Local:1:I.Data[0]", 8).Value
         assert plc.Write("Local:1:O.Data[0]", [-32768, 2, 3, 4, 5, 6, 7, 8]).Status == "Success"
         outputs = plc.Read("Local:1:O.Data[0]", 8).Value

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 from aliased_tags import write_aliases
-from logix_clients import with_pylogix
+from logix_clients import pylogix_client
 from served_tags import ServedRack, served, write_rack
 
 with warnings.catch_warnings():
@@ -71,7 +71,7 @@ def test_aliases_and_access_to_pycomm3_and_pylogix(tmp_path: Path) -> None:
             assert plc.read("Whole{4}").value == [0, 0, 7, 0]
             assert plc.write("Own", 9).error is None
             assert plc.write("Shown", 9).error is not None
-        with with_pylogix(port) as plc:
+        with pylogix_client(port) as plc:
             assert [plc.Read(name).Value for name in ("Third", "Open", "Bit")] == [7, 9, False]
             assert plc.Read("Hid").Status != "Success"
             names = [each.TagName for each in plc.GetTagList().Value]
@@ -121,7 +121,7 @@ def test_pycomm3_writes_every_type_singly_in_batches_and_in_parts(bench: tuple[S
 @pytest.mark.parametrize("size", [4002, 504])
 def test_pylogix_reads_and_writes_what_is_listed(bench: tuple[ServedRack, int], size: int) -> None:
     rack, port = bench
-    with with_pylogix(port) as plc:
+    with pylogix_client(port) as plc:
         plc.ConnectionSize = size
         names = {each.TagName for each in plc.GetTagList().Value}
         assert {f"{each.program and 'Program:Main.'}{each.name}" for each in rack.desk.listing.tags} <= names

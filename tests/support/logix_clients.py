@@ -15,7 +15,7 @@ with warnings.catch_warnings():
 
 
 @contextmanager
-def with_pylogix(port: int) -> Iterator[Any]:
+def pylogix_client(port: int) -> Iterator[Any]:
     """A pylogix client of a port of this machine, which leaves no socket open."""
     with pylogix.PLC("127.0.0.1", port=port) as plc:
         plc.conn.msg_socket.close()  # it makes one to listen with, and never closes it

@@ -260,7 +260,7 @@ def test_ten_thousand_nonsense_messages_leave_the_trace_whole(tmp_path):
             await page.ask("go")
             await page.until(lambda seen: seen.frame.get("state") == "live")
             begun = page.frame["scan"]
-            await page.until(lambda seen: seen.frame["scan"] > begun + 20)
+            await page.until(lambda seen: seen.frame["scan"] > max(begun + 20, 100))
             assert page.frame["mode"] == "run"
 
     with watched("--record", path) as session:
@@ -268,6 +268,6 @@ def test_ten_thousand_nonsense_messages_leave_the_trace_whole(tmp_path):
         assert session.end() == 130
     with open_trace(path) as trace:
         assert trace.notes == []
-        assert sum(1 for _ in trace.scans()) > 20  # those that the last page has seen
+        assert sum(1 for _ in trace.scans()) > 100
     done = CliRunner().invoke(build(), ["rerun", str(path)])
     assert done.exit_code == 0, done.output
