@@ -60,7 +60,7 @@ def test_space_pauses_also_after_a_click_and_presses_what_tab_has_reached(page, 
 def test_the_key_is_turned(page, feeder):
     page.open(feeder.link)
     for mode in ("Program", "Test", "Run"):
-        until(lambda mode=mode: page.control(mode).is_enabled())
+        until(page.control(mode).is_enabled)
         page.until_drawn()  # what still moves is clicked beside
         page.press(mode)
         page.until_handle("mode", mode.lower())
