@@ -70,7 +70,7 @@ KINDS = (
 def served(controller: str) -> Iterator[str]:
     """Serve a controller in another process; yield the path of its pseudo-terminal."""
     words = [sys.executable, "-m", "scanrack", "serve", controller, "--pty", "--quiet"]
-    process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True, encoding="utf-8")
     try:
         assert process.stdout is not None
         yield process.stdout.readline().split("  ")[0]

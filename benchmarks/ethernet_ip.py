@@ -232,7 +232,9 @@ def bench(tags: int) -> Iterator[ServedBench]:
     with tempfile.TemporaryDirectory() as folder:
         rack = write_rack(Path(folder), tags)
         words = [sys.executable, "-c", SERVER, str(rack)]
-        with subprocess.Popen(words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as process:
+        with subprocess.Popen(
+            words, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8"
+        ) as process:
             yield ServedBench(process)
             assert process.stdin is not None
             process.stdin.close()

@@ -79,7 +79,12 @@ def under_another_hash_seed(runs: int) -> str:
     code = f"import fuzz_workers; print(fuzz_workers.searched({runs}, 1)[0].steps)"
     environment = os.environ | {"PYTHONHASHSEED": "3601", "PYTHONPATH": str(Path(__file__).parent)}
     told = subprocess.run(
-        [sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True
+        [sys.executable, "-c", code],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+        encoding="utf-8",
     )
     return told.stdout.split()[-1]
 

@@ -15,9 +15,11 @@ reset, compare, move, add, latch.
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from collections.abc import Callable
 
+from bars import Bars
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.files.rungfile import parse_program
 
@@ -265,11 +267,12 @@ def theirs(seconds: float) -> dict[str, float] | str:
     return found
 
 
-def main() -> None:
-    """Measure and print."""
+def main() -> int:
+    """Measure, print, and say whether the bars hold."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--smoke", action="store_true", help="a short run that only checks")
-    seconds = 0.01 if parser.parse_args().smoke else 0.5
+    smoke = parser.parse_args().smoke
+    seconds, bars = 0.01 if smoke else 0.5, Bars(count=not smoke)
     titles = ("to build", "compiled", "per rung", "whole step", "interpreted")
     print(f"{'rungs':>6}", *(f"{title:>12}" for title in titles))
     for copies in (1, 10, 100):
@@ -284,18 +287,21 @@ def main() -> None:
             ten = found
     building, beside, ratios = add_ons(seconds)
     print(f"\nadd-ons: {CALLS} calls of a block of {BLOCKS * len(RUNGS) + 1} rungs", end=" ")
-    print(f"built in {building:.2f} s of processor time (bar: {BUILD_LIMIT_S} s)")
+    print(
+        f"built in {building:.2f} s of processor time ({bars.most('s to build', building, BUILD_LIMIT_S)} s)"
+    )
     for kind, ratio in ratios.items():
         print(f"  a call, instances {kind:<6} {ratio:>5.2f} times its {beside * 1e6:.2f} us inline", end=" ")
-        print(f"(bar: {CALL_LIMIT:g})")
+        print(f"({bars.most(kind, ratio, CALL_LIMIT)})")
     other = theirs(seconds)
     if isinstance(other, str):
         print(other)
-        return
+        return bars.status()
     print("\nten rungs, a whole step: ours compiled, and pyrung beside it")
     for name, spent in other.items():
         print(f"  pyrung {name:<12} {spent * 1e6:>9.2f} us, {spent / ten['step']:>7.1f} times ours")
+    return bars.status()
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -14,11 +14,10 @@ The memory is the highest of a process of its own, which builds the ten rungs of
 from __future__ import annotations
 
 import argparse
-import resource
 import subprocess
 import sys
-from pathlib import Path
 
+from bars import Bars, highest_mib
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.run.engine import Engine
 
@@ -156,16 +155,6 @@ def machine(stations: int, seconds: float) -> float:
     return per_call(lambda: scan(TIMED_OUT_NS), seconds)
 
 
-def highest_mib() -> float:
-    """Return the most memory that this process has had, MiB."""
-    status = Path("/proc/self/status")
-    if status.exists():  # getrusage also counts what the process was forked from
-        line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM"))
-        return int(line.split()[1]) / 1024
-    unit = 1 << 20 if sys.platform == "darwin" else 1 << 10
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / unit
-
-
 def build_and_scan(count: int) -> None:
     """Build so many rungs, do a scan, and print the memory that took."""
     engine = parse_program(ten_rungs(count // len(RUNGS))).compile()
@@ -176,27 +165,28 @@ def build_and_scan(count: int) -> None:
 def memory_mib(count: int) -> float:
     """Return the highest memory of a process that builds so many rungs, MiB."""
     words = [sys.executable, __file__, "--build", str(count)]
-    return float(subprocess.run(words, capture_output=True, text=True, check=True).stdout)
+    return float(subprocess.run(words, capture_output=True, text=True, check=True, encoding="utf-8").stdout)
 
 
-def main() -> None:
-    """Measure and print."""
+def main() -> int:
+    """Measure, print, and say whether the bars hold."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--smoke", action="store_true", help="a short run that only checks")
     parser.add_argument("--build", type=int, metavar="RUNGS", help="build so many; print the memory in MiB")
     given = parser.parse_args()
     if given.build is not None:
         build_and_scan(given.build)
-        return
+        return 0
+    bars = Bars(count=not given.smoke)
     stations, seconds, count = (2, 0.01, 1_000) if given.smoke else (20, 0.5, 10_000)
     taken = memory_mib(count)
     scan_s = machine(stations, seconds)
     per_rung = scan_s / rungs(stations) * 1e9
     print(f"{rungs(stations):,} rungs of {stations} stations: {scan_s * 1e6:.1f} us a scan, ", end="")
-    print(f"{per_rung:.0f} ns a rung (bar: {RUNG_BAR_NS})")
-    print(f"{count:,} rungs: {taken:.0f} MiB in all (bar: {MEMORY_BAR_MIB})")
-    assert taken < MEMORY_BAR_MIB, taken
+    print(f"{per_rung:.0f} ns a rung ({bars.most('ns a rung', per_rung, RUNG_BAR_NS)})")
+    print(f"{count:,} rungs: {taken:.0f} MiB in all ({bars.most('MiB', taken, MEMORY_BAR_MIB)})")
+    return bars.status()
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

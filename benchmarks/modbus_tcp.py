@@ -45,7 +45,9 @@ asyncio.run(main())
 @contextmanager
 def served(*arguments: str) -> Iterator[socket.socket]:
     """Run a server that prints where it is found; yield a connection to it."""
-    process = subprocess.Popen([sys.executable, *arguments], stdout=subprocess.PIPE, text=True)
+    process = subprocess.Popen(
+        [sys.executable, *arguments], stdout=subprocess.PIPE, text=True, encoding="utf-8"
+    )
     try:
         assert process.stdout is not None
         host, port = process.stdout.readline().split()[0].split(":")

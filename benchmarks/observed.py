@@ -10,10 +10,12 @@ each computed is checked: memory, truth and breakpoints are those of the interpr
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
 
+from bars import Bars
 from scanrack.jobs.bench.opening import open_bench
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.state.memory import same
@@ -96,21 +98,24 @@ def truth_s(questions: int, apart: int) -> float:
     return total / questions
 
 
-def main() -> None:
-    """Measure and print."""
+def main() -> int:
+    """Measure, print, and say whether the bars hold."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--smoke", action="store_true", help="a short run that only checks")
     smoke = parser.parse_args().smoke
     for prepare, _limit in VARIANTS.values():
         check(prepare, 5 if smoke else 50)
+    bars = Bars(count=not smoke)
     best = measured(2 if smoke else 60, 10 if smoke else 90)
     for name, (_prepare, limit) in VARIANTS.items():
         ratio = best[name] / best["alone"]
-        print(f"{name:<14} {best[name] * 1e6:>8.2f} us a scan, {ratio:>5.2f} times (bar: {limit:g})")
+        bar = bars.most(name, ratio, limit)
+        print(f"{name:<14} {best[name] * 1e6:>8.2f} us a scan, {ratio:>5.2f} times ({bar})")
     for what, apart in (("while it is looked at", 10), ("for the first time", 333)):
-        mean = truth_s(3 if smoke else 30, apart)
-        print(f"truth {what:<22} {mean * 1e3:>7.3f} ms (bar: {TRUTH_LIMIT_MS:g})")
+        mean_ms = 1e3 * truth_s(3 if smoke else 30, apart)
+        print(f"truth {what:<22} {mean_ms:>7.3f} ms ({bars.most(what, mean_ms, TRUTH_LIMIT_MS)})")
+    return bars.status()
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -70,7 +70,9 @@ def in_a_process(way: str, arguments: argparse.Namespace) -> dict[str, Any]:
     """Measure one way in a process of its own."""
     words = [sys.executable, __file__, "--way", way]
     words += ["--period", str(arguments.period), "--seconds", str(arguments.seconds)]
-    return json.loads(subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True).stdout)
+    return json.loads(
+        subprocess.run(words, stdout=subprocess.PIPE, text=True, check=True, encoding="utf-8").stdout
+    )
 
 
 def row(way: str, counts: dict[str, Any]) -> str:

@@ -79,7 +79,11 @@ def main() -> int:
         trace = Path(folder) / "t.mcap"
         words = ["-m", "scanrack", "serve", "amci3601", "--tcp", "0", "--record", str(trace), "--quiet"]
         process = subprocess.Popen(
-            [sys.executable, *words], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+            [sys.executable, *words],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+            encoding="utf-8",
         )
         assert process.stdout is not None
         port = int(process.stdout.readline().split("  ")[0].split(":")[1])

@@ -179,7 +179,7 @@ def _spent(keeper: Keeper | None) -> float:
     """Return the processor time of the monitor so far, s."""
     if keeper is None:
         return 0.0
-    fields = Path(f"/proc/{keeper.pid}/stat").read_text().rpartition(")")[2].split()
+    fields = Path(f"/proc/{keeper.pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
@@ -208,7 +208,7 @@ async def look(way: str, host: str, key: str) -> None:
 def apart(way: str, seconds: float, speed: str) -> dict[str, float]:
     """Measure one way in a process of its own."""
     command = [sys.executable, __file__, "--way", way, "--seconds", str(seconds), "--speed", speed]
-    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    done = subprocess.run(command, check=True, capture_output=True, text=True, encoding="utf-8")
     found: dict[str, float] = json.loads(done.stdout)
     return found
 

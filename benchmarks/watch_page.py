@@ -27,6 +27,7 @@ import statistics
 import sys
 import tempfile
 import time
+from contextlib import suppress
 from itertools import pairwise
 from pathlib import Path
 from urllib.parse import urlsplit
@@ -76,25 +77,37 @@ SLIDER = "[aria-label='Scan shown']"
 
 
 def processor_s(pid: int) -> float:
-    """Return the processor time that a process has used, s."""
-    fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
+    """Return the processor time that a process has used, s; FileNotFoundError if it has ended."""
+    fields = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
 def children(pid: int) -> list[int]:
     """Return a process' children and theirs."""
-    lists = [each.read_text() for each in Path(f"/proc/{pid}/task").glob("*/children")]
-    own = [int(each) for text in lists for each in text.split()]
+    own: list[int] = []
+    with suppress(FileNotFoundError, ProcessLookupError):  # it ends meanwhile
+        for task in Path(f"/proc/{pid}/task").glob("*/children"):
+            own += map(int, task.read_text(encoding="utf-8").split())
     return [every for each in own for every in (each, *children(each))]
 
 
 def shares(pids: list[int], seconds: float) -> list[float]:
-    """Return the share of a core that each process uses for a while, %."""
-    before = [processor_s(pid) for pid in pids]
+    """Return the share of a core that each process uses for a while, %; 0 of one that ends meanwhile."""
+    before = used_s(pids)
     start = time.monotonic()
     time.sleep(seconds)
     took = time.monotonic() - start
-    return [100 * (processor_s(pid) - was) / took for pid, was in zip(pids, before, strict=True)]
+    after = used_s(pids)
+    return [100 * (after[pid] - before.get(pid, 0)) / took if pid in after else 0.0 for pid in pids]
+
+
+def used_s(pids: list[int]) -> dict[int, float]:
+    """Return the processor time of those processes that live: Chromium ends helpers at any time."""
+    found = {}
+    for pid in pids:
+        with suppress(FileNotFoundError, ProcessLookupError):
+            found[pid] = processor_s(pid)
+    return found
 
 
 async def bytes_per_s(session: Session, seconds: float) -> float:
@@ -113,7 +126,7 @@ async def bytes_per_s(session: Session, seconds: float) -> float:
 
 
 def said(name: str, values: list[float], unit: str) -> None:
-    values = sorted(values)
+    values = sorted(values) or [float("nan")]  # two pictures in no window
     print(f"{name:10} {statistics.median(values):8.1f} {values[int(0.95 * (len(values) - 1))]:8.1f}  {unit}")
 
 
@@ -166,7 +179,7 @@ def measure(look: Look, seconds: float, clicks: int, scrubs: int) -> None:
         print(f"bytes      {asyncio.run(bytes_per_s(session, seconds)) / 1000:8.1f}           kB/s")
         used, idle = in_turns(look, session, seconds)
         print(f"monitor    {used[0]:8.1f} {idle[0]:8.1f}  % of a core, with the page and without")
-        print(f"scans      {used[1]:8.1f} {idle[1]:8.1f}  %, {used[1] / idle[1]:.2f} times")
+        print(f"scans      {used[1]:8.1f} {idle[1]:8.1f}  %, {used[1] / max(idle[1], 1e-9):.2f} times")
         print(f"chromium   {used[2]:8.1f}           %")
 
 

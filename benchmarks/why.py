@@ -5,7 +5,8 @@
 The feeder runs on the bench; then its tag Feeding is asked about, which has not changed since the eleventh
 second. Checked: the chain, and that the search scan by scan finds the same scan. Compared within the run:
 
-    chain           the whole chain, processor time
+    command         `scanrack why` of the recording with its snapshots, a process of its own: processor time
+    chain           the whole chain on the bench, which has run the scans already
     reading         the same scans read from a recording and unpacked, the floor
     scan by scan    the search as it was: every scan once more
 
@@ -15,6 +16,9 @@ Then the processor time of a scan on the bench, in turns: before a question, and
 from __future__ import annotations
 
 import argparse
+import os
+import subprocess
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -67,6 +71,18 @@ def chain_scan_by_scan(bench: Bench) -> None:
         replay.ONE_BY_ONE = side_by_side
 
 
+def asked(trace: Path) -> float:
+    """Ask the command in a process of its own, and check the last line; return its processor time, s."""
+    words = [sys.executable, "-m", "scanrack", "why", str(trace), "Feeding"]
+    before = os.times()
+    said = subprocess.run(
+        words, cwd=trace.parent, capture_output=True, text=True, check=True, encoding="utf-8"
+    ).stdout
+    after = os.times()
+    assert said.splitlines()[-1].startswith("Cause: slot1.status.IN_HOME is on since 10.492 s"), said
+    return after.children_user + after.children_system - before.children_user - before.children_system
+
+
 def report_chain(scans: int, folder: Path) -> None:
     """Measure the chain."""
     with open_bench(FEEDER, record=folder / "run.mcap") as bench:
@@ -74,6 +90,7 @@ def report_chain(scans: int, folder: Path) -> None:
         first, again = spent(lambda: chain(bench)), spent(lambda: chain(bench))
         print(f"chain through {scans:,} scans: {first:.2f} s of a processor, asked again {again:.2f} s")
         print(f"  scan by scan: {spent(lambda: chain_scan_by_scan(bench)):.2f} s")
+    print(f"  the command, of the recording: {asked(folder / 'run.mcap'):.2f} s of a processor")
     counted: list[int] = []
     floor = spent(lambda: counted.append(read(folder / "run.mcap")))
     assert counted == [scans], counted

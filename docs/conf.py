@@ -19,6 +19,7 @@ html_show_copyright = False
 html_static_path = ["_static"]
 html_css_files = ["site.css"]
 html_copy_source = False
+html_search_scorer = str(DOCS / "search_scorer.js")
 html_theme_options = {"navigation_with_keys": True}
 myst_heading_anchors = 4
 autodoc_typehints = "description"

@@ -32,6 +32,7 @@ if TYPE_CHECKING:  # the names of the front door: type checkers import these lin
     from .io_images.amci3601 import ResetErrors as ResetErrors
     from .io_images.amci3601 import StatusView as StatusView
     from .io_images.amci3601.bits import InputBit as InputBit
+    from .jobs.bench import Bench as Bench
     from .jobs.bench.opening import open_bench as open_bench
     from .jobs.fuzz.laws.goals import maximise as maximise
     from .jobs.fuzz.laws.goals import sometimes as sometimes

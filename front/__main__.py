@@ -1,5 +1,6 @@
 """`python -m scanrack`, and the `scanrack` command; neither imports anything from the current folder."""
 
+import gc
 import sys
 
 
@@ -8,6 +9,7 @@ def main() -> None:
 
     Ctrl-C during its import, which takes a tenth of a second, ends it with the same message as later.
     """
+    gc.set_threshold(20_000)  # by default a start searches thousands of modules' objects for garbage 80 times
     try:
         from .commands import main as command
 

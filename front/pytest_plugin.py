@@ -166,7 +166,7 @@ def _hide(error: BaseException | None) -> None:
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Remove the folder of artefacts if no test has left any; under pytest-xdist when all have ended."""
+    """Remove the folder of artifacts if no test has left any; under pytest-xdist when all have ended."""
     base = _base_of(session.config)
     if base.is_dir() and not hasattr(session.config, "workerinput"):
         from .testing.folder import remove_base

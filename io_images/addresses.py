@@ -113,7 +113,7 @@ def _of_card(text: str, match: re.Match[str], bits: int) -> Address:
         return Address(slot, image, 0, None)
     bit = int(match["bit"])
     if bit >= bits:
-        raise _refusal(text, f"there is no bit {bit}, bits are 0 to {bits - 1}")
+        raise _refusal(text, f"no bit {bit}, bits are 0 to {bits - 1}")
     return Address(slot, image, *divmod(bit, BITS))
 
 
@@ -123,9 +123,9 @@ def _raw(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> A
     bit = None if match["bit"] is None else int(match["bit"])
     _check_slot(text, slot, slots)
     if word >= WORDS:
-        raise _refusal(text, f"there is no word {word}, words are 0 to {WORDS - 1}")
+        raise _refusal(text, f"no word {word}, words are 0 to {WORDS - 1}")
     if bit is not None and bit >= BITS:
-        raise _refusal(text, f"there is no bit {bit}, bits are 0 to {BITS - 1}")
+        raise _refusal(text, f"no bit {bit}, bits are 0 to {BITS - 1}")
     return Address(slot, match["image"].upper(), word, bit)
 
 
@@ -159,7 +159,7 @@ def _of_member(text: str, at: Address, bit: str | None, data_bits: int) -> Addre
         return at
     bits = max(BITS, data_bits)
     if int(bit) >= bits:
-        raise _refusal(text, f"there is no bit {bit}, bits are 0 to {bits - 1}")
+        raise _refusal(text, f"no bit {bit}, bits are 0 to {bits - 1}")
     word, number = divmod(int(bit), BITS)
     return replace(at, word=at.word + word, bit=number)
 
@@ -168,7 +168,7 @@ def _word_of_profile(text: str, word: Address, bit: str | None) -> Address:
     if bit is None:
         return word
     if int(bit) >= BITS:
-        raise _refusal(text, f"there is no bit {bit}, bits are 0 to {BITS - 1}")
+        raise _refusal(text, f"no bit {bit}, bits are 0 to {BITS - 1}")
     return replace(word, bit=int(bit))
 
 
@@ -180,7 +180,7 @@ def _named(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) ->
     if group in _DIRECTIONS and group not in groups:
         groups = {**groups, group: _of_image(groups, _DIRECTIONS[group])}
     if group not in groups:
-        raise _refusal(text, f"there is no {match['group']!r} in slot {slot}; {allowed(group, groups)}")
+        raise _refusal(text, f"no {match['group']!r} in slot {slot}; {allowed(group, groups)}")
     places = {each.upper(): place for each, place in groups[group].items()}
     if name not in places:
         raise _refusal(
@@ -209,9 +209,9 @@ def allowed(given: object, choices: Iterable[object]) -> str:
     """Return the text of allowed values, the one closest to `given` first.
 
     >>> allowed("HOLD_MOVES", ["HOLD_MOVE", "RESUME_MOVE"])
-    'did you mean HOLD_MOVE? Allowed are HOLD_MOVE, RESUME_MOVE'
+    'did you mean HOLD_MOVE? Choose from HOLD_MOVE, RESUME_MOVE'
     """
     names = [str(choice) for choice in choices]
     close = difflib.get_close_matches(str(given), names, n=1)
-    listed = f"llowed are {', '.join(names) or 'none'}"
-    return f"did you mean {close[0]}? A{listed}" if close else f"a{listed}"
+    listed = f"hoose from {', '.join(names) or 'none'}"
+    return f"did you mean {close[0]}? C{listed}" if close else f"c{listed}"

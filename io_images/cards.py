@@ -6,7 +6,7 @@
 Terminal n of a digital card is bit n of its data, 16 to a word. Channel n of an analog card is word n.
 The data of a card with 32 terminals are one DINT to a CompactLogix: `Local:2:I.Data.31`.
 
-To add a card, add its row and run `python tests/tools/cards_page.py --write`, which makes its rows of
+To add a card, add its row and run `python -m tests.tools.generate`, which makes its rows of
 docs/card-tables.md. The members of tags follow from the row, as Studio 5000 names them [1769-UM002B, table
 3.1; 1769-IN087A, page 15]; `Fault` is that of the connection and no word of an image:
 
@@ -58,11 +58,23 @@ class CardKind:
     channels_in: int = 0  # number of its analog inputs
     channels_out: int = 0  # number of its analog outputs
     echo: bool = False  # whether the input image repeats the current outputs (output data echo)
-    echo_at: int = 0  # of an analog card: the input word that repeats channel 0
+    echo_at: int = 0  # the input word that repeats output word or channel 0; it lies behind all inputs
     bits: Mapping[str, RangeBits] = field(default_factory=dict)  # range bits of an analog card, by image
     ranges: tuple[str, ...] = ()  # of an analog card: names of its signal ranges
     formats: Mapping[str, Convert] = field(default_factory=dict)  # of an analog card: its data formats
     ignored: int = 0  # of an analog card: number of ignored low bits in an output word
+
+    def __post_init__(self) -> None:
+        """Raise a ValueError if the echo lies on inputs: they would read as outputs."""
+        ins = max(len(self.inputs), self.channels_in)
+        if self.echo and self.echo_at < ins:
+            raise ValueError(f"{self.name}: echo_at = {self.echo_at}: words 0 to {ins - 1} are inputs")
+
+    @property
+    def shown(self) -> tuple[int, ...]:
+        """Mask of what each word of a digital card's input image shows: inputs, and the echo."""
+        between = (0,) * (self.echo_at - len(self.inputs))
+        return (*self.inputs, *between, *self.outputs) if self.echo else self.inputs
 
     @property
     def analog(self) -> bool:
@@ -87,7 +99,7 @@ class CardKind:
     def members(self) -> Iterator[tuple[str, MemberPlace]]:
         """Yield the members of its tags except `Data`."""
         if self.echo and not self.analog:
-            yield "ReadBack", MemberPlace("I", 0)
+            yield "ReadBack", MemberPlace("I", self.echo_at)
         for image, count in self.channels.items():
             for channel in range(count):
                 bits = self.bits[image]

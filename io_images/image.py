@@ -42,7 +42,7 @@ def signed_word(value: int) -> int:
     except TypeError:
         raise ValueError(f"word {value!r} is not allowed: a word is a whole number") from None
     if not WORD_MIN <= value <= UNSIGNED_MAX:
-        raise ValueError(f"word {value} is out of range: allowed are {WORD_MIN} to {UNSIGNED_MAX}")
+        raise ValueError(f"word {value} is out of range: must be {WORD_MIN} to {UNSIGNED_MAX}")
     return value - 65_536 if value > WORD_MAX else value
 
 

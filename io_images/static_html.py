@@ -1,4 +1,4 @@
-"""Pictures for notebooks as static HTML: no script, no file from elsewhere, colours of the page around it."""
+"""Pictures for notebooks as static HTML: no script, no file from elsewhere, colors of the page around it."""
 
 from __future__ import annotations
 

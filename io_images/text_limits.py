@@ -19,6 +19,7 @@ class TextKind(StrEnum):
     """The language of a text."""
 
     TOML = "a rack file"
+    PLAN = "a plan"
     RUNGS = "rungs"
     STRUCTURED = "structured text"
     STEPS = "steps"
@@ -29,6 +30,7 @@ class TextKind(StrEnum):
     STATE = "the state of a campaign"
     PYTHON = "Python"
     EXPORT = "an export"
+    RESULT = "a result"
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,6 +45,7 @@ class TextLimits:
 
 LIMITS: Mapping[TextKind, TextLimits] = {
     TextKind.TOML: TextLimits(1 * MIB, nesting=32, parts=16),
+    TextKind.PLAN: TextLimits(1 * MIB, nesting=32, parts=16, token=128 * KIB),
     TextKind.RUNGS: TextLimits(8 * MIB),
     TextKind.STRUCTURED: TextLimits(8 * MIB),
     TextKind.STEPS: TextLimits(1 * MIB),
@@ -53,8 +56,13 @@ LIMITS: Mapping[TextKind, TextLimits] = {
     TextKind.STATE: TextLimits(256 * MIB, nesting=64, token=128 * KIB),
     TextKind.PYTHON: TextLimits(16 * MIB),
     TextKind.EXPORT: TextLimits(64 * MIB),
+    TextKind.RESULT: TextLimits(256 * MIB, nesting=16),
 }
 """Limits by language. Python and exports, which have limits of their own, are limited in size only."""
+
+DIGITS_MAX = 4300
+"""Decimal digits of a number that Python converts; see `sys.get_int_max_str_digits`."""
+_DIGITS = re.compile(r"[+-]?[0-9_]+")
 
 _REST = (
     r"|(?P<open>[\[({])|(?P<close>[\])}])|(?P<token>[\w$%\\+-]+)"
@@ -74,6 +82,7 @@ def _pattern(own: str) -> re.Pattern[str]:
 
 _PATTERNS: Mapping[TextKind, re.Pattern[str]] = {
     TextKind.TOML: _pattern(_TOML),
+    TextKind.PLAN: _pattern(_TOML),
     TextKind.RUNGS: _pattern(_LOGIX),
     TextKind.STRUCTURED: _pattern(_LOGIX),
     TextKind.STEPS: _pattern(_HASH),
@@ -82,6 +91,7 @@ _PATTERNS: Mapping[TextKind, re.Pattern[str]] = {
     TextKind.MEMORY: _pattern(_JSON),
     TextKind.SCENARIO: _pattern(_JSON),
     TextKind.STATE: _pattern(_JSON),
+    TextKind.RESULT: _pattern(_JSON),
 }
 """Comments, strings, and counted tokens; no alternative backtracks far."""
 
@@ -117,12 +127,15 @@ def check_text(text: str, kind: TextKind) -> None:
         elif what == "token" or what == "string":
             parts = parts + 1 if before == "dot" else 1
         before = what
+        size = found.end() - found.start()
         if depth > limits.nesting:
             problem = f"brackets that are nested deeper than {limits.nesting}"
         elif parts > limits.parts:
             problem = f"a name of more than {limits.parts} parts"
-        elif what != "comment" and found.end() - found.start() > limits.token:
+        elif what != "comment" and size > limits.token:
             problem = f"a name, number, text or blank of more than {limits.token:,} characters"
+        elif what == "token" and size > DIGITS_MAX and _DIGITS.fullmatch(text, found.start(), found.end()):
+            problem = f"a number of more than {DIGITS_MAX:,} digits"
         else:
             continue
         raise TextLimitError(text.count("\n", 0, found.start()) + 1, problem)

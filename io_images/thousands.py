@@ -74,7 +74,7 @@ def split_thousands(value: int) -> tuple[int, int]:
     magnitude_msw, magnitude_lsw = divmod(abs(value), 1000)
     if magnitude_msw > _MSW_MAX:
         limit = 1000 * _MSW_MAX + LSW_MAX
-        raise ValueError(f"{value} does not fit two words: allowed are -{limit} to {limit}")
+        raise ValueError(f"{value} does not fit two words: must be -{limit} to {limit}")
     return (-magnitude_msw, -magnitude_lsw) if value < 0 else (magnitude_msw, magnitude_lsw)
 
 

@@ -1,8 +1,18 @@
-"""Units of time in rack files, queries and sequences."""
+"""Times as text: the one reader and the one writer of rack files, queries, programs, options and messages.
+
+A time is a decimal number and its unit, such as `10 s`, `1.5ms` or `250 us`: digits with or without a
+fraction, spaces or none, and a unit of `UNITS_NS`. Spaces around it are ignored. It is a whole number of
+nanoseconds, at most `LONGEST_NS`; nothing is rounded.
+"""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
+from decimal import Clamped, Context, Decimal, Inexact, InvalidOperation, Overflow
+
+from .site import SettingError
+from .text_limits import shortened
 
 UNITS_NS: Mapping[str, int] = {
     "ns": 1,
@@ -15,5 +25,119 @@ UNITS_NS: Mapping[str, int] = {
 }
 """Length of each unit, ns."""
 
+LONGEST_NS = 2**62
+"""Longest time, ns: 146 years."""
+
+_NUMBER, _UNIT = r"[0-9]+(?:\.[0-9]+)?", "|".join(UNITS_NS)
+TIME = rf"{_NUMBER}\s*(?:{_UNIT})"
+"""Pattern of a time, for grammars that have it among other words."""
+
 DEFAULT_RUN = "10 s"
 """Default machine time of a run in virtual time."""
+
+_TIME = re.compile(rf"({_NUMBER})\s*({_UNIT})")
+_EXACT = Context(prec=100, traps=[Clamped, Inexact, InvalidOperation, Overflow])
+_WRITTEN = ("s", "ms", "µs", "ns")
+
+
+def parse_time(text: str) -> int:
+    """Return a time in ns, 0 or more.
+
+    >>> parse_time("0 s"), parse_time("250us"), parse_time("1.5 min")
+    (0, 250000, 90000000000)
+
+    Raises:
+        ValueError: no number, no unit, no whole number of ns, or longer than `LONGEST_NS`.
+    """
+    found = _TIME.fullmatch(str(text).strip())
+    if found is None:
+        units = ", ".join(UNITS_NS)
+        raise ValueError(
+            f"{shortened(str(text))!r} is not a time: write a number and a unit ({units}), such as '10 s'"
+        )
+    return _whole_ns(Decimal(found[1]), found[2], repr(shortened(str(text))))
+
+
+def parse_duration(text: str) -> int:
+    """Return a time to run for in ns, 1 or more.
+
+    >>> parse_duration("10 s"), parse_duration("2.5ms"), parse_duration("1 min")
+    (10000000000, 2500000, 60000000000)
+
+    Raises:
+        ValueError: see `parse_time`; or 0.
+    """
+    duration = parse_time(text)
+    if duration < 1:
+        raise ValueError(f"{text!r} is not a time to run for: it must be more than 0")
+    return duration
+
+
+def exact_ns(value: Decimal | float, unit: str, key: str = "time") -> int:
+    """Return a number of a unit in ns; a float counts as its shortest decimal.
+
+    >>> exact_ns(Decimal("0.25"), "ms"), exact_ns(600, "s"), exact_ns(0.1, "ms")
+    (250000, 600000000000, 100000)
+
+    Raises:
+        SettingError: no whole number of ns, or longer than `LONGEST_NS`.
+    """
+    number = value if isinstance(value, Decimal) else Decimal(str(value))
+    try:
+        return _whole_ns(number, unit, f"{key} of {value} {unit}")
+    except ValueError as error:
+        raise SettingError(key, str(error)) from None
+
+
+def _whole_ns(number: Decimal, unit: str, what: str) -> int:
+    try:
+        time_ns = _EXACT.multiply(number, UNITS_NS[unit])
+        if time_ns > LONGEST_NS:
+            raise ValueError(f"{what} is longer than 146 years, the longest time")
+        return int(_EXACT.quantize(time_ns, Decimal(1)))
+    except (Clamped, Inexact, InvalidOperation, Overflow):
+        raise ValueError(f"{what} is not a whole number of nanoseconds") from None
+
+
+def time_text(time_ns: int) -> str:
+    """Return a time, exact, in the largest unit up to seconds that it fills; `parse_time` reads it back.
+
+    >>> time_text(9_422_000_000), time_text(250_000), time_text(400), time_text(0)
+    ('9.422 s', '250 µs', '400 ns', '0 s')
+    """
+    unit = next((each for each in _WRITTEN if abs(time_ns) >= UNITS_NS[each]), "s")
+    return f"{_in_unit(time_ns, UNITS_NS[unit])} {unit}"
+
+
+def seconds(time_ns: int) -> str:
+    """Return a time in seconds, exact: a moment since power-up.
+
+    >>> seconds(1_498_174_000_000), seconds(5), seconds(0)
+    ('1498.174', '0.000000005', '0')
+    """
+    return _in_unit(time_ns, 1_000_000_000)
+
+
+def seconds_column(time_ns: int) -> str:
+    """Return `seconds` with three decimals or more, for a column.
+
+    >>> seconds_column(12_000_000), seconds_column(1_000_250_000)
+    ('0.012', '1.00025')
+    """
+    whole, _, decimals = seconds(time_ns).partition(".")
+    return f"{whole}.{decimals:0<3}"
+
+
+def milliseconds(time_ns: int) -> str:
+    """Return a time in milliseconds, exact.
+
+    >>> milliseconds(20_000_000), milliseconds(400)
+    ('20', '0.0004')
+    """
+    return _in_unit(time_ns, 1_000_000)
+
+
+def _in_unit(time_ns: int, unit_ns: int) -> str:
+    whole, rest = divmod(abs(time_ns), unit_ns)
+    decimals = f".{rest:0{len(str(unit_ns)) - 1}d}".rstrip("0") if rest else ""
+    return f"{'-' * (time_ns < 0)}{whole}{decimals}"

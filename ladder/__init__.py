@@ -23,7 +23,7 @@ To add an instruction:
    `spec.Spec` says what the functions get and return, and has what the pictures and structured text need. A
    rare instruction needs no `write`: the compiled program then calls its `run`.
 2. In `tests/manual/test_ladder_semantics_*.py`, add a row with the manual's page.
-3. `python tests/tools/instructions_page.py --write` adds its name to `docs/instructions.md`.
+3. `python -m tests.tools.generate` adds its name to `docs/instructions.md`.
 
 `tests/unit/ladder/test_ladder_instruction_rows.py` names what is forgotten. Random programs have the
 instruction by the uses of its operands, see `tests/support/ladder_programs.py`.
@@ -34,7 +34,10 @@ A use of operands that no instruction has yet is one more member of `spec.Use`, 
 
 from __future__ import annotations
 
+from typing import Any
+
 from ..io_images.front_door import homes_in, imported_from
+from .model import hooks
 
 TYPE_CHECKING = False  # a type checker takes it for true
 
@@ -47,6 +50,7 @@ if TYPE_CHECKING:  # type checkers import these lines, `_HOMES` reads them
     from .files.rungfile import read_program, write_program
     from .instructions import *  # noqa: F403
     from .model.errors import BuildError, LadderError, LadderFault, MinorFault, RungTextError
+    from .model.tree import Rung
     from .model.types import (
         BOOL,
         CONTROL,
@@ -103,6 +107,22 @@ if TYPE_CHECKING:  # type checkers import these lines, `_HOMES` reads them
     ]
 
 _HOMES = homes_in(__spec__)
+
+
+def _rung_svg(rung: Rung) -> str:
+    from .draw import routines_svg
+    from .model.routine import Routine
+
+    return routines_svg([(Routine("", (rung,)), [0])])
+
+
+def _ask(program: LadderLogic, **asked: Any) -> object:
+    from .prove.answers import ask
+
+    return ask(program, **asked)
+
+
+hooks.rung_svg, hooks.ask = _rung_svg, _ask
 
 
 def __getattr__(name: str) -> object:

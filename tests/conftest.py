@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import os
 import signal
+import sys
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -20,6 +21,14 @@ from rewriting import RewritingProcess
 
 TESTS = Path(__file__).parent
 BROWSER = TESTS / "browser"
+NEEDS = {
+    "unit/commands/test_ending_signals.py": hasattr(signal, "SIGHUP"),
+    "unit/commands/test_under_windows.py": sys.platform == "linux",
+}
+"""Files of tests that can't be imported everywhere, and whether this system has what they need."""
+
+collect_ignore = [file for file, can in NEEDS.items() if not can]
+
 FIRST = (BROWSER, TESTS / "manual", TESTS / "properties" / "test_against_oracle.py")
 """Run before all others: a browser, which waits most of the time, and beside it the tests that find most of
 the mistakes in a controller's rules."""
@@ -76,10 +85,10 @@ def _draw_no_constants_of_modules() -> None:
 @pytest.fixture(autouse=True, scope="session")
 def _heeded_signals() -> Iterator[None]:
     """Let tests send signals to themselves and their processes, though a shell's background ignores them."""
-    before = {
-        signal.SIGINT: signal.signal(signal.SIGINT, signal.default_int_handler),
-        signal.SIGHUP: signal.signal(signal.SIGHUP, signal.SIG_DFL),
-    }
+    before = {signal.SIGINT: signal.signal(signal.SIGINT, signal.default_int_handler)}
+    for name in ("SIGHUP", "SIGQUIT"):
+        if (number := getattr(signal, name, None)) is not None:  # Windows has none of them
+            before[number] = signal.signal(number, signal.SIG_DFL)
     yield
     for number, handler in before.items():
         signal.signal(number, handler)

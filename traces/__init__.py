@@ -3,3 +3,52 @@
 This room knows only `io_images`: the recorder receives the rack's memory block, and
 the loop calls it with scans and events as a listener.
 """
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from .format import hooks
+
+TYPE_CHECKING = False  # a type checker takes it for true
+
+if TYPE_CHECKING:
+    import pandas
+    import polars
+
+    from .read.columns import Columns
+    from .read.reader import Trace
+
+
+def _to_pandas(trace: Trace, signals: Sequence[str]) -> pandas.DataFrame:
+    from .export.frames import to_pandas
+
+    return to_pandas(trace, signals)
+
+
+def _to_polars(trace: Trace, signals: Sequence[str]) -> polars.DataFrame:
+    from .export.frames import to_polars
+
+    return to_polars(trace, signals)
+
+
+def _read_columns(trace: Trace) -> Columns:
+    from .read.arrays import read_columns
+
+    return read_columns(trace)
+
+
+def _short_text(trace: Trace) -> str:
+    from .read.notebook import short_text
+
+    return short_text(trace)
+
+
+def _as_html(trace: Trace) -> str:
+    from .read.notebook import as_html
+
+    return as_html(trace)
+
+
+hooks.to_pandas, hooks.to_polars = _to_pandas, _to_polars
+hooks.read_columns, hooks.short_text, hooks.as_html = _read_columns, _short_text, _as_html

@@ -5,6 +5,8 @@ from __future__ import annotations
 from importlib import import_module
 from types import ModuleType
 
+from ..io_images.installing import how_to_install
+
 
 class MissingExtraError(ImportError):
     """A library of an extra is not installed."""
@@ -25,5 +27,5 @@ def need(module: str, extra: str) -> ModuleType:
         library = module.partition(".")[0]
         if error.name is None or error.name.partition(".")[0] != library:
             raise  # the library is there, but lacks a module itself
-        says = f"{library} is not installed: pip install 'scanrack[{extra}]'"
+        says = f"{library} is not installed: {how_to_install(extra)}"
         raise MissingExtraError(says, name=library) from error

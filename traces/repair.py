@@ -105,13 +105,14 @@ def repair(
             whole = trace.spans[-1].end
             keep = target == path and (result.damaged > 0 or not begin_alike(draft.place, path, whole))
             result.original = _free_name(path) if keep else None
+            trace.close()  # Windows replaces no open file
             _put_in_place(draft, path, result.original)
     return result
 
 
 def _open(path: Path) -> Records:
     try:
-        return open_trace(path)
+        return open_trace(path, check=False)  # the rewriter sees each byte
     except TraceLimitError:
         raise
     except TraceError:

@@ -21,7 +21,7 @@ async function begin() {
   } catch (error) {
     client = undefined;
     vscode.window.showWarningMessage(
-      `scanrack: ${command} does not start (${error.message}). Install it with pip install 'scanrack[editor]', ` +
+      `scanrack: ${command} does not start (${error.message}). Install it with pip install ".[editor]" in a checkout of scanrack, ` +
         "or set scanrack.command to where it is.");
   }
 }

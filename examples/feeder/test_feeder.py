@@ -37,7 +37,7 @@ def test_an_emergency_stop_ends_the_stroke_at_once(feeder: Bench) -> None:
     feeder.run_until("Trouble", within="10 s")  # the rack file presses the button at 8 s
     assert not feeder.slot[1].moving
     assert "INP-01" in feeder.rules
-    assert "XIO(Homing) [Homing = 1]" in feeder.why("Feeding")  # the position is lost, so it asks for home
+    assert "slot 1 input IN_ESTOP" in feeder.why("Feeding")  # the position is lost, so it asks for home
 
 
 def test_it_finds_its_way_back(feeder: Bench) -> None:

@@ -36,41 +36,64 @@ class Entry(NamedTuple):
 UsageMistake: type[Exception] = typer.BadParameter.__mro__[2]
 """The parser's error for unusable words; Typer exports only a subclass."""
 
-COMMANDS = {
-    "new": Entry(".programs.new", "Begin a project: a rack, a program and a test."),
-    "run": Entry(".programs.run", "Run a rack's logic scan by scan, and record every scan."),
-    "watch": Entry("..watch.command", "Show a rack that runs, or a trace, in the browser."),
-    "share": Entry("..watch.share.command", "Write a trace and its page to one file."),
-    "show": Entry(".recordings.show", "Print a trace: what happened, and what changed."),
-    "query": Entry(".recordings.query", "Find the scans of a trace in which something holds."),
-    "plot": Entry(".recordings.plot", "Draw a timing chart of a trace."),
-    "export": Entry(".recordings.export", "Write a trace as CSV, Parquet or VCD."),
-    "compare": Entry(".recordings.compare", "Compare two traces."),
-    "import": Entry(".recordings.imports", "Make a trace of a capture of a real controller."),
-    "repair": Entry(".recordings.repair", "Complete a trace that was killed or damaged."),
-    "replay": Entry(".recordings.replay", "Replay a trace into a module, a program or a rack."),
-    "rerun": Entry(".recordings.rerun", "Run again what a trace was made by."),
-    "ladder": Entry(".programs.ladder", "Draw the rungs of a ladder program."),
-    "l5x": Entry(".programs.l5x", "Say what an exported controller has, what runs, and what does not."),
-    "why": Entry(".programs.why", "Say why a tag is as it is."),
-    "xref": Entry(".programs.why", "List where tags are read and written."),
-    "prove": Entry(".programs.prove", "Prove properties of a ladder program, or find what breaks them."),
-    "fuzz": Entry(".programs.fuzz", "Look for surroundings that break a program."),
-    "drive": Entry(".wire.drive", "Put one module or controller on the bench."),
-    "conform": Entry(".wire.conform", "Hold a real 3601 against the manual."),
-    "serve": Entry(".wire.serve", "Serve a simulated controller at a port."),
-    "pcl601": Entry(".wire.pcl601", "Talk to a PCL601 on a serial port or a network."),
-    "pmc006": Entry(".wire.pmc006", "Talk to a PMC006 on a serial port."),
-    "ports": Entry(".wire.discovery", "List the serial devices of this machine."),
-    "probe": Entry(".wire.discovery", "Say what controller answers on a port."),
-    "pclt": Entry(".wire.pclt", "Check and list stored programs of the PCL601."),
-    "check": Entry(".programs.check", "Check a rack without running it."),
-    "schema": Entry(".programs.schema", "Print the JSON Schema of rack files, for editors."),
-    "lsp": Entry("..lsp.command", "Serve an editor: mistakes at their lines, meaning, completion."),
-    "doctor": Entry(".programs.doctor", "Say what this installation has, what it lacks, and how to mend it."),
-    "rules": Entry(".programs.rules", "Print the rules of a module's manual."),
+GROUPS = {
+    "Run and watch": {
+        "new": Entry(".programs.new", "Create a project."),
+        "run": Entry(".programs.run", "Run a rack and record every scan."),
+        "watch": Entry("..watch.command", "Open a live rack or a trace in the browser."),
+    },
+    "Traces": {
+        "show": Entry(".recordings.show", "List events and changes."),
+        "query": Entry(".recordings.query", "Find scans matching a condition."),
+        "plot": Entry(".recordings.plot", "Draw a timing chart."),
+        "compare": Entry(".recordings.compare", "Find where two traces differ."),
+        "replay": Entry(".recordings.replay", "Replay and check for differences."),
+        "rerun": Entry(".recordings.rerun", "Run a recorded session again and check for differences."),
+        "share": Entry("..watch.share.command", "Export as one HTML file."),
+        "export": Entry(".recordings.export", "Convert a trace for other programs."),
+        "import": Entry(".recordings.imports", "Convert a network capture."),
+        "repair": Entry(".recordings.repair", "Recover a damaged trace."),
+    },
+    "Programs": {
+        "check": Entry(".programs.check", "Check a rack or program without running it."),
+        "why": Entry(".programs.why", "Explain why a tag has its value."),
+        "ladder": Entry(".programs.ladder", "Draw rungs."),
+        "xref": Entry(".programs.why", "List where tags are read and written."),
+        "l5x": Entry(".programs.l5x", "Report what an L5X or SLC export supports."),
+    },
+    "Search and prove": {
+        "fuzz": Entry(".programs.fuzz", "Search for inputs and faults that break a program."),
+        "prove": Entry(".programs.prove", "Prove properties or find counterexamples."),
+    },
+    "Devices and hardware": {
+        "device": Entry(".wire.device", "List, identify, read, set and move devices."),
+        "serve": Entry(".wire.serve", "Simulate a device on a port."),
+        "drive": Entry(".wire.drive", "Exercise one module with JSON requests."),
+        "conform": Entry(".wire.conform", "Test a real 3601 against its manual."),
+        "pclt": Entry(".wire.pclt", "Check and list stored programs of the PCL601."),
+    },
+    "Setup and reference": {
+        "doctor": Entry(".programs.doctor", "Check this installation."),
+        "editor": Entry(".programs.editor", "Connect an editor."),
+        "rules": Entry(".programs.rules", "List 3601 rules and error bits."),
+    },
 }
-"""The commands in the order of --help."""
+"""The commands by their headings, in the order of --help."""
+
+COMMANDS = {name: entry for group in GROUPS.values() for name, entry in group.items()}
+
+RENAMED = {
+    "ports": ("device", "list"),
+    "probe": ("device", "identify"),
+    "pcl601": ("device", "pcl601"),
+    "pmc006": ("device", "pmc006"),
+    "schema": ("editor", "schema"),
+    "lsp": ("editor", "lsp"),
+}
+"""Names of the release before, which work until the next one, and what each is called now."""
+
+KEPT = {"lsp"}
+"""Names that stay and say nothing: editors store them."""
 
 
 class Lazy(TyperGroup):
@@ -80,7 +103,7 @@ class Lazy(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the words before the command, if there are any."""
-        self._command_first = bool(args) and args[0] in COMMANDS
+        self._command_first = bool(args) and (args[0] in COMMANDS or args[0] in RENAMED)
         return super().parse_args(ctx, args)
 
     def get_params(self, ctx: Any) -> list[Any]:
@@ -96,6 +119,12 @@ class Lazy(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Return a command; refuse an unknown name with the closest one."""
+        if cmd_name in RENAMED:
+            group, name = RENAMED[cmd_name]
+            if cmd_name not in KEPT:
+                now = f"'scanrack {group} {name}'"
+                complain(f"'scanrack {cmd_name}' is now {now}; the next release drops the old name")
+            return self.get_command(ctx, group).commands[name]
         entry = COMMANDS.get(cmd_name)
         if entry is None:
             return ctx.fail(_unknown(cmd_name))
@@ -134,14 +163,16 @@ class Lazy(TyperGroup):
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
         """List the commands without importing them."""
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, entry.sentence) for name, entry in COMMANDS.items()])
+        width = max(map(len, COMMANDS))
+        for heading, group in GROUPS.items():
+            with formatter.section(heading):
+                formatter.write_dl([(name.ljust(width), entry.sentence) for name, entry in group.items()])
 
 
 def _unknown(name: str) -> str:
     close = difflib.get_close_matches(name, COMMANDS, n=1)
-    meant = f"did you mean {close[0]}?" if close else f"there are {', '.join(COMMANDS)}"
-    return f"there is no command {name!r}: {meant}"
+    meant = f": did you mean {close[0]}?" if close else f"; choose from {', '.join(COMMANDS)}"
+    return f"no command {name!r}{meant}"
 
 
 SPEECH = (
@@ -167,7 +198,8 @@ def _usage(error: Any, words: Sequence[str]) -> str:
     number = next((word for word in words if option and word.startswith(option)), "")
     if re.fullmatch(r"-\d.*", number):
         said = f"{number} looks like an option; put -- before a negative number: {path} -- {number}"
-    return f"{said[:1].lower()}{said[1:]} ('{path} --help' lists what there is)"
+    said = said if said[:2].isupper() else f"{said[:1].lower()}{said[1:]}"
+    return f"{said} ('{path} --help' lists what there is)"
 
 
 def build() -> typer.Typer:
@@ -181,8 +213,8 @@ def _application(group: type[TyperGroup]) -> typer.Typer:
         name="scanrack",
         cls=group,
         help="A PLC rack in software for stepper controllers.\n\n"
-        "Run your logic scan by scan against a simulated AMCI 3601 bolted to a simulated machine; "
-        "every scan is recorded.",
+        "Run your logic scan by scan against a simulated AMCI 3601 on a simulated machine. "
+        "Every scan is recorded.",
         no_args_is_help=True,
         pretty_exceptions_enable=False,
         rich_markup_mode=None,

@@ -42,9 +42,9 @@ def findings(file: Path, texts: Mapping[Path, str], *, trusted: bool) -> list[Li
 
 def main() -> None:
     """Check in a process of its own: a question on standard input, the answer on standard output."""
-    answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8")
+    answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8", newline="\n")
     with redirect_stdout(sys.stderr):  # what the program prints
-        file, texts = json.load(sys.stdin)
+        file, texts = json.load(sys.stdin.buffer)
         opened = {Path(path): text for path, text in texts.items()}
         found = check_texts(Path(file), opened, run_python=True)
     with answers:

@@ -6,10 +6,12 @@ The text need not be readable as a program: people type.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from ..ladder.instructions import BY_NAME, SPECS
+from ..ladder.build.addon import AddOn, ParameterMode
+from ..ladder.build.dialects import DIALECTS, LOGIX
+from ..ladder.files.rungreader import LIBRARIES, load_library
 from ..ladder.model.predefined.structures import PREDEFINED_TYPES
 from ..ladder.model.spec import InstructionKind, Spec, Use
 from ..ladder.model.types import Structure
@@ -20,6 +22,7 @@ _DECLARATION = re.compile(
     r"|^\s*(?P<place>ROUTINE|PROGRAM|CONTROLLER|INSTRUCTION|TYPE|TASK)\s+(?P<of>\w+)",
     re.IGNORECASE,
 )
+_DIALECT = re.compile(rf"^\s*DIALECT\s+({'|'.join(DIALECTS)})\b", re.IGNORECASE | re.MULTILINE)
 _KINDS = {
     InstructionKind.INPUT: "decides whether the rung stays true",
     InstructionKind.OUTPUT: "acts on a true rung",
@@ -83,17 +86,31 @@ def declared_at(text: str, word: str) -> DeclarationLine | None:
 def meaning(text: str, line: str, column: int) -> str:
     """Return what stands at a place, in Markdown; "" if nothing is known of it."""
     word = word_at(line, column)
-    spec = BY_NAME.get(word.upper())
+    spec = _instructions(text).get(word.upper())
     if spec is not None:
         return instruction_text(spec)
     declared = declared_at(text, word) if word else None
     if declared is None:
-        return ""
+        block = next((each for each in _blocks() if each.name.upper() == word.upper()), None)
+        return "" if block is None else block_text(block)
     member = _member_text(declared.type, word)
     lines = [f"```rung\n{declared.text}\n```", declared.comment, member]
     uses = [n for n, each in enumerate(text.splitlines(), 1) if _names(each, declared.name)]
     lines.append(f"in lines {', '.join(map(str, uses[:20]))}{', ...' if len(uses) > 20 else ''}")
     return "\n\n".join(filter(None, lines))
+
+
+def _instructions(text: str) -> Mapping[str, Spec]:
+    """Return the rows of the dialect of a text."""
+    found = _DIALECT.search(text)
+    return DIALECTS[found[1].lower() if found else LOGIX]
+
+
+def _blocks(text: str | None = None) -> Iterator[AddOn]:
+    """Yield the blocks that come with scanrack; of a text, those of the libraries that it uses."""
+    for name in LIBRARIES:
+        if text is None or re.search(rf"^\s*USE\s+{name}\b", text, re.IGNORECASE | re.MULTILINE):
+            yield from load_library(name).add_ons.values()
 
 
 def _names(line: str, name: str) -> bool:
@@ -108,7 +125,7 @@ def _member_text(type_name: str, word: str) -> str:
 def signature(spec: Spec) -> str:
     """Return an instruction with the names of its operands.
 
-    >>> signature(BY_NAME["TON"]), signature(BY_NAME["XIC"])
+    >>> signature(DIALECTS[LOGIX]["TON"]), signature(DIALECTS[LOGIX]["XIC"])
     ('TON(Timer, Preset, Accum)', 'XIC(bit)')
     """
     names = [
@@ -138,6 +155,44 @@ def instruction_text(spec: Spec) -> str:
     return "\n\n".join(lines)
 
 
+def block_signature(block: AddOn) -> str:
+    """Return a block that comes with scanrack with the names of its operands.
+
+    >>> block_signature(load_library("axis3601").add_ons["MC_HALT"])
+    'MC_Halt(instance, Axis, Execute)'
+    """
+    return f"{block.name}({', '.join(['instance', *(each.name for each in block.required)])})"
+
+
+def block_text(block: AddOn) -> str:
+    """Return what a block is, in Markdown: its operands, what it does, its parameters."""
+    parameters = [
+        f"{each.way.value} {each.name} : {each.type.name}{f'  // {each.comment}' if each.comment else ''}"
+        for each in block.parameters
+        if each.way is not ParameterMode.LOCAL
+    ]
+    return "\n\n".join(
+        (
+            f"```rung\n{block_signature(block)}\n```",
+            block.comment,
+            "```rung\n" + "\n".join(parameters) + "\n```",
+        )
+    )
+
+
+def _members(type_name: str) -> list[Offer]:
+    """Return the members of a type or block that comes with scanrack."""
+    blocks = {each.name.upper(): each for each in _blocks()}
+    if type_name in blocks:
+        reached = (ParameterMode.INPUT, ParameterMode.OUTPUT)
+        parameters = [each for each in blocks[type_name].parameters if each.way in reached]
+        return [Offer(each.name, "member", each.type.name, each.comment) for each in parameters]
+    types = {name: kind for each in LIBRARIES for name, kind in load_library(each).types.items()}
+    kind = {**types, **PREDEFINED_TYPES}.get(type_name)
+    members = kind.members if isinstance(kind, Structure) else ()
+    return [Offer(each.name, "member", each.type.name) for each in members]
+
+
 def offers(text: str, before: str, *, structured: bool) -> list[Offer]:
     """Return what may be written at a place of rungs or structured text.
 
@@ -148,14 +203,16 @@ def offers(text: str, before: str, *, structured: bool) -> list[Offer]:
     written = re.search(r"([\w:\\]+(?:\[[^\]]*\])?)\.\w*$", before)
     if written:
         declared = declared_at(text, written[1])
-        kind = PREDEFINED_TYPES.get(declared.type.partition("[")[0].upper()) if declared else None
-        members = kind.members if isinstance(kind, Structure) else ()
-        return [Offer(each.name, "member", each.type.name) for each in members]
+        return _members(declared.type.partition("[")[0].upper()) if declared else []
     found = [
         Offer(each.name, "tag" if each.type or each.what == "SLOT" else "routine", each.type, each.comment)
         for each in declarations(text)
         if each.what not in ("PROGRAM", "CONTROLLER", "TASK", "TYPE")
     ]
-    usable = (each for each in SPECS if (not each.instead if structured else each.in_rungs))
+    specs = {each.name: each for each in _instructions(text).values()}.values()
+    usable = (each for each in specs if (not each.instead if structured else each.in_rungs))
     named = (Offer(each.name, "instruction", signature(each), instruction_text(each)) for each in usable)
-    return [*found, *named]
+    blocks = (
+        Offer(each.name, "instruction", block_signature(each), block_text(each)) for each in _blocks(text)
+    )
+    return [*found, *named, *blocks]

@@ -5,6 +5,7 @@
     1       NO             the answer is no: it differs, nothing found, something broke, the CPU faulted
     2       BAD_INPUT      a file, a key or an option can't be used
     3       CANNOT_WRITE   a file or standard output can't be written
+    3       NO_HELPER      a process that `watch` or `--server` needs never began
     3       NOT_SEEN       `fuzz --strict`: something that should be seen sometimes never was
     130     INTERRUPTED    Ctrl-C, SIGTERM or SIGHUP ended it
     141     PIPE_CLOSED    the reader of standard output has gone; no message
@@ -20,6 +21,7 @@ DONE = 0
 NO = 1
 BAD_INPUT = 2
 CANNOT_WRITE = 3
+NO_HELPER = 3
 NOT_SEEN = 3
 INTERRUPTED = 130
 PIPE_CLOSED = 141

@@ -2,7 +2,11 @@
 
 Commands write as if writing always worked. On a failure `LostOutput` ends the command, past
 every handler of errors of other files; after that, writing has no effect, so that no further message
-appears when the interpreter ends.
+appears when the interpreter ends. A terminal that is closed takes no more writes either: they are dropped,
+and its SIGHUP ends the command.
+
+Files and pipes get UTF-8 with line feeds, the same bytes on every system, unless PYTHONIOENCODING chooses an
+encoding. A terminal gets what it can show, and ? for the rest.
 """
 
 from __future__ import annotations
@@ -70,10 +74,13 @@ def closed_streams_plugged() -> None:
 def guarded_output() -> Iterator[None]:
     """End the block with `LostOutput` if standard output can't be written.
 
-    Failed writes to standard error are dropped. Terminals, closed streams and streams of other owners
-    are left unchanged.
+    Failed writes to standard error and to a terminal are dropped. Standard input is UTF-8, too. Closed
+    streams, streams of other owners and the console of Windows, which has a file of its own kind, are left
+    unchanged.
     """
     before = sys.stdout, sys.stderr
+    if isinstance(sys.stdin, io.TextIOWrapper) and _is_ours(sys.stdin):
+        sys.stdin.reconfigure(encoding="utf-8")
     sys.stdout, sys.stderr = (
         _guarded(sys.stdout or _closed(1), told=True),
         _guarded(sys.stderr or _closed(2), told=False),
@@ -89,20 +96,28 @@ def guarded_output() -> Iterator[None]:
 
 
 def _closed(number: int) -> IO[str]:
-    return open(number, "w", encoding="utf-8", closefd=False)
+    return open(number, "w", encoding="utf-8", newline="\n", closefd=False)
 
 
 def _guarded(stream: Any, *, told: bool) -> Any:
     fd = _descriptor(stream)
-    if fd is None or os.isatty(fd):
+    is_terminal = fd is not None and os.isatty(fd)
+    if fd is None or (is_terminal and sys.platform == "win32"):
         return stream
     stream.flush()
+    ours = _is_ours(stream)
     return io.TextIOWrapper(
-        io.BufferedWriter(_GuardedFile(fd, told=told)),
-        encoding=stream.encoding,
-        errors=stream.errors,
+        io.BufferedWriter(_GuardedFile(fd, told=told and not is_terminal)),
+        encoding="utf-8" if ours else stream.encoding,
+        errors="replace" if stream.errors == "strict" else stream.errors,
+        newline="\n" if ours else None,
         line_buffering=stream.line_buffering,
     )
+
+
+def _is_ours(stream: IO[str]) -> bool:
+    """Return whether we choose the encoding: neither a terminal nor the user does."""
+    return not stream.isatty() and "PYTHONIOENCODING" not in os.environ
 
 
 def _descriptor(stream: IO[str] | None) -> int | None:

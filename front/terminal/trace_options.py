@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Protocol
 
 import typer
 
@@ -31,11 +31,9 @@ TimeOption = Annotated[
     ),
 ]
 ReplaceOption = Annotated[
-    bool, typer.Option("--replace", help="Keep no earlier recording under rack.1.mcap and so on.")
+    bool, typer.Option("--replace", help="Overwrite; keep no numbered copies such as rack.1.mcap.")
 ]
-ForcesOption = Annotated[
-    bool, typer.Option("--forces", help="Hold the forces that the export of the program has.")
-]
+ForcesOption = Annotated[bool, typer.Option("--forces", help="Apply forces from the export.")]
 ServerOption = Annotated[
     list[str] | None,
     typer.Option(
@@ -73,7 +71,7 @@ def parse_range(text: str) -> ScanRange:
     """
     match = re.fullmatch(r"(\d*)(:?)(\d*)", text)
     if match is None or not (match[1] or match[3]):
-        raise ValueError(f"{text!r} is not a range of scans: allowed are A:B, A:, :B and A")
+        raise ValueError(f"{text!r} is not a range of scans: must be A:B, A:, :B or A")
     first = int(match[1] or 0)
     last = first if not match[2] else int(match[3]) if match[3] else None
     if last is not None and last < first:
@@ -87,11 +85,11 @@ def parse_time_range(text: str) -> tuple[int, int | None]:
     >>> parse_time_range("1.5s:3s"), parse_time_range(":250 ms"), parse_time_range("2min:")
     ((1500000000, 3000000000), (0, 250000000), (120000000000, None))
     """
-    from ..runtime.config.quantities import parse_time
+    from ..io_images.times import parse_time
 
     start, colon, end = (part.strip() for part in text.partition(":"))
     if not colon or not (start or end):
-        raise ValueError(f"--time {text!r} is not a range of time: allowed are A:B, A: and :B, as in 1.5s:3s")
+        raise ValueError(f"--time {text!r} is not a range of time: must be A:B, A: or :B, as in 1.5s:3s")
     start_ns = parse_time(start) if start else 0
     end_ns = parse_time(end) if end else None
     if end_ns is not None and end_ns < start_ns:
@@ -120,7 +118,15 @@ def reading(
         yield lambda scans: bar.advance(task, scans)
 
 
-def tell_notes(*traces: Trace) -> None:
+class HasNotes(Protocol):
+    """A trace, or what was read of one, with the defects of its file."""
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """The defects of the file."""
+
+
+def tell_notes(*traces: HasNotes) -> None:
     """Print the defects of the files on standard error."""
     for trace in traces:
         for note in trace.notes:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import shlex
 from collections.abc import Callable, Iterator
@@ -12,10 +11,12 @@ from pathlib import Path
 from time import process_time
 from typing import TYPE_CHECKING, NamedTuple
 
+from ..io_images.times import seconds
 from ..jobs.bench import Bench, NotReachedError
 from ..jobs.bench.opening import open_bench
 from ..ladder.model.errors import LadderFault
 from ..runtime.loop.faults import CpuFault
+from ..traces.files.portable import relative
 from .folder import ArtefactFolder, file_name
 from .page import page_line
 
@@ -25,8 +26,7 @@ if TYPE_CHECKING:
 SECTION = "scanrack"
 
 MOST_WHYS = 2
-WHY_LINES = 7
-"""Lines of an answer; the page has all of it."""
+"""Most tags whose answers are in a report."""
 
 
 class OpenedBench(NamedTuple):
@@ -123,9 +123,9 @@ class TestArtefacts:
         if scan < 0:
             yield f"{name}: no scan has run"
             return
-        yield f"{name}: scan {scan:,}, {now_ns / 1e9:g} s"
+        yield f"{name}: scan {scan:,}, {seconds(now_ns)} s"
         if trace is not None:
-            path = os.path.relpath(trace, self._near)
+            path = relative(trace, self._near)
             yield f"  scanrack watch {shlex.quote(f'{path}#scan={scan}')}"
             yield f"  {page_line(trace, path, scan, tags_of(error, bench), run_s)}"
 
@@ -157,8 +157,6 @@ def _is_one_value(bench: Bench, tag: str) -> bool:
 def _answer(bench: Bench, tag: str) -> str:
     """Return why a tag is as it is; "" if the bench can't say: a report is no place for a second failure."""
     try:
-        lines = bench.why(tag).splitlines()
+        return bench.why(tag)
     except Exception:
         return ""
-    more = [f"  ... {len(lines) - WHY_LINES} more lines"] if len(lines) > WHY_LINES else []
-    return "\n".join([*lines[:WHY_LINES], *more])

@@ -16,6 +16,7 @@ from pathlib import Path
 
 from ..traces.files.guard import OwnedError
 from ..traces.files.locking import is_being_recorded
+from ..traces.files.portable import no_device
 
 MARK = ".scanrack-test"
 IGNORE = "# made by the pytest plugin of scanrack\n*\n"
@@ -44,11 +45,11 @@ def folder_names(test: str) -> tuple[str, ...]:
 def file_name(text: str) -> str:
     """Return a text as a part of a path that every system has.
 
-    >>> file_name("../my rack#2")
-    'my-rack-2'
+    >>> file_name("../my rack#2"), file_name("aux")
+    ('my-rack-2', 'aux_')
     """
     clean = re.sub(r"-?[^\w.-]+-?|\.{2,}", "-", text, flags=re.ASCII)
-    return re.sub(r"-{3,}", "-", clean)[:LONGEST].strip(".-")
+    return no_device(re.sub(r"-{3,}", "-", clean)[:LONGEST].strip(".-"))
 
 
 class ArtefactFolder:
@@ -81,7 +82,7 @@ class ArtefactFolder:
             path = self._base / name
             if self._may_take(path):
                 path.mkdir(parents=True, exist_ok=True)
-                (path / MARK).write_text(self._test, encoding="utf-8", errors="backslashreplace")
+                (path / MARK).write_text(self._test, "utf-8", "backslashreplace", newline="\n")
                 return path
         raise OwnedError(
             f"{path} was not made by scanrack for {self._test}: move it away, or give --scanrack-artefacts "
@@ -128,7 +129,7 @@ def _make_base(base: Path) -> None:
     with suppress(FileExistsError):
         base.parent.mkdir(parents=True, exist_ok=True)
         base.mkdir()
-        (base / ".gitignore").write_text(IGNORE, encoding="utf-8")
+        (base / ".gitignore").write_text(IGNORE, encoding="utf-8", newline="\n")
 
 
 def remove_base(base: Path) -> None:

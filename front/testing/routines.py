@@ -67,7 +67,7 @@ class RoutineTest(pytest.Item):
         there = list(_asserts(engine.lowered, name))
         missing = [engine.lowered.sites[each].call for each in there if each not in engine.fault_log.checked]
         if not there:
-            raise AssertionError("there is no ASSERT in it: it tests nothing")
+            raise AssertionError("no ASSERT; add one")
         if missing:
             raise AssertionError("\n".join([f"not reached within {self._file.time}:", *missing]))
 

@@ -77,7 +77,7 @@ class Gate:
         file = self._files.get(path)
         kind = TYPES.get(path[path.rfind(".") :])
         if file is None or kind is None:
-            return _refusal(404, "there is no such file")
+            return _refusal(404, "no such file")
         body = file.read_bytes()
         return Answer(200, {"Content-Type": kind, "Content-Length": str(len(body)), **HEADERS}, body)
 

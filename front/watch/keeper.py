@@ -53,6 +53,7 @@ class Keeper:
     ) -> None:
         self._setup, self._ring, self._listening, self._say = setup, ring, listening, say
         self._ending = threading.Event()
+        self._died = False
         self._changing = threading.Lock()
         self._inbox: OrderReader | None = None
         self.pipe = self._start()
@@ -85,9 +86,8 @@ class Keeper:
 
     def _start(self) -> Connection:
         mine, theirs = socket.socketpair()
-        given = (theirs.fileno(), self._listening.fileno(), self._ring.file)
         # its own session: Ctrl-C is for the scan process, which ends this one
-        self._process = launch(MAIN, *given, pass_fds=given, own_session=True)
+        self._process = launch(MAIN, handed=(theirs, self._listening, self._ring.memory), own_session=True)
         theirs.close()
         pipe = Connection(mine.detach())
         pipe.send_bytes(pickle.dumps(self._setup))
@@ -100,6 +100,7 @@ class Keeper:
             self._process.wait()
             if self._ending.wait(GRACE_S):
                 return
+            self._died = True
             deaths = 1 if wall_ns() - begun_ns > SOON_NS else deaths + 1
             if deaths > STARTS_MOST:
                 self._say("the monitor has died too often: the scans go on without a page, until Ctrl-C")
@@ -114,13 +115,14 @@ class Keeper:
             assert self._inbox is not None
             self._inbox.connect(self.pipe)
 
-    def end(self) -> None:
-        """End the monitor."""
+    def end(self) -> bool:
+        """End the monitor; return False if all have died before they had the first scan."""
         self._ending.set()
         self.pipe.close()  # the monitor notices it
         try:
-            self._process.wait(PATIENCE_S)
+            self._died |= self._process.wait(PATIENCE_S) != 0
         except TimeoutExpired:
             self._process.kill()
             self._process.wait()
         self._listening.close()
+        return not self._died or self._ring.asked > 0

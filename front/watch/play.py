@@ -31,7 +31,7 @@ from ..runtime.loop.faults import CpuFault
 from ..runtime.loop.pace import AdjustablePace
 from ..runtime.loop.realtime import frozen_collector, real_time
 from ..terminal.run_end import complain_of_fault, run_to_end
-from ..terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, complain, reason
+from ..terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, NO_HELPER, complain, reason
 from ..terminal.terminal import say
 from .announcing import Announcer, programs_of
 from .editor import EditManner, Editor, Takeover
@@ -120,6 +120,9 @@ class Play:
             prepared, self._next = self._next, None
             with prepared.ports:
                 status = self._run(prepared, self._session(prepared, job))
+        lived = [each.end() for each in (self._keeper, self._services) if each is not None]
+        if not all(lived) and status == DONE:
+            return complain("a helper process has never begun: its error stands above", NO_HELPER)
         return status
 
     def _first(self, job: Job) -> PreparedRun:
@@ -158,7 +161,10 @@ class Play:
                     editions=editions,
                 ),
             )
-            return PreparedRun(start, run, pacer, trace, editions, ports.pop_all())
+            ports.callback(run.cpu.close)  # if it never begins: the recording is in a folder that is removed
+            prepared = PreparedRun(start, run, pacer, trace, editions, ports.pop_all())
+        self._stack.callback(prepared.ports.close)
+        return prepared
 
     def prepare_branch(
         self,
@@ -309,7 +315,7 @@ class Play:
 
         session.on_fault = tell
         status = run_to_end(run.cpu, play, lambda: session.over and session.branch is None)
-        return faulted[-1] if faulted and session.branch is None else status
+        return faulted[-1] if faulted else status  # of the last session: those before a branch are left out
 
 
 def _free(path: Path) -> Path:

@@ -1,7 +1,7 @@
 """A preview of an edit: its difference, its mistakes at their lines, and what it would do.
 
     diff       +  12  XIC(Go)OTX(Lamp);
-    mistake       12  there is no instruction OTX
+    mistake       12  no instruction OTX
     groups     begin anew: Size; new: Count
 
 Pages show it; nothing changes until one takes the edit over.
@@ -20,7 +20,7 @@ from ..jobs.load.loading import Job
 from ..jobs.prove.serving.effects import Group
 from ..jobs.run.editing import DescribedEdit
 from ..ladder.model.errors import BuildError
-from ..ladder.python.online import EditRefusal
+from ..ladder.python.online.field_plan import EditRefusal
 
 Json = dict[str, Any]
 
@@ -41,8 +41,8 @@ def mistake_of(error: Exception, program: Path) -> Json:
     """Return a mistake for a page: its text, the program's file, and its line if that is known.
 
     >>> from scanrack.io_images.site import Site, SiteError
-    >>> mistake_of(SiteError.at(Site(file="demo.rung", line=12), "there is no tag Rum"), Path("demo.rung"))
-    {'text': 'demo.rung:12: there is no tag Rum', 'file': 'demo.rung', 'line': 12}
+    >>> mistake_of(SiteError.at(Site(file="demo.rung", line=12), "no tag Rum"), Path("demo.rung"))
+    {'text': 'demo.rung:12: no tag Rum', 'file': 'demo.rung', 'line': 12}
     """
     lines = (each.line for each in sites_of(error) if Path(each.file).name == program.name)
     line = next(filter(None, lines), None)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import re
 import secrets
 import tempfile
@@ -16,8 +15,7 @@ from urllib.parse import parse_qs, quote
 
 from ..jobs.load.loading import Job
 from ..jobs.record.editions import Editions, edition_of, editions_of, edits_of
-from ..jobs.record.order_repeater import is_session, orders_of
-from ..jobs.replay.replaying import lost_edits
+from ..jobs.record.order_repeater import is_session, lost_edits, orders_of
 from ..jobs.trust.attachments import job_of, spec_of
 from ..jobs.trust.trust import UntrustedError
 from ..runtime.config.rackspec import RackSpec
@@ -80,8 +78,6 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
         trace = stack.enter_context(open_trace(place.path))
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
         listening = stack.enter_context(listen(port))
-        for note in trace.notes:
-            complain(f"note: {note}")
         key, number = secrets.token_hex(KEY_BYTES), listening.getsockname()[1]
         wanted = WatchOptions(
             str(place.path), port, 1.0, False, False, place.path, None, False, False, editable=False
@@ -89,13 +85,15 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
         play = Play(wanted, listening, folder, stack, key)
         recording = OpenedRecording(trace, place, folder, trust=trust)
         monitor = recording.monitor(play.prepare_branch)
+        for note in trace.notes:
+            complain(f"note: {note}")
         monitor.opener = open_beside
         link = f"http://{HOST}:{number}/#key={key}{_fragment(place)}"
         say(f"{link} - Ctrl-C ends it")
         if opened:
             webbrowser.open(link)
         try:
-            asyncio.run(Server(monitor, Gate(HOST, number, key)).run(listening.dup()))
+            Server(monitor, Gate(HOST, number, key)).run(listening.dup())
         except KeyboardInterrupt:
             return complain(f"stopped by {interrupted_by()}", INTERRUPTED)
         assert recording.job is not None
@@ -205,7 +203,7 @@ class OpenedRecording:
             editions = self._editions.of_a_session(edition_of(self.job))
         except OSError as error:
             raise ValueError(f"the programs of a branch can't be written: {reason(error)}") from error
-        orders = orders_of(self._trace.events(topics={ORDERS.name}))
+        orders = orders_of(self._trace.events(topics={ORDERS.name, "/events"}))
         prepare(scan, orders, editions, self._place.path)
 
     def _check_untouched(self, scan: int) -> None:

@@ -17,6 +17,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
 from ..runtime.live.orders import parsed
+from ..runtime.live.quiet import CLIENT_LOGS, quiet
 from .gate import Gate
 from .monitors.monitor import Monitor
 from .monitors.page import Page
@@ -50,8 +51,14 @@ class Server:
         self._monitor, self._gate, self._pipe = monitor, gate, pipe
         self._strangers = 0
 
-    async def run(self, listening: socket.socket) -> None:
+    def run(self, listening: socket.socket) -> None:
         """Serve until the scan process has ended, or a recording continues as a session."""
+        quiet(*CLIENT_LOGS)
+        # Windows' usual loop keeps a listening socket to itself: the next monitor could not use it
+        with asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:
+            runner.run(self._run(listening))
+
+    async def _run(self, listening: socket.socket) -> None:
         async with serve(
             self._socket,
             sock=listening,

@@ -55,7 +55,7 @@ def acceleration_of(pair: int) -> Acceleration:
     try:
         return Acceleration(pair)
     except ValueError:
-        raise ValueError(f"acceleration type {pair:02b}b: allowed are 00b, 01b and 11b") from None
+        raise ValueError(f"acceleration type {pair:02b}b: must be 00b, 01b or 11b") from None
 
 
 @dataclass(frozen=True, slots=True)

@@ -63,7 +63,7 @@ class Configuration:
 
     Attributes:
         inputs_used: mask of `InputBit`, the evaluated inputs.
-        active_high: mask of `InputBit`, the inputs that are active when energised. Bits of
+        active_high: mask of `InputBit`, the inputs that are active when energized. Bits of
             unused inputs are legal and have no effect (reading A-14).
         backplane_proximity: command LSW bit 12 acts as home proximity.
         quadrature_encoder: an encoder is counted; required for marker homing.

@@ -43,7 +43,7 @@ class Firmware:
             if str(known) == text.strip():
                 return known
         allowed = ", ".join(map(str, KNOWN))
-        text = f"unknown 3601 firmware {text!r}: allowed are {allowed}, or a serial number: serial 96317"
+        text = f"unknown 3601 firmware {text!r}; choose from {allowed}, or a serial number: serial 96317"
         raise SettingError("firmware", text)
 
     @classmethod

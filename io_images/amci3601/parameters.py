@@ -73,16 +73,16 @@ class Parameters:
 def require(what: str, value: int, least: int, greatest: int) -> None:
     """Raise a ValueError for a value out of range."""
     if not isinstance(value, int):
-        raise ValueError(f"{what} {value!r} is not allowed: allowed are whole numbers, {least} to {greatest}")
+        raise ValueError(f"{what} {value!r} is not allowed: must be a whole number, {least} to {greatest}")
     if not least <= value <= greatest:
-        raise ValueError(f"{what} {value} is out of range: allowed are {least} to {greatest}")
+        raise ValueError(f"{what} {value} is out of range: must be {least} to {greatest}")
 
 
 def require_member(what: str, value: object, kind: type[Enum]) -> None:
     """Raise a ValueError unless `value` is a member of the enumeration."""
     if not isinstance(value, kind):
         raise ValueError(
-            f"{what} {value!r} is not allowed: allowed are {', '.join(map(str, _members(kind)))}"
+            f"{what} {value!r} is not allowed; choose from {', '.join(map(str, _members(kind)))}"
         )
 
 

@@ -27,7 +27,7 @@ STATE_ERROR = 6
 """Reply data: invalid state, or value out of range [4.1.1]."""
 
 UNKNOWN_ERROR = 7
-"""Reply data: unknown instruction, or a step towards a reached limit [4.1.1]."""
+"""Reply data: unknown instruction, or a step toward a reached limit [4.1.1]."""
 
 BAUD = 9600
 """Speed of the line, 8N1; no instruction changes it [6.1.1]."""
@@ -57,9 +57,9 @@ def encode(second: int, third: int, data: int = 0) -> bytes:
         ValueError: a value that does not fit.
     """
     if not 0 <= second <= 255 or not 0 <= third <= 255:
-        raise ValueError(f"frame bytes {second} and {third}: allowed is 0 to 255")
+        raise ValueError(f"frame bytes {second} and {third}: must be 0 to 255")
     if not -(1 << 31) <= data < 1 << 32:
-        raise ValueError(f"frame data {data}: allowed is -2147483648 to 4294967295")
+        raise ValueError(f"frame data {data}: must be -2147483648 to 4294967295")
     body = bytes((HEAD, second, third)) + (data & 0xFFFFFFFF).to_bytes(4, "little")
     return body + bytes((sum(body) & 0xFF,))
 

@@ -135,7 +135,7 @@ INSTRUCTIONS: tuple[InstructionRow, ...] = (
     _set("M", "encoder_cpr", "encoder counts per revolution", 200, 1600, SAVED, values=ENCODER_CPRS,
          default=1000,
          note="4.3.7 calls 4Dh the attenuation instruction, a misprint; default not printed, reading 1000"),
-    _set("N", "speed_mode", "1 runs until told to stop, 0 slows to a stop", 0, 1),
+    _set("N", "speed_mode", "1 runs until stopped, 0 slows to a stop", 0, 1),
     _set("Q", "current_attenuation", "what remains of the current at rest: 100, 50, 25, 12.5 %", 0, 3, SAVED,
          default=1),
     _set("S", "stop_speed", "speed at which a move stops", 65, 30_000, SAVED, unit="steps/s", default=600),

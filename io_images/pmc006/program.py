@@ -155,7 +155,7 @@ def assemble(text: str) -> UserProgram:
             lines.append(instruction)
             warnings += _warnings(number, instruction)
     if len(lines) > MAX_LINES:
-        raise ValueError(f"{len(lines)} instructions: allowed are up to {MAX_LINES}")
+        raise ValueError(f"{len(lines)} instructions: must be at most {MAX_LINES}")
     return UserProgram(tuple(lines), tuple(warnings))
 
 
@@ -169,17 +169,17 @@ def _instruction(words: list[str]) -> UserInstruction:
     op = USER_OPS.get(name)
     if op is None:
         near = difflib.get_close_matches(name, USER_OPS, n=1)
-        hint = f"; did you mean {near[0]}?" if near else f": allowed are {', '.join(USER_OPS)}"
+        hint = f"; did you mean {near[0]}?" if near else f"; choose from {', '.join(USER_OPS)}"
         raise ValueError(f"{words[0]} is not a user instruction{hint}")
     least = 1 if op.data is None else 3
     if not least <= len(words) <= 3:
         raise ValueError(f"{' '.join(words)}: {name} takes an option and data, as in {_example(op)}")
     option = _number(name, "option", words[1]) if len(words) > 1 else 0
     if not op.options[0] <= option <= op.options[1]:
-        raise ValueError(f"{name} option {option}: allowed is {_range(op.options)}")
+        raise ValueError(f"{name} option {option}: must be {_range(op.options)}")
     data = _number(name, "data", words[2]) if len(words) == 3 else 0
     if not op.allows(data):
-        raise ValueError(f"{name} data {data}: allowed is {op.allowed_data}")
+        raise ValueError(f"{name} data {data}: must be {op.allowed_data}")
     return UserInstruction(name, option, data)
 
 
@@ -196,7 +196,7 @@ def _number(name: str, what: str, word: str) -> int:
     try:
         return int(word, 0)
     except ValueError:
-        raise ValueError(f"{name} {what} {word}: allowed are whole numbers") from None
+        raise ValueError(f"{name} {what} {word}: must be a whole number") from None
 
 
 def _warnings(number: int, line: UserInstruction) -> list[str]:

@@ -5,7 +5,7 @@
     hostile      any command bits, with boundary numbers
     any          eight words
 
-`output_images` mixes them in this order, so that a failing example shrinks towards the plausible.
+`output_images` mixes them in this order, so that a failing example shrinks toward the plausible.
 """
 
 from __future__ import annotations

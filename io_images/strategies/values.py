@@ -29,7 +29,7 @@ DISTANCES = (1000, 200, -300, 3000, -5000, 20_000, 77, 10, 2, 1, -1, 0, PARAMETE
 def pick(make: Callable[..., Made], *lists: Sequence[Any]) -> st.SearchStrategy[Made]:
     """Return a strategy of `make` applied to one value of each list, in a single draw.
 
-    Hypothesis takes time per draw. Here a byte selects each value, so that it shrinks towards the first
+    Hypothesis takes time per draw. Here a byte selects each value, so that it shrinks toward the first
     value of each list; no list has more than 256.
     """
 

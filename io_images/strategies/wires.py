@@ -53,7 +53,7 @@ def _reads() -> st.SearchStrategy[bytes]:
 
 
 def _writes() -> st.SearchStrategy[bytes]:
-    """Values for registers other than commands, the address and behaviour selectors."""
+    """Values for registers other than commands, the address and behavior selectors."""
     quiet = [row for row in MAP if row.writable and row.ascii and not row.kept and not row.locked]
     plain = [row for row in quiet if row.high > 1]
 

@@ -42,6 +42,7 @@ from ..instructions import BY_NAME
 from ..instructions.addons import ADD_ON_CALL
 from ..instructions.stubbed import specs_of_stubs
 from ..model.errors import LadderError
+from ..model.routine import Routine
 from ..model.spec import Spec, Use
 from ..model.statements import Invocation, operands_in, statements_in
 from ..model.stubs import Stub
@@ -53,7 +54,6 @@ from ..model.tree import (
     MemberStep,
     Operand,
     Operation,
-    Routine,
     Series,
     SubscriptStep,
     addresses_in,
@@ -159,7 +159,7 @@ class AddOn:
         for address in addresses:
             if address.name.upper() not in known and not _is_in_all(address):
                 names = ", ".join(each.name for each in self.parameters)
-                yield f"there is no parameter or local tag {address.name}; there are {names}"
+                yield f"no parameter or local tag {address.name}; choose from {names}"
 
     def __call__(self, instance: object, *arguments: object) -> Instruction:
         """Return a call: the instance's tag, then the required parameters in order."""

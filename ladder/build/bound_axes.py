@@ -20,9 +20,10 @@ from ..model.errors import LadderError, Problem
 from ..model.expressions import parse_address
 from ..model.operands import Group
 from ..model.predefined.motion_types import COORDINATE_SYSTEM, is_axis
+from ..model.routine import Routine
 from ..model.spec import Use
 from ..model.tags import Tag
-from ..model.tree import Routine, Rung
+from ..model.tree import Rung
 from ..model.types import Structure, count_of
 from ..state.lowered import LoweredLine, LoweredProgram, steps_of
 from .addon import AddOn, specs_of

@@ -180,7 +180,7 @@ def _jumps(lowered: LoweredProgram, routine: LoweredRoutine) -> Iterator[Problem
             problem = None
             if step.name == "JMP" and step.operands[0] not in routine.labels:
                 problem = (
-                    f"there is no label {step.operands[0]} in the routine",
+                    f"no label {step.operands[0]} in the routine",
                     "add LBL, or correct the name",
                 )
             elif isinstance(step.operands[0], Call):
@@ -198,7 +198,7 @@ def _chart_problem(lowered: LoweredProgram, routine: str, target: object) -> tup
     chart = lowered.charts.get(routine)
     if chart is None:
         names = ", ".join(each.name for each in lowered.charts.values()) or "none"
-        return f"there is no sequential function chart {routine}", f"charts are {names}"
+        return f"no sequential function chart {routine}", f"charts are {names}"
     if isinstance(target, Group) and chart.node_of(target) is None:
         names = ", ".join(each.name for each in chart.nodes)
         return f"{target.text} is not a step of chart {chart.name}", f"its steps are {names}"
@@ -210,7 +210,7 @@ def _event_problem(lowered: LoweredProgram, name: str) -> tuple[str, str] | None
     events = [each.task.name for each in tasks if each.task.kind is TaskKind.EVENT]
     if name in map(str.upper, events):
         return None
-    return f"there is no event task {name}", f"event tasks are {', '.join(events) or 'none'}"
+    return f"no event task {name}", f"event tasks are {', '.join(events) or 'none'}"
 
 
 def _call_problem(lowered: LoweredProgram, call: Call) -> tuple[str, str] | None:
@@ -220,7 +220,7 @@ def _call_problem(lowered: LoweredProgram, call: Call) -> tuple[str, str] | None
     if target is None:
         names = [each.name for each in lowered.routines.values()]
         names += list(lowered.functions)
-        return f"there is no routine {call.routine}", f"routines are {', '.join(names)}"
+        return f"no routine {call.routine}", f"routines are {', '.join(names)}"
     parameters = target.parameters or ()
     if len(parameters) > len(call.inputs):
         text = f"{target.name} takes {len(parameters)} inputs, {len(call.inputs)} are given"

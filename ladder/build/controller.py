@@ -29,10 +29,11 @@ from typing import Any, Self
 
 from typing_extensions import override
 
+from ...io_images.times import exact_ns
 from ..model.errors import LadderError, Problem
+from ..model.routine import Routine
 from ..model.schedule import Task, TaskKind, schedule_of
 from ..model.tags import Declaration, Layout, scoped
-from ..model.tree import Routine
 from ..state.lowered import LoweredProgram
 from .bound_axes import axis_tags, with_blocks
 from .lowering import Lowering
@@ -95,7 +96,10 @@ class Controller(LadderLogic):
         if event and rate_ms is not None:
             raise LadderError(f"task {name} has a rate and is triggered by EVENT: choose one")
         kind = TaskKind.EVENT if event else TaskKind.CONTINUOUS if rate_ms is None else TaskKind.PERIODIC
-        rate_ns = round((rate_ms or 0) * 1_000_000)
+        try:
+            rate_ns = exact_ns(rate_ms or 0, "ms", f"task {name}: rate")
+        except ValueError as error:
+            raise LadderError(str(error)) from None
         self.add_task(Task(name, kind, programs, rate_ns, priority, preempt, comment))
 
     def add_task(self, task: Task) -> None:
@@ -173,7 +177,7 @@ class Controller(LadderLogic):
     def _wrong_tasks(self) -> Iterator[Problem]:
         where = f"controller {self.name}"
         if not self.programs:
-            yield Problem(where, "", "there is no program", "add a program")
+            yield Problem(where, "", "no program", "add a program")
         known = {each.upper() for each in self._names_of_programs()}
         taken: dict[str, str] = {}
         continuous = [each.name for each in self.tasks if each.kind is TaskKind.CONTINUOUS]
@@ -184,7 +188,7 @@ class Controller(LadderLogic):
             for name in task.programs:
                 if name.upper() not in known:
                     programs = f"programs are {', '.join(self._names_of_programs())}"
-                    yield Problem(f"task {task.name}", "", f"there is no program {name}", programs)
+                    yield Problem(f"task {task.name}", "", f"no program {name}", programs)
                 elif name.upper() in taken:
                     text = f"program {name} is in task {taken[name.upper()]} already"
                     yield Problem(f"task {task.name}", "", text, "a program is in one task")

@@ -18,6 +18,7 @@ from ..model.operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, descri
 from ..model.operands import Constant, Group, Place, Resolved, as_number, constant, first_leaf, leaves_in
 from ..model.predefined.words import KEYWORDS, plain
 from ..model.resolver import AddressError, Resolver, missing_in
+from ..model.routine import Routine
 from ..model.spec import WITH_PRESETS, InstructionKind, Spec, Use
 from ..model.stubs import Stub
 from ..model.tags import OWN, FrameLayout, Layout, scoped
@@ -29,7 +30,6 @@ from ..model.tree import (
     Number,
     Operand,
     Origin,
-    Routine,
     Rung,
     Series,
     Unknown,

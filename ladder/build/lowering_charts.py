@@ -46,8 +46,9 @@ from ..model.chart_checks import problems_of
 from ..model.operand_checks import OperandError, described
 from ..model.operands import Calculation, Group, Place, Resolved, constant
 from ..model.resolver import AddressError, missing_in
+from ..model.routine import Routine
 from ..model.spec import Spec
-from ..model.tree import Address, Block, Instruction, Origin, Routine
+from ..model.tree import Address, Block, Instruction, Origin
 from ..model.types import BOOL, HIDDEN, LINT, Member, Structure
 from ..state.lowered import (
     Act,

@@ -22,9 +22,9 @@ from typing import Any, Self
 from typing_extensions import override
 
 from ..model.errors import LadderError, Problem
+from ..model.routine import Routine
 from ..model.schedule import ProgramRoutines, Task, TaskKind, schedule_of
 from ..model.tags import Layout, scoped
-from ..model.tree import Routine
 from ..model.types import Structure
 from ..st import parse_statements
 from ..state.lowered import LoweredProgram
@@ -151,7 +151,7 @@ class Program(LadderLogic):
             lowering.routine(routine)
         known = f"routines are {', '.join(self.names)}" if self.names else "add a routine"
         missing = [each for each in (self.main, self.fault) if each and each.upper() not in self._known()]
-        return [Problem(f"program {self.name}", "", f"there is no routine {name}", known) for name in missing]
+        return [Problem(f"program {self.name}", "", f"no routine {name}", known) for name in missing]
 
     def _known(self) -> list[str]:
         return list(map(str.upper, self.names))
@@ -181,5 +181,5 @@ class Program(LadderLogic):
             lowered.schedule = schedule_of(layout, [task], [self.roots()])
         problems = self.lower_into(lowering)
         if not self.names and not self.main:
-            problems.append(Problem(f"program {self.name}", "", "there is no routine Main", "add a routine"))
+            problems.append(Problem(f"program {self.name}", "", "no routine Main", "add a routine"))
         return self._checked(lowering, problems)

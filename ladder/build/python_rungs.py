@@ -86,5 +86,5 @@ def make(name: str, *given: object) -> Instruction:
     """Return an instruction by its name, see `Spec`, or raise a LadderError."""
     spec = BY_NAME.get(name.upper())
     if spec is None:
-        raise LadderError(f"there is no instruction {name}")
+        raise LadderError(f"no instruction {name}")
     return spec(*given)

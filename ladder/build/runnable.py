@@ -7,20 +7,22 @@ from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from ..compiler import Scanner, scanner_of, source_of
 from ..instructions.motion.axes import MotionData
 from ..instructions.system.messages import ends_of_messages
+from ..model import hooks
 from ..model.chart import DEFAULT_OPTIONS
 from ..model.errors import BuildError, LadderError, MinorFault, Problem
 from ..model.expressions import TAG_NAME, parse_address
 from ..model.resolver import is_image
+from ..model.routine import Routine
 from ..model.spec import Spec
 from ..model.stubs import NO_STUBS, InPython, Partner, Remote, Stub, Stubs, check_stubbed, parse_stub
 from ..model.tagref import TagRef
 from ..model.tags import STATUS_FLAGS, Alias, Declaration, SlotAlias, Tag
-from ..model.tree import Address, Routine, Step
+from ..model.tree import Address, Step
 from ..model.types import MAX_DIMENSIONS, DataType, Structure, count_of, size_of
 from ..run.edit import Edit, carry_over
 from ..run.engine import STEP_MS, Engine
@@ -36,9 +38,6 @@ from .guess import type_at
 from .lowering import Lowering
 from .storage import choose_bytes
 from .type_inference import Guesses
-
-if TYPE_CHECKING:
-    from ..prove.answers import Answer
 
 MOST_BYTES = 1 << 25
 """Maximum size of a tag, 32 MiB: more than the memory of the largest controllers."""
@@ -302,7 +301,7 @@ class LadderLogic(ABC):
             raise LadderError(f"tag {name} is declared twice; names do not depend on case")
         dims = declaration.dims if isinstance(declaration, Tag) else ()
         if len(dims) > MAX_DIMENSIONS or any(length < 1 for length in dims):
-            raise LadderError(f"tag {name} has dimensions {dims}; allowed are up to 3, each 1 or more")
+            raise LadderError(f"tag {name} has dimensions {dims}; must be at most 3, each 1 or more")
         if isinstance(declaration, Tag) and size_of(declaration.type) * count_of(dims) > MOST_BYTES:
             raise LadderError(f"tag {name} takes more than {MOST_BYTES:,} bytes; make it shorter")
         self._names.add(name.upper())
@@ -324,7 +323,7 @@ class LadderLogic(ABC):
 
     def _refuse_if_built(self) -> None:
         if self._lowered is not None:
-            raise LadderError(f"{self.kind} {self.name} has been built: nothing can be added any more")
+            raise LadderError(f"{self.kind} {self.name} has been built: nothing more can be added")
 
     # --- building
 
@@ -425,7 +424,7 @@ class LadderLogic(ABC):
 
     # --- proving
 
-    def prove(self, **asked: Any) -> Answer:
+    def prove(self, **asked: Any) -> Any:
         """Decide a claim for every input, every scan time in a range and any number of scans.
 
             assert program.prove(never="Fwd AND Rev")
@@ -437,15 +436,13 @@ class LadderLogic(ABC):
                 `scan_ms`, least and most ms between two scans, 1 to 1,000 if left out.
 
         Returns:
-            The answer: true if it is proved, or reached; its text is the scenario.
+            The answer, a `prove.answers.Answer`: true if it is proved, or reached; its text is the scenario.
 
         Raises:
             LadderError: a condition can't be used, or the program has what no proof covers.
             SolverMissingError: the extra `prove` is not installed.
         """
-        from ..prove.answers import ask
-
-        return ask(self, **asked)
+        return hooks.ask(self, **asked)
 
     # --- reading
 
@@ -458,7 +455,7 @@ class LadderLogic(ABC):
         for each in self.routines:
             if each.name.upper() == routine.upper():
                 return each.text
-        raise LadderError(f"there is no routine {routine} in {self.kind} {self.name}")
+        raise LadderError(f"no routine {routine} in {self.kind} {self.name}")
 
 
 def shortened(names: Sequence[str], most: int = REFUSALS_SHOWN) -> str:

@@ -120,7 +120,7 @@ class RungParser(ExpressionParser):
         spec = self._specs.get(name.upper())
         if spec is None:
             self.at = start
-            self.fail(f"an instruction; there is no {name}")
+            self.fail(f"an instruction; {name} is unknown")
         if not self.skip("("):
             if spec.operands[spec.optional :]:
                 self.fail(f"( after {spec.name}")

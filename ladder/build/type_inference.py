@@ -31,6 +31,7 @@ from ..model.predefined.motion_types import (
 from ..model.predefined.safety_types import SAFETY
 from ..model.predefined.structures import HMIBC, PREDEFINED_TYPES, SERIAL_PORT_CONTROL
 from ..model.predefined.words import KEYWORDS, plain
+from ..model.routine import Routine
 from ..model.spec import Spec, Use
 from ..model.statements import (
     Assignment,
@@ -52,7 +53,6 @@ from ..model.tree import (
     Number,
     Operand,
     Operation,
-    Routine,
     SlashStep,
     Statement,
     Step,

@@ -3,23 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import Any, Protocol
 
 from ..model.operands import Constant, Place
 from ..model.tags import Leaf
-
-if TYPE_CHECKING:
-    from .values import ValueWriter
+from .writer import Writer
 
 
-def read_packed(values: ValueWriter, place: Place) -> str:
+class BitWriter(Protocol):
+    """What these functions ask of the `ValueWriter`."""
+
+    writer: Writer
+
+    def subscripts(self, leaf: Leaf, indices: Any, text: str) -> Sequence[str]:
+        """Return text for checked subscripts."""
+
+    def keep(self, text: str) -> str:
+        """Return a name for a value that is computed once."""
+
+
+def read_packed(values: BitWriter, place: Place) -> str:
     """Return text for a BOOL in bytes."""
     texts = values.subscripts(place.leaf, place.indices, place.text)
     byte, mask = byte_of(values, place.leaf, texts)
     return f"({values.writer.name(place.leaf)}[{byte}] & {mask if mask.isdigit() else f'({mask})'} != 0)"
 
 
-def assign_packed(values: ValueWriter, place: Place, text: str) -> None:
+def assign_packed(values: BitWriter, place: Place, text: str) -> None:
     """Write an assignment of a bool expression to a BOOL in bytes."""
     fixed = all(isinstance(each, Constant) for each in place.indices)
     if not fixed and text not in ("True", "False"):
@@ -33,7 +43,7 @@ def assign_packed(values: ValueWriter, place: Place, text: str) -> None:
     values.writer.line(f"{target} = {changed or f'{on} if {text} else {off}'}")
 
 
-def byte_of(values: ValueWriter, leaf: Leaf, subscripts: Sequence[str]) -> tuple[str, str]:
+def byte_of(values: BitWriter, leaf: Leaf, subscripts: Sequence[str]) -> tuple[str, str]:
     """Return text for the byte of a BOOL, and for its mask, which may use a variable that the first sets."""
     spot = values.writer.layout.spot(leaf)
     assert spot is not None

@@ -7,7 +7,7 @@ A code object keeps them as a table of entries, one for up to eight units of two
     kind 13       no columns: the difference to the line before, signed, six bits a byte
     kind 15       no line
 
-[CPython 3.11 to 3.13, InternalDocs/locations.md]
+[CPython 3.11 to 3.14, InternalDocs/locations.md]
 """
 
 from __future__ import annotations

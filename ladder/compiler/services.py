@@ -254,10 +254,13 @@ def _all_steps(lowered: LoweredProgram) -> Iterator[LoweredStep]:
             yield from line.all_steps
 
 
+_NAMES = tuple(name for name in dir(Services) if not name.startswith("_"))
+
+
 def services(engine: Engine, regions: Regions, interpreted: Mapping[int, LoweredStep]) -> dict[str, Any]:
     """Return the names of the compiled program's environment, from `regions_of` and `interpreted_of`."""
     own = Services(engine, interpreted)
-    named = {name: getattr(own, name) for name in dir(Services) if not name.startswith("_")}
+    named = {name: getattr(own, name) for name in _NAMES}
     named["region"], named["site"] = regions, engine.lowered.sites
     named["LadderFault"] = LadderFault
     if engine.scheduler is not None:

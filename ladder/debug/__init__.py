@@ -5,6 +5,7 @@ from .crossref import CrossReference, Mention, cross_reference
 from .debugger import BreakpointStop, Debugger
 from .links import CauseLink, Operand, linked
 from .remedies import Remedies
+from .telling import told
 from .watched import Blocker, Change
 
 __all__ = [
@@ -20,4 +21,5 @@ __all__ = [
     "Remedies",
     "cross_reference",
     "linked",
+    "told",
 ]

@@ -15,11 +15,12 @@ from ..model.operands import Group
 from ..model.spec import InstructionKind
 from ..model.tags import Leaf
 from ..state.lowered import LoweredStep, Node, Parallel, steps_of
-from ..state.memory import Value
+from ..state.memory import Value, same
 from .cells import Cell
 from .crossref import BOTH_WAYS
 from .executed import Execution, LineRun, Read, StepRun, TracedEngine, Write
-from .replay import Replayer, ScanInputs
+from .replay import Replayer
+from .stretch import ScanInputs
 
 KEPT = 64
 """Most scans that are kept as executed."""
@@ -52,6 +53,18 @@ class Causes:
         self._known: OrderedDict[int, Execution] = OrderedDict()
 
     # --- scans
+
+    @property
+    def engine(self) -> TracedEngine:
+        """The engine that repeats scans, after the one that was repeated last."""
+        return self._engine
+
+    def value(self, cell: Cell, scan: int) -> Value:
+        """Return a cell after a scan; a bit as a bool."""
+        if self._past.at != scan and not self._past.show(scan):
+            raise ValueError(f"scan {scan:,} can no longer be repeated")
+        value = self._engine.memory.read(cell.leaf, cell.index)
+        return value if cell.mask is None else bool(int(value) & cell.mask)
 
     def execution(self, scan: int) -> Execution:
         """Return a scan as it was executed; ValueError if it can't be repeated."""
@@ -145,9 +158,29 @@ class Causes:
         entry, scan = write.by, origin.scan
         reads = list(self._used(entry, origin.cell))
         groups = [*self._control(entry, scan), *([each] for each in self._data(entry, scan, reads))]
+        groups += self._overwriter(origin)
         if not any(groups):
             groups = [[each] for each in self._latest(entry, scan, reads)]
         return [group for group in groups if group]
+
+    def _overwriter(self, origin: CellChange) -> list[list[Cause]]:
+        """Return what took power from the instruction that wrote last in the scan before this one."""
+        entry, scan = origin.write.by if origin.write else None, origin.scan
+        if entry is None or not scan:
+            return []
+        earlier = next(
+            (
+                each.by
+                for each in reversed(self.execution(scan - 1).writes)
+                if each.cell.overlaps(origin.cell)
+            ),
+            None,
+        )
+        if earlier is None or (earlier.step is entry.step and earlier.instance == entry.instance):
+            return []
+        run = self.execution(scan).runs.get(earlier.run.key)
+        now = None if run is None else run.steps.get(id(earlier.step))
+        return [] if now is None or now.power else self._control(now, scan)
 
     def _used(self, entry: StepRun, cell: Cell) -> Iterator[Read]:
         """Yield what a cell was made of: of a copied one the same part of the source."""
@@ -188,9 +221,9 @@ class Causes:
         for each in entry.reads if reads is None else reads:
             whole = Cell(each.cell.leaf, each.cell.index)
             if each.cell in earlier:
-                differs = earlier[each.cell] != each.value
+                differs = not same(earlier[each.cell], each.value)
             else:
-                differs = whole in earlier and each.cell.of(earlier[whole]) != each.value
+                differs = whole in earlier and not same(each.cell.of(earlier[whole]), each.value)
             if differs and not self._is_own(each, entry, scan):
                 yield Cause(each, entry)
 
@@ -224,7 +257,7 @@ class Causes:
         before = self._run_before(entry.run, scan)
         earlier = None if before is None else before.steps.get(id(entry.step))
         if before is not None and earlier is not None and earlier.power != entry.power:
-            groups += self._all(tuple(_prefix(entry)), entry.run, before, scan)
+            groups += self._all(tuple(prefix(entry)), entry.run, before, scan)
         for head in entry.run.heads:
             groups += [[each] for each in self._data(head, scan)]
         if entry.run.caller is not None:
@@ -272,9 +305,9 @@ class Causes:
         yield from self._reads_of_power(entry.parent or entry)
 
     def _reads_of_power(self, entry: StepRun) -> Iterator[tuple[Read, StepRun]]:
-        for step in steps_of(tuple(_prefix(entry)), copies=False):
+        for step in steps_of(tuple(prefix(entry)), copies=False):
             other = entry.run.steps.get(id(step))
-            if other is not None and other.truth is entry.power and _decides(step):
+            if other is not None and other.truth is entry.power and decides(step):
                 yield from ((each, other) for each in other.reads)
                 if step.spec.decides and other.power:  # a one-shot blocks because of what let power come
                     yield from self._reads_of_power(other)
@@ -300,7 +333,7 @@ def _any(options: list[list[list[Cause]]]) -> list[list[Cause]]:
     return [[cause for option in options for group in option for cause in group]]
 
 
-def _prefix(entry: StepRun) -> Iterator[Node]:
+def prefix(entry: StepRun) -> Iterator[Node]:
     """Yield what is in series before an instruction."""
     nodes: Sequence[Node] = entry.run.line.nodes
     while True:
@@ -325,7 +358,8 @@ def _has(node: Node, step: LoweredStep) -> bool:
     )
 
 
-def _decides(step: LoweredStep) -> bool:
+def decides(step: LoweredStep) -> bool:
+    """Whether an instruction lets power on or not."""
     return step.kind is InstructionKind.INPUT or step.spec.decides
 
 
@@ -337,7 +371,7 @@ def _truth(node: Node, run: LineRun) -> bool | None:
     entry = run.steps.get(id(node))
     if entry is None:
         return None
-    return entry.truth if _decides(node) else True
+    return entry.truth if decides(node) else True
 
 
 def _series(nodes: Sequence[Node], run: LineRun) -> bool | None:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from ...io_images.site import Site
+from ...io_images.times import time_text
 from ..model.resolver import Resolver
 from ..model.schedule import TaskKind
 from ..state.lowered import LoweredProgram
@@ -14,12 +15,17 @@ from .causes import Cause, Causes, CellChange
 from .cells import Cell, cells_of
 from .executed import StepRun
 from .links import CauseLink, Operand, linked
+from .never import NO_BLOCKS, AtRest, Blocks, Never, at_rest_unknown
+from .watched import shown
 
 EARLIER = "earlier scans are not kept"
 """Text of a link behind which nothing can be repeated."""
 
 DEEPEST = 200
 """Most links one behind the other."""
+
+NESTED = 8
+"""Most links that call one another in Python; those behind them are made first."""
 
 Outside = Callable[[CellChange, str, Value], CauseLink | None]
 """Explains an input, from the cell's change, its name and its value; None if nothing is known of it."""
@@ -28,6 +34,13 @@ Outside = Callable[[CellChange, str, Value], CauseLink | None]
 def outside_unknown(_origin: CellChange, _name: str, _value: Value) -> CauseLink | None:
     """Explain no input: chains end at the images."""
     return None
+
+
+class _NestedError(Exception):
+    """A link is so deep in Python's stack that it has to be made from the bottom."""
+
+    def __init__(self, origin: CellChange, name: str, depth: int) -> None:
+        self.origin, self.name, self.depth = origin, name, depth
 
 
 @dataclass(slots=True)
@@ -39,6 +52,8 @@ class Chains:
         deep: whether rungs of add-on instructions are links, too; without it their calls are.
         outside: explains inputs.
         most: links one behind the other, those through modules counted.
+        at_rest: explains inputs that have not changed.
+        blocks: explains the blocks of an axis.
     """
 
     lowered: LoweredProgram
@@ -46,15 +61,18 @@ class Chains:
     deep: bool = False
     outside: Outside = outside_unknown
     most: int = DEEPEST
+    at_rest: AtRest = at_rest_unknown
+    blocks: Blocks = NO_BLOCKS
     _known: dict[tuple[Cell, int, int], CauseLink] = field(default_factory=dict)
     _depth: int = 0
+    _nested: int = 0
 
     def of_tag(self, tag: str, scan: int) -> CauseLink | None:
-        """Return the chain of a tag's value after a scan; None if it has not changed in the known scans."""
+        """Return the chain of a tag's value after a scan; None of a structure that has not changed."""
         cells = self.cells(tag)
         origins = self.causes.origins(cells, scan)
         if not origins:
-            return None
+            return self.never(cells[0], tag, scan) if len(cells) == 1 else None
         last = max(origins, key=lambda each: each.write.order if each.write else 0)
         name = tag if len(cells) == 1 else last.cell.name
         return self.of(last, name)
@@ -62,22 +80,56 @@ class Chains:
     def of_cell(self, cell: Cell, name: str, scan: int) -> CauseLink | None:
         """Return the chain of a cell after a scan."""
         origins = self.causes.origins([cell], scan)
-        return self.of(origins[0], name) if origins else None
+        return self.of(origins[0], name) if origins else self.never(cell, name, scan)
+
+    def never(self, cell: Cell, name: str, scan: int) -> CauseLink:
+        """Return the chain of a value that has not changed up to a scan, see `Never`."""
+        return Never(self.causes, scan, self.of, self.at_rest, self.blocks).of(cell, name)
 
     def cells(self, tag: str) -> list[Cell]:
         """Return the cells of a tag; of a timer or counter its bits; ValueError for an unknown name."""
         return cells_of(Resolver(self.lowered.layout).named(tag))
 
+    def full_name(self, tag: str) -> str:
+        """Return the name of a tag as forces have it."""
+        return Resolver(self.lowered.layout).full_name(tag)
+
     def of(self, origin: CellChange, name: str) -> CauseLink:
-        """Return the link of a change."""
+        """Return the link of a change.
+
+        A link calls those behind it, `NESTED` at a time. One that is deeper ends the calls, is made here,
+        and stands in `_known` when the ones before it are made again.
+        """
+        if self._nested:
+            return self._made(origin, name)
+        ahead = [(origin, name, self._depth)]
+        while True:
+            before = self._depth
+            try:
+                origin, name, self._depth = ahead[-1]
+                link = self._made(origin, name)
+            except _NestedError as deeper:
+                ahead.append((deeper.origin, deeper.name, deeper.depth))
+            else:
+                ahead.pop()
+                if not ahead:
+                    return link
+            finally:
+                self._depth = before
+
+    def _made(self, origin: CellChange, name: str) -> CauseLink:
         key = origin.cell, origin.scan, origin.write.order if origin.write else 0
         known = self._known.get(key)
         if known is None:
+            if self._nested == NESTED:
+                raise _NestedError(origin, name, self._depth)
             self._depth += 1
+            self._nested += 1
             try:
                 self._known[key] = known = self._link(origin, name)
             finally:
                 self._depth -= 1
+                self._nested -= 1
         return known
 
     def _link(self, origin: CellChange, name: str) -> CauseLink:
@@ -98,7 +150,7 @@ class Chains:
         operands = _operands(write.by, [cause for group in groups for cause in group])
         kind = "rung" if inner.unit == "rung" else "line"
         return linked(
-            self._spliced(parts, write.by, scan),
+            self._failed(origin, value) or self._spliced(parts, write.by, scan),
             kind=kind,
             name=name,
             value=value,
@@ -109,6 +161,20 @@ class Chains:
             site=inner,
             operands=operands,
         )
+
+    def _failed(self, origin: CellChange, value: Value) -> list[tuple[CauseLink, ...]]:
+        """Return the rule of its module that ended a block with an error; nothing of any other change."""
+        path, _, member = origin.cell.leaf.path.rpartition(".")
+        if member.upper() not in ("ERROR", "ERRORID") or not value:
+            return []
+        busy = self.lowered.layout.leaves.get(f"{path}.Busy".upper())
+        begun = (
+            self.causes.origins([Cell(busy, origin.cell.index)], origin.scan - 1)
+            if busy and origin.scan
+            else []
+        )
+        found = self.blocks.failed(path, begun[0].scan if begun else 0, origin.scan)
+        return [(found,)] if found else []
 
     def _begin(self, entry: StepRun, scan: int) -> Iterator[CauseLink]:
         """Yield what let an instruction run that depends on nothing: the first scan, or its task."""
@@ -124,7 +190,7 @@ class Chains:
             if all(program.main != entry.run.routine for program in each.programs):
                 continue
             if each.task.kind is TaskKind.PERIODIC:
-                text = f"every {each.task.rate_ns / 1e6:g} ms"
+                text = f"every {time_text(each.task.rate_ns)}"
                 yield CauseLink("task", name, None, scan, now_ns, text)
             elif each.task.kind is TaskKind.EVENT:
                 yield from (self.of(origin, name) for origin in self.causes.triggers(each.pending, scan))
@@ -146,6 +212,10 @@ class Chains:
             if f"{origin.cell.leaf.path}.".upper().startswith(f"{each.tag}.".upper()):
                 found = self.outside(origin, name, value)
                 return found or CauseLink("partner", *common, f"a sample of {each.tag}")
+        if origin.write.mode and origin.scan:
+            return CauseLink(
+                "mode", *common, f"the CPU went to run mode: its first scan begins with {origin.write.mode}"
+            )
         return CauseLink("power-up", *common, origin.write.mode or "the start of the scan")
 
     def _of_outside(self, origin: CellChange, name: str, now_ns: int) -> CauseLink:
@@ -161,7 +231,7 @@ class Chains:
             found = self.outside(origin, name, value)
             return found or CauseLink("input", name, value, origin.scan, now_ns, where(cell))
         if inputs is not None and (leaf.ident, cell.index) in (inputs.forces or {}):
-            return CauseLink("force", name, value, origin.scan, now_ns, "forced")
+            return CauseLink("force", name, value, origin.scan, now_ns, f"forced to {shown(value)}")
         if value is not None and leaf.slot is not None:
             found = self.outside(origin, name, value)
             return found or CauseLink("incident", name, value, origin.scan, now_ns, f"slot {leaf.slot}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from ...io_images.site import Site
@@ -11,7 +11,7 @@ from ..model.operand_checks import WRITTEN
 from ..model.operands import Calculation, Constant, Group, Place, Resolved, constant, first_leaf
 from ..model.resolver import Resolver
 from ..model.spec import Use
-from ..model.tags import OWN
+from ..model.tags import OWN, Leaf
 from ..model.types import HIDDEN
 from ..state.lowered import ADD_ON, AddOnCall, Call, LoweredProgram, LoweredRoutine, LoweredStep, steps_of
 
@@ -51,6 +51,8 @@ class Mention:
     reads: bool
     writes: bool
     stretch: bool = False  # whether it may extend beyond the named element
+    step: LoweredStep | None = field(default=None, compare=False, repr=False)  # the instruction
+    instance: str = ""  # in an add-on instruction, its instance
 
     @property
     def way(self) -> str:
@@ -79,6 +81,24 @@ class CrossReference:
         wanted = self._resolver.named(tag)
         found = _mentions(self._lowered, lambda operand: overlap(wanted, operand, stretch=True))
         return tuple(each for each in _once(found) if overlap(wanted, each.where, stretch=each.stretch))
+
+    def writers(self, leaf: Leaf, index: int, mask: int | None) -> tuple[Mention, ...]:
+        """Return the mentions that may write a value, or a bit of it, those of add-on instructions too."""
+        path = leaf.path.upper()
+
+        def wanted(operand: Place | Group) -> bool:
+            own = _path(operand)
+            return path == own or path.startswith(f"{own}.") or own.startswith(f"{path}.")
+
+        def written(each: Mention) -> bool:
+            where = each.where
+            if isinstance(where, Group):
+                return path.startswith(f"{_path(where)}.") or path == _path(where)
+            at, bit = where.fixed_index, where.bit
+            of_bit = mask is None or not isinstance(bit, Constant) or bool(mask >> int(bit.value) & 1)
+            return where.leaf is leaf and (at in (None, index) or each.stretch) and of_bit
+
+        return tuple(each for each in _mentions(self._lowered, wanted) if each.writes and written(each))
 
     def __iter__(self) -> Iterator[Mention]:
         return iter(self.mentions)
@@ -123,13 +143,14 @@ def _in_routine(
     placed: Callable[[Place | Group], Place | Group],
     wanted: Callable[[Place | Group], bool],
     seen: set[object],
+    instance: str = "",
 ) -> Iterator[Mention]:
     """Yield the mentions of a routine and of the add-on instructions that it calls."""
     for line in routine.lines:
         for step in steps_of(line.nodes):
             for each in mentions_of(lowered.sites[step.site], step):
                 where = placed(each.where)
-                yield replace(each, where=where, text=where.text)
+                yield replace(each, where=where, text=where.text, instance=instance)
             for call in step.operands:
                 if isinstance(call, AddOnCall):
                     yield from _in_call(lowered, call, placed, wanted, seen)
@@ -149,8 +170,9 @@ def _in_call(
         return
     seen.add(known)
     for key in call.routines:
+        routine, own = lowered.routines[key], handed[OWN].text
         yield from _in_routine(
-            lowered, lowered.routines[key], lambda operand: placed_in(lowered, handed, operand), wanted, seen
+            lowered, routine, lambda operand: placed_in(lowered, handed, operand), wanted, seen, own
         )
 
 
@@ -202,7 +224,7 @@ def mentions_of(site: Site, step: LoweredStep) -> Iterator[Mention]:
             if isinstance(place, Place) and HIDDEN in place.leaf.path:
                 continue
             stretch = not STRETCHES.isdisjoint(step.spec.operands)
-            yield Mention(site, place, place.text, reads or inner, writes and not inner, stretch)
+            yield Mention(site, place, place.text, reads or inner, writes and not inner, stretch, step)
 
 
 def _operands(step: LoweredStep) -> Iterable[tuple[Resolved, frozenset[Use]]]:

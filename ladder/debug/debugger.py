@@ -2,33 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
+from ...io_images.times import seconds
 from ..build.runnable import LadderLogic
 from ..compiler.observed import LineKey
-from ..model.errors import LadderError
-from ..model.operands import Constant, Group, Place
-from ..model.resolver import Resolver
+from ..model.errors import LadderError, LadderFault
+from ..model.operands import FAULT, Constant, Group, Place
+from ..model.resolver import Resolver, address_in
+from ..model.routine import Routine
 from ..model.tags import program_of
-from ..model.tree import Routine
 from ..run.edit import Edit, carry_over
 from ..run.engine import STEP_MS
 from ..run.view import Tags
-from ..state.memory import Value, checked
+from ..state.memory import Value, checked, same
+from ..state.snapshots import restore
 from ..state.tag_images import TagImages
 from .causes import Causes
 from .cells import cell_of
 from .chains import Chains, Outside, outside_unknown
+from .chart_waits import waits_of
 from .crossref import CrossReference
 from .executed import TracedEngine
 from .forces import Forces
 from .inquiry import Inquiry
-from .journal import MOST, Journal
+from .journal import MOST, Journal, RecordedPast
 from .links import CauseLink
-from .remedies import Remedies
-from .replay import Replayer, ScanInputs, Truths, Write, input_leaves
+from .never import NO_BLOCKS, AtRest, Blocks, at_rest_unknown
+from .remedies import Remedies, of_input
+from .replay import Replayer, Truths, input_leaves
+from .stretch import ScanInputs, Write
 from .trials import Name, Trials, terminal
 from .values import with_values
 from .watched import Change, shown
@@ -50,7 +56,7 @@ class BreakpointStop:
     text: str  # the breakpoint and the event
 
     def __str__(self) -> str:
-        return f"scan {self.scan}, {self.now_ns / 1e9:g} s: {self.text}"
+        return f"scan {self.scan:,}, {seconds(self.now_ns)} s: {self.text}"
 
 
 class Debugger:
@@ -101,9 +107,9 @@ class Debugger:
         """Attach to a program; snapshots begin with its next scan."""
         self.program, self._engine = program, engine
         self.interpreted = bool(program.functions)
-        self._journal = Journal(max(1, self._remembered))
+        self._journal: Journal | RecordedPast = Journal(max(1, self._remembered))
         self._replayer: Replayer | None = None
-        self._images = input_leaves(engine.memory)
+        self._images = [engine.memory.cells[leaf.ident] for leaf in input_leaves(engine.memory)]
         self._outside: list[Write] = []
         engine.memory.outside = self._outside
         engine.memory.on_outside = lambda: self.on_outside()
@@ -171,12 +177,62 @@ class Debugger:
         self.images.write(tag, offset, data, keep)
 
     def __call__(self, scan: Any) -> None:
-        """Do one scan of a rack, see `Engine`."""
+        """Do one scan of a rack, see `Engine`; its number is that of the rack's scan."""
         self._engine.attach(scan)
+        if scan.number > self._engine.scans:
+            self._rest_until(scan.number)
         if self._plain and not self._outside:
             self._do_plainly(self._engine, scan.now_ns, scan.first)
         else:
             self._do_noted(self._engine, scan.now_ns, first=scan.first)
+
+    def _rest_until(self, scan: int) -> None:
+        """Count the scans without the program: the key was at program, or a recording begins late."""
+        engine, rests = self._engine, ScanInputs(self._engine.now_ns, False, None)
+        keeps = bool(self._remembered or self._on_rungs)
+        if not engine.scans or not keeps:
+            engine.scans = scan
+            self._journal.begin_anew(engine.memory, scan)
+            return
+        while engine.scans < scan:
+            self._journal.note(rests)
+            engine.scans += 1
+            self._journal.begin(engine.memory, engine.scans)
+
+    def follow(self, scans: Iterable[ScanInputs]) -> Iterator[None]:
+        """Do recorded scans without a rack, and yield after each; no force and no breakpoint is known.
+
+        A fault ends a scan, as it did when it was recorded.
+        """
+        engine, journal = self._engine, self._journal
+        cells = [cell.cell_contents.cast("B") for cell in self._images]
+        engine.memory.outside = None
+        engine.note(())
+        for each in scans:
+            journal.note(each)
+            if each.images is None:
+                engine.scans += 1
+            else:
+                for cell, image in zip(cells, each.images, strict=True):
+                    cell[:] = image
+                engine.outside = each.writes
+                with suppress(LadderFault):
+                    engine.do(each.now_ns, first=each.first)
+            journal.begin(engine.memory, engine.scans)
+            yield
+        engine.memory.outside = self._outside
+        self.news += 1
+
+    def go_to(self, past: RecordedPast, scan: int) -> None:
+        """Take the snapshot before a scan of a recorded past, which is that of this program from now on."""
+        restore(self._engine.memory, past.snapshot(scan)[0])
+        self._engine.scans, self._journal, self._replayer = scan, past, None
+
+    def start_again(self, values: Mapping[str, Any]) -> None:
+        """Set the program to the values before its first scan, without a past."""
+        restore(self._engine.memory, values)
+        self._engine.scans, self._journal, self._replayer = 0, Journal(max(1, self._remembered)), None
+        self._journal.begin(self._engine.memory, 0)
 
     def scan(self, scans: int = 1, ms: float = STEP_MS) -> tuple[BreakpointStop, ...]:
         """Do at most `scans` scans without a rack, `ms` apart; return the breakpoints met."""
@@ -208,7 +264,7 @@ class Debugger:
         writes = tuple(self._outside)
         forces, keeps = engine.memory.forces, bool(self._remembered or self._on_rungs)
         self.news += 1
-        images = tuple(bytes(engine.memory.cells[leaf.ident].cell_contents) for leaf in self._images)
+        images = tuple([bytes(cell.cell_contents) for cell in self._images])
         self.latest = ScanInputs(now_ns, first, images, writes, forces)
         if keeps:
             self._journal.note(self.latest)
@@ -224,12 +280,13 @@ class Debugger:
 
     def _note_power(self, engine: WatchedEngine) -> None:
         """Record the power of rungs with breakpoints; of all rungs for a while after a query."""
-        if self._pictured is not None and self.scans - self._pictured <= PICTURED:
-            engine.note_all()
-        else:
+        if self._pictured is not None:
+            if self.scans - self._pictured <= PICTURED:
+                engine.note_all()
+                return
             self._pictured = None
             self._settle()
-            engine.note(tuple(self._on_rungs))
+        engine.note(tuple(self._on_rungs))
 
     def run_until(self, condition: Condition, limit: int, ms: float = STEP_MS) -> bool:
         """Do scans without a rack until a condition, a breakpoint or the limit; return the condition."""
@@ -288,7 +345,7 @@ class Debugger:
                 stops.append(f"{met.name}, {met.unit} {rung} {what}: {met.numbered(rung)}")
         for tag, before in self._on_tags.items():
             value = self.tags[tag]
-            if value != before:
+            if not same(value, before):
                 self._on_tags[tag] = value
                 stops.append(f"{tag} was {shown(before)} and is {shown(value)}")
         at = self._engine
@@ -307,7 +364,8 @@ class Debugger:
         """Hold a tag at a value, whatever the program writes, until `unforce`.
 
         Args:
-            tag: a single value; images are forced at the CPU instead, which records it.
+            tag: a single value, or the fault of a connection; images are forced at the CPU instead, which
+                records it.
             value: of the tag's type.
 
         Raises:
@@ -326,8 +384,11 @@ class Debugger:
             entry = ((known[0] or 0) | mask, int(known[1]) & ~mask | on)
         forces[key] = entry
         self._hold(forces)
-        self._forces[self._resolver.full_name(tag)] = checked(tag, place.type, value)
-        self.tags[tag] = value
+        self._forces[self._forced_name(tag)] = checked(tag, place.type, value)
+        if place.leaf.slot is None:
+            self.tags[tag] = value
+        else:
+            self._engine.memory.write(place.leaf, 0, self._engine.memory.read(place.leaf))
 
     def _hold(self, forces: Forces) -> None:
         self.news += 1
@@ -340,7 +401,7 @@ class Debugger:
             self._hold({})
             self.on_outside()
             return
-        name = self._resolver.full_name(tag) if tag in self.tags else tag
+        name = self._forced_name(tag) if tag in self.tags else tag
         if name not in self._forces:
             forced = ", ".join(self._forces) or "none"
             raise ValueError(f"{tag} is not forced; forced are {forced}")
@@ -358,13 +419,21 @@ class Debugger:
         """The forced tags with their values."""
         return dict(self._forces)
 
+    def _forced_name(self, tag: str) -> str:
+        return address_in(self._resolver, tag) or self._resolver.full_name(tag)
+
     def _single(self, tag: str) -> Place:
         where = self._resolver.named(tag)
         if isinstance(where, Group) or where.can_fault:
             raise ValueError(f"{tag} is not one value with a fixed place: force single values")
-        if where.leaf.slot is not None:
+        if where.leaf.is_image:
             raise ValueError(f"{tag} is an image: force it at the CPU, which records forces")
         return where
+
+    def address_of(self, tag: str) -> str | None:
+        """Return the address of the word or bit of an image that a tag names; None for any other name."""
+        address = address_in(self._resolver, tag)
+        return None if address is None or FAULT in address else address
 
     def _key(self, place: Place) -> tuple[tuple[str, int], int | None]:
         index = place.fixed_index
@@ -458,9 +527,21 @@ class Debugger:
         """Return the cause of a tag's value, see `Inquiry.why`."""
         return self._inquiry.why(tag)
 
-    def chains(self, *, deep: bool = False, outside: Outside = outside_unknown) -> Chains:
+    def waits(self, tag: str) -> list[str]:
+        """Return what would begin or end a step of a chart; nothing of any other tag."""
+        return list(waits_of(self._engine.lowered, self.tags, self._resolver.named(tag)))
+
+    def chains(
+        self,
+        *,
+        deep: bool = False,
+        outside: Outside = outside_unknown,
+        at_rest: AtRest = at_rest_unknown,
+        blocks: Blocks = NO_BLOCKS,
+    ) -> Chains:
         """Return what makes chains of causes, see `Chains`."""
-        return Chains(self._engine.lowered, Causes(self._past), deep, outside)
+        causes = Causes(self._past)
+        return Chains(self._engine.lowered, causes, deep, outside, at_rest=at_rest, blocks=blocks)
 
     def chain(self, tag: str, *, deep: bool = False) -> CauseLink | None:
         """Return the chain of causes of a tag's value, None if it has not changed; see `Chains.of_tag`."""
@@ -484,6 +565,8 @@ class Debugger:
         if wanted is None and not where.type.is_bool:
             raise ValueError(f"{tag} is of type {where.type.name}: give the value that it should have")
         value = not self.tags[tag] if wanted is None else checked(tag, where.type, wanted)
+        if where.leaf.slot is not None and not where.leaf.output:
+            return of_input(tag, value, _terminal_of(where, name))
         trials = Trials(self._engine, self._past, self.cross_reference, name, scans)
         return trials.of(tag, cell_of(where), value)
 
@@ -500,4 +583,12 @@ class Debugger:
             if each.name.upper() == name.upper():
                 return each
         names = ", ".join(each.name for each in self.program.routines)
-        raise LadderError(f"there is no routine {name}; there are {names}")
+        raise LadderError(f"no routine {name}; choose from {names}")
+
+
+def _terminal_of(where: Place, name: Name) -> str | None:
+    """Return the place of a terminal of an input image; None for what a module reports, and for a fault."""
+    word, slot = where.fixed_index, where.leaf.slot
+    if not where.leaf.is_image or word is None or slot is None:
+        return None
+    return name(slot, word, int(where.bit.value) if isinstance(where.bit, Constant) else None)

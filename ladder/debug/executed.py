@@ -22,7 +22,7 @@ from ..model.spec import InstructionKind, Use
 from ..model.tags import Leaf
 from ..model.types import HIDDEN
 from ..state.lowered import Body, LoweredLine, LoweredStep
-from ..state.memory import InterpretedAddOnStore, Passed, Value
+from ..state.memory import InterpretedAddOnStore, Passed, Value, same
 from .cells import Cell
 from .watched import WatchedInterpreter, WatchedMemory
 from .watching import WatchedEngine
@@ -55,7 +55,7 @@ class Write:
         """Whether a cell has another value after it."""
         if not self.cell.overlaps(cell):
             return False
-        return bool(cell.of(self.before) != cell.of(self.after))
+        return not same(cell.of(self.before), cell.of(self.after))
 
 
 @dataclass(eq=False, slots=True)
@@ -114,7 +114,7 @@ class Execution:
     def changes(self, cell: Cell) -> bool:
         """Whether a cell has another value at its end than at its beginning."""
         own = [each for each in self.writes if each.cell.overlaps(cell)]
-        return bool(own) and cell.of(own[0].before) != cell.of(own[-1].after)
+        return bool(own) and not same(cell.of(own[0].before), cell.of(own[-1].after))
 
     def last_write(self, cell: Cell, before: int | None = None) -> Write | None:
         """Return the last change of a cell before a place in the order; None if there is none."""

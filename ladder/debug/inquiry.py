@@ -23,7 +23,7 @@ class Inquiry:
         engine: WatchedEngine,
         past: Replayer,
         latest: int,
-        forced: Container[str],
+        forced: Container[str | None],
         cross_reference: CrossReference,
     ) -> None:
         self._engine, self._past, self._latest, self._forced = engine, past, latest, forced
@@ -56,7 +56,8 @@ class Inquiry:
     def _why(self, tag: str) -> str:
         value = self._engine.tags[tag]
         where = self._resolver.named(tag)
-        if self._resolver.full_name(tag) in self._forced:
+        address = where.address if isinstance(where, Place) else None
+        if self._resolver.full_name(tag) in self._forced or address in self._forced:
             return f"{tag} is {shown(value)} because it is forced."
         lowered = self._engine.lowered
         image = where.leaf if isinstance(where, Place) and where.leaf.slot is not None else None

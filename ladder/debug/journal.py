@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
 from ..state.memory import Memory
+from ..state.snapshots import snapshot
 from .forces import Forces
-from .replay import NO_FORCES, ScanInputs, snapshot
+from .replay import NO_FORCES, Source
+from .stretch import PlainInputs, ScanInputs
 
 EVERY = 64
 """Scans per snapshot."""
@@ -29,7 +31,7 @@ class Chapter:
     entries: list[ScanInputs]
 
 
-class Journal:
+class Journal(Source):
     """The inputs of the latest scans, with at most `most` snapshots; see `replay.Source`."""
 
     def __init__(self, most: int = MOST) -> None:
@@ -75,3 +77,46 @@ class Journal:
     def _place(self, scan: int) -> int:
         """Return the place of the chapter that a scan belongs to."""
         return bisect_right(self._chapters, scan, key=lambda each: each.scan) - 1
+
+
+class RecordedPast:
+    """The scans of a recording, with its snapshots; see `replay.Source`.
+
+    Args:
+        snapshots: values by the number of the scan that follows, in any order; those before scan 0, too.
+        between: returns what went into the scans from one to another.
+        plain: the same as arrays, see `replay.Source`.
+        latest: number of the last scan that is known.
+    """
+
+    def __init__(
+        self,
+        snapshots: Mapping[int, Mapping[str, Any]],
+        between: Callable[[int, int], Iterator[ScanInputs]],
+        plain: Callable[[int, int], PlainInputs | None],
+        latest: int,
+    ) -> None:
+        self.plain = plain
+        self._snapshots, self._between, self.latest = snapshots, between, latest
+        self._scans = sorted(snapshots)
+
+    def begin(self, memory: Memory, scan: int) -> None:
+        """Do nothing: the recording has its snapshots."""
+
+    begin_anew = begin
+
+    def note(self, entry: ScanInputs) -> None:
+        """Do nothing: the recording has its scans."""
+
+    def snapshots(self, scan: int) -> Iterator[int]:
+        """Yield the scans with a snapshot before them, back from a scan."""
+        return reversed(self._scans[: bisect_right(self._scans, scan)])
+
+    def snapshot(self, scan: int) -> tuple[Mapping[str, Any], Forces]:
+        """Return the values before such a scan."""
+        return self._snapshots[scan], NO_FORCES
+
+    def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:
+        """Return the inputs of scans, up to the latest one."""
+        last = min(last, self.latest)
+        return last - first + 1, self._between(first, last)

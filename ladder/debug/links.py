@@ -9,10 +9,11 @@ alternatives begin with the shortest.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ...io_images.site import NOWHERE, Site
+from ...io_images.times import seconds
 from ..state.memory import Value
 
 ROOTS = (
@@ -21,6 +22,9 @@ ROOTS = (
     "partner",
     "operator",
     "force",
+    "mode",
+    "timer",
+    "setting",
     "incident",
     "power-up",
     "fault",
@@ -29,6 +33,12 @@ ROOTS = (
 )
 """Kinds of links with nothing of the program behind them."""
 
+
+OUTRANKING = ("force", "mode", "fault", "incident")
+"""Kinds of links that outrank the program."""
+
+ROUND = "a round before"
+"""What the end of a path says where the machine stood as it stands now."""
 
 NESTED = 8
 """Most spaces of indentation of a chain as text; what is behind is left out, but for its end."""
@@ -47,7 +57,7 @@ class Operand:
 class CauseLink:
     """A change, and what made it; of a chain that comes together again, the same object."""
 
-    kind: str  # rung, line, wait, or one of `ROOTS`
+    kind: str  # rung, line, wait, never (a value that has not changed), or one of `ROOTS`
     name: str  # what changed
     value: Value | str | None  # after it
     scan: int
@@ -73,7 +83,44 @@ class CauseLink:
     @property
     def first(self) -> CauseLink:
         """The end of the shortest way."""
-        return self.causes[0][0].first if self.causes else self
+        link = self
+        while link.causes:
+            link = link.causes[0][0]
+        return link
+
+    @property
+    def path(self) -> tuple[CauseLink, ...]:
+        """The links from the value to its cause: of several what outranks the program, else the latest.
+
+        Where a link repeats an earlier one, a round has gone by: it is the last one, of kind "round".
+        """
+        found, known = [self], {self._key}
+        while found[-1].causes:
+            ahead = [each for group in found[-1].causes for each in group]
+            link = max(ahead, key=lambda each: (each.kind in OUTRANKING, each.scan, -each.depth))
+            if link._key in known:
+                found.append(
+                    replace(link, kind="round", text=f"{link.text}, as now: {ROUND}", causes=(), depth=1)
+                )
+                break
+            known.add(link._key)
+            found.append(link)
+        return tuple(found)
+
+    def path_json(self) -> list[dict[str, Any]]:
+        """Return the links of `path` as JSON values, in order; the last one is the cause."""
+        return [_as_json(replace(link, causes=()), {}) for link in self.path]
+
+    @property
+    def end(self) -> CauseLink:
+        """The last link of `path`: the cause."""
+        return self.path[-1]
+
+    @property
+    def _key(self) -> tuple[object, ...]:
+        site = self.site
+        place = None if site is None else (site.routine, site.rung, site.file, site.line)
+        return self.name, self.value, place, self.kind
 
     @property
     def since(self) -> dict[str, Any]:
@@ -141,7 +188,7 @@ def ordered(groups: Iterable[tuple[CauseLink, ...]]) -> tuple[tuple[CauseLink, .
 def said(link: CauseLink, routine: str = "") -> str:
     """Return one link: `Run off (20.002 s, rung 3: XIC(Stop))`; its routine unless it is `routine`."""
     site = link.site
-    at = f"{link.now_ns / 1e9:g} s"
+    at = f"{seconds(link.now_ns)} s"
     where = "" if site is None else site.spot if site.file and not site.routine else site.place
     if site is not None and site.routine and site.routine != routine:
         where = f"{site.routine} {where}"

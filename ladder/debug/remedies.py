@@ -73,7 +73,7 @@ def number(
     """Return a number that may be any other one within limits.
 
     Args:
-        compared: constants that it may be compared with; they and their neighbours are tried, and the limits.
+        compared: constants that it may be compared with; they and their neighbors are tried, and the limits.
     """
     low, high = limits
     near = {each + by for each in compared for by in (-1, 0, 1)}
@@ -100,6 +100,7 @@ class Remedies:
     Attributes:
         tried: number of sets that were tried.
         left: whether sets of up to `MOST_INPUTS` were left out.
+        terminal: of an input, where it is wired; "" for what a module reports, None for any other value.
     """
 
     tag: str
@@ -108,12 +109,18 @@ class Remedies:
     candidates: tuple[str, ...]
     tried: int
     left: bool
+    terminal: str | None = None
 
     def __str__(self) -> str:
         if self.found:
             is_bit = isinstance(self.wanted, bool)
             what = ("goes off", "comes on")[int(self.wanted)] if is_bit else f"becomes {self.wanted}"
             return "\n".join(f"{self.tag} {what} {_condition(each)}" for each in self.found)
+        if self.terminal:
+            way = "switch it there (timeline of the rack file, a button of the page, set_input of a bench)"
+            return f"{self.tag} is an input itself, {self.terminal}: {way}, or force it"
+        if self.terminal is not None:
+            return f"{self.tag} is what a module reports: let the module do so, or force it"
         if not self.candidates:
             return f"{self.tag} depends on no input"
         some = f"none of the first {self.tried} sets" if self.left else f"no set of up to {MOST_INPUTS}"
@@ -132,6 +139,15 @@ class Remedies:
             for each in self.found
         ]
         return {"wanted": self.wanted, "sets": sets, "tried": self.tried, "complete": not self.left}
+
+
+def of_input(tag: str, wanted: Value, terminal: str | None) -> Remedies:
+    """Return the answer for an input: nothing of the program gives it a value.
+
+    Args:
+        terminal: where it is wired; None for what a module reports.
+    """
+    return Remedies(tag, wanted, (), (), 0, left=False, terminal=terminal or "")
 
 
 Attempt = Callable[[Sequence[InputChange]], int | None]

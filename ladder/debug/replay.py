@@ -15,34 +15,22 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from itertools import islice, pairwise
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 from ..compiler.observed import LineKey
 from ..model.errors import LadderFault
 from ..model.tags import Leaf
-from ..state.memory import Memory, Value
-from ..state.tag_bytes import TagBytes
+from ..state.memory import Memory, Value, same
+from ..state.snapshots import restore
 from .cells import Cell
 from .forces import Forces
+from .stretch import PlainInputs, ReplayStretch, ScanInputs
 from .watching import WatchedEngine
 
 NO_FORCES: Forces = {}
 
-Write = tuple[Leaf, int, Value]
-"""A value set from outside of the program."""
-
 Truths = Mapping[LineKey, tuple[bool, ...]]
 """Power after each instruction, by routine in capitals and rung number."""
-
-
-class ScanInputs(NamedTuple):
-    """The external inputs of a scan."""
-
-    now_ns: int
-    first: bool  # whether it begins with prescan
-    images: Sequence[bytes] | None  # in layout order; None = the program does not run
-    writes: tuple[Write, ...] = ()
-    forces: Forces | None = None  # None = as before, without external writes
 
 
 ONE_BY_ONE = 24
@@ -53,16 +41,6 @@ MOST_FOUND = 256
 
 SIDE_BY_SIDE = 5_000
 """Most stretches that are searched at once."""
-
-
-class ReplayStretch(NamedTuple):
-    """Scans from a snapshot to the next one."""
-
-    first: int
-    last: int
-    values: Mapping[str, Any]  # before the first scan, by identifier
-    inputs: Sequence[ScanInputs]  # none if something was forced, or if they are not known
-    after: Mapping[str, Any]  # the values after the last one
 
 
 class Source(Protocol):
@@ -76,6 +54,11 @@ class Source(Protocol):
 
     def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:
         """Return the number of contiguous known scans from `first` on, and their inputs."""
+
+    def plain(self, first: int, last: int) -> PlainInputs | None:
+        """Return the inputs of scans as arrays; None if they are not plain, or not known."""
+        count, known = self.inputs(first, last)
+        return plain_inputs(list(known)) if count == last - first + 1 else None
 
 
 class Replayer:
@@ -116,7 +99,7 @@ class Replayer:
         """
         self.at = None
         if not self._run_to(scan, watched=not noted):
-            raise ValueError(f"scan {scan} can't be repeated any more")
+            raise ValueError(f"scan {scan} can no longer be repeated")
         return self.again(scan) if noted and self.engine.broken_off else self.engine
 
     def inputs(self, scan: int) -> ScanInputs | None:
@@ -204,9 +187,8 @@ class Replayer:
         return None
 
     def _stretch(self, start: int, end: int) -> ReplayStretch:
-        count, known = self._source.inputs(start, end - 1)
         values, forces = self._source.snapshot(start)
-        inputs = list(known) if count == end - start and not forces else []
+        inputs = None if forces else self._source.plain(start, end - 1)
         return ReplayStretch(start, end - 1, values, inputs, self._source.snapshot(end)[0])
 
     @cached_property
@@ -224,7 +206,7 @@ class Replayer:
         for self.at, inputs in enumerate(known, start):
             self._do(inputs)
             value = read(self.engine)
-            if value != before:
+            if not same(value, before):
                 found, before = self.at, value
         return found
 
@@ -285,6 +267,7 @@ class Replayer:
             engine.hold(inputs.forces)
             engine.outside = inputs.writes
         if inputs.images is None:
+            engine.scans += 1
             return False
         for cell, image in zip(self._images, inputs.images, strict=True):
             cell[:] = image
@@ -298,32 +281,18 @@ def input_leaves(memory: Memory) -> list[Leaf]:
     return [leaf for leaf in memory.layout.images if not leaf.output]
 
 
-def snapshot(memory: Memory) -> dict[str, Any]:
-    """Return all values of a memory, by identifier of the variable."""
-    images = {leaf.ident for leaf in memory.layout.images}
-    found: dict[str, Any] = {}
-    for ident, cell in memory.cells.items():
-        value = cell.cell_contents
-        if ident in images:
-            value = value.tolist()
-        if isinstance(value, TagBytes):
-            value = value.saved()
-        found[ident] = list(value) if isinstance(value, list) else value
-    return found
+def plain_inputs(inputs: Sequence[ScanInputs]) -> PlainInputs | None:
+    """Return the inputs of some scans as arrays; None if they are not plain."""
+    import numpy as np  # most runs ask nothing
 
-
-def restore(memory: Memory, values: Mapping[str, Any]) -> None:
-    """Set all values of a memory to those of a snapshot."""
-    for ident, cell in memory.cells.items():
-        value = values[ident]
-        if isinstance(cell.cell_contents, TagBytes):
-            cell.cell_contents.restore(value)
-            continue
-        if not isinstance(value, list):
-            cell.cell_contents = value
-            continue
-        if isinstance(cell.cell_contents, list):
-            cell.cell_contents[:] = value
-            continue
-        for index, word in enumerate(value):
-            cell.cell_contents[index] = word
+    images = [each.images for each in inputs if each.images is not None]
+    if (
+        not inputs
+        or len(images) < len(inputs)
+        or any(each.first or each.writes or each.forces for each in inputs)
+    ):
+        return None
+    words = (
+        np.frombuffer(b"".join(rows), np.int16).reshape(len(rows), -1) for rows in zip(*images, strict=True)
+    )
+    return PlainInputs(np.array([each.now_ns for each in inputs]), tuple(words))

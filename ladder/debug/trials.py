@@ -16,10 +16,11 @@ from ..model.arithmetic import wrap
 from ..model.errors import LadderFault
 from ..model.operands import Calculation, Constant, Group, Place
 from ..state.memory import Value
+from ..state.snapshots import restore, snapshot
 from .cells import Cell, cell_of
 from .crossref import CrossReference, Mention, overlap
 from .remedies import MOST_CANDIDATES, Candidate, InputChange, Remedies, Search, bit, number
-from .replay import Replayer, restore, snapshot
+from .replay import Replayer
 from .watching import WatchedEngine
 
 Name = Callable[[int, int, int | None], str | None]

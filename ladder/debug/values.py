@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..instructions import BY_NAME
+from ..model.routine import Routine
 from ..model.spec import WITH_PRESETS, Use
-from ..model.tree import Address, Branch, Element, Instruction, MemberStep, Operand, Routine, Series, number
+from ..model.tree import Address, Branch, Element, Instruction, MemberStep, Operand, Series, number
 from ..run.view import Tags
 
 

@@ -127,15 +127,16 @@ class WatchedEngine(Engine):
 
     def do(self, now_ns: int, *, first: bool) -> None:
         """Do one scan; may raise a LadderFault."""
-        compiled = self._compiled
-        if self._scan is not compiled or self._bound is not compiled or self.outside or self.watching:
+        if self._bound is None or self._scan is not self._bound or self.outside or self.watching:
             self._do(now_ns, first=first)
             return
+        if self._blank:
+            self._notes[: len(self._blank)] = self._blank  # further places say nothing without the first
         scheduler = self.scheduler
         handled = 0 if scheduler is None else scheduler.handled
         self.broken_off = True
         try:
-            super()._do(now_ns, first=first)  # nothing is observed, as in the scan before
+            super()._do(now_ns, first=first)  # what is observed is that of the scan before
             self.broken_off = scheduler is not None and handled != scheduler.handled
         finally:
             self.scans += 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+from ...io_images.times import seconds
 from ..model.operands import Constant, Group, Place
 from ..model.types import HIDDEN
 from ..state.lowered import LoweredProgram
@@ -77,7 +78,7 @@ def _told(lowered: LoweredProgram, tag: str, where: Place | Group, change: Chang
     after: object = change.after
     if isinstance(where, Place) and isinstance(where.bit, Constant):
         after = bool(int(change.after) >> int(where.bit.value) & 1)
-    when = f"scan {change.scan} ({change.now_ns / 1e9:g} s)"
+    when = f"scan {change.scan:,} ({seconds(change.now_ns)} s)"
     return f"{name} is {shown(after)} since {when}: {cause(lowered, change)}"
 
 

@@ -11,8 +11,9 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+from ..model.routine import Routine
 from ..model.statements import numbered_lines
-from ..model.tree import NumberedLine, Routine, Rung
+from ..model.tree import NumberedLine, Rung
 from .chart import chart_lines
 from .layout import NO_CAPTIONS, lay_out
 from .marks import Box, BoxLine, Corner, Symbol, Wire

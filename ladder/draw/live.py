@@ -4,7 +4,7 @@
     <text class="value" data-name="Fill.ACC" ...></text>
 
 An element's group has its sign, its name and the wires after it. The page that shows the rung sets
-`data-power` of the groups and the content of the values. Colours and fonts come from the page's style sheet.
+`data-power` of the groups and the content of the values. Colors and fonts come from the page's style sheet.
 """
 
 from __future__ import annotations

@@ -1,14 +1,14 @@
 """Routines as SVG: the same layout as with characters, a cell being 8 by 20 units.
 
 Wires and signs with power have the class `live`; every sign and box has the instruction as its title,
-which a browser shows under the pointer. Colours follow the reader's light or dark scheme.
+which a browser shows under the pointer. Colors follow the reader's light or dark scheme.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from ..model.tree import Routine
+from ..model.routine import Routine
 from .characters import WIDTH, comment_lines, lines_of, ran
 from .chart import live_chart
 from .layout import NO_CAPTIONS, lay_out

@@ -47,12 +47,12 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from dataclasses import replace
-from decimal import Decimal
 from pathlib import Path
 
 from ...io_images.input_files import read_input_text
 from ...io_images.site import Site
 from ...io_images.text_limits import TextKind, TextLimitError, check_text
+from ...io_images.times import time_text
 from ..build.addon import AddOn
 from ..build.controller import Controller
 from ..build.dialects import LOGIX
@@ -61,11 +61,11 @@ from ..build.runnable import LadderLogic
 from ..model.chart import DEFAULT_OPTIONS
 from ..model.errors import LadderError
 from ..model.predefined.structures import PREDEFINED_TYPES
+from ..model.routine import Routine
 from ..model.schedule import Task
 from ..model.statements import block_lines
 from ..model.stubs import NO_STUBS, Ending, InPython, Partner, Stubs
 from ..model.tags import Alias, SlotAlias, Tag
-from ..model.tree import Routine
 from ..model.types import DataType, Elementary, Member
 from .rungreader import LIBRARIES, Reader, load_library
 from .suffixes import STRUCTURED_SUFFIX, SUFFIX
@@ -107,7 +107,8 @@ def _check(text: str, kind: TextKind, file: str) -> None:
 def write_program(program: Program | Controller, path: Path | str) -> None:
     """Write a program to a file; a LadderError if it has no form there, like routines in Python."""
     flat = Path(path).suffix == STRUCTURED_SUFFIX
-    Path(path).write_text(structured_text(program) if flat else program_text(program), encoding="utf-8")
+    text = structured_text(program) if flat else program_text(program)
+    Path(path).write_text(text, encoding="utf-8", newline="\n")
 
 
 def structured_text(program: Program | Controller) -> str:
@@ -157,7 +158,7 @@ def _controller_lines(controller: Controller) -> Iterator[str]:
 def _task_text(task: Task) -> str:
     parts = [f"TASK {task.name} : {task.kind.value}"]
     if task.rate_ns:
-        parts.append(f"{(Decimal(task.rate_ns) / 1_000_000).normalize():f} ms")
+        parts.append(f"{time_text(task.rate_ns)}")
     parts.append(f"PRIORITY {task.priority}")
     if task.preempt:
         parts.append("PREEMPT")

@@ -8,14 +8,15 @@ from bisect import bisect_right
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
-from decimal import Decimal
 from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
 from itertools import accumulate
 from typing import NoReturn
 
+from ...io_images.doors import json_value
 from ...io_images.site import Site
+from ...io_images.times import TIME, parse_time
 from ..build.addon import ROUTINES, AddOn, Parameter, ParameterMode, specs_of
 from ..build.controller import Controller
 from ..build.dialects import DIALECTS, LOGIX
@@ -25,10 +26,11 @@ from ..model.chart import DEFAULT_OPTIONS, ChartOptions, ExecutionControl, LastS
 from ..model.errors import LadderError, RungTextError
 from ..model.expressions import TAG_NAME, parse_address
 from ..model.predefined.structures import PREDEFINED_TYPES
+from ..model.routine import Routine
 from ..model.schedule import Task, TaskKind
 from ..model.stubs import NO_STUBS, Stubs
 from ..model.tags import Alias, SlotAlias, Tag
-from ..model.tree import Block, Routine, Rung
+from ..model.tree import Block, Rung
 from ..model.types import DataType, Elementary, Member, Structure
 from ..st import parse_statements
 from .chartreader import ChartReader
@@ -50,7 +52,7 @@ class Library:
 def load_library(name: str) -> Library:
     """Read a library of scanrack, or raise a LadderError for an unknown name."""
     if name.lower() not in LIBRARIES:
-        raise LadderError(f"there is no library {name}; there are {', '.join(LIBRARIES)}")
+        raise LadderError(f"no library {name}; choose from {', '.join(LIBRARIES)}")
     file = files(__package__.rpartition(".")[0]) / "blocks" / f"{name.lower()}.rung"
     return Reader(file.read_text(encoding="utf-8"), f"{name.lower()}.rung").library()
 
@@ -60,7 +62,7 @@ _LIBRARY = re.compile(rf"LIBRARY\s+({_NAME})", re.IGNORECASE)
 _PROGRAM = re.compile(rf"PROGRAM\s+({_NAME})(?:\s+MAIN\s+({_NAME}))?(?:\s+FAULT\s+({_NAME}))?", re.IGNORECASE)
 _CONTROLLER = re.compile(rf"CONTROLLER\s+({_NAME})", re.IGNORECASE)
 _TASK = re.compile(
-    rf"TASK\s+({_NAME})\s*:\s*(?:(CONTINUOUS|EVENT)|PERIODIC\s+(\d+(?:\.\d*)?)\s*ms)"
+    rf"TASK\s+({_NAME})\s*:\s*(?:(CONTINUOUS|EVENT)|PERIODIC\s+({TIME}))"
     rf"(?:\s+PRIORITY\s+(\d+))?(\s+PREEMPT)?(?:\s+RUNS\s+({_NAME}(?:\s*,\s*{_NAME})*))?",
     re.IGNORECASE,
 )
@@ -210,11 +212,15 @@ class Reader:
     def _task(self, found: re.Match[str], comment: str) -> Task:
         name, word, rate, priority, preempt, programs = found.groups()
         kind = TaskKind[word.upper()] if word else TaskKind.PERIODIC
+        try:
+            rate_ns = parse_time(rate.lower()) if rate else 0
+        except ValueError as error:
+            raise LadderError(str(error)) from None
         return Task(
             name,
             kind,
             tuple(each.strip() for each in programs.split(",")) if programs else (),
-            round(Decimal(rate or 0) * 1_000_000),
+            rate_ns,
             int(priority or 10),
             bool(preempt),
             comment,
@@ -428,8 +434,8 @@ class Reader:
         if text is None:
             return None
         try:
-            return _patterns(json.loads(_RADIX.sub(_quoted, text)), kind)
-        except (ValueError, RecursionError):
+            return _patterns(json_value(_RADIX.sub(_quoted, text)), kind)
+        except ValueError:
             self._fail("an initial value in JSON after :=, integers also as 16#843C", text)
 
     def _routine(self, head: re.Match[str]) -> Routine:

@@ -23,7 +23,6 @@ import difflib
 import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from decimal import Decimal
 from typing import Protocol
 
 from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw, status_names
@@ -31,15 +30,14 @@ from ...io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS, Image
 from ...io_images.site import Site, SiteError
 from ...io_images.text_limits import TextKind, TextLimitError, check_text
 from ...io_images.thousands import split_thousands
+from ...io_images.times import parse_time
 
 _LINE = re.compile(r"(?P<what>.*?)(?:\s+(?P<end>until|for)\s+(?P<when>.*))?")
-_TIME = re.compile(r"(\d+(?:\.\d+)?) ?ms")
 _STATUS = frozenset(str(bit.name) for bit in (*StatusMsw, *StatusLsw))
 _COMMANDS = {
     str(bit.name): (word, bit.value) for word, bits in enumerate((CommandMsw, CommandLsw)) for bit in bits
 }
 _PARAMETERS = {"target": 2, "speed": 4, "acceleration": 6, "deceleration": 7}
-_NS_PER_MS = 1_000_000
 
 
 class StepsError(SiteError):
@@ -135,7 +133,7 @@ def parse_steps(text: str, file: str = "") -> Steps:
         except ValueError as error:
             raise StepsError.at(Site(file=file, line=number), str(error)) from None
     if not steps:
-        raise StepsError(f"{file}: there is no step in it")
+        raise StepsError(f"{file}: no step in it")
     return Steps(steps, slot)
 
 
@@ -151,10 +149,7 @@ def _step(line: int, text: str) -> Step:
     assert match is not None, "everything before the end is matched"
     write = _writer(match["what"].split())
     if match["end"] == "for":
-        time = _TIME.fullmatch(match["when"])
-        if time is None:
-            raise ValueError(f"for {match['when']!r} is not a time: allowed is a number of ms, such as 20 ms")
-        return Step(line, write, for_ns=int(Decimal(time[1]) * _NS_PER_MS))
+        return Step(line, write, for_ns=parse_time(match["when"]))
     if match["end"] == "until":
         rise, fall = _bits(match["when"].split())
         return Step(line, write, rise, fall)
@@ -211,7 +206,7 @@ def _put(image: Image, name: str, text: str) -> None:
 
 def _at_most_eight(words: Sequence[str]) -> Sequence[str]:
     if not 1 <= len(words) <= WORDS:
-        raise ValueError(f"{len(words)} words are given: allowed are 1 to {WORDS}")
+        raise ValueError(f"{len(words)} words are given: must be 1 to {WORDS}")
     return words
 
 
@@ -221,9 +216,7 @@ def _word(text: str) -> int:
     elif re.fullmatch(r"[+-]?\d+", text):
         value = int(text)
     else:
-        raise ValueError(
-            f"{text!r} is not a word: allowed are decimal numbers, and hexadecimal ones with an h"
-        )
+        raise ValueError(f"{text!r} is not a word: must be a decimal number, or a hexadecimal one with an h")
     if not WORD_MIN <= value <= UNSIGNED_MAX:
         raise ValueError(f"{text} does not fit a word: {WORD_MIN} to {UNSIGNED_MAX}")
     return _signed(value)

@@ -26,9 +26,9 @@ from ..build.program import Program
 from ..build.runnable import LadderLogic
 from ..build.text import parse_rung
 from ..model.errors import LadderError
+from ..model.routine import Routine
 from ..model.schedule import TaskKind
 from ..model.tags import scoped
-from ..model.tree import Routine
 from .rungreader import Reader
 from .suffixes import STRUCTURED_SUFFIX
 
@@ -78,7 +78,7 @@ def read_test_file(path: Path) -> TestFile | None:
     routines = {path.stem: number + 1} if flat else found
     if not routines:
         site = Site(file=str(path), line=number + 1)
-        raise LadderError.at(site, f"there is no routine whose name begins with {PREFIX}")
+        raise LadderError.at(site, f"no routine whose name begins with {PREFIX}")
     return TestFile(path, path.parent / head[1], head[2] or DEFAULT_TIME, routines, body)
 
 

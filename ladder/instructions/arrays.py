@@ -100,7 +100,7 @@ def _fsc(machine: Interpreter, power: bool, group: Group, mode: str, expression:
 def _check_dimension(array: Resolved, dimension: Constant, *_others: Resolved) -> None:
     count = len(array_of(array))
     if not 0 <= dimension.value < count:
-        raise OperandError(f"dimension {dimension.value} is out of range", f"allowed are 0 to {count - 1}")
+        raise OperandError(f"dimension {dimension.value} is out of range", f"must be 0 to {count - 1}")
 
 
 def _size(machine: Interpreter, array: Resolved, dimension: Constant, target: Place) -> None:

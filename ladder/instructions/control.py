@@ -40,7 +40,7 @@ def _resolve_jsr(resolver: OperandResolver, given: tuple[Operand, ...]) -> tuple
     if len(given) > 1:
         number = given[1]
         if not isinstance(number, Number) or number.value not in range(len(given) - 1):
-            raise OperandError(f"{number} is not the number of inputs", f"allowed are 0 to {len(given) - 2}")
+            raise OperandError(f"{number} is not the number of inputs", f"must be 0 to {len(given) - 2}")
         count = int(number.value)
     if count == 0 and [str(each) for each in given[2:]] == ["0"]:
         given = given[:2]  # JSR(Sub,0,0), as some exports have it: neither inputs nor returns

@@ -74,7 +74,7 @@ def _check_btd(
     )
     for given, low, high, what in limits:
         if not low <= given.value <= high:
-            raise OperandError(f"{what} {given.value} is out of range", f"allowed are {low} to {high}")
+            raise OperandError(f"{what} {given.value} is out of range", f"must be {low} to {high}")
 
 
 def _btd(
@@ -137,7 +137,7 @@ def _check_swpb(source: Resolved, _mode: str, target: Place) -> None:
     if not isinstance(source, Place) or (source.type.name, target.type.name) not in allowed:
         raise OperandError(
             f"SWPB does not go from {described(source)} to {described(target)}",
-            "allowed are INT to INT or DINT, and DINT to DINT",
+            "must be INT to INT or DINT, or DINT to DINT",
         )
 
 

@@ -9,13 +9,12 @@ Sources: Logix 5000 Controllers Sequential Function Charts, 1756-PM006; IEC 6113
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
-from ...io_images.site import Site
 from .statements import INDENT, Assignment, Invocation, block_lines
-from .tree import Address, Block, Instruction, MemberStep, Operand, Origin, Routine, Statement
+from .tree import Address, Block, Instruction, MemberStep, Operand, Origin, Statement
 
 STEP_TYPE, ACTION_TYPE, STOP_TYPE = "SFC_STEP", "SFC_ACTION", "SFC_STOP"
 """Types of the tags of steps, actions and stops."""
@@ -252,16 +251,6 @@ def presets_of(step: ChartStep) -> Iterator[Assignment]:
 
 def _set(name: str, member: str, value: Operand, number: int, origin: Origin) -> Assignment:
     return Assignment(Address(name, (MemberStep(member),)), value, line=number, origin=origin)
-
-
-def element_of(routines: Iterable[Routine], site: Site) -> tuple[str, int | None]:
-    """Return the routine of a place and its number there; of an action's body, chart and element."""
-    for routine in routines:
-        if routine.chart is not None and site.routine.upper().startswith(f"{routine.name.upper()}."):
-            for step, action, _ in routine.chart.bodies():
-                if body_name(routine.name, step, action).upper() == site.routine.upper():
-                    return routine.name, action.number
-    return site.routine, site.rung
 
 
 def body_name(routine: str, step: ChartStep, action: Action) -> str:

@@ -86,7 +86,7 @@ def _ends(named: Mapping[str, ChartStep], each: Transition) -> Iterator[ChartPro
     for name in (*each.sources, *each.targets):
         if name.upper() not in named:
             steps = ", ".join(step.name for step in named.values())
-            yield _of(each, f"there is no step {name}", f"steps are {steps}")
+            yield _of(each, f"no step {name}", f"steps are {steps}")
     for name in each.sources:
         if name.upper() in named and named[name.upper()].stop:
             yield _of(each, f"it leaves the stop {name}", "end the path there, or use a step")

@@ -14,6 +14,9 @@ SINGLE = 0
 DOUBLE = -1
 """Width of a computation in LREAL."""
 
+FAULT = ":I.Fault"
+"""Behind the slot in the address of a connection's fault, which is no word of an image."""
+
 
 @dataclass(frozen=True, slots=True)
 class Constant:
@@ -57,6 +60,16 @@ class Place:
                 return None
             flat = flat * length + int(index.value)
         return flat
+
+    @property
+    def address(self) -> str | None:
+        """Address of the word or bit of a slot's image or fault; None of any other or computed place."""
+        if self.leaf.slot is None or self.can_fault:
+            return None
+        word = f"Local:{self.leaf.slot}{FAULT}"
+        if self.leaf.is_image:
+            word = f"Local:{self.leaf.slot}:{'O' if self.leaf.output else 'I'}.Data[{self.fixed_index}]"
+        return f"{word}.{int(self.bit.value)}" if isinstance(self.bit, Constant) else word
 
 
 @dataclass(frozen=True, slots=True)

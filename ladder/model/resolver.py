@@ -102,12 +102,12 @@ MODULE_TYPES: Mapping[bool, Structure] = {
 _WORD_BITS = 16
 
 
-def _of_card(step: BitStep) -> tuple[Step, Step]:
-    """Return word and bit of `Local:2:I.Data.20`: words 0 and 1 hold the 32 terminals of a card."""
+def _of_card(step: BitStep, first: int = 0) -> tuple[Step, Step]:
+    """Return word and bit of `Local:2:I.Data.20`: the first word and the next hold 32 terminals of a card."""
     bit = step.index
     if not isinstance(bit, Number) or not _WORD_BITS <= int(bit.value) < 2 * _WORD_BITS:
-        return WordStep(0, "."), step
-    return WordStep(1, "."), BitStep(number(int(bit.value) - _WORD_BITS))
+        return WordStep(first, "."), step
+    return WordStep(first + 1, "."), BitStep(number(int(bit.value) - _WORD_BITS))
 
 
 _LOCAL = re.compile(r"LOCAL:(\d+):([IO])")
@@ -262,7 +262,7 @@ class Resolver:
             return Place(leaf, (constant(0),), constant(_PROFILE_BITS[name]), str(shown))
         member = member_of(self._layout.cards.get(slot), "O" if output else "I", name)
         if member is not None:
-            return self._member_of_card(slot, member, steps[1:], shown)
+            return self._member_of_card(slot, name, member, steps[1:], shown)
         if name == "FAULT" and not output:
             leaf = self._layout.fault(slot)
             return self._walk(Group(leaf.type, leaf.path, (), (), self._layout, str(shown)), steps[1:])
@@ -272,7 +272,7 @@ class Resolver:
         raise AddressError(f"{shown} is not part of a module", f"there are {parts}, and bits of words")
 
     def _member_of_card(
-        self, slot: int, member: MemberPlace, steps: tuple[Step, ...], shown: Address
+        self, slot: int, name: str, member: MemberPlace, steps: tuple[Step, ...], shown: Address
     ) -> Place | Group:
         """Find a member of a card's tag; bits 16 to 31 of `ReadBack` are in the next word."""
         output = member.image == "O"
@@ -281,8 +281,8 @@ class Resolver:
             if steps:
                 raise AddressError(f"nothing can follow the bit in {shown}", "end the address there")
             return replace(here, bit=constant(member.bit))
-        if not member.word and len(steps) == 1 and isinstance(steps[0], BitStep):
-            return self._data(slot, output, steps, shown)
+        if name == "READBACK" and len(steps) == 1 and isinstance(steps[0], BitStep):
+            return self._data(slot, output, _of_card(steps[0], member.word), shown)
         return self._data(slot, output, (WordStep(member.word, "."), *steps), shown)
 
     def _module(self, slot: int, output: bool, shown: Address) -> Group:
@@ -344,7 +344,7 @@ class Resolver:
         for index, length in zip(indices, here.dims, strict=True):
             if isinstance(index, Constant) and not 0 <= index.value < length:
                 raise AddressError(
-                    f"index {index.value} is outside {here.path}[{length}]", f"allowed are 0 to {length - 1}"
+                    f"index {index.value} is outside {here.path}[{length}]", f"must be 0 to {length - 1}"
                 )
         return replace(here, indices=here.indices + indices, dims=(), array=here.dims)
 
@@ -376,7 +376,7 @@ class Resolver:
         index = self._index(number(step.index) if isinstance(step, SlashStep) else step.index, here.path)
         bits = whole.type.bits
         if isinstance(index, Constant) and not 0 <= index.value < bits:
-            raise AddressError(f"{here.path} has no bit {index.value}", f"allowed are 0 to {bits - 1}")
+            raise AddressError(f"{here.path} has no bit {index.value}", f"must be 0 to {bits - 1}")
         return replace(whole, bit=index)
 
     def _undeclared(self, name: str) -> AddressError:
@@ -391,7 +391,16 @@ class Resolver:
         close = difflib.get_close_matches(name, names, n=1)
         some = ", ".join([*names[:_NAMES_LISTED], *["..."] * (len(names) > _NAMES_LISTED)]) or "none"
         meant = f"did you mean {close[0]}?" if close else f"tags are {some}"
-        return AddressError(f"there is no tag {name} ({meant})", "declare it", Site(tag=name))
+        return AddressError(f"no tag {name} ({meant})", "declare it", Site(tag=name))
+
+
+def address_in(resolver: Resolver, name: str) -> str | None:
+    """Return the address of the word or bit of an image or a fault that a user's name means; else None."""
+    try:
+        where = resolver.named(name)
+    except LadderError:
+        return None
+    return where.address if isinstance(where, Place) else None
 
 
 def _is_text(resolved: Resolved) -> bool:

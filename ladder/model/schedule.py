@@ -50,11 +50,11 @@ class Task:
     def __post_init__(self) -> None:
         if self.kind is TaskKind.PERIODIC:
             if not 0 < self.rate_ns <= LONGEST_NS:
-                raise LadderError(f"task {self.name}: rate {self.rate_ns} ns; allowed are up to 2,000 s")
+                raise LadderError(f"task {self.name}: rate {self.rate_ns} ns; must be at most 2,000 s")
         elif self.rate_ns:
             raise LadderError(f"task {self.name} is {self.kind.value} and has no rate")
         if self.priority not in PRIORITIES:
-            raise LadderError(f"task {self.name}: priority {self.priority}; allowed are 1 to 15")
+            raise LadderError(f"task {self.name}: priority {self.priority}; must be 1 to 15")
         if self.preempt and self.kind is TaskKind.CONTINUOUS:
             raise LadderError(f"task {self.name} is CONTINUOUS: it does not preempt itself")
 

@@ -23,7 +23,7 @@ class StretchPart:
 
     offset: int  # of the first value
     dims: tuple[int, ...] = ()  # lengths of the arrays in the structure around it, the outermost first
-    strides: tuple[int, ...] = ()  # distance between neighbours, per dimension
+    strides: tuple[int, ...] = ()  # distance between neighbors, per dimension
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +67,7 @@ def stretch_of(kind: DataType) -> Stretch:
 
 
 def row_strides(dims: tuple[int, ...], size: int) -> tuple[int, ...]:
-    """Return the distance between neighbours per dimension, for elements of that size."""
+    """Return the distance between neighbors per dimension, for elements of that size."""
     strides: tuple[int, ...] = ()
     for length in reversed(dims):
         strides = (size, *strides)

@@ -21,9 +21,9 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from decimal import Decimal
 from typing import Any, NamedTuple, Protocol
 
+from ...io_images.times import TIME, parse_time, time_text
 from .errors import LadderError
 
 ALL_MESSAGES = "MSG"
@@ -33,7 +33,7 @@ NEVER_STUBBED = frozenset({"JMP", "LBL", "JSR", "SBR", "RET", "TND", "MCR", "FOR
 """Instructions that decide what runs next: no stub can replace them."""
 
 _TEXT = re.compile(
-    r"(?:done|error\s+(?:16#(?P<hex>[0-9A-F]{1,4})|(?P<code>\d{1,5})))\s+after\s+(?P<ms>\d{1,9}(?:\.\d{1,6})?)\s*ms",
+    rf"(?:done|error\s+(?:16#(?P<hex>[0-9A-F]{{1,4}})|(?P<code>\d{{1,5}})))\s+after\s+(?P<time>{TIME})",
     re.IGNORECASE,
 )
 _POWER = {"FALSE": False, "TRUE": True}
@@ -81,7 +81,7 @@ class Ending:
         if self.after_ns >= NEVER:
             return "waits"
         what = f"error 16#{self.error:04X}" if self.error else "done"
-        after = f"{what} after {(Decimal(self.after_ns) / 1_000_000).normalize():f} ms"
+        after = f"{what} after {time_text(self.after_ns)}"
         return after if self.reply is None else f"{after} with {self.reply}"
 
 
@@ -157,7 +157,7 @@ def parse_stub(text: str) -> Ending | Power:
     """Read a stub that is not a Python function.
 
     >>> str(parse_stub("done after 20 ms")), str(parse_stub("error 203 after 0.5 ms")), parse_stub("false")
-    ('done after 20 ms', 'error 16#00CB after 0.5 ms', Power(behind=False))
+    ('done after 20 ms', 'error 16#00CB after 500 µs', Power(behind=False))
     """
     power = _POWER.get(text.strip().upper())
     if power is not None:
@@ -171,7 +171,10 @@ def parse_stub(text: str) -> Ending | Power:
             f"{text!r} is not a stub; write 'done after 20 ms', 'error 16#00CB after 20 ms' with a code up "
             "to 16#FFFF, 'waits', 'false', 'true' or, in a rack file, a function as in 'plant.py:xrp'"
         )
-    return Ending(int(Decimal(found["ms"]) * 1_000_000), error)
+    try:
+        return Ending(parse_time(found["time"].lower()), error)
+    except ValueError as reason:
+        raise LadderError(str(reason)) from None
 
 
 def check_stubbed(name: str) -> None:

@@ -8,15 +8,11 @@ of any node is its rung text.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
-from .errors import LadderError
+from . import hooks
 from .quoting import quoted
-
-if TYPE_CHECKING:
-    from .chart import Chart
 
 # --- operands
 
@@ -250,9 +246,7 @@ class Rung:
 
     def _repr_html_(self) -> str:
         """Return its drawing for a notebook."""
-        from ..draw import routines_svg
-
-        return routines_svg([(Routine("", (self,)), [0])])
+        return hooks.rung_svg(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -290,59 +284,6 @@ NumberedLine = tuple[int, str]
 def comment_lines(comment: str) -> Iterator[NumberedLine]:
     """Yield the lines of a comment."""
     yield from ((0, f"// {line}".rstrip()) for line in comment.split("\n") if comment)
-
-
-@dataclass(frozen=True, slots=True)
-class Routine:
-    """A routine of rungs; of statements if `statements` is not None; a chart if `chart` is not None."""
-
-    name: str
-    rungs: tuple[Rung, ...]
-    comment: str = ""
-    statements: Block | None = None
-    chart: Chart | None = None
-
-    @property
-    def unit(self) -> str:
-        """Unit of its numbers: rung, line, or element of a chart."""
-        return "element" if self.chart else "rung" if self.statements is None else "line"
-
-    @property
-    def block(self) -> Block:
-        """Its statements, those in a chart included; none of rungs."""
-        return tuple(self.chart.statements()) if self.chart else self.statements or ()
-
-    @property
-    def numbers(self) -> Sequence[int]:
-        """Numbers of its rungs from 0, of lines with statements from 1, or of a chart's elements."""
-        if self.chart is not None:
-            return sorted(self.chart.elements)
-        if self.statements is None:
-            return range(len(self.rungs))
-        return sorted({number for each in self.statements for number, _ in each.numbered() if number})
-
-    def numbered(self, number: int) -> str:
-        """Return the rung or the statements of a number, or raise a LadderError."""
-        if number not in self.numbers:
-            there = (
-                ", ".join(map(str, self.numbers))
-                if self.statements or self.chart
-                else f"0 to {len(self.rungs) - 1}"
-            )
-            raise LadderError(f"routine {self.name} has no {self.unit} {number}: {there}")
-        if self.chart is not None:
-            return self.chart.elements[number]
-        if self.statements is None:
-            return str(self.rungs[number])
-        lines = (line for each in self.statements for line in each.numbered())
-        return " ".join(text.strip() for at, text in lines if at == number)
-
-    @property
-    def text(self) -> str:
-        """Rungs without comments, statements, or a chart."""
-        if self.chart is not None:
-            return "\n".join(self.chart.lines())
-        return "\n".join(map(str, self.rungs if self.statements is None else self.statements))
 
 
 def instructions_of(series: Series) -> Iterator[Instruction]:

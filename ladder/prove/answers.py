@@ -16,7 +16,7 @@ True
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -25,16 +25,25 @@ from ..build.runnable import LadderLogic
 from ..model.errors import LadderError
 from ..model.tags import Layout
 from ..state.memory import element_text
-from .algebra.terms import and_
+from .advice import advice
+from .algebra.meaning import BOOL
+from .algebra.terms import T, and_
 from .claims import Claim, ClaimKind
 from .contracts import KeptBy
 from .induction import Limits, Verdict, VerdictKind, prove
 from .monitors import Key, MonitoredProgram, WatchedClaim, monitored
 from .replaying import ScanOf
 from .smallest import smallest
-from .system import ProgramSystem, ScanBounds
+from .system import Happenings, ProgramSystem, ScanBounds
+from .system.happenings import PROGRAM_MODE
 
 LIMITS = Limits()
+
+KEY_TEXT = "the key was turned to program and back to run"
+"""What a scenario says of a scan before which it was."""
+
+AGAIN_TEXT = "the run ended, and the next one began with its tags"
+"""What a scenario says of the first scan of a run with retained tags."""
 
 REACHED = "reached"
 """The word for a claim `reachable` that a run makes true."""
@@ -42,14 +51,24 @@ REACHED = "reached"
 
 @dataclass(frozen=True, slots=True)
 class ScenarioStep:
-    """A scan of a scenario: ms since the scan before, and what changes before it, by tag."""
+    """A scan of a scenario: ms since the scan before, and what changes before it, by tag.
+
+    `turned` and `again`: see `ScanOf`.
+    """
 
     ms: int
     changes: tuple[tuple[str, Any], ...]
+    turned: bool = False
+    again: bool = False
 
     def __str__(self) -> str:
-        said = [value_text(name, value) for name, value in self.changes]
-        return ", ".join([*([f"{self.ms:,} ms later"] if self.ms else []), *said]) or "power-up"
+        return self.told([value_text(name, value) for name, value in self.changes])
+
+    def told(self, changes: Sequence[str]) -> str:
+        """Return it in words, with words for its changes."""
+        said = [f"{self.ms:,} ms later"] if self.ms else []
+        said += [KEY_TEXT] * self.turned + [AGAIN_TEXT] * self.again
+        return ", ".join([*said, *changes]) or "power-up"
 
 
 @dataclass(frozen=True)
@@ -75,6 +94,7 @@ class Answer:
     assumed: tuple[str, ...]
     deciding: int
     tags: int
+    advice: str = ""  # what to do if it is unknown
 
     def __bool__(self) -> bool:
         return self.word in (VerdictKind.PROVED, REACHED)
@@ -91,6 +111,7 @@ class Answer:
         lines = [f"{self.word}: {self.claim.sentence}"]
         lines += [f"  scan {number}: {step}" for number, step in enumerate(self.steps, start=1)]
         lines += [f"  {each}" for each in self.verdict.blame]
+        lines += [f"  to do: {self.advice}"] if self.advice else []
         return "\n".join(lines)
 
     __repr__ = __str__
@@ -116,10 +137,25 @@ def answer(
         scans,
         tuple(steps_of(layout, scans)),
         tuple(held),
-        (*[each.text for each in (*program.assumptions, *own)], *verdict.assumed),
+        (
+            *problem.happenings.assumed(),
+            *[each.text for each in (*program.assumptions, *own)],
+            *verdict.assumed,
+        ),
         sum(name in problem.key_of for name in cone),
         len(problem.machine.vars),
+        advice(verdict.blame, _numbers_in(problem, cone)),
     )
+
+
+def _numbers_in(problem: ProgramSystem, cone: Mapping[str, T]) -> list[str]:
+    """Return the tags of the numbers that a scan changes and that decide a claim, the nearest first."""
+    layout, found = problem.lowered.layout, []
+    for name, v in cone.items():
+        key = problem.key_of.get(name)
+        if key is not None and v.kind != BOOL and name in problem.next and "~" not in key[0]:
+            found.append(tag_text(layout, key))
+    return found
 
 
 def ask(
@@ -132,6 +168,7 @@ def ask(
     free: Sequence[str] = (),
     written_outside: Sequence[str] = (),
     scan_ms: tuple[float, float] = (1, 1000),
+    happens: Sequence[str] = (PROGRAM_MODE,),
     limits: Limits = LIMITS,
 ) -> Answer:
     """Decide one claim about a program without a rack, see `LadderLogic.prove`."""
@@ -148,6 +185,7 @@ def ask(
         free=free,
         written_outside=written_outside,
         assume=watched.assume,
+        happenings=Happenings.of(happens),
     )
     asked = next(each for each in watched.properties if each.claim is claim)
     return answer(problem, watched, asked, limits)
@@ -169,9 +207,8 @@ def _assuming(problem: ProgramSystem, bits: Sequence[Key]) -> Iterator[None]:
 def steps_of(layout: Layout, scans: Sequence[ScanOf]) -> Iterator[ScenarioStep]:
     """Yield the scans of a run with the names of what changes."""
     for each in scans:
-        yield ScenarioStep(
-            each.ms, tuple((tag_text(layout, key), value) for key, value in sorted(each.inputs.items()))
-        )
+        changes = tuple((tag_text(layout, key), value) for key, value in sorted(each.inputs.items()))
+        yield ScenarioStep(each.ms, changes, each.turned, each.again)
 
 
 def tag_text(layout: Layout, key: Key) -> str:

@@ -23,13 +23,13 @@ from .induction import Limits, prove
 from .replaying import ScanOf
 from .solving.frames import Frame
 from .solving.solver import UNSAT, Solver
-from .system import HeldNumber, Key, ProgramSystem, Runnable, ScanBounds, System, shown
+from .system import RUN_ONLY, HeldNumber, Key, ProgramSystem, Runnable, ScanBounds, System, shown
 
-LIMITS = Limits(scans=5, k=2, steps=1_000, total=3_000, helped=False)
+LIMITS = Limits(scans=5, k=2, work=300_000, fuse=16_000, helped=False)
 """Limits for one value that random runs do not tell apart."""
 
-BUDGET = 20_000
-"""Limit of the solver's steps for all values."""
+BUDGET = 20_000_000
+"""Limit of the work for all values, see `Solver`."""
 
 NEW = "~new:"
 """Start of the names of the new program's own variables."""
@@ -94,13 +94,14 @@ def compare(
     limits: Limits = LIMITS,
     budget: int = BUDGET,
 ) -> Difference:
-    """Compare two programs, power-up to power-up, with the same inputs in each scan.
+    """Compare two programs, power-up to power-up, the key in run, with the same inputs in each scan.
 
     Raises:
         LadderError: what is not proved about, by name.
     """
-    before = ProgramSystem(old, bounds, free=free, written_outside=written_outside)
-    after = ProgramSystem(new, bounds, free=free, written_outside=written_outside, beside=before)
+    given = {"free": free, "written_outside": written_outside, "happenings": RUN_ONLY}
+    before = ProgramSystem(old, bounds, **given)  # type: ignore[arg-type]
+    after = ProgramSystem(new, bounds, **given, beside=before)  # type: ignore[arg-type]
     return _Comparison(before, after, limits, budget).difference()
 
 
@@ -110,7 +111,7 @@ class _Comparison:
 
     Attributes:
         own: terms for variables of the new program that are not those of the old one.
-        havocs: text of the instruction for each variable of what is not modelled.
+        havocs: text of the instruction for each variable of what is not modeled.
     """
 
     old: ProgramSystem
@@ -162,7 +163,7 @@ class _Comparison:
         self._match_havocs()
 
     def _match_havocs(self) -> None:
-        """Share what is not modelled between instructions of the same text: equal operands, equal results."""
+        """Share what is not modeled between instructions of the same text: equal operands, equal results."""
         old, new = _by_instruction(self.old), _by_instruction(self.new)
         for text, variables_ in new.items():
             before = old.get(text, [])
@@ -197,17 +198,17 @@ class _Comparison:
 
     def _now(self, both: Sequence[Key]) -> set[Key]:
         """Return values that one scan can make different, after equal states."""
-        solver = Solver(self.limits.steps)
+        solver = Solver(self.limits.fuse)
         frame = Frame(System(held=self.old.held & self.new.held, initial=self.old.initial), solver)
         found = set()
         for key in both:
             differ = self._differ(key)
             if differ is FALSE:
                 continue
-            before = solver.spent
+            before = solver.work
             if self.left <= 0 or solver.check(frame.term(differ)) != UNSAT:
                 found.add(key)
-            self.left -= 1 + solver.spent - before
+            self.left -= solver.work - before
         return found
 
     def _ever(self, both: Sequence[Key], first: set[Key]) -> set[Key]:
@@ -281,7 +282,7 @@ class _Comparison:
         if self.left <= 0 or (by_chance and not now):
             return ChangedValue(key, now, by_chance, inputs)
         verdict = prove(system, differ, self.limits)
-        self.left -= 1 + verdict.spent
+        self.left -= 1 + verdict.work
         if verdict and not by_chance and self.old.deep is FALSE and self.new.deep is FALSE:
             return None
         confirmed = verdict.scans and differs(self.old, self.new, verdict.scans, key)
@@ -297,7 +298,7 @@ def _is_shown(key: Key) -> bool:
 
 
 def _by_instruction(problem: ProgramSystem) -> dict[str, list[T]]:
-    """Return the variables of what is not modelled, in order, by the text of the instruction."""
+    """Return the variables of what is not modeled, in order, by the text of the instruction."""
     havocs = problem.machine.havocs
     known = {v.val: v for v in variables(problem.next.values()) if v.val in havocs}
     found: dict[str, list[T]] = {}

@@ -40,7 +40,7 @@ def random_runs(
                 ms = _clipped(rng.choice((1, 10, 100, 1000)), old.bounds.low_ms, old.bounds.high_ms)
                 scans.append(ScanOf(ms if number else 0, inputs))
                 for engine in engines:
-                    _do(engine, scans[-1])
+                    scans[-1].do(engine)
                 for key in left:
                     if _value(engines[0], key) != _value(engines[1], key):
                         found[key] = tuple(scans)
@@ -71,12 +71,6 @@ def _value(engine: Engine, key: Key) -> Any:
     return engine.memory.read(engine.lowered.layout.leaf(key[0]), key[1])
 
 
-def _do(engine: Engine, scan: ScanOf) -> None:
-    for (path, index), value in scan.inputs.items():
-        engine.memory.write(engine.lowered.layout.leaf(path), index, value)
-    engine.step(scan.ms)
-
-
 def differs(old: ProgramSystem, new: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> bool:
     """Run both compiled programs; return whether a value differs at the end."""
     return bool(_left_by(old, scans, key) != _left_by(new, scans, key))
@@ -87,7 +81,7 @@ def _left_by(problem: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> Any:
     engine = problem.program.compile()
     try:
         for scan in scans:
-            _do(engine, scan)
+            scan.do(engine)
     except LadderFault as fault:
         return str(fault)
     return _value(engine, key)

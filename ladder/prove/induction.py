@@ -4,7 +4,7 @@ Two questions alternate. Base: is it broken in scan k + 1 after power-up? Step: 
 which it held, whatever the state before them? From k = 1 on invariants help the step.
 
 A run that the solver finds is done by the compiled program, and its memory decides. If an instruction that is
-not modelled computed something else than the solver chose, the solver gets that value and tries again. If the
+not modeled computed something else than the solver chose, the solver gets that value and tries again. If the
 program faults, its runs end there: later runs do without that fault.
 """
 
@@ -13,25 +13,36 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from itertools import pairwise
 from typing import Any
 
 from ...io_images.site import Site
 from ..model.errors import LadderFault
 from .algebra.meaning import BOOL, INT
 from .algebra.terms import FALSE, TRUE, T, and_, not_
+from .certificate import Certificate
 from .replaying import ReplayedRun, ScanOf, breaks, first_broken, replay, scenario
 from .solving.frames import Frame
 from .solving.invariants import Invariant, invariants
-from .solving.solver import SAT, STEPS, UNKNOWN, UNSAT, Solver
+from .solving.solver import FUSE, SAT, UNKNOWN, UNSAT, Solver, fuse_text
 from .solving.translation import sort_of
 from .stretching import STRETCHED_MS, in_short_scans, stretched
-from .system import CLOCK, DT, HeldNumber, Key, ProgramSystem, System
+from .system import CLOCK, DT, RETAINED, THEN, TURNED, HeldNumber, Key, ProgramSystem, System
 
 MOST_TRIES = 10
 """Maximum runs of the program for one property."""
 
 HELPED_FROM = 3
 """Scans after which invariants are sought: what breaks early is found without them."""
+
+WORK = 10_000_000
+"""Default limit of the work for a property."""
+
+SCANS, FURTHER = 20, 1_000_000
+"""Scans of a run that is sought in any case; longer ones as long as the work is below."""
+
+FUSES = 10
+"""Fuses of a question that make up that of a property."""
 
 STRETCHED_FROM = 5
 """Scans after which a run with longer scans is sought."""
@@ -47,21 +58,21 @@ class VerdictKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Limits of a proof, in steps: the same verdict on every machine.
+    """Limits of a proof: the same verdict everywhere, with every version of the solver unless a fuse blows.
 
     Attributes:
         scans: longest run that is sought.
         k: most scans of an induction.
-        steps: of the solver, for one question.
-        total: of the solver, for one property.
+        work: terms that questions ask about, for one property; see `Solver`.
+        fuse: the solver's steps for one question; ten times as many for one property.
         helped: whether invariants are sought.
         replays: whether a run that the solver finds is done by the compiled program.
     """
 
-    scans: int = 20
+    scans: int = 1_000
     k: int = 6
-    steps: int = STEPS
-    total: int = 10 * STEPS
+    work: int = WORK
+    fuse: int = FUSE
     helped: bool = True
     replays: bool = True
 
@@ -80,7 +91,9 @@ class Verdict:
         blame: instructions or limits, if unknown.
         states: how many state values decide the property.
         values: how many variables decide it in all.
-        spent: steps of the solver.
+        work: terms that questions asked about.
+        steps: of the solver.
+        certificates: of what is proved, and of "the relation follows the program" if that needs a proof.
     """
 
     kind: VerdictKind = VerdictKind.UNKNOWN
@@ -92,7 +105,9 @@ class Verdict:
     blame: tuple[str, ...] = ()
     states: int = 0
     values: int = 0
-    spent: int = 0
+    work: int = 0
+    steps: int = 0
+    certificates: tuple[Certificate, ...] = ()
 
     def __bool__(self) -> bool:
         return self.kind is VerdictKind.PROVED
@@ -124,7 +139,7 @@ class _Proof:
     result: Verdict = field(default_factory=Verdict)
     key: Key | None = None
     bad: T = FALSE
-    before: int = 0  # steps of searches that learnt something
+    before: tuple[int, int] = (0, 0)  # work and steps of searches that learned something
 
     def verdict(self) -> Verdict:
         """Decide."""
@@ -158,27 +173,31 @@ class _Proof:
                 self._search(cone)
                 return
             except _Again:
-                self.before = self.result.spent
+                self.before = self.result.work, self.result.steps
 
     # --- the two questions
 
     def _search(self, cone: dict[str, T]) -> None:
         system, limits = self.system, self.limits
-        base, steps = Solver(limits.steps), _Steps(system, self.bad, limits)
+        base, steps = Solver(limits.fuse), _Steps(system, self.bad, limits)
         run: Frame | None = None
         for k in range(limits.scans):
             run = Frame(system, base, run, first=run is None)
             broken = run.term(self.bad)
             answer = base.check(broken)
-            self.result.spent = self.before + base.spent + steps.spent
+            self._count(base, steps)
             if answer == SAT:
                 self._refute(base, run, broken)
                 return
-            if answer == UNKNOWN or self.result.spent > limits.total:
-                self._unknown(f"the limit of steps, in scan {k + 1}")
+            if answer == UNKNOWN or self.result.steps > FUSES * limits.fuse:
+                self._unknown(f"{fuse_text()}, in scan {k + 1}")
                 return
-            if system.contract is not TRUE and base.check() != SAT:
-                self._unknown(f"no run of {k + 1} scans keeps what is assumed")
+            if self.result.work > (limits.work if k < SCANS else min(limits.work, FURTHER)):
+                self._unknown(f"the limit of work, in scan {k + 1}")
+                return
+            if system.contract is not TRUE and (kept := base.check()) != SAT:
+                why = f"no run of {k + 1} scans keeps what is assumed"
+                self._unknown(why if kept == UNSAT else f"{fuse_text()}, in scan {k + 1}")
                 return
             base.state(base.apply("not", [broken]))
             if limits.helped and k == min(HELPED_FROM, limits.k, limits.scans - 1):
@@ -188,15 +207,23 @@ class _Proof:
                 return
             if k == STRETCHED_FROM and self._refute_stretched(cone):
                 return
-        self._unknown(f"the limit of {limits.scans} scans")
+        self._unknown(f"the limit of {limits.scans} scans", *[fuse_text()] * steps.blown)
+
+    def _count(self, base: Solver, steps: _Steps) -> None:
+        work, spent = self.before
+        self.result.work = work + base.work + steps.work
+        self.result.steps = spent + base.steps + steps.steps
 
     # --- answers
 
     def _proved(self, k: int, found: Sequence[Invariant] = ()) -> None:
         if not self._follows():
             return
-        self.result.kind, self.result.k = VerdictKind.PROVED, k
-        self.result.invariants = tuple(each.text for each in found)
+        system, result = self.system, self.result
+        result.kind, result.k = VerdictKind.PROVED, k
+        result.invariants = tuple(each.text for each in found)
+        own = Certificate.of(system, "what is asked", self.bad, k, found)
+        result.certificates = (own, *(system.follows.certificates if system.follows else ()))
 
     def _follows(self) -> bool:
         """Whether the relation follows the program in every run."""
@@ -204,10 +231,13 @@ class _Proof:
         if system.deep is FALSE or self.bad is system.deep:
             return True
         if system.follows is None:
-            system.follows = bool(prove(system, system.deep, replace(self.limits, replays=False)))
+            found = prove(system, system.deep, replace(self.limits, replays=False))
+            said = "the relation follows the program"
+            found.certificates = tuple(replace(each, says=said) for each in found.certificates)
+            system.follows = found
         if not system.follows:
             self._unknown(*system.limits_met())
-        return system.follows
+        return bool(system.follows)
 
     def _unknown(self, *blame: str) -> None:
         self.result.blame = (*self.result.blame, *blame)
@@ -215,9 +245,16 @@ class _Proof:
     def _refute(self, base: Solver, run: Frame, broken: Any) -> None:
         """Run what the solver found; learn from a run that does not break the property."""
         frames = list(run)
+        in_run = [base.apply("not", [made]) for each in frames for made in self._prescans(each)]
+        ways = [way for way in (in_run, _read_by_prescan(base, frames)) if way]
+        if ways and not any(base.check(broken, *way) == SAT for way in ways):
+            base.check(broken)  # the first answer again
         pins: list[Any] = []
         while True:
             scans = [frame.values() for frame in frames]
+            for behind, scan in pairwise(scans):  # what prescan reads is there in the scan
+                for name in [each for each in behind if each.startswith(THEN)]:
+                    scan.setdefault(name.removeprefix(THEN), behind[name])
             if isinstance(self.system, ProgramSystem):
                 done = self.system.bounds.done
                 scans = [each | {DT: done(each[DT])} if DT in each else each for each in scans]
@@ -232,6 +269,10 @@ class _Proof:
             pins = self._learnt(base, frames, replayed)
             if not pins or self.tries <= 0 or base.check(broken, *pins) != SAT:
                 return
+
+    @staticmethod
+    def _prescans(frame: Frame) -> list[Any]:
+        return [frame.chosen[name][1] for name in (TURNED, RETAINED) if name in frame.chosen]
 
     def _is_the_fault(self, replayed: ReplayedRun, scans: int) -> bool:
         fault = replayed.fault
@@ -282,7 +323,7 @@ class _Proof:
             return False
         longer = stretched(system)
         longer.contract = longer.narrowed([longer.after(key)])
-        solver, run = Solver(self.limits.steps), None
+        solver, run = Solver(self.limits.fuse), None
         for _ in range(self.limits.scans):
             run = Frame(longer, solver, run, first=run is None)
             broken = run.term(longer.after(key))
@@ -290,6 +331,7 @@ class _Proof:
             if answer == SAT:
                 return self._done_in_short_scans(longer, [frame.values() for frame in run])
             if answer == UNKNOWN:
+                self._unknown(fuse_text())
                 return False
             solver.state(solver.apply("not", [broken]))
         return False
@@ -307,6 +349,16 @@ class _Proof:
         return False
 
 
+def _read_by_prescan(base: Solver, frames: Sequence[Frame]) -> list[Any]:
+    """Return that prescan reads the inputs of the scan behind it, as it does in a scenario."""
+    return [
+        base.apply("=", [made, scan.chosen[name.removeprefix(THEN)][1]])
+        for behind, scan in pairwise(frames)
+        for name, (v, made) in behind.chosen.items()
+        if name.startswith(THEN) and v.kind in (BOOL, INT) and name.removeprefix(THEN) in scan.chosen
+    ]
+
+
 @dataclass(slots=True)
 class _Steps:
     """The step of an induction: whether a property follows from k scans in which it held."""
@@ -319,23 +371,30 @@ class _Steps:
     _solver: Solver = field(init=False)
     _last: Frame | None = None
     _open: bool = True
-    _before: int = 0
+    _before: tuple[int, int] = (0, 0)
+    blown: bool = False  # whether a fuse ended it
 
     def __post_init__(self) -> None:
-        self._solver = Solver(self.limits.steps)
+        self._solver = Solver(self.limits.fuse)
 
     @property
-    def spent(self) -> int:
+    def work(self) -> int:
+        """Terms that questions asked about."""
+        return self._before[0] + self._solver.work
+
+    @property
+    def steps(self) -> int:
         """Steps of the solver."""
-        return self._before + self._solver.spent
+        return self._before[1] + self._solver.steps
 
     def help(self, cone: dict[str, T]) -> None:
         """Find invariants, or take those of a question with the same cone; start again with them."""
         known, key = self.system.invariants, (self.system.contract, tuple(cone))
         if key not in known:
-            known[key] = invariants(self.system, cone, self.limits.steps)
-        self.found, spent = known[key]  # found again or not: the same steps, and so the same verdict
-        self._before, self._solver = self.spent + spent, Solver(self.limits.steps)
+            known[key] = invariants(self.system, cone, self.limits.fuse)
+        self.found, work, steps, blown = known[key]  # the same work, found again or not
+        self._before = self.work + work, self.steps + steps
+        self._solver, self.blown = Solver(self.limits.fuse), self.blown or blown
         self._last, self._open, self.k = None, True, -1
 
     def proves(self, most: int) -> bool:
@@ -353,6 +412,6 @@ class _Steps:
         broken = self._last.term(self.bad)
         answer = solver.check(broken)
         solver.state(solver.apply("not", [broken]))
-        self._open = answer == SAT
+        self._open, self.blown = answer == SAT, self.blown or answer == UNKNOWN
         self.k += 1
         return answer == UNSAT

@@ -35,9 +35,10 @@ from ..model.errors import BuildError, LadderError
 from ..model.expressions import parse_address, parse_expression
 from ..model.operands import Constant, Place
 from ..model.resolver import AddressError
+from ..model.routine import Routine
 from ..model.statements import Assignment
 from ..model.tags import OVERRIDE, STATUS_FLAGS, SlotAlias, Tag, program_of, scoped
-from ..model.tree import Address, Instruction, Operand, Operation, Routine, Rung, number
+from ..model.tree import Address, Instruction, Operand, Operation, Rung, number
 from ..model.types import BOOL
 from ..run.engine import Engine
 from ..st import parse_statements

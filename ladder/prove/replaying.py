@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..model.errors import LadderFault
+from ..run.edit import started_again
 from ..run.engine import Engine
 from .algebra.evaluation import Evaluator
 from .algebra.terms import T, reach
-from .system import CLOCK, DT, TOLD, Key, ProgramSystem, System
+from .system import CLOCK, DT, FIRST_SCAN, OFF, RETAINED, TOLD, TURNED, Key, ProgramSystem, System
 
 Values = Mapping[str, Any]
 """Values of variables in a scan, by name."""
@@ -22,10 +23,24 @@ Broken = Callable[[Engine, "dict[str, Any]"], bool]
 
 @dataclass(frozen=True, slots=True)
 class ScanOf:
-    """A scan of a scenario: ms since the scan before, inputs that change before it."""
+    """A scan of a scenario: ms since the scan before, inputs that change before it.
+
+    `turned` says that before it the key is turned to program and back, `again` that it is the first of a run
+    that begins with the tags of the one before.
+    """
 
     ms: int
     inputs: dict[Key, Any]
+    turned: bool = False
+    again: bool = False
+
+    def do(self, engine: Engine) -> None:
+        """Do it on an engine; may raise a LadderFault."""
+        for (path, index), value in self.inputs.items():
+            engine.memory.write(engine.lowered.layout.leaf(path), index, value)
+        if self.turned:
+            engine.prescan()
+        engine.step(self.ms)
 
 
 @dataclass(slots=True)
@@ -35,7 +50,7 @@ class ReplayedRun:
     Attributes:
         confirmed: whether the program breaks the property, as the solver says.
         fault: the major fault that ended it.
-        computed: what instructions that are not modelled computed, by scan and variable.
+        computed: what instructions that are not modeled computed, by scan and variable.
         done: scans without a fault.
         differs: a place where relation and program differ: a defect, unless it is in the shade of a havoc.
     """
@@ -52,23 +67,30 @@ class Run:
 
     def __init__(self, problem: ProgramSystem) -> None:
         self.problem, self.engine, self._started = problem, problem.program.compile(), False
-        self._told: Values = {}
+        self._told: Values = {}  # behind the scan before
+        self._told_before: Values = {}
         self.set_bits: dict[Key, int] = {}  # numbers of which bits were written before the latest scan
 
     def scan(self, values: Values) -> dict[str, Any]:
         """Do a scan with a solver's values; return those of all variables before it."""
         problem, memory = self.problem, self.engine.memory
+        if is_again(self._told):
+            self.engine = started_again(self.engine, problem.program.compile())
+            memory = self.engine.memory
         for name, value in values.items():
             key = problem.key_of.get(name)
             if key is not None and problem.role(name) == "free":
                 memory.write(problem.machine.kinds[key], key[1], value)
         self._write_bits()
+        off, self._told_before = off_ms(self._told), self._told
+        if is_turned(self._told) or is_again(self._told):
+            self.engine.prescan()
         self._told = values
         ms = values.get(DT, problem.least_ms)
-        before = self._before() if self._started else dict(problem.initial)
+        before = self._before(off) if self._started else dict(problem.initial)
         before.update(values)
         before[DT] = ms
-        self.engine.step(ms)
+        self.engine.step(ms + off)
         self._started = True
         return before
 
@@ -86,19 +108,41 @@ class Run:
                 self.engine.memory.write(leaf, key[1], after)
                 self.set_bits[key] = after
 
-    def _before(self) -> dict[str, Any]:
+    def _before(self, off: int) -> dict[str, Any]:
         problem, engine = self.problem, self.engine
         found: dict[str, Any] = {}
         for key, v in problem.machine.vars.items():
             value = engine.memory.read(problem.machine.kinds[key], key[1])
             if key[0].endswith(CLOCK):
-                value = min(v.hi, max(0, engine.now_ns - int(value)) // 1_000_000)
+                value = min(v.hi, max(0, engine.now_ns - int(value)) // 1_000_000 + off)
+            elif key == FIRST_SCAN and problem.lowered.schedule is None:
+                value = is_turned(self._told_before) or is_again(self._told_before)
             found[v.val] = value
         return found
 
     def after(self, key: Key) -> Any:
         """Return the value of a place now."""
         return self.engine.memory.read(self.problem.machine.kinds[key], key[1])
+
+
+def is_turned(values: Values) -> bool:
+    """Whether the key is turned behind a scan."""
+    return bool(values.get(TURNED, False))
+
+
+def is_again(values: Values) -> bool:
+    """Whether a run ends behind a scan, and the next one begins with its tags."""
+    return bool(values.get(RETAINED, False))
+
+
+def off_ms(values: Values) -> int:
+    """Return the time behind a scan in which the key is not in run, ms: at most an hour."""
+    is_off = is_turned(values) and not is_again(values)
+    return min(int(values.get(OFF, 0)), MOST_OFF_MS) if is_off else 0
+
+
+MOST_OFF_MS = 3_600_000
+"""The longest time in program mode of a scenario: the solver may choose any."""
 
 
 def signed_pattern(word: int, width: int) -> int:
@@ -138,7 +182,7 @@ def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> R
 def _learn(
     problem: ProgramSystem, run: Run, number: int, before: dict[str, Any], result: ReplayedRun
 ) -> None:
-    """Find what instructions that are not modelled computed in a scan, where its end still shows it."""
+    """Find what instructions that are not modeled computed in a scan, where its end still shows it."""
     for _ in range(3):  # a value may decide where another one is seen
         found = _seen_havocs(problem, run, before)
         if all(before.get(name) == value for name, value in found.items()):
@@ -205,7 +249,10 @@ def scenario(system: System, scans: Sequence[Values]) -> tuple[ScanOf, ...]:
             if key is not None and system.role(name) == "free" and now.get(name) != value:
                 inputs[key] = now[name] = value
         inputs |= bits[number] if number < len(bits) else {}
-        found.append(ScanOf(values.get(DT, system.least_ms) if number else 0, inputs))
+        told = scans[number - 1] if number else {}
+        again = is_again(told)
+        ms = values.get(DT, system.least_ms) + off_ms(told) if number and not again else 0
+        found.append(ScanOf(ms, inputs, is_turned(told) and not again, again))
     return tuple(found)
 
 

@@ -15,6 +15,7 @@ from itertools import islice
 from ..build.runnable import LadderLogic
 from ..model.errors import LadderFault
 from ..model.tags import Layout
+from ..run.edit import started_again
 from .contracts import KeptBy
 from .monitors import Key
 from .replaying import ScanOf
@@ -49,7 +50,10 @@ def smallest(
 def _simplifications(
     layout: Layout, scans: Sequence[ScanOf]
 ) -> Iterator[Callable[[Sequence[ScanOf]], tuple[ScanOf, ...]]]:
-    """Yield what leaves out an input, then, of a module's word, each of its bits."""
+    """Yield what stays in run, leaves out an input, then, of a module's word, each of its bits."""
+    for number, each in enumerate(scans):
+        if each.turned or each.again:
+            yield partial(_in_run, number)
     for key in _keys(scans):
         yield partial(_dropped, key)
     for key in _keys(scans):
@@ -62,6 +66,10 @@ def _keys(scans: Sequence[ScanOf]) -> list[Key]:
     """Return the inputs of a run, those of modules first."""
     keys = {key for each in scans for key in each.inputs}
     return sorted(keys, key=lambda key: (not key[0].startswith("LOCAL:"), key))
+
+
+def _in_run(number: int, scans: Sequence[ScanOf]) -> tuple[ScanOf, ...]:
+    return (*scans[:number], replace(scans[number], turned=False, again=False), *scans[number + 1 :])
 
 
 def _dropped(key: Key, scans: Sequence[ScanOf]) -> tuple[ScanOf, ...]:
@@ -99,11 +107,16 @@ def breaks(
     layout, memory = engine.lowered.layout, engine.memory
     with suppress(LadderFault):
         for each in scans:
+            if each.again:
+                engine = started_again(engine, program.compile())
+                memory = engine.memory
             for (path, index), value in each.inputs.items():
                 memory.write(layout.leaf(path), index, value)
+            if each.turned or each.again:
+                watches = [module.watch(engine) for module in modules]
             if not all(keeps() for keeps in watches):
                 return False
-            engine.step(each.ms)
+            each.do(engine)
             if not all(memory.read(layout.leaf(path), index) for path, index in assume):
                 return False
         return bool(memory.read(layout.leaf(bit[0]), bit[1]))

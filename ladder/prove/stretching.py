@@ -10,7 +10,7 @@ from typing import Any
 
 from .algebra.numbers import eq, rem
 from .algebra.terms import and_, const
-from .system import DT, ProgramSystem, ScanBounds
+from .system import DT, OFF, RETAINED, TURNED, ProgramSystem, ScanBounds
 
 STRETCHED_MS = 1000
 """Longest scan of such a run."""
@@ -37,9 +37,11 @@ def in_short_scans(
     for number, values in enumerate(scans):
         pieces = _pieces(values.get(DT, longer.least_ms), bounds) if number else [0]
         now = {name: value for name, value in values.items() if name in longer.key_of}
+        told = {name: values[name] for name in (TURNED, RETAINED, OFF) if name in values}
         for place, ms in enumerate(pieces):
             held = now if inputs_first or place == len(pieces) - 1 else before
-            found.append({**held, DT: ms})
+            behind = told if place == len(pieces) - 1 else {}
+            found.append({**held, DT: ms, **behind})
         before = now
     return found
 

@@ -14,7 +14,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from ...io_images.text_limits import TextKind, check_text
+from ...io_images.doors import json_value
+from ...io_images.text_limits import TextKind
+from ...io_images.times import seconds
 from ..model.errors import LadderError
 from ..model.schedule import Schedule
 from ..model.tags import Layout, Leaf, Tag, tag_in
@@ -57,7 +59,7 @@ class Edit:
 
     def __str__(self) -> str:
         said = [f"{what}: {', '.join(names)}" for what, names in self.groups if names]
-        return "; ".join([f"edited at {self.now_ns / 1e9:g} s, {self.keeps}", *said])
+        return "; ".join([f"edited at {seconds(self.now_ns)} s, {self.keeps}", *said])
 
 
 def carry_over(old: Engine, new: Engine) -> Edit:
@@ -136,6 +138,21 @@ def _schedule_new_tasks(engine: Engine, schedule: Schedule, kept: set[str]) -> N
 # --- retentive memory
 
 
+def is_retained(layout: Layout, leaf: Leaf) -> bool:
+    """Whether a value is part of a tag, which retained tags have: no image, and nothing hidden."""
+    return leaf.slot is None and HIDDEN not in leaf.path and tag_in(leaf.path).upper() in layout.tags()
+
+
+def started_again(old: Engine, new: Engine) -> Engine:
+    """Give the values of tags to a fresh engine of the program, see `retain`; inputs are as they were."""
+    layout = new.lowered.layout
+    for leaf in layout.leaves.values():
+        if is_retained(layout, leaf) or (leaf.slot is not None and not leaf.output and new.memory.has(leaf)):
+            for index in range(leaf.size):
+                new.memory.write(leaf, index, old.memory.read(leaf, index))
+    return new
+
+
 def retained_text(engine: Engine) -> str:
     """Return the values of all tags as the text of a file, see `retain`."""
     tags = {
@@ -150,7 +167,7 @@ def retain(engine: Engine, text: str) -> list[str]:
     """Load retained tags to a fresh engine; return a sentence per rejected value, or raise a LadderError."""
     stored = _stored(text)
     tags = {tag.name.upper(): tag for tag in engine.lowered.layout.tags().values()}
-    said = [f"{name} is not a tag of the program any more" for name in stored if name.upper() not in tags]
+    said = [f"{name} is no longer a tag of the program" for name in stored if name.upper() not in tags]
     known = {name.upper(): entry for name, entry in stored.items()}
     for name, tag in tags.items():
         if name not in known:
@@ -193,8 +210,7 @@ def _shortages(name: str, value: Any, whole: Any) -> Iterator[str]:
 
 def _stored(text: str) -> dict[str, list[Any]]:
     try:
-        check_text(text, TextKind.RETAINED)
-        data = json.loads(text)
+        data = json_value(text, TextKind.RETAINED)
     except ValueError as error:
         raise LadderError(f"this is not a file of retained tags: {error}") from None
     tags = data.get("tags") if isinstance(data, dict) and data.get("format") == FORMAT else None

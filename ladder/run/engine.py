@@ -6,11 +6,11 @@ after program mode.
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
+from ...io_images.annotations import signature_of
 from ...io_images.site import Site
 from ..interpreter import Interpreter
 from ..model.errors import STACK_CODE, LadderFault, MinorFault, ScanEndedError
@@ -59,15 +59,19 @@ class Engine:
         )
         self.interpreter.scheduler = self.scheduler
         self._with_jsr = {
-            name: "jsr" in inspect.signature(function).parameters
-            for name, function in lowered.functions.items()
+            name: "jsr" in signature_of(function).parameters for name, function in lowered.functions.items()
         }
         self.call_routine: Callable[[str, Sequence[Passed]], Sequence[Passed]] = self.interpreter.run
         self._scan = scanner(self) if scanner else self.interpreter.scan  # a scanner has its own call_routine
         self._rack: object = None
         self._program_tags: dict[str, Tags] = {}
         self._started = False
+        self._prescanned = False
         self._first_scan = lowered.layout.leaf("S:FS")
+
+    def compiled_as(self, scanner: Callable[[Engine], Callable[[int], object]]) -> None:
+        """Run another compiled form of the program from the next scan on."""
+        self._scan = scanner(self)
 
     @property
     def minor_faults(self) -> tuple[MinorFault, ...]:
@@ -103,8 +107,13 @@ class Engine:
 
     def step(self, ms: float = STEP_MS) -> None:
         """Do one scan without a rack, `ms` after the previous one; may raise a LadderFault."""
-        first = not self._started
-        self._do(0 if first else self.now_ns + round(ms * 1_000_000), first=first)
+        now_ns = self.now_ns + round(ms * 1_000_000) if self._started else 0
+        self._do(now_ns, first=not self._started or self._prescanned)
+
+    def prescan(self) -> None:
+        """Prescan, as program mode and back does: the next `step` is a first scan."""
+        self._prescanned = True
+        self.interpreter.prescan()
 
     def _do(self, now_ns: int, *, first: bool) -> None:
         self.now_ns = now_ns
@@ -137,7 +146,9 @@ class Engine:
             self._scan(now_ns)
             return
         self._started = True
-        self.interpreter.prescan()
+        if not self._prescanned:
+            self.interpreter.prescan()
+        self._prescanned = False
         if self.scheduler is not None:
             self.scheduler.begin(now_ns)
             self._scan(now_ns)
@@ -178,7 +189,7 @@ class Engine:
         target = self.lowered.routines.get(name)
         if target is None:
             names = ", ".join(each.name for each in self.lowered.routines.values())
-            raise ValueError(f"there is no routine {routine}; routines are {names}")
+            raise ValueError(f"no routine {routine}; routines are {names}")
         wanted = len(target.parameters or ())
         if wanted != len(inputs):
             raise ValueError(f"routine {target.name} takes {wanted} inputs, {len(inputs)} are given")

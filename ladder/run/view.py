@@ -35,6 +35,8 @@ class Tags:
 
     def __setitem__(self, name: str, value: object) -> None:
         where = self._find(name)
+        if any(map(self._memory.is_read_only, leaves_in(where))):
+            raise ValueError(f"{name} is an input image, which every scan writes again: force it instead")
         if isinstance(where, Place):
             self._set(where, checked(name, where.type, value))
         else:
@@ -110,7 +112,7 @@ class Tags:
     def _index(self, index: Resolved, length: int, where: Place | Group) -> int:
         value = self._value(index)
         if not 0 <= value < length:
-            raise ValueError(f"{where.text}: index {value} is out of range, allowed are 0 to {length - 1}")
+            raise ValueError(f"{where.text}: index {value} is out of range; must be 0 to {length - 1}")
         return value
 
     def _value(self, index: Resolved) -> int:

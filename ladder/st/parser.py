@@ -154,7 +154,7 @@ class _Reader:
         name, *given, _semi = children
         spec = self._specs.get(name.upper())
         if spec is None:
-            self._fail(name.start, f"an instruction; there is no {name}")
+            self._fail(name.start, f"an instruction; {name} is unknown")
         most = len(spec.operands)
         least = most - spec.optional - spec.variadic
         if len(given) < least or (len(given) > most and not spec.variadic):

@@ -76,7 +76,7 @@ def concat(_faults: FaultLog, _site: int, a: bytes, b: bytes) -> bytes:
 def insert(faults: FaultLog, site: int, into: bytes, inserted: bytes, start: int) -> bytes | None:
     """Return a string with another at a start from 1."""
     if not 1 <= start <= size(into) + 1:
-        _misplaced(faults, site, f"start {start!r} is out of range, allowed are 1 to {size(into) + 1!r}")
+        _misplaced(faults, site, f"start {start!r} is out of range; must be 1 to {size(into) + 1!r}")
         return None
     return into[: start - 1] + inserted + into[start - 1 :]
 
@@ -117,7 +117,7 @@ def _misplaced(faults: FaultLog, site: int, text: str) -> None:
 def find(faults: FaultLog, site: int, text: bytes, wanted: bytes, start: int) -> int | None:
     """Return the place of a string in another, from 1; 0 if it is not in it from the start on."""
     if not 1 <= start <= size(text):
-        _misplaced(faults, site, f"start {start!r} is out of range, allowed are 1 to {size(text)!r}")
+        _misplaced(faults, site, f"start {start!r} is out of range; must be 1 to {size(text)!r}")
         return None
     return text.find(wanted, start - 1) + 1
 

@@ -74,7 +74,7 @@ class FaultLog:
 
     def subscript(self, site: int, tag: str, index: int, length: int) -> NoReturn:
         """Fault: a subscript or a bit number is out of range."""
-        text = f"subscript {index} is out of range, allowed are 0 to {length - 1}"
+        text = f"subscript {index} is out of range; must be 0 to {length - 1}"
         raise LadderFault(self._lowered.sites[site], tag, text, SUBSCRIPT_CODE)
 
     def jumped_back(self, site: int, times: int = 1) -> None:

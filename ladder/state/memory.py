@@ -54,6 +54,7 @@ class Memory:
         self.cells: dict[str, CellType] = {}  # by identifier
         self._own: dict[Leaf, Image] = {}
         self._copied: list[_InputCopy] = []
+        self._attached = False
         self._faults = layout.faults
         self._lists: dict[str, Any] = dict(layout.lists)  # and bytes
         self._lists |= {ident: TagBytes(kind, count) for ident, kind, count in layout.byte_tags}
@@ -142,6 +143,15 @@ class Memory:
         """Whether a leaf has a place; an image has one if the program uses it."""
         return leaf.ident in self.cells or self.layout.spot(leaf) is not None
 
+    def is_read_only(self, leaf: Leaf) -> bool:
+        """Whether a leaf is an input image or a fault of a rack, which only its module writes."""
+        if leaf.slot is None or leaf.output or leaf.ident not in self.cells:
+            return False
+        if not leaf.is_image:
+            return self._attached
+        words = self.cells[leaf.ident].cell_contents
+        return isinstance(words, memoryview) and words.readonly
+
     def _listed(self, leaf: Leaf) -> tuple[Any, Spot]:
         spot = self.layout.spot(leaf)
         assert spot is not None, leaf.path
@@ -189,6 +199,7 @@ class Memory:
             image = slot.outputs if leaf.output else slot.inputs
             self.cells[leaf.ident].cell_contents = image.words
         self._copied = []
+        self._attached = True
         for leaf in self.layout.images:
             if leaf.ident in written and not leaf.output:
                 own = self._own[leaf]
@@ -485,7 +496,7 @@ def checked(name: str, kind: Elementary, value: object) -> Value:
     if kind.is_bool:
         if value in (0, 1) and isinstance(value, int):
             return bool(value)
-        raise ValueError(f"{name}: {value!r} is not a BOOL: allowed are False and True")
+        raise ValueError(f"{name}: {value!r} is not a BOOL: must be False or True")
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise ValueError(f"{name}: {value!r} is not of type {kind.name}")
     if kind.is_real or kind.is_double:
@@ -493,13 +504,13 @@ def checked(name: str, kind: Elementary, value: object) -> Value:
     if isinstance(value, float):
         raise ValueError(f"{name}: {value!r} is not of type {kind.name}: a whole number is needed")
     if not kind.lowest <= value <= kind.highest:
-        raise ValueError(f"{name}: {value} is out of range: allowed are {kind.lowest} to {kind.highest}")
+        raise ValueError(f"{name}: {value} is out of range: must be {kind.lowest} to {kind.highest}")
     return value
 
 
 def same(a: object, b: object) -> bool:
-    """Whether two values of memory are equal; NaN equals NaN."""
-    if isinstance(a, list) and isinstance(b, list):
+    """Whether two values of memory, or lists or tuples of such, are equal; NaN equals NaN."""
+    if isinstance(a, list | tuple) and isinstance(b, list | tuple):
         return len(a) == len(b) and all(map(same, a, b))
     if isinstance(a, float) and isinstance(b, float) and math.isnan(a) and math.isnan(b):
         return True

@@ -34,7 +34,7 @@ def meant_by(path: str, kind: Structure, member: Member, index: int) -> AliasTar
         if isinstance(step, MemberStep):
             found = here.member(step.name) if isinstance(here, Structure) and not dims else None
             if found is None:
-                raise ValueError(f"{where}: there is no {step.name}")
+                raise ValueError(f"{where}: no {step.name}")
             if found.at:
                 steps = [*_steps_of(found), *steps]
                 continue
@@ -44,7 +44,7 @@ def meant_by(path: str, kind: Structure, member: Member, index: int) -> AliasTar
         elif isinstance(step, BitStep):
             bit = _number_of(step.index, where)
             if not isinstance(here, Elementary) or dims or bit >= here.bits:
-                raise ValueError(f"{where}: there is no bit {bit}")
+                raise ValueError(f"{where}: no bit {bit}")
     raise ValueError(f"{member.name} of {kind.name} leads to more than {_DEEPEST} others")
 
 
@@ -62,7 +62,7 @@ def _element_at(index: int, dims: tuple[int, ...], step: SubscriptStep, where: s
     for given, length in zip(step.indices, dims, strict=True):
         at = _number_of(given, where)
         if at >= length:
-            raise ValueError(f"{where}: there is no element {at}, it has {length}")
+            raise ValueError(f"{where}: no element {at}, it has {length}")
         index = index * length + at
     return index
 

@@ -48,7 +48,7 @@ class Scheduler:
         self.handled = 0  # major faults so far that reached a fault routine
 
     def begin(self, now_ns: int) -> None:
-        """Initialise the state for a first scan."""
+        """Initialize the state for a first scan."""
         write = self._memory.write
         write(self._schedule.before, 0, -1)
         for program in self._schedule.programs:

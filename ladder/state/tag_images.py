@@ -193,13 +193,13 @@ class TagImages:
         """Set bytes of a tag by its full name, see `TagImage.write`; ValueError without such a tag."""
         number = self._numbers.get(name.upper())
         if number is None:
-            raise ValueError(f"there is no tag {name}")
+            raise ValueError(f"no tag {name}")
         self._image(number).write(offset, data, keep)
 
     def _image(self, number: int) -> TagImage:
         found = self._images.get(number)
         if found is None:
             if number >= len(self._tags):
-                raise ValueError(f"there is no tag number {number}: there are {len(self._tags)}")
+                raise ValueError(f"no tag number {number}; there are {len(self._tags)}")
             found = self._images[number] = TagImage(self._memory, self._tags[number])
         return found

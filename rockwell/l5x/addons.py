@@ -11,8 +11,8 @@ from ...ladder.instructions import BY_NAME
 from ...ladder.instructions.addons import ADD_ON_CALL
 from ...ladder.model.errors import LadderError
 from ...ladder.model.expressions import parse_address
+from ...ladder.model.routine import Routine
 from ...ladder.model.spec import Spec, Use
-from ...ladder.model.tree import Routine
 from ...ladder.model.types import MAX_DIMENSIONS, Structure
 from .assembly import without
 from .report import Refusal, Report

@@ -12,18 +12,11 @@ from ...ladder.build.guess import type_at
 from ...ladder.instructions.motion.axes import MotionData
 from ...ladder.model.chart import DEFAULT_OPTIONS, ChartOptions
 from ...ladder.model.errors import LadderError
+from ...ladder.model.routine import Routine
 from ...ladder.model.schedule import Task, TaskKind
 from ...ladder.model.stubs import Remote, Stub, Stubs
 from ...ladder.model.tags import OPEN, Alias, Declaration, Tag
-from ...ladder.model.tree import (
-    Address,
-    Instruction,
-    Operand,
-    Routine,
-    Rung,
-    SubscriptStep,
-    number,
-)
+from ...ladder.model.tree import Address, Instruction, Operand, Rung, SubscriptStep, number
 from ...ladder.model.types import DINT, DataType, Elementary, count_of
 from .report import Report
 

@@ -9,8 +9,8 @@ from ...io_images.site import NOWHERE, Site
 from ...ladder.build.addon import AddOn
 from ...ladder.build.controller import Controller
 from ...ladder.model.errors import BuildError, LadderError, Problem
+from ...ladder.model.routine import Routine
 from ...ladder.model.tags import Tag, program_of
-from ...ladder.model.tree import Routine
 from .assembly import Parts, does_nothing, owner_of, without
 from .report import Report
 from .routines import RoutineReader, line_of

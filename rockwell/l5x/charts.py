@@ -104,7 +104,7 @@ class _Graph:
         """Return the ID at an end of a link."""
         found = self.id_of(link, name)
         if found not in self.elements or self.elements[found].tag not in _NODES:
-            raise self.refused(link, f"has {name} {found}, and there is no such element")
+            raise self.refused(link, f"has {name} {found}, which does not exist")
         return found
 
     def _link(self, a: int, b: int) -> None:
@@ -135,7 +135,7 @@ class _Graph:
         return found
 
     def _ordered(self, key: int, way: dict[int, list[int]]) -> list[int]:
-        """Return the neighbours of an element; legs from left to right, unless they have priorities."""
+        """Return the neighbors of an element; legs from left to right, unless they have priorities."""
         listed = list(dict.fromkeys(way.get(key, ())))
         element = self.elements[key]
         if element.tag == "Branch" and element.attributes.get("Priority", "Default") != "Default":
@@ -233,7 +233,7 @@ class ChartBuilder:
         qualifier = QUALIFIERS.get(word.upper().replace("AND", ""))
         if qualifier is None:
             allowed = ", ".join(each.value for each in Qualifier)
-            raise self._graph.refused(element, f"has the qualifier {word!r}; allowed are {allowed}")
+            raise self._graph.refused(element, f"has the qualifier {word!r}; choose from {allowed}")
         boolean = element.attributes.get("IsBoolean", "").lower() == "true"
         body = None if boolean or qualifier is Qualifier.R else self._body(element)
         return Action(

@@ -10,9 +10,10 @@ from functools import cached_property
 from ...ladder.build.guess import Guess
 from ...ladder.build.type_inference import Guesses
 from ...ladder.model.expressions import TAG_NAME
+from ...ladder.model.routine import Routine
 from ...ladder.model.schedule import Task, TaskKind
 from ...ladder.model.tags import STATUS_FLAGS, TRUTHS, Alias, Declaration, Tag, program_of
-from ...ladder.model.tree import Address, Instruction, Routine, Rung, Step
+from ...ladder.model.tree import Address, Instruction, Rung, Step
 from .assembly import CALLS, Parts, ProgramPart, call_of, does_nothing, implicit_task
 from .modules import is_bound
 from .report import Report

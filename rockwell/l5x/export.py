@@ -17,9 +17,9 @@ from ...ladder.build.controller import Controller
 from ...ladder.build.program import Program
 from ...ladder.model.errors import LadderError
 from ...ladder.model.predefined.structures import PREDEFINED_TYPES
+from ...ladder.model.routine import Routine
 from ...ladder.model.statements import block_lines
 from ...ladder.model.tags import Alias, Declaration, SlotAlias, Tag
-from ...ladder.model.tree import Routine
 from ...ladder.model.types import DataType, Elementary, Member, Structure
 from .chart_export import write_chart
 from .mnemonics import OWN
@@ -75,7 +75,7 @@ def _found(what: str, name: str, among: Sequence[Any]) -> Any:
         if each.name.upper() == name.upper():
             return each
     names = ", ".join(each.name for each in among) or "none"
-    raise LadderError(f"there is no {what} {name!r}; allowed are {names}")
+    raise LadderError(f"no {what} {name!r}; choose from {names}")
 
 
 def _element(parent: Any, name: str, **attributes: str) -> Any:

@@ -10,9 +10,9 @@ from ...io_images.site import Site
 from ...ladder.build.controller import Controller
 from ...ladder.instructions.stubbed import specs_of_stubs
 from ...ladder.model.collector import collector_paused
+from ...ladder.model.routine import Routine
 from ...ladder.model.spec import Spec
 from ...ladder.model.stubs import ALL_MESSAGES, NO_STUBS, Power, Stubs, parse_stub
-from ...ladder.model.tree import Routine
 from ...ladder.model.types import Structure
 from .addons import AddOns
 from .assembly import Parts, ProgramPart, does_nothing, harness_of
@@ -169,7 +169,7 @@ class Importer:
                 name = self._absent.get(instruction.name.upper())
                 if name is None:
                     continue
-                text = f"{name}: there is no instruction {name}, and no add-on in the export"
+                text = f"{name}: no instruction {name}, and no add-on in the export"
                 if routine.statements is None:
                     at = Site(instruction=name)
                     self._builder.refuse(owner, routine.name, number, text, UNKNOWN, at)

@@ -13,9 +13,10 @@ from ...ladder.build.text import parse_rung
 from ...ladder.instructions import BY_NAME
 from ...ladder.model.chart_checks import unreached
 from ...ladder.model.errors import LadderError, RungTextError
+from ...ladder.model.routine import Routine
 from ...ladder.model.spec import Spec
 from ...ladder.model.statements import Empty, Region, statements_in
-from ...ladder.model.tree import Block, Origin, Routine, Rung
+from ...ladder.model.tree import Block, Origin, Rung
 from ...ladder.st import parse_statements
 from .charts import ChartBuilder, ChartRefusedError
 from .edits import NORMAL, RUNG_TYPES, TEXT_TYPES, Edit

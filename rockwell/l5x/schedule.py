@@ -7,6 +7,7 @@ from decimal import Decimal, InvalidOperation
 from enum import Enum
 from typing import Any
 
+from ...io_images.times import exact_ns
 from ...ladder.model.chart import ChartOptions, ExecutionControl, LastScan, RestartPosition
 from ...ladder.model.errors import LadderError
 from ...ladder.model.schedule import PRIORITIES, Task, TaskKind
@@ -34,7 +35,7 @@ def tasks_of(document: L5xDocument, programs: Iterable[str], report: Report) -> 
         for name in record.programs:
             known = left.pop(name.upper(), None)
             if known is None:
-                report.note(f"task {record.name}", f"there is no program {name} for it", record.line)
+                report.note(f"task {record.name}", f"no program {name} for it", record.line)
             elif name.upper() in off:
                 report.note(f"program {name}", "it is disabled, and does not run", record.line)
             else:
@@ -81,10 +82,12 @@ def _task(record: TaskRecord, programs: tuple[str, ...], report: Report) -> Task
         rate = Decimal(record.rate or 0) if kind is TaskKind.PERIODIC else Decimal(0)
         priority = number_of(record.priority)
         if kind is None:
-            raise LadderError(f"its type is {record.kind}; allowed are {', '.join(kinds)}")
+            raise LadderError(f"its type is {record.kind}; choose from {', '.join(kinds)}")
         if priority is None or priority not in PRIORITIES:
             priority = 10
-        return Task(record.name, kind, programs, int(rate * 1_000_000), priority, comment=record.comment)
+        return Task(
+            record.name, kind, programs, exact_ns(rate, "ms", "its rate"), priority, comment=record.comment
+        )
     except (LadderError, InvalidOperation, OverflowError, ValueError) as error:
         report.note(f"task {record.name}", f"it does not run: {error}", record.line)
         return None

@@ -17,8 +17,8 @@ from typing import Any
 from ...ladder.build.controller import Controller
 from ...ladder.build.runnable import LadderLogic
 from ...ladder.model.errors import WATCHDOG_TYPE, BuildError, LadderFault, OutOfLinesError, TooLongError
+from ...ladder.model.routine import Routine
 from ...ladder.model.schedule import Task
-from ...ladder.model.tree import Routine
 from ...ladder.run.engine import Engine
 from ...ladder.state.memory import same
 from ...ladder.state.tag_bytes import TagBytes

@@ -18,14 +18,9 @@ from ...ladder.build.type_inference import Guesses
 from ...ladder.model.errors import LadderError
 from ...ladder.model.expressions import parse_address
 from ...ladder.model.predefined.motion_types import AXIS_TYPES
+from ...ladder.model.routine import Routine
 from ...ladder.model.spec import Spec
-from ...ladder.model.tree import (
-    Address,
-    MemberStep,
-    Routine,
-    Step,
-    SubscriptStep,
-)
+from ...ladder.model.tree import Address, MemberStep, Step, SubscriptStep
 from ...ladder.model.types import DINT, DataType, Member, Structure
 from .addons import arguments_of
 from .assembly import owner_of

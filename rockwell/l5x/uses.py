@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from ...ladder.model.routine import Routine
 from ...ladder.model.statements import Invocation, statements_in
-from ...ladder.model.tree import Address, Instruction, Routine, instructions_of
+from ...ladder.model.tree import Address, Instruction, instructions_of
 
 
 def named_first(routines: Iterable[Routine], *instructions: str) -> Iterator[str]:

@@ -15,6 +15,7 @@ from typing import Any
 
 from ...ladder.instructions.slc.status import STATUS, WORDS
 from ...ladder.model.predefined.slc_types import SLC_CONTROL, SLC_COUNTER, SLC_TIMER
+from ...ladder.model.routine import Routine
 from ...ladder.model.spec import Spec, Use
 from ...ladder.model.tags import Tag
 from ...ladder.model.tree import (
@@ -23,7 +24,6 @@ from ...ladder.model.tree import (
     MemberStep,
     Number,
     Operand,
-    Routine,
     SubscriptStep,
     WordStep,
     addresses_in,

@@ -84,7 +84,7 @@ def read_document(path: Path | str) -> SlcDocument:
         with open_input(file) as stream:
             data = stream.read(MOST_BYTES + 1)
     except FileNotFoundError:
-        raise SlcError(f"{path}: there is no such file") from None
+        raise SlcError(f"{path}: no such file") from None
     except OSError as error:
         raise SlcError(f"{path}: the file can't be read: {error.strerror}") from None
     if len(data) > MOST_BYTES:
@@ -106,7 +106,7 @@ def parse_document(text: str, file: str, name: str) -> SlcDocument:
     """Read the text of an export; `name` is the default project name. SlcError: it has no rung."""
     document = _SlcReader(text, SlcDocument(file, name)).read()
     if not any(each.rungs for each in document.ladders.values()):
-        raise SlcError(f"{file}: there is no rung in it: SOR ... EOR")
+        raise SlcError(f"{file}: no rung in it: SOR ... EOR")
     return document
 
 

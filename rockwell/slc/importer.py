@@ -12,8 +12,9 @@ from ...ladder.build.dialects import SLC
 from ...ladder.build.program import Program
 from ...ladder.instructions.slc import SLC_SPECS
 from ...ladder.model.errors import BuildError, LadderError, Problem
+from ...ladder.model.routine import Routine
 from ...ladder.model.stubs import ALL_MESSAGES, NO_STUBS, Stubs, parse_stub
-from ...ladder.model.tree import Origin, Routine, Rung, Series
+from ...ladder.model.tree import Origin, Rung, Series
 from ..l5x.report import Refusal, Report
 from .datafiles import DataFiles
 from .document import parse_document, read_document

@@ -120,7 +120,7 @@ class RungReader:
                 break
             self._at += 1
         if spec is None:
-            self._fail(f"there is no instruction {name}", f"stub it: {name} = 'false'", start)
+            self._fail(f"no instruction {name}", f"stub it: {name} = 'false'", start)
         words = self._words[start + 1 : self._at]
         if name == "CPT" and len(words) > 2:
             words = [words[0], " ".join(words[1:])]

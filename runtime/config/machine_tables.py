@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict, Field, PlainValidator, WithJsonSchem
 from pydantic_core import PydanticCustomError
 
 from ...io_images.site import SettingError
+from ...io_images.times import exact_ns
 from ..machine.spec import (
     EncoderSpec,
     InputName,
@@ -24,7 +25,7 @@ from ..machine.spec import (
     TimelineEntry,
     press,
 )
-from .quantities import Milliseconds, Seconds, exact_ns
+from .quantities import Milliseconds, Seconds
 
 
 class Table(BaseModel):

@@ -4,6 +4,7 @@
 scan_ms = [1, 1000]                  # time between two scans
 free = ["Recipe.*"]                  # numbers that change from outside
 written_outside = ["Mode", "Hmi.*"]  # tags that both the program and an operator write
+happens = ["program mode"]           # what else happens between two scans
 
 [[prove.property]]
 name = "one direction"
@@ -12,7 +13,7 @@ never = "Fwd AND Rev"                # structured text, on the state after a sca
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
@@ -47,6 +48,9 @@ def _not_empty(text: str) -> str:
 Condition = Annotated[str, AfterValidator(_not_empty)]
 Conditions = Annotated[tuple[Condition, ...], Field(strict=False)]
 Patterns = Annotated[tuple[str, ...], Field(strict=False)]
+
+
+Happening = Literal["program mode", "retained start", "lost link"]
 
 
 class PropertyTable(Table):
@@ -94,6 +98,8 @@ class ProveTable(Table):
         free: patterns of numbers that nothing in the program writes and that differ from scan to scan.
         written_outside: patterns of tags that the program writes and that change between scans, too.
         assume: conditions that hold in each scan, for all properties.
+        happens: what may happen between two scans: the key is turned to program mode and back, a run ends and
+            the next one begins with its tags, a module loses its link.
         property: the properties.
     """
 
@@ -112,4 +118,5 @@ class ProveTable(Table):
     free: Patterns = ()
     written_outside: Patterns = ()
     assume: Conditions = ()
+    happens: Annotated[tuple[Happening, ...], Field(strict=False)] = ("program mode",)
     property: Annotated[tuple[PropertyTable, ...], Field(strict=False)] = ()

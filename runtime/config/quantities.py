@@ -1,17 +1,13 @@
-"""Numbers as people write them: decimals, and times that are converted to whole nanoseconds exactly."""
+"""Numbers as people write them: decimals without a rounding."""
 
 from __future__ import annotations
 
-import re
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
-
-from ...io_images.site import SettingError
-from ...io_images.times import UNITS_NS
 
 if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue
@@ -57,50 +53,6 @@ class between:  # noqa: N801 - a validator, written as a function of pydantic
         self, schema: core_schema.CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
         return {**handler(schema), "minimum": float(self.least), "maximum": float(self.most)}
-
-
-def exact_ns(value: Decimal, unit: str, key: str = "time") -> int:
-    """Return a time in whole nanoseconds; ValueError if it is not a whole number of nanoseconds.
-
-    >>> exact_ns(Decimal("0.25"), "ms"), exact_ns(Decimal("600"), "s")
-    (250000, 600000000000)
-    """
-    whole, rest = divmod(value * UNITS_NS[unit], 1)
-    if rest:
-        raise SettingError(key, f"{key} of {value} {unit} is not a whole number of nanoseconds")
-    return int(whole)
-
-
-def parse_duration(text: str) -> int:
-    """Return a duration with its unit, in ns.
-
-    >>> parse_duration("10 s"), parse_duration("2.5ms"), parse_duration("1 min")
-    (10000000000, 2500000, 60000000000)
-
-    Raises:
-        ValueError: no number, no unit, or less than 1 ns.
-    """
-    duration = parse_time(text)
-    if duration < 1:
-        raise ValueError(f"{text!r} is not a time to run for: it must be more than 0")
-    return duration
-
-
-def parse_time(text: str) -> int:
-    """Return a time with its unit in ns, 0 or more.
-
-    >>> parse_time("0 s"), parse_time("250us")
-    (0, 250000)
-
-    Raises:
-        ValueError: no number, no unit, or no whole number of ns.
-    """
-    match = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([a-zµ]+)\s*", text)
-    if match is None or match[2] not in UNITS_NS:
-        raise ValueError(
-            f"{text!r} is not a time: write a number and a unit ({', '.join(UNITS_NS)}), such as '10 s'"
-        )
-    return exact_ns(Decimal(match[1]), match[2])
 
 
 Number = Annotated[Decimal, BeforeValidator(decimal_of)]

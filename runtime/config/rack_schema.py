@@ -16,7 +16,7 @@ from pydantic import BaseModel
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 from pydantic_core import core_schema
 
-from ..modules.registry import MODULES
+from ..modules.registry import OWN
 from .rackspec import RackSpec, SlotSpec
 
 NAME = "rack.schema.json"
@@ -123,10 +123,12 @@ def _add_options(schema: dict[str, Any]) -> None:
     """Give the table of a slot a branch for each kind of options."""
     slot, tables = schema["$defs"][SlotSpec.__name__], schema["$defs"]
     branches: dict[type[BaseModel], list[str]] = {}
-    for name, record in MODULES.items():
+    for name, record in OWN.items():
         if record.option_table is not None:
             branches.setdefault(record.option_table(), []).append(name)
-    slot["properties"]["module"]["enum"] = list(MODULES)
+    named = {"properties": {"slot": {"items": {"properties": {"module": {"enum": list(OWN)}}}}}}
+    slot["properties"]["module"]["examples"] = list(OWN)
+    schema["if"], schema["then"] = {"not": {"required": ["modules"]}}, named  # [modules] names others
     for table in branches:
         inner = table.model_json_schema(schema_generator=_Generator)
         tables.update(inner.pop("$defs", {}))
@@ -135,7 +137,7 @@ def _add_options(schema: dict[str, Any]) -> None:
         {"properties": {"module": {"enum": names}, "options": {"$ref": f"#/$defs/{table.__name__}"}}}
         for table, names in branches.items()
     ]
-    slot["anyOf"].append({"properties": {"module": {"not": {"enum": list(MODULES)}}}})  # one error for a name
+    slot["anyOf"].append({"properties": {"module": {"not": {"enum": list(OWN)}}}})  # one error for a name
 
 
 def _without_null(node: Any) -> Any:
@@ -151,7 +153,7 @@ def _without_null(node: Any) -> Any:
 
 
 def _as_draft4(node: Any, *, top: bool = False) -> Any:
-    """Return a schema in Draft 4: other words, a reference stands alone, limits that exclude are flags."""
+    """Return a schema in Draft 4: a reference stands alone, limits that exclude are flags, no `if`."""
     if isinstance(node, list):
         return [_as_draft4(each) for each in node]
     if not isinstance(node, Mapping):
@@ -168,7 +170,9 @@ def _as_draft4(node: Any, *, top: bool = False) -> Any:
             found["enum"] = [value]
         elif key in ("exclusiveMinimum", "exclusiveMaximum"):
             found[key.replace("exclusiveM", "m")], found[key] = value, True
-        elif key != "examples":
+        elif key == "then":
+            found["anyOf"] = [{"not": _as_draft4(node["if"])}, _as_draft4(value)]
+        elif key not in ("examples", "if"):
             found[key] = _as_draft4(value)
     if top:
         found["$schema"] = DRAFT_4

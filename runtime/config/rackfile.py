@@ -1,6 +1,6 @@
 """Rack files: TOML to a `RackSpec`, and every mistake with its file, line, key, value and the allowed values.
 
-line.toml:7: slot.machine.switches.input = "hom": did you mean home? Allowed are capture, ...
+line.toml:7: slot.machine.switches.input = "hom": did you mean home? Choose from capture, ...
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from decimal import Decimal
 from pathlib import Path
@@ -18,10 +18,12 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from ...io_images.addresses import allowed
+from ...io_images.doors import toml_tables
 from ...io_images.input_files import read_input_text
 from ...io_images.site import Site, SiteError, sites_of
-from ...io_images.text_limits import TextKind, TextLimitError, check_text
+from ...io_images.text_limits import TextKind, TextLimitError
 from ..machine import EncoderSpec, Jam, Slip, Switch
+from ..modules.record import ModuleRecord
 from .axis_tables import AxisTable
 from .fuzz_table import FuzzTable
 from .machine_tables import MachineTable, StationTable, TimelineTable, TurnTable
@@ -65,13 +67,29 @@ class RackFile:
         return _refusal([mistake], self.path, self.lines)
 
 
-def load_rack_file(path: Path | str) -> RackFile:
-    """Read a rack file; RackFileError if it can't be read, is not TOML, or contains an illegal value."""
+Modules = Callable[[Mapping[str, str], Path], Mapping[str, ModuleRecord]]
+"""Returns the modules of a rack file's `[modules]`, by name; their paths begin at the file's folder."""
+
+
+def unread(named: Mapping[str, str], path: Path) -> Mapping[str, ModuleRecord]:
+    """Return stand-ins for modules whose files are not executed: plain words, any options."""
+    return {name: ModuleRecord(name=name, make=_not_made, unread=True) for name in named}
+
+
+def _not_made(**_: object) -> Any:
+    """Make nothing: the module of a rack that is only read."""
+
+
+def load_rack_file(path: Path | str, modules: Modules = unread) -> RackFile:
+    """Read a rack file; RackFileError if it can't be read, is not TOML, or contains an illegal value.
+
+    Nothing is executed unless `modules` does so.
+    """
     path = Path(path)
-    return parse_rack_file(_read(path), path)
+    return parse_rack_file(_read(path), path, modules)
 
 
-def parse_rack_file(text: str, path: Path) -> RackFile:
+def parse_rack_file(text: str, path: Path, modules: Modules = unread) -> RackFile:
     """Read the text of a rack file; `path` is its name in messages.
 
     Raises:
@@ -79,8 +97,14 @@ def parse_rack_file(text: str, path: Path) -> RackFile:
     """
     document = parse_toml(text, path)
     lines = KeyLines(text)
+    named = document.get("modules", {})
+    own = (
+        {name: file for name, file in named.items() if isinstance(file, str)}
+        if isinstance(named, dict)
+        else {}
+    )
     try:
-        spec = RackSpec.model_validate(document)
+        spec = RackSpec.model_validate(document, context=modules(own, path) if own else None)
     except ValidationError as error:
         raise explained(error, path, lines) from None
     return RackFile(path, text, spec, lines)
@@ -93,8 +117,7 @@ def parse_toml(text: str, path: Path) -> dict[str, Any]:
         RackFileError: it is not TOML, or beyond the limits of a text.
     """
     try:
-        check_text(text, TextKind.TOML)
-        return tomllib.loads(text, parse_float=Decimal)
+        return toml_tables(text)
     except TextLimitError as error:
         site = Site(file=str(path), line=error.line)
         raise RackFileError(f"{site.spot}: {error}", site, reasons=[str(error)]) from None
@@ -133,7 +156,7 @@ def _read(path: Path) -> str:
     try:
         return read_input_text(path, TextKind.TOML)
     except FileNotFoundError:
-        raise RackFileError(f"{path}: there is no such rack file") from None
+        raise RackFileError(f"{path}: no such rack file") from None
     except OSError as error:
         raise RackFileError(f"{path}: the rack file can't be read: {error.strerror}") from None
     except UnicodeDecodeError as error:
@@ -201,7 +224,7 @@ def _mistake(details: ErrorDetails) -> _Mistake:
 def _problem(kind: str, message: str, context: Mapping[str, Any]) -> str:
     """Return the problem of a value, by pydantic's kind of error."""
     if kind in _ALLOWED:
-        return f"allowed is {_ALLOWED[kind].format(message=message, **context)}"
+        return f"must be {_ALLOWED[kind].format(message=message, **context)}"
     return message
 
 

@@ -21,6 +21,8 @@ from pydantic import (
     Field,
     GetPydanticSchema,
     PlainValidator,
+    PrivateAttr,
+    ValidationInfo,
     WithJsonSchema,
     model_validator,
 )
@@ -30,19 +32,20 @@ from ...io_images.addresses import allowed, parse_address
 from ...io_images.amci3601.firmware import KNOWN, Firmware
 from ...io_images.module_words import ModuleWords
 from ...io_images.site import SettingError, SiteError
+from ...io_images.times import exact_ns
 from ..loop.events import JsonValue
 from ..loop.forces import check_value
 from ..loop.incidents import ON_THE_LINE, FaultKind, Incident
 from ..loop.module import Module
 from ..machine import MachineSpec
 from ..machine.spec import INPUT_NAMES
-from ..modules.record import LiveModule, Trait
-from ..modules.registry import MODULES, has, live_port, words_of
+from ..modules.record import LiveModule, ModuleRecord, Trait
+from ..modules.registry import MODULES, OWN, live_port
 from .axis_tables import AxisTable
 from .fuzz_table import FuzzTable
 from .machine_tables import MachineTable, Table
 from .prove_tables import ProveTable
-from .quantities import Milliseconds, Number, Seconds, between, exact_ns
+from .quantities import Milliseconds, Number, Seconds, between
 from .serial_units import UnitSpec
 from .server_table import ServerTable
 from .stub_tables import StubTable
@@ -86,9 +89,15 @@ def _machine_schema(_source: Any, handler: Any) -> core_schema.CoreSchema:
     return core_schema.no_info_wrap_validator_function(convert, handler.generate_schema(MachineTable))
 
 
-def _module_name(value: object) -> object:
-    if isinstance(value, str) and value not in MODULES:
-        raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, MODULES)})
+def _of_file(info: ValidationInfo) -> Mapping[str, ModuleRecord]:
+    """Return the modules that the rack file names in `[modules]`."""
+    return info.context or {}
+
+
+def _module_name(value: object, info: ValidationInfo) -> object:
+    if isinstance(value, str) and value not in MODULES and value not in _of_file(info):
+        known = [*MODULES, *_of_file(info)]
+        raise PydanticCustomError("name", "{hint}", {"hint": allowed(value, known)})
     return value
 
 
@@ -166,6 +175,16 @@ class SlotSpec(Table):
     wiring: Literal["diagnostic"] | None = None
     port: str = SIMULATED
     address: int | None = None
+    _record: ModuleRecord = PrivateAttr()
+
+    @property
+    def record(self) -> ModuleRecord:
+        """The record of its module."""
+        return self._record
+
+    def has(self, trait: Trait) -> bool:
+        """Whether its module has a trait."""
+        return trait in self._record.traits
 
     @property
     def is_live(self) -> bool:
@@ -178,17 +197,19 @@ class SlotSpec(Table):
         Raises:
             ValueError: it can't be opened.
         """
-        return live_port(self.module, self.port, self.address).open(self.port, self.address, self.options)
+        return live_port(self.module, self._record.live, self.port, self.address).open(
+            self.port, self.address, self.options
+        )
 
     @property
     def recorded_firmware(self) -> str:
         """The module's firmware for the record; empty without one."""
-        return self.firmware if MODULES[self.module].has_firmware else ""
+        return self.firmware if self._record.has_firmware else ""
 
     @property
     def words(self) -> ModuleWords:
         """Names of the module's words and bits."""
-        return words_of(self.module, self.options)
+        return self._record.words(self.options)
 
     def make(self, seed: int) -> Module:
         """Make the module, with a simulated controller whatever the port.
@@ -196,7 +217,7 @@ class SlotSpec(Table):
         Raises:
             ValueError: it does not accept the firmware or an option.
         """
-        return MODULES[self.module].make(
+        return self._record.make(
             firmware=self.firmware,
             machine=self.machine,
             seed=seed,
@@ -205,14 +226,16 @@ class SlotSpec(Table):
         )
 
     @model_validator(mode="after")
-    def _can_be_made(self) -> Self:
+    def _can_be_made(self, info: ValidationInfo) -> Self:
+        given = _of_file(info)
+        self._record = given[self.module] if self.module in given else MODULES[self.module]
         self.make(seed=0)
         needed = "needs_firmware" in self.model_fields_set  # another module's firmware has no order
         if needed and Firmware.parse(self.firmware) < Firmware.parse(self.needs_firmware):
             text = f"the program needs {self.needs_firmware} or newer (needs_firmware)"
             raise SettingError("firmware", f"firmware {self.firmware}: {text}")
         if self.is_live:
-            live_port(self.module, self.port, self.address)
+            live_port(self.module, self._record.live, self.port, self.address)
         elif self.address is not None:
             raise SettingError("address", f"address {self.address}: it goes with a real port only")
         return self
@@ -304,6 +327,8 @@ class RackSpec(Table):
         server: what clients of a tag server see and may write.
         seed: of random numbers, such as those of slips.
         mode: position of the CPU's key at power-up.
+        modules: your own modules by name: a Python file, and its ModuleRecord if it is not RECORD,
+            "blinker.py:OTHER".
         slot: the slots, at least one.
         force: bits and words that are held from the first scan on.
         incident: what happens to modules and to the CPU.
@@ -329,6 +354,7 @@ class RackSpec(Table):
     server: ServerTable = ServerTable()
     seed: Annotated[int, Field(ge=0)] = 0
     mode: Literal["run", "program", "test"] = "run"
+    modules: dict[str, str] = Field(default_factory=dict)
     slot: Annotated[tuple[SlotSpec, ...], Field(strict=False, min_length=1)]
     force: Annotated[tuple[ForceSpec, ...], Field(strict=False)] = ()
     incident: Annotated[tuple[IncidentSpec, ...], Field(strict=False)] = ()
@@ -357,6 +383,7 @@ class RackSpec(Table):
         self._check_properties()
         self._check_slots()
         self._check_cams()
+        self._check_modules()
         self._check_forces()
         self._check_incidents()
         self._check_units()
@@ -374,7 +401,7 @@ class RackSpec(Table):
         for name, only in STUB_SETTINGS.items():
             given = self.stubs.get(name, only)
             if given != only:
-                raise MisplacedError(("stubs", name), given, f'allowed is "{only}"')
+                raise MisplacedError(("stubs", name), given, f'must be "{only}"')
 
     def _check_axes(self) -> None:
         known = [slot.number for slot in self.slot]
@@ -398,6 +425,11 @@ class RackSpec(Table):
                 raise MisplacedError(path, each.name, "another property has this name")
             seen.add(each.name.upper())
 
+    def _check_modules(self) -> None:
+        for name, address in self.modules.items():
+            if name in MODULES:
+                raise MisplacedError(("modules", name), address, "another module has this name")
+
     def _check_slots(self) -> None:
         seen: set[int] = set()
         for index, slot in enumerate(self.slot):
@@ -407,34 +439,34 @@ class RackSpec(Table):
             seen.add(slot.number)
             if "controller" in self.model_fields_set:
                 path = ("slot", index, "firmware")
-                check = MODULES[slot.module].check_controller
+                check = slot.record.check_controller
                 _at(path, slot.firmware, check, slot.firmware, self.controller)
-            if "firmware" in slot.model_fields_set and not MODULES[slot.module].has_firmware:
+            if "firmware" in slot.model_fields_set and not slot.record.has_firmware:
                 says = f"a {slot.module} has no firmware here: leave the key out"
                 raise MisplacedError(("slot", index, "firmware"), slot.firmware, says)
             self._check_family(index, slot)
 
     def _check_family(self, index: int, slot: SlotSpec) -> None:
         """Refuse a card that does not fit the controller, if the rack or its program names it."""
-        own = MODULES[slot.module].family
+        own = slot.record.family
         by_program = _BY_EXPORT.get(str(self.program)[-4:].upper(), "")
         stated = self.controller if "controller" in self.model_fields_set else by_program
         wanted = _FAMILIES.get(stated, own)
         if own and own != wanted:
-            cards = ", ".join(name for name, record in MODULES.items() if record.family == wanted)
-            says = f"this card does not fit a {_CONTROLLERS[stated]}: allowed are {cards}, discrete16"
+            cards = ", ".join(name for name, record in OWN.items() if record.family == wanted)
+            says = f"this card does not fit a {_CONTROLLERS[stated]}; choose from {cards}, discrete16"
             raise MisplacedError(("slot", index, "module"), slot.module, says)
 
     def _check_cams(self) -> None:
         """Refuse a card whose inputs follow a slot without a simulated machine."""
-        bolted = [each.number for each in self.slot if has(each.module, Trait.MACHINE) and not each.is_live]
+        bolted = [each.number for each in self.slot if each.has(Trait.MACHINE) and not each.is_live]
         for index, slot in enumerate(self.slot):
-            for number in sorted(MODULES[slot.module].follows(slot.options)):
+            for number in sorted(slot.record.follows(slot.options)):
                 if number not in bolted:
                     there = ", ".join(map(str, bolted)) or "none"
                     says = f"cam: slot {number} has no simulated stepper; there is one in {there}"
                     raise MisplacedError(("slot", index, "options", "cam"), number, says)
-            for number, switch in MODULES[slot.module].switches(slot.options):
+            for number, switch in slot.record.switches(slot.options):
                 self._check_switch(index, number, switch)
 
     def _check_switch(self, index: int, number: int, switch: str) -> None:
@@ -449,6 +481,8 @@ class RackSpec(Table):
 
     def _check_forces(self) -> None:
         words = {slot.number: slot.words for slot in self.slot}
+        if any(slot.record.unread for slot in self.slot):
+            return  # a bit may be named in a file that is not executed
         for index, force in enumerate(self.force):
             path: KeyPath = ("force", index)
             place = _at((*path, "address"), force.address, parse_address, force.address, words)

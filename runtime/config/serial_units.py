@@ -18,10 +18,7 @@ from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from ...io_images.pcl601 import Code
 from ...io_images.site import SettingError
-from ..controllers.pcl601.pins import Pcl601Pins
-from ..controllers.pcl601.pinstates import connect
 from .machine_tables import Table
 
 if TYPE_CHECKING:
@@ -55,7 +52,9 @@ class UnitSpec(Table):
 
     def make(self, folder: Path) -> Pcl601:
         """Make the unit, with its power on; ValueError if the program can't be used."""
+        from ...io_images.pcl601 import Code
         from ..controllers.pcl601.line import Pcl601  # pymodbus takes time to import
+        from ..controllers.pcl601.pinstates import connect
         from ..controllers.pcl601.program import load, read_program
         from ..controllers.pcl601.wiring import Wiring
 
@@ -74,6 +73,9 @@ class UnitSpec(Table):
 
     @model_validator(mode="after")
     def _can_be_wired(self) -> Self:
+        from ..controllers.pcl601.pins import Pcl601Pins
+        from ..controllers.pcl601.pinstates import connect
+
         for name, state in self.pins.items():
             connect(Pcl601Pins(), name, state)
         if self.program is not None and not self.program.endswith(STORED):

@@ -13,8 +13,9 @@ table, key and array element. It only skips values.
 from __future__ import annotations
 
 import re
-import tomllib
 from collections.abc import Mapping
+
+from ...io_images.doors import toml_tables
 
 KeyPath = tuple[str | int, ...]
 """Keys and array indexes from the top of a document."""
@@ -116,7 +117,7 @@ class KeyLines:
     def _read_key_part(self) -> str:
         if self._text[self._at] in "\"'":
             quoted = self._take(_STRING)
-            return next(iter(tomllib.loads(f"{quoted} = 0")))
+            return next(iter(toml_tables(f"{quoted} = 0")))
         return self._take(_BARE_KEY)
 
     # values: skipped, except the insides of arrays and inline tables

@@ -60,7 +60,7 @@ def check_blend(
         ValueError: no segments, or one too short for its ramps (by chapter 2's distances, exactly).
     """
     if not segments:
-        raise ValueError("a blend without segments: allowed is 1 and more")
+        raise ValueError("a blend without segments: must be 1 or more")
     speed_msps = MILLI * start_sps
     for number, (length, speed_sps, rate_spmss, shape) in enumerate(segments, start=1):
         needed = ramp_distance(speed_msps, MILLI * speed_sps, rate_spmss, shape)

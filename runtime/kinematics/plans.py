@@ -49,7 +49,7 @@ def move(now_ns: int, origin: int, distance: int, profile: Profile) -> Motion:
         ValueError: the distance is 0.
     """
     if distance == 0:
-        raise ValueError("distance 0 is not a move: allowed is any other number of steps")
+        raise ValueError("distance must not be 0")
     steps = abs(distance)
     base_nsps, peak_nsps = NANO * profile.base_sps, _peak_speed(steps, profile)
     course = Course(now_ns)
@@ -198,7 +198,7 @@ def register(
     needed = stopping_distance(motion.speed_at(now_ns), start_sps, deceleration_spmss, shape)
     if steps < 1 or steps * PICO < needed:
         least = max(1, -(-needed // PICO))
-        raise ValueError(f"{steps} registration steps are too few to stop in: allowed is {least} and more")
+        raise ValueError(f"{steps} registration steps are too few to stop in: must be {least} or more")
     base_nsps = min(speed_nsps, NANO * start_sps)
     course.arrive(motion.steps_at(now_ns) + steps, speed_nsps, base_nsps, deceleration_spmss, shape)
     return course.ended(motion.direction, motion.origin)
@@ -228,9 +228,7 @@ def go_on(motion: Motion, now_ns: int, steps: int, profile: Profile) -> Motion:
     target, base_nsps = motion.steps_at(now_ns) + steps, NANO * profile.base_sps
     least = course.steps_to_stop(speed_nsps, base_nsps, profile.deceleration_spmss, profile.shape)
     if target < least:
-        raise ValueError(
-            f"{steps} steps are too few to stop in: allowed is {least - target + steps} and more"
-        )
+        raise ValueError(f"{steps} steps are too few to stop in: must be {least - target + steps} or more")
     peak_nsps = max(speed_nsps, _peak_from(speed_nsps, course.steps_left(target), profile))
     course.ramp(speed_nsps, peak_nsps, profile.acceleration_spmss, profile.shape)
     course.arrive(target, peak_nsps, base_nsps, profile.deceleration_spmss, profile.shape)
@@ -269,7 +267,7 @@ def creep(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate,
         ValueError: the motion has no end.
     """
     if motion.final_steps is None:
-        raise ValueError("an endless motion has no end to creep to: allowed is one with an end")
+        raise ValueError("an endless motion has no end to creep to")
     course, speed_nsps = takeover(motion, now_ns)
     if speed_nsps == 0:
         return motion
@@ -283,7 +281,7 @@ def creep(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate,
 
 def _check_speed(speed_sps: int) -> None:
     if speed_sps < 1:
-        raise ValueError(f"speed {speed_sps} steps/s: allowed is 1 and more")
+        raise ValueError(f"speed {speed_sps} steps/s: must be 1 or more")
 
 
 def takeover(motion: Motion, now_ns: int) -> tuple[Course, int]:

@@ -26,10 +26,10 @@ class Profile:
 
     def __post_init__(self) -> None:
         if self.start_sps < 1 or self.speed_sps < 1:
-            raise ValueError(f"speeds {self.start_sps} and {self.speed_sps} steps/s: allowed is 1 and more")
+            raise ValueError(f"speeds {self.start_sps} and {self.speed_sps} steps/s: must be 1 or more")
         rates = self.acceleration_spmss, self.deceleration_spmss
         if self.has_ramps and min(rates) <= 0:
-            raise ValueError(f"rates {rates[0]} and {rates[1]} steps/ms/s: allowed is more than 0")
+            raise ValueError(f"rates {rates[0]} and {rates[1]} steps/ms/s: must be more than 0")
 
     @property
     def has_ramps(self) -> bool:

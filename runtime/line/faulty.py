@@ -131,7 +131,7 @@ class FaultInjector(Device):
             self._silent = value == "on"
             self._waiting.clear()
         else:
-            raise ValueError(f"{text!r} is no fault: allowed are {ALLOWED}")
+            raise ValueError(f"{text!r} is not a fault; choose from {ALLOWED}")
 
     def _wait(self, now_ns: int, said: bytes) -> None:
         """Keep a reply until it is due; none overtakes another."""

@@ -29,7 +29,7 @@ class Reply(NamedTuple):
 
 
 class Verdict(Enum):
-    """A judgement of the bytes received so far."""
+    """A judgment of the bytes received so far."""
 
     UNFINISHED = "unfinished"
     FOREIGN = "no reply to this request"

@@ -8,7 +8,7 @@ within a frame makes it invalid:
 
 Transports such as TCP, pseudo-terminals and USB adapters do not keep such times.
 There a frame is taken as soon as its length, known from its function, has arrived and its
-CRC is right. A longer silence resynchronises after anything else, and garbage before a
+CRC is right. A longer silence resynchronizes after anything else, and garbage before a
 frame does not lose the frame.
 """
 

@@ -8,22 +8,24 @@ when a port is unplugged while they run.
 from __future__ import annotations
 
 import os
+import re
+from contextlib import suppress
+from importlib import import_module
 from typing import Any
 
 from .wire import LineFormat
 
-try:
-    from termios import error as _TerminalError  # noqa: N812  # pyserial raises it as it is
-except ImportError:  # Windows has no termios, and pyserial raises OSErrors there
-    PORT_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError)
-else:
-    PORT_ERRORS = (OSError, ValueError, _TerminalError)
+PORT_ERRORS: tuple[type[Exception], ...] = (OSError, ValueError)
 """Errors of pyserial for a port that is missing, unplugged, or without the requested format."""
+
+with suppress(ImportError):  # Windows has no termios, and pyserial raises OSErrors there
+    PORT_ERRORS += (vars(import_module("termios"))["error"],)
 
 
 def is_pseudo_terminal(path: str) -> bool:
     """Return whether a path leads to a pseudo-terminal; parity is an error on one."""
-    return os.path.realpath(path).startswith("/dev/pts/")
+    # on Windows the real path of COM3 would open the port, which resets what is at its end
+    return os.path.exists("/dev/pts") and os.path.realpath(path).startswith("/dev/pts/")
 
 
 def settings(path: str, line_format: LineFormat) -> dict[str, Any]:
@@ -41,8 +43,13 @@ def reason(error: Exception) -> str:
 
     >>> reason(OSError(2, "could not open port /dev/ttyUSB0: [Errno 2] No such file or directory"))
     'No such file or directory'
+    >>> reason(OSError("could not open port 'COM3': PermissionError(13, 'Access is denied.', None, 5)"))
+    'Access is denied.'
     """
     number = getattr(error, "errno", None)
     if number is None and len(error.args) == 2 and isinstance(error.args[0], int):  # termios.error
         number = error.args[0]
-    return str(error) if number is None else os.strerror(number)
+    if number is not None:
+        return os.strerror(number)
+    windows = re.search(r"Error\(\d+, '(.*?)', None, \d+\)", str(error))
+    return windows[1] if windows else str(error)

@@ -42,12 +42,12 @@ class LineFormat:
 
     def __post_init__(self) -> None:
         if self.baud < 1:
-            raise ValueError(f"baud {self.baud}: allowed is 1 and more")
+            raise ValueError(f"baud {self.baud}: must be 1 or more")
         if self.parity not in PARITIES:
-            raise ValueError(f"parity {self.parity!r}: allowed are {', '.join(PARITIES)}")
+            raise ValueError(f"parity {self.parity!r}; choose from {', '.join(PARITIES)}")
         if self.stop_bits not in (1, 2) or self.data_bits not in (7, 8):
             raise ValueError(
-                f"{self.data_bits} data and {self.stop_bits} stop bits: allowed are 7 or 8, and 1 or 2"
+                f"{self.data_bits} data and {self.stop_bits} stop bits: must be 7 or 8 and 1 or 2"
             )
 
     @property

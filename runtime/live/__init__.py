@@ -6,6 +6,7 @@
 
 | file | contents |
 |---|---|
+| `shared_memory.py` | memory that two processes see |
 | `ring.py` | scans, events and snapshots to another process, without a lock and without waiting |
 | `orders.py` | orders as data, checked when they are made |
 | `hands.py` | carries out and announces orders that act on the rack |

@@ -1,4 +1,4 @@
-"""Carries out orders on a rack, between two scans, and announces each for the recording.
+"""Applies operator actions to a rack between two scans, and announces each for the trace.
 
     scan          n           n+1
     time          t           t + period
@@ -18,6 +18,7 @@ from typing import Any, NamedTuple, Protocol, runtime_checkable
 from ...io_images.addresses import parse_address
 from ...io_images.enip.listing import patched
 from ...io_images.module_words import ModuleWords
+from ...io_images.times import exact_ns
 from ..loop.cpu import Cpu
 from ..loop.events import Event
 from ..loop.exposed import ExposedModule
@@ -60,6 +61,14 @@ class ByteStore(Protocol):
         """Set bytes of a tag but the bits of `keep`; ValueError if that is impossible."""
 
 
+@runtime_checkable
+class NamedImages(Protocol):
+    """A program that has names for words and bits of images: a debugger."""
+
+    def address_of(self, tag: str) -> str | None:
+        """Return the address that a tag is a name of; None for any other tag."""
+
+
 class Hands:
     """Carries out orders on a rack.
 
@@ -97,13 +106,13 @@ class Hands:
         name, behind_ns = NAMES[type(order)], max(at_ns - self._cpu.period_ns, 0)
         self._cpu.announce(Event(behind_ns, "order", name, sentence(order), {"order": text_of(order)}))
 
-    def is_image(self, tag: str) -> bool:
-        """Return whether an address names a word or bit of an image."""
+    def image(self, tag: str) -> str | None:
+        """Return the address of the word or bit of an image that a tag means; None for any other tag."""
         try:
-            parse_address(tag, self.words)
+            return str(parse_address(tag, self.words))
         except ValueError:
-            return False
-        return True
+            desk: object = self._desk
+            return desk.address_of(tag) if isinstance(desk, NamedImages) else None
 
     # --- one order each
 
@@ -120,13 +129,13 @@ class Hands:
         elif isinstance(device, ModuleWithInputs):
             bit = INPUT_NAMES.get(order.name.lower())
             if bit is None:
-                raise ValueError(f"there is no input {order.name!r}: inputs are {', '.join(INPUT_NAMES)}")
+                raise ValueError(f"no input {order.name!r}: inputs are {', '.join(INPUT_NAMES)}")
             device.operate(bit, order.on)
         else:
-            raise ValueError(f"slot {order.slot}: its inputs are real ones: nothing here can press them")
+            raise ValueError(f"slot {order.slot}: its inputs are real; they can't be set here")
 
     def _write(self, order: orders.Write, _at_ns: int) -> None:
-        if self.is_image(order.tag):
+        if self.image(order.tag) is not None:
             raise ValueError(f"{order.tag} is an image, which every scan writes again: force it instead")
         self._program(order.tag).tags[order.tag] = order.value
 
@@ -146,8 +155,8 @@ class Hands:
         desk.store(order.tag, order.offset, data, keep)
 
     def _force(self, order: orders.Force, _at_ns: int) -> None:
-        if self.is_image(order.tag):
-            self._cpu.forces.set(order.tag, _whole(order.tag, order.value))
+        if (address := self.image(order.tag)) is not None:
+            self._cpu.forces.set(address, _whole(order.tag, order.value))
         else:
             self._program(order.tag).force(order.tag, order.value)
 
@@ -156,16 +165,16 @@ class Hands:
             self._cpu.forces.clear()
             if self._desk is not None:
                 self._desk.unforce()
-        elif self.is_image(order.tag):
-            self._cpu.forces.remove(order.tag)
+        elif (address := self.image(order.tag)) is not None:
+            self._cpu.forces.remove(address)
         else:
             self._program(order.tag).unforce(order.tag)
 
     def _happen(self, order: orders.Happen, at_ns: int) -> None:
         module = self._rack.slots[order.slot].module
         if not isinstance(module, ExposedModule):
-            raise ValueError(f"slot {order.slot}: nothing can be made to happen to a real module")
-        what, for_ns = FaultKind(order.kind), round(order.for_ms * 1_000_000)
+            raise ValueError(f"slot {order.slot}: can't inject faults into real modules")
+        what, for_ns = FaultKind(order.kind), exact_ns(order.for_ms, "ms", "for_ms")
         module.happen(Incident(at_ns, what, order.slot, for_ns, order.late_words))
 
     def _edit(self, order: orders.Edit, at_ns: int) -> None:

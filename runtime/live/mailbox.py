@@ -7,11 +7,10 @@ reply    written between two scans, then `answered` is counted up, and a byte wa
 
 from __future__ import annotations
 
-import mmap
-import os
 import socket
-import tempfile
 from contextlib import suppress
+
+from .shared_memory import SharedMemory
 
 AREA_BYTES = 1 << 20
 """Most bytes of a request, and of a reply."""
@@ -24,16 +23,12 @@ class Mailbox:
     """One side of a mailbox.
 
     Args:
-        file: descriptor of its memory, of the other side; None = a new one.
+        memory: of the other side; None = a new one.
     """
 
-    def __init__(self, file: int | None = None) -> None:
-        if file is None:
-            with tempfile.TemporaryFile(prefix="scanrack") as made:
-                os.ftruncate(made.fileno(), _HEAD_BYTES + 2 * AREA_BYTES)
-                file = os.dup(made.fileno())
-        self.file = file
-        self._memory = mmap.mmap(file, _HEAD_BYTES + 2 * AREA_BYTES)
+    def __init__(self, memory: SharedMemory | None = None) -> None:
+        self.memory = memory or SharedMemory(_HEAD_BYTES + 2 * AREA_BYTES)
+        self._memory = self.memory.map
         self._head = memoryview(self._memory)[:_HEAD_BYTES].cast("Q")
 
     # --- the server's side
@@ -83,10 +78,10 @@ class Mailbox:
         """Release the memory."""
         self._head.release()
         self._memory.close()
-        os.close(self.file)
+        self.memory.close()
 
 
 def wake(waker: socket.socket) -> None:
-    """Wake the other side; a full or closed socket is as good."""
+    """Wake the other side by a socket that never blocks; a full or closed one is as good."""
     with suppress(OSError):
-        waker.send(b"\1", socket.MSG_DONTWAIT | socket.MSG_NOSIGNAL)
+        waker.send(b"\1")

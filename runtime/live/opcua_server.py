@@ -8,7 +8,6 @@ Nobody logs in, so no client may do more than read and write tags.
 from __future__ import annotations
 
 import asyncio
-import logging
 import pickle
 import socket
 from collections.abc import Awaitable, Callable, Iterable, Sequence
@@ -22,6 +21,8 @@ from ..outside.room import Operation
 from ..outside.setup import TagSetup
 from .mailbox import AREA_BYTES, Mailbox
 from .opcua_space import TYPES, TagNode, TagSpace
+from .quiet import CLIENT_LOGS, give_back_memory, quiet
+from .shared_memory import SharedMemory
 from .tag_server import STEP_S, ScanProcess
 
 NAMESPACE = "urn:scanrack:tags"
@@ -34,6 +35,12 @@ ITEMS_MOST, SUBSCRIPTIONS_MOST, QUEUE_MOST = 20_000, 100, 100
 
 MESSAGE_MOST, CHUNK_MOST = 1 << 24, 1 << 16
 """Bytes of a message, and of a part of one."""
+
+UNSENT_MOST, CLOSING_S = MESSAGE_MOST, 5.0
+"""Bytes that a client has not taken yet, and time that it has for them at the end, before it is cut off."""
+
+TIDY_S = 2.0
+"""Time from a client's end to the return of its memory: many that end together are one occasion."""
 
 PENDING_MOST, ACTIVATION_S = 32, 10.0
 """Requests of a client that wait; time in which one that has connected opens a session."""
@@ -56,6 +63,7 @@ class OpcUaServer:
         self._server: Any = import_module("asyncua").Server()
         self._listening, self._process = listening, process
         self._turn = asyncio.Lock()
+        self._tidy: asyncio.Task[None] | None = None
         self._space: TagSpace
 
     @property
@@ -102,11 +110,29 @@ class OpcUaServer:
         def client() -> Any:
             made = talk._make_protocol()
             made.data_received = _bounded(made, made.data_received)
+            made.connection_made = _impatient(made.connection_made)
+            made.connection_lost = self._tidying(made.connection_lost)
             return made
 
         await asyncio.get_running_loop().create_server(client, sock=self._listening)
         talk.cleanup_task = asyncio.create_task(talk._close_task_loop())
         self._server.bserver = talk
+
+    def _tidying(self, lost: Callable[[Exception | None], None]) -> Callable[[Exception | None], None]:
+        """Return what gives the memory of clients back after they have gone."""
+
+        def tidying(error: Exception | None) -> None:
+            lost(error)
+            if self._tidy is None:
+                self._tidy = asyncio.create_task(self._tidied())
+
+        return tidying
+
+    async def _tidied(self) -> None:
+        await asyncio.sleep(TIDY_S)
+        self._tidy = None
+        await self._server.bserver._close_tasks()
+        give_back_memory()
 
     async def show(self, setup: TagSetup) -> None:
         """Show the tags of an edited program."""
@@ -297,6 +323,28 @@ def _bounded(made: Any, receive: Callable[[bytes], None]) -> Callable[[bytes], N
     return received
 
 
+def _impatient(made: Callable[[Any], None]) -> Callable[[Any], None]:
+    """Return what gives a new client a transport that cuts it off if it does not take what is sent."""
+
+    def connected(transport: Any) -> None:
+        write, close = transport.write, transport.close
+
+        def writing(data: bytes) -> None:
+            write(data)
+            if transport.get_write_buffer_size() > UNSENT_MOST:
+                transport.abort()
+
+        def closing() -> None:
+            close()
+            if transport.get_write_buffer_size():
+                asyncio.get_running_loop().call_later(CLOSING_S, transport.abort)
+
+        transport.write, transport.close = writing, closing
+        made(transport)
+
+    return connected
+
+
 async def _serve(pipe: Connection, process: ScanProcess, listening: socket.socket) -> None:
     """Serve until the scan process ends."""
     loop = asyncio.get_running_loop()
@@ -323,17 +371,15 @@ async def _serve(pipe: Connection, process: ScanProcess, listening: socket.socke
         await asyncio.wait([ended], timeout=STEP_S)
 
 
-def main(*descriptors: str) -> None:
-    """Run a server's process.
-
-    Args:
-        descriptors: of the pipe for setups, the waker, the mailbox, and the listening socket.
-    """
-    logging.getLogger("asyncua").setLevel(logging.CRITICAL + 1)  # what a client sends is no news
-    pipe_file, waker_file, mailbox_file, listening_file = map(int, descriptors)
-    process = ScanProcess(Mailbox(mailbox_file), socket.socket(fileno=waker_file))
-    listening = socket.socket(fileno=listening_file)
+def main(
+    setups: socket.socket, waker: socket.socket, mailbox: SharedMemory, listening: socket.socket
+) -> None:
+    """Run a server's process, see `tag_server.main`."""
+    quiet(*CLIENT_LOGS)
+    process = ScanProcess(Mailbox(mailbox), waker)
     try:
-        asyncio.run(_serve(Connection(pipe_file), process, listening))
+        # Windows' usual loop watches no pipe, and keeps a listening socket to itself
+        with asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:
+            runner.run(_serve(Connection(setups.detach()), process, listening))
     except (EOFError, OSError, KeyboardInterrupt):
         return

@@ -14,6 +14,7 @@ from dataclasses import MISSING, asdict, dataclass, fields
 from itertools import chain
 from typing import Any, NoReturn
 
+from ...io_images.doors import json_value
 from ..loop.incidents import FaultKind
 from .speeds import MAX, SPEED_LEAST, SPEED_MOST
 
@@ -242,7 +243,7 @@ def order_of(said: object, known: Mapping[str, type[Order]] = ORDERS) -> Order:
     name = said.get("do")
     kind = known.get(name) if isinstance(name, str) else None
     if kind is None:
-        raise ValueError(f"there is no order {_shown(name)}: allowed are {', '.join(known)}")
+        raise ValueError(f"no action {_shown(name)}; choose from {', '.join(known)}")
     given = {key: value for key, value in said.items() if key != "do"}
     wanted = {each.name: each.default for each in fields(kind)}
     for key in given:
@@ -288,10 +289,7 @@ def parsed(text: str | bytes) -> Any:
     Raises:
         ValueError: it is not JSON, is nested more than `DEEPEST` levels, or has text that UTF-8 can't hold.
     """
-    try:
-        said = json.loads(text, parse_constant=_refuse_constant)
-    except RecursionError:
-        raise ValueError(_TOO_DEEP) from None
+    said = json_value(text, parse_constant=_refuse_constant)
     _refuse_oddities(said)
     return said
 

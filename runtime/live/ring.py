@@ -11,15 +11,14 @@ have been overwritten meanwhile. A row repeats its number at its end, for proces
 
 from __future__ import annotations
 
-import mmap
-import os
-import tempfile
 from collections.abc import Callable
 from struct import Struct
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .shared_memory import SharedMemory
 
 ROWS = 1 << 15
 """Number of rows: 65 s of scans of 2 ms."""
@@ -71,6 +70,7 @@ class Ring:
 
     Attributes:
         shape: its dimensions.
+        memory: what it is in.
         put: writes a row; called after every scan.
     """
 
@@ -79,25 +79,23 @@ class Ring:
     def __init__(self, memory_bytes: int, figures: int = 0, rows: int = ROWS) -> None:
         if rows & (rows - 1) or rows < 2:
             raise ValueError(f"a ring of {rows} rows is not allowed: a power of two")
-        self._open(
-            _new_file(size_of(RingShape(memory_bytes, figures, rows))), RingShape(memory_bytes, figures, rows)
-        )
+        shape = RingShape(memory_bytes, figures, rows)
+        self._open(SharedMemory(size_of(shape)), shape)
 
     @classmethod
-    def opened(cls, shape: RingShape, file: int) -> Ring:
-        """Open the ring of another process from its file."""
+    def opened(cls, shape: RingShape, memory: SharedMemory) -> Ring:
+        """Open the ring of another process in its memory."""
         ring = cls.__new__(cls)
-        ring._open(file, shape)
+        ring._open(memory, shape)
         return ring
 
-    def _open(self, file: int, shape: RingShape) -> None:
+    def _open(self, memory: SharedMemory, shape: RingShape) -> None:
         self.shape = shape
-        self.file = file
-        self._map = mmap.mmap(file, size_of(shape))
+        self.memory = memory
         self.dtype = row_type(shape.memory_bytes, shape.figures)
         self._stride = self.dtype.itemsize
         self._mask = shape.rows - 1
-        whole = memoryview(self._map)
+        whole = memoryview(memory.map)
         start = _HEAD_BYTES + shape.rows * self._stride
         self._head = whole[:_HEAD_BYTES].cast("Q")
         self._rows = whole[_HEAD_BYTES:start]
@@ -151,7 +149,7 @@ class Ring:
         self.snapshots.release()
         self._head.release()
         self._rows.release()
-        os.close(self.file)
+        self.memory.close()
 
 
 def _putter(head: memoryview, rows: memoryview, row: Struct, mask: int) -> Put:
@@ -173,16 +171,6 @@ def size_of(shape: RingShape) -> int:
     """Return the bytes of a ring."""
     stride = row_type(shape.memory_bytes, shape.figures).itemsize
     return _HEAD_BYTES + shape.rows * stride + MESSAGE_BYTES + SNAPSHOT_BYTES
-
-
-def _new_file(size: int) -> int:
-    if hasattr(os, "memfd_create"):
-        file = os.memfd_create("scanrack")
-    else:
-        with tempfile.TemporaryFile() as named:
-            file = os.dup(named.fileno())
-    os.ftruncate(file, size)
-    return file
 
 
 class Records:

@@ -353,7 +353,7 @@ class Session:
         left = [each for each in self.state.breakpoints if each != order.at and order.at != ALL]
         if len(left) == len(self.state.breakpoints) and order.at != ALL:
             there = ", ".join(left) or "none"
-            raise ValueError(f"there is no breakpoint at {order.at}: there are {there}")
+            raise ValueError(f"no breakpoint at {order.at}; there are {there}")
         self._with_breakpoints().clear_breakpoints()
         for at in left:
             self._set(at)

@@ -39,7 +39,7 @@ class NoTags(ProgramTags):
 
     @override
     def read(self, number: int, offset: int, size: int) -> bytes:
-        raise ValueError(f"there is no tag number {number}")
+        raise ValueError(f"no tag number {number}")
 
 
 class TagDesk(QuietListener):
@@ -72,6 +72,7 @@ class TagDesk(QuietListener):
         version: int = 1,
     ) -> None:
         self._mailbox, self._waker, self._hands, self._rack = mailbox, waker, hands, rack
+        waker.setblocking(False)
         self._period_ns, self._tags_now, self._writes, self._profile = period_ns, tags, writes, profile
         self._next = 0, 0  # time and number of the next scan
         self.exchanges = self.spent_ns = 0

@@ -18,6 +18,7 @@ from ..outside.exchange import ANSWER, Packet, request_of, results_in
 from ..outside.room import BrokenClientError, Instant, Operation, Plan, ReadBytes
 from ..outside.setup import SESSIONS, TagSetup
 from .mailbox import AREA_BYTES, Mailbox
+from .shared_memory import SharedMemory
 from .tag_client import Client
 
 STEP_S = 0.25
@@ -241,18 +242,21 @@ class ScanProcess:
                 raise EOFError
 
 
-def main(*descriptors: str) -> None:
+def main(
+    setups: socket.socket,
+    waker: socket.socket,
+    mailbox: SharedMemory,
+    listening: socket.socket,
+    udp: socket.socket | None = None,
+) -> None:
     """Run a server's process.
 
     Args:
-        descriptors: of the pipe for setups, the waker, the mailbox, the listening socket, and of the
-            UDP socket if there is one.
+        setups: the connection on which setups come.
+        waker: wakes this process when the mailbox has a reply.
     """
-    pipe_file, waker_file, mailbox_file, listening_file, *udp_file = map(int, descriptors)
-    pipe, waker = Connection(pipe_file), socket.socket(fileno=waker_file)
-    process = ScanProcess(Mailbox(mailbox_file), waker)
-    listening = socket.socket(fileno=listening_file)
-    udp = socket.socket(fileno=udp_file[0]) if udp_file else None
+    pipe = Connection(setups.detach())
+    process = ScanProcess(Mailbox(mailbox), waker)
     try:
         setup: TagSetup = pickle.loads(pipe.recv_bytes())  # of our own scan process
         process.version = setup.version

@@ -218,9 +218,13 @@ class Cpu:
     def close(self) -> None:
         """Close the logic, if it can be closed, and all listeners, in order; further scans are refused.
 
+        Nothing if it is closed.
+
         Raises:
             Exception: an error of logic or a listener during its close; the others are closed.
         """
+        if self._closed:
+            return
         self._closed = True
         with ExitStack() as stack:
             stack.callback(self._listeners.close)

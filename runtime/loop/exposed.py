@@ -62,6 +62,7 @@ class ExposedModule(Module):
 
     def __init__(self, module: Module, incidents: Iterable[Incident]) -> None:
         self.module = module
+        self._foreseeing = module if isinstance(module, ForeseeingModule) else None  # expensive to ask
         self.events = module.events
         ordered = sorted(incidents, key=lambda each: each.at_ns)
         for each in ordered:
@@ -121,28 +122,25 @@ class ExposedModule(Module):
     @property
     def before_change(self) -> Callable[[], None]:
         """Called by the module before a change; see `ForeseeingModule`."""
-        return self.module.before_change if isinstance(self.module, ForeseeingModule) else unnoticed
+        return unnoticed if self._foreseeing is None else self._foreseeing.before_change
 
     @before_change.setter
     def before_change(self, notice: Callable[[], None]) -> None:
-        if isinstance(self.module, ForeseeingModule):
-            self.module.before_change = notice
+        if self._foreseeing is not None:
+            self._foreseeing.before_change = notice
 
     def calm_until_ns(self, outputs: Image) -> int:
         """Return the instant before which the module only continues; see `ForeseeingModule`."""
-        if (
-            not isinstance(self.module, ForeseeingModule)
-            or self._now_ns < self._late_ns
-            or outputs != self._before
-        ):
+        module = self._foreseeing
+        if module is None or self._now_ns < self._late_ns or outputs != self._before:
             return 0
-        calm_ns = self.module.calm_until_ns(outputs)
+        calm_ns = module.calm_until_ns(outputs)
         return min(calm_ns, self._acts[0][0]) if self._acts else calm_ns
 
     def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
         """Return the module's prediction."""
-        assert isinstance(self.module, ForeseeingModule)
-        return self.module.foretell(first_ns, every_ns, count)
+        assert self._foreseeing is not None, "it is asked only in a time that it has foreseen"
+        return self._foreseeing.foretell(first_ns, every_ns, count)
 
     @override
     def plc_run(self, running: bool) -> None:
@@ -180,11 +178,9 @@ class ExposedModule(Module):
         what = incident.what
         if isinstance(self.module, OnALine) and what in ON_THE_LINE:
             self.module.disturb(what, begins=begins, lasts=bool(incident.for_ns))
-            text = _BEGUN_ON_THE_LINE[what] if begins else _OVER_ON_THE_LINE
         else:
             self._trouble(what, begins=begins)
-            text = _BEGUN[what] if begins else _OVER
-        self.events.append(Event(at_ns, "stimulus", what.value, text, {"begins": begins}))
+        self.events.append(incident_event(at_ns, what, begins=begins))
 
     def _trouble(self, what: FaultKind, *, begins: bool) -> None:
         if what is FaultKind.POWER_CYCLE:
@@ -221,3 +217,12 @@ def _acts(incident: Incident) -> Iterable[tuple[int, Incident, bool]]:
     yield incident.at_ns, incident, True
     if incident.for_ns and incident.what in LASTING:
         yield incident.at_ns + incident.for_ns, incident, False
+
+
+def incident_event(at_ns: int, what: FaultKind, *, begins: bool) -> Event:
+    """Return the event of an incident that begins or ends."""
+    if what in ON_THE_LINE:
+        text = _BEGUN_ON_THE_LINE[what] if begins else _OVER_ON_THE_LINE
+    else:
+        text = _BEGUN[what] if begins else _OVER
+    return Event(at_ns, "stimulus", what.value, text, {"begins": begins})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 import sysconfig
 import traceback
@@ -13,6 +14,7 @@ from pathlib import Path
 
 from ...io_images.site import NOWHERE, Site
 from ...io_images.text_limits import shortened
+from ...io_images.times import seconds
 from .events import JsonValue
 
 
@@ -37,8 +39,8 @@ class Fault:
     site: Site = NOWHERE  # routine and rung of a ladder program
 
     def __str__(self) -> str:
-        seconds = f"{self.now_ns // 1_000_000_000}.{self.now_ns % 1_000_000_000:09d}".rstrip("0").rstrip(".")
-        return f"scan {self.scan} (t = {seconds} s): {_BLAME[self.cause]} {self.text} [{self.where}]"
+        at = f"scan {self.scan} (t = {seconds(self.now_ns)} s)"
+        return f"{at}: {_BLAME[self.cause]} {self.text} [{self.where}]"
 
     @property
     def fields(self) -> Mapping[str, JsonValue]:
@@ -115,16 +117,18 @@ def is_the_users(file_name: str) -> bool:
 
 
 _ROOMS = (
-    f"{sys.modules[__name__.partition('.')[0]].__path__[0]}/",  # installed, all the others are in it
+    f"{sys.modules[__name__.partition('.')[0]].__path__[0]}{os.sep}",  # installed, all the others are in it
     *(
-        f"{Path(__file__).parents[2]}/{room}/"
+        f"{Path(__file__).parents[2] / room}{os.sep}"
         for room in ("io_images", "ladder", "rockwell", "runtime", "traces")
     ),
 )
-_INSTALLED = tuple(f"{sysconfig.get_path(kind)}/" for kind in ("stdlib", "platstdlib", "purelib", "platlib"))
+_INSTALLED = tuple(
+    f"{sysconfig.get_path(kind)}{os.sep}" for kind in ("stdlib", "platstdlib", "purelib", "platlib")
+)
 _GENERATED = "<"
 """Prefix of the file name of code without a file: "<string>", "<frozen importlib>", "<attrs generated ...>".
 """
 
-_PACKAGES = ("/site-packages/", "/dist-packages/")
+_PACKAGES = tuple(f"{os.sep}{each}-packages{os.sep}" for each in ("site", "dist"))
 _NOT_THE_USERS = (*_ROOMS, *_INSTALLED, _GENERATED)

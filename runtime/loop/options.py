@@ -52,7 +52,7 @@ class Options(BaseModel):
             return f"option {name}: {cause or details['msg']}"
         if details["type"] == "extra_forbidden":
             near = difflib.get_close_matches(name, cls.model_fields, n=1)
-            hint = f"did you mean {near[0]}?" if near else f"allowed are {', '.join(cls.model_fields)}"
+            hint = f"did you mean {near[0]}?" if near else f"choose from {', '.join(cls.model_fields)}"
             return f"option {name}: the {cls.owner} has no such option; {hint}"
         return f"option {name}: {cause or _problem(cls.model_fields[name], details)}"
 

@@ -14,6 +14,7 @@ except for the OVERRUN flag.
 
 from __future__ import annotations
 
+import _thread
 import signal
 import sys
 import threading
@@ -250,10 +251,10 @@ class Watchdog:
     The limit is processor time: on a busy machine the time of other processes does not count. On
     the wall clock logic has ten times as long, for logic that waits.
 
-    In the main thread of a system with interval timers it costs the scans nothing: a timer
+    In the main thread it costs the scans nothing: a timer, or where the system has none a thread,
     checks regularly whether the same scan is still inside the logic, and after the
     limit raises `WatchdogTimeout` there, even in an endless loop. (One long call of a C
-    function can only be ended when it returns.) Elsewhere the time is measured before and
+    function can only be ended when it returns.) In other threads the time is measured before and
     after the logic, which detects a long scan, but not an endless one; see `timed`.
 
     A debugger disables the watchdog: a timer that finds one on the stack stops for the rest of
@@ -275,8 +276,8 @@ class Watchdog:
 
     @property
     def timed(self) -> bool:
-        """Whether the scan loop must measure the time, since no interval timer does."""
-        return self.limit_ns > 0 and not _timer_usable()
+        """Whether the scan loop must measure the time, since nothing interrupts this thread."""
+        return self.limit_ns > 0 and not _in_main_thread()
 
     @contextmanager
     def armed(self, scan: Callable[[], int], inside: CodeType) -> Iterator[None]:
@@ -286,18 +287,19 @@ class Watchdog:
             scan: returns the number of the present scan.
             inside: the function that calls the logic; on the stack it means inside the logic.
         """
-        if self.limit_ns == 0 or not _timer_usable():
+        if self.limit_ns == 0 or not _in_main_thread():
             yield
             return
+        debugged = False
 
         def look(_number: int, frame: FrameType | None) -> None:
-            if _in_debugger(frame):
-                signal.setitimer(signal.ITIMER_REAL, 0)
-            else:
+            nonlocal debugged
+            debugged = debugged or _in_debugger(frame)
+            if not debugged:
                 self._look(scan() if _on_stack(inside, frame) else -1)
 
         interval = self.limit_ns / TICKS_PER_LIMIT / 1e9
-        with _interval_timer(interval, look):
+        with (_interval_timer if hasattr(signal, "setitimer") else _ticker.ticking)(interval, look):
             yield
 
     def call(self, logic: Callable[[], None]) -> None:
@@ -332,8 +334,8 @@ def _clocks() -> tuple[int, int]:
     return time.thread_time_ns(), time.monotonic_ns()
 
 
-def _timer_usable() -> bool:
-    return hasattr(signal, "setitimer") and threading.current_thread() is threading.main_thread()
+def _in_main_thread() -> bool:
+    return threading.current_thread() is threading.main_thread()
 
 
 def _stack(frame: FrameType | None) -> Iterator[FrameType]:
@@ -380,19 +382,68 @@ def _noticing_breakpoints() -> Iterator[list[None]]:
         sys.breakpointhook = hook
 
 
+Handler = Callable[[int, FrameType | None], None]
+"""Handles a signal."""
+
+
 @contextmanager
-def _interval_timer(interval: float, handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+def _interval_timer(interval: float, handler: Handler) -> Iterator[None]:
     """Run `handler` every `interval` seconds; restore handler and timer afterwards."""
+    system: Any = signal  # type checkers know its timers on POSIX only
     start = time.monotonic()
-    previous = signal.signal(signal.SIGALRM, handler)
-    left, every = signal.setitimer(signal.ITIMER_REAL, interval, interval)
+    previous = signal.signal(system.SIGALRM, handler)
+    left, every = system.setitimer(system.ITIMER_REAL, interval, interval)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, previous)
+        system.setitimer(system.ITIMER_REAL, 0)
+        signal.signal(system.SIGALRM, previous)
         if left:
-            signal.setitimer(signal.ITIMER_REAL, max(left - (time.monotonic() - start), 1e-6), every)
+            system.setitimer(system.ITIMER_REAL, max(left - (time.monotonic() - start), 1e-6), every)
+
+
+class _Ticker:
+    """A thread that interrupts the main thread regularly, where the system has no interval timers.
+
+    Its signal is SIGABRT, which nothing else sends and Python has everywhere. The handler stays, since
+    the last tick may arrive after the end; a real abort ends the process with any handler.
+    """
+
+    def __init__(self) -> None:
+        self._interval = 0.0  # 0 = off
+        self._handler: Handler = _no_handler
+        self._changing = threading.Lock()
+        self.thread: threading.Thread | None = None
+
+    @contextmanager
+    def ticking(self, interval: float, handler: Handler) -> Iterator[None]:
+        """Run `handler` in the main thread every `interval` seconds."""
+        before = self._interval, self._handler
+        with self._changing:
+            self._interval, self._handler = interval, handler
+            if self.thread is None:
+                signal.signal(signal.SIGABRT, lambda number, frame: self._handler(number, frame))
+                self.thread = threading.Thread(target=self._run, name="watchdog", daemon=True)
+                self.thread.start()
+        try:
+            yield
+        finally:
+            self._interval, self._handler = before
+
+    def _run(self) -> None:
+        while True:
+            time.sleep(self._interval)
+            with self._changing:
+                if not self._interval:  # the next run starts another one
+                    self.thread = None
+                    return
+            _thread.interrupt_main(signal.SIGABRT)
+
+
+def _no_handler(_number: int, _frame: FrameType | None) -> None: ...
+
+
+_ticker = _Ticker()
 
 
 @contextmanager
@@ -429,7 +480,7 @@ def stopping_on_interrupt(stop: Callable[[], None], inside: CodeType) -> Iterato
 
 @contextmanager
 def ending_as_interrupt() -> Iterator[None]:
-    """Let SIGTERM and SIGHUP (a closed terminal) act like Ctrl-C.
+    """Let SIGTERM, SIGHUP (a closed terminal) and Ctrl-Break of Windows act like Ctrl-C.
 
     A signal that is ignored stays ignored, such as SIGHUP under nohup. Where Ctrl-C is ignored, such as in
     the background of a shell, the others raise KeyboardInterrupt. Afterwards the handlers are
@@ -438,7 +489,7 @@ def ending_as_interrupt() -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]
+    numbers = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
     previous = {
         number: signal.signal(number, _interrupt)
         for number in numbers

@@ -13,11 +13,11 @@ import ctypes
 import errno
 import gc
 import os
-import sys
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 PRIORITY = 40
 """Above all ordinary processes, below the interrupt threads of a real-time Linux, which have 50."""
@@ -26,8 +26,15 @@ MCL_CURRENT, MCL_FUTURE, MCL_ONFAULT = 1, 2, 4
 """Flags of mlockall: present pages, later ones, and each only once it is in memory [mlock(2)]."""
 
 
+LIMITS = Path("/proc/self/limits")
+"""Linux's table of this process's limits, the present one before the largest [proc_pid_limits(5)]."""
+
 CAP_IPC_LOCK = 14
 """Number of the capability to lock memory without a limit [capabilities(7)]."""
+
+
+ELSEWHERE = "other programs delay scans: close them, or run on Linux, which has it"
+"""The remedy on a system without such a request."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +74,7 @@ class SystemRequest:
         try:
             undo.callback(self.ask())
         except NotImplementedError:
-            return Outcome(self.name, f"{sys.platform} has none", "late scans are to be expected")
+            return Outcome(self.name, "this system has none", ELSEWHERE)
         except OSError as error:
             return Outcome(self.name, error.strerror or str(error), self.advice)
         return Outcome(self.name)
@@ -80,12 +87,25 @@ def ask_for_fifo() -> Undo:
         OSError: the system refuses.
         NotImplementedError: the system has no SCHED_FIFO.
     """
+    system = _scheduling()
+    policy, parameter = system.sched_getscheduler(0), system.sched_getparam(0)
+    if policy not in (system.SCHED_FIFO, system.SCHED_RR):  # otherwise the user has chosen one, with chrt
+        system.sched_setscheduler(0, system.SCHED_FIFO, system.sched_param(PRIORITY))
+    return lambda: system.sched_setscheduler(0, policy, parameter)
+
+
+def give_up_priority() -> None:
+    """Run this process as an ordinary one, whose parent may have SCHED_FIFO."""
+    with suppress(NotImplementedError):
+        system = _scheduling()
+        system.sched_setscheduler(0, system.SCHED_OTHER, system.sched_param(0))
+
+
+def _scheduling() -> Any:
+    """Return `os`, whose functions for scheduling type checkers know on Linux only."""
     if not hasattr(os, "sched_setscheduler"):
         raise NotImplementedError
-    policy, parameter = os.sched_getscheduler(0), os.sched_getparam(0)
-    if policy not in (os.SCHED_FIFO, os.SCHED_RR):  # otherwise the user has chosen a priority, with chrt
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
-    return lambda: os.sched_setscheduler(0, policy, parameter)
+    return os
 
 
 def ask_for_locked_memory() -> Undo:
@@ -95,7 +115,7 @@ def ask_for_locked_memory() -> Undo:
         OSError: the system refuses, or limits how much may be locked.
         NotImplementedError: the system has no mlockall with Linux's flags.
     """
-    if not sys.platform.startswith("linux"):
+    if not LIMITS.exists():
         raise NotImplementedError
     if not _locks_without_limit():
         raise PermissionError(errno.EPERM, "the memory that may be locked is limited")
@@ -108,11 +128,9 @@ def ask_for_locked_memory() -> Undo:
 
 def _locks_without_limit() -> bool:
     """Return whether there is no limit to locked memory: behind one, later allocations fail [mlock(2)]."""
-    import resource  # only where there is one
-
-    if resource.getrlimit(resource.RLIMIT_MEMLOCK)[0] == resource.RLIM_INFINITY:
+    if LIMITS.read_text("ascii").partition("Max locked memory")[2].split()[0] == "unlimited":
         return True
-    status = Path("/proc/self/status").read_text()
+    status = Path("/proc/self/status").read_text("utf-8")
     capabilities = int(status.partition("CapEff:")[2].split()[0], 16)
     return bool(capabilities >> CAP_IPC_LOCK & 1)
 

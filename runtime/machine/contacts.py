@@ -65,7 +65,7 @@ class Parallel(Contact):
 
 
 def contacts_of(switch: Switch) -> tuple[Contact, ...]:
-    """Return the contacts that are closed where a switch energises its input."""
+    """Return the contacts that are closed where a switch energizes its input."""
     first = -FAR if switch.first is None else switch.first
     last = FAR if switch.last is None else switch.last
     if switch.normally_closed:

@@ -2,7 +2,7 @@
 
 Its true position is not the module's count: the module reports its motor steps,
 and the machine decides how far the shaft follows, and which inputs switches,
-stations and people energise. The module asks ahead (`steps_to_…`,
+stations and people energize. The module asks ahead (`steps_to_…`,
 `next_change_ns`), and goes from one event to the next without a loop over steps
 or ticks. Everything is a closed form in integers and does not depend on the
 number of queries.
@@ -113,7 +113,7 @@ class Machine:
     # --- inputs
 
     def levels(self, now_ns: int) -> int:
-        """Return the mask of energised inputs (InputBit values) at `now_ns`."""
+        """Return the mask of energized inputs (InputBit values) at `now_ns`."""
         if now_ns >= self._stimuli.next_ns:
             self._stimuli.advance(now_ns)
             self._refresh()
@@ -123,7 +123,7 @@ class Machine:
 
     @property
     def shown(self) -> int:
-        """Mask of the energised inputs as of the last query of `levels`."""
+        """Mask of the energized inputs as of the last query of `levels`."""
         return self._levels
 
     @property

@@ -2,7 +2,7 @@
 
 Positions are true shaft positions in motor steps, CW positive, 0 at power-up of
 the rack. Times are ns since power-up. Everything here is data; `machine.Machine`
-has the behaviour. An illegal part raises a ValueError that names field, value and
+has the behavior. An illegal part raises a ValueError that names field, value and
 the allowed values. A rack file describes the parts by the same names; the field
 types define their form in the file.
 """
@@ -133,14 +133,14 @@ class Switch:
     """A switch or sensor on the machine, operated while the shaft is in a closed range of positions.
 
     Several switches may feed one input: normally open ones in parallel (any of
-    them energises it), normally closed ones in series (any of them opens the
+    them energizes it), normally closed ones in series (any of them opens the
     circuit). One input can't have both kinds.
 
     Attributes:
         input: the module's input that it is wired to.
         first: lowest shaft position that operates it, steps; open-ended if left out.
         last: highest shaft position that operates it, steps; open-ended if left out.
-        normally_closed: the input is energised outside the range instead of inside.
+        normally_closed: the input is energized outside the range instead of inside.
     """
 
     __pydantic_config__ = NO_MORE_KEYS
@@ -201,7 +201,7 @@ def press(
 
     Args:
         for_ns: duration, 1 or more.
-        normally_closed: pressing it de-energises the input. (The level before the first
+        normally_closed: pressing it de-energizes the input. (The level before the first
             press is then an entry of its own, at 0.)
 
     Raises:

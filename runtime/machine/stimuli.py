@@ -1,7 +1,7 @@
 """Levels that change by time: the timeline, the stations, and inputs held by the bench.
 
     rest                 depart                 (another motion)
-     |<---- work_ns ---->|                       work cancelled: no pulse
+     |<---- work_ns ---->|                       work canceled: no pulse
      |<---- work_ns ---->|<-- pulse_ns -->|      a pulse that has begun is completed
 
 An input is *held* once a timeline entry or the bench has set its level; other
@@ -47,7 +47,7 @@ class Stimuli:
         self._works = [_Work(station) for station in spec.stations]
         self._fed = spec.fed_inputs
         self.held_mask = 0
-        self.held = 0  # the energised ones among them
+        self.held = 0  # the energized ones among them
         self.pulses = 0  # inputs that a station is pulsing
         self.events: list[Event] = []  # actions so far, in order of time; the reader empties it
         self.next_ns = self._soonest_ns()  # instant of the next action, FAR = never
@@ -85,7 +85,7 @@ class Stimuli:
     def operate(self, bit: InputBit, energised: bool | None, now_ns: int) -> None:
         """Act on an input as an entry of the timeline does.
 
-        A released input without a switch or a station is de-energised.
+        A released input without a switch or a station is de-energized.
         """
         self.advance(now_ns)
         fed = bool(self._fed & bit.value)

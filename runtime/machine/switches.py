@@ -1,4 +1,4 @@
-"""The inputs that switches energise, as a table over the shaft's position.
+"""The inputs that switches energize, as a table over the shaft's position.
 
     shaft      ...  -1 | 0 ............ 2999 | 3000 .. 3500 | 3501 ...
     bounds             0                     3000           3501
@@ -52,7 +52,7 @@ def _edges(switches: Iterable[Switch]) -> Iterable[int]:
 
 
 def energised(switches: Iterable[Switch], shaft: int) -> int:
-    """Return the mask of inputs that these switches energise at a shaft position.
+    """Return the mask of inputs that these switches energize at a shaft position.
 
     Normally open switches on one input are in parallel, normally closed ones in series.
 

@@ -4,7 +4,7 @@ Any class that satisfies `loop.module.Module` is a module. To add one:
 
 1. a folder with the module and a `record.py`, whose `RECORD` has its name, factory, names of its words
    and bits, status view, live port, traits and capabilities;
-2. a line in `registry.MODULES`;
+2. a line in `registry.OWN`;
 3. its folder in `packages` of pyproject.toml.
 
 Rack files, addresses, recording, `show`, `query`, `drive`, `fuzz` and the bench read the record.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
-from ...io_images.amci3601 import InputBit, StatusView
+from ...io_images.amci3601 import InputBit
 from ...io_images.image import Image
 from ...io_images.module_words import PLAIN_WORDS, ModuleWords
 from ...io_images.site import SettingError
@@ -58,7 +58,7 @@ class ModuleWithFigures(Protocol):
     """A module whose machine can be read between scans without an effect."""
 
     def figures(self) -> tuple[int, int, int]:
-        """Return the shaft's position (steps), the encoder's counts, and the mask of energised inputs."""
+        """Return the shaft's position (steps), the encoder's counts, and the mask of energized inputs."""
 
 
 @runtime_checkable
@@ -111,7 +111,7 @@ class LivePort:
         allowed = f"1 to {self.highest_address}"
         if self.factory_address > self.highest_address:
             allowed += f", or {self.factory_address} as from the factory"
-        raise SettingError("address", f"address {address}: allowed is {allowed}")
+        raise SettingError("address", f"address {address}: must be {allowed}")
 
     def open(self, port: str, address: int | None, options: Options) -> LiveModule:
         """Open the port with its adapter.
@@ -124,6 +124,34 @@ class LivePort:
             ValueError: an illegal option, or a port that can't be opened.
         """
         return self.opened(port, self.factory_address if address is None else address, options)
+
+
+class NamedStatus:
+    """An input image by the names of its module: bits of the group "status", and words.
+
+    >>> from scanrack.io_images.module_words import BitPlace
+    >>> words = ModuleWords("Lamp", PLAIN_WORDS.outputs, ("state", *PLAIN_WORDS.inputs[1:]),
+    ...                     {"status": {"LIT": BitPlace("I", 0, 3)}})
+    >>> seen = NamedStatus(Image([0b1000]), words)
+    >>> seen.LIT, seen.state, str(seen)
+    (True, 8, 'LIT')
+    """
+
+    def __init__(self, inputs: Image, words: ModuleWords) -> None:
+        self._inputs = inputs
+        self._bits = dict(words.groups.get("status", {}))
+        self._words = {name: number for number, name in enumerate(words.inputs)}
+
+    def __getattr__(self, name: str) -> bool | int:
+        if name in self._bits:
+            return self._inputs.bit(self._bits[name].word, self._bits[name].bit)
+        if name in self._words:
+            return self._inputs[self._words[name]]
+        there = ", ".join([*self._bits, *self._words])
+        raise AttributeError(f"the module has no {name!r} in its inputs: they are {there}")
+
+    def __str__(self) -> str:
+        return " ".join(name for name in self._bits if getattr(self, name)) or "no bit"
 
 
 def _any_controller(firmware: str, controller: str) -> None:
@@ -140,7 +168,7 @@ class ModuleRecord:
             illegal argument.
         words: names of its words and bits, with these options.
         has_firmware: whether it has a version to record.
-        status: decodes its input image.
+        status: decodes its input image; by the names of its words if left out.
         live: opens it on a real port; None if that is impossible.
         traits: its kinds of events and equipment.
         follows: the slots whose machines operate its inputs, with these options.
@@ -153,13 +181,14 @@ class ModuleRecord:
         capabilities: the table of its refusals, Markdown; None without refusals of its own.
         option_table: returns the declaration of its options, for editors; None without one.
         round_trip_ms: longest time until it answers a command, ms; 0 = it answers at once.
+        unread: stands for a module whose file is not executed: its options and named bits are not checked.
     """
 
     name: str
     make: Callable[..., Module]
     words: Callable[[Options], ModuleWords] = lambda _options: PLAIN_WORDS
-    has_firmware: bool = True
-    status: Callable[[Image, ModuleWords], Any] = lambda image, _words: StatusView(image)
+    has_firmware: bool = False
+    status: Callable[[Image, ModuleWords], Any] = NamedStatus
     live: LivePort | None = None
     traits: frozenset[Trait] = frozenset()
     follows: Callable[[Options], frozenset[int]] = lambda _options: frozenset()
@@ -171,3 +200,4 @@ class ModuleRecord:
     capabilities: Callable[[], str] | None = None
     option_table: Callable[[], type[BaseModel]] | None = None
     round_trip_ms: int = 0
+    unread: bool = False

@@ -1,28 +1,75 @@
-"""The registry of modules: the records of their folders."""
+"""The registry of modules: the records of their folders, and those of installed packages."""
 
 from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
 
 from ...io_images.module_words import PLAIN_WORDS, ModuleWords
 from ...io_images.site import SettingError
 from .adapters.record import RECORDS as ADAPTERS
 from .amci3601.record import RECORD as AMCI3601
 from .cards.record import RECORDS as CARDS
-from .record import LivePort, ModuleRecord, Options, Trait
+from .record import LivePort, ModuleRecord, Options
 
-MODULES: dict[str, ModuleRecord] = {
-    record.name: record
-    for record in (
-        AMCI3601,
-        *ADAPTERS,
-        *CARDS,
-    )
-}
-"""The modules by catalog name; a rack in Python may add its own before it is built."""
+GROUP = "scanrack.modules"
+"""The group of entry points of installed packages with modules: catalog name = module:RECORD."""
+
+OWN: Mapping[str, ModuleRecord] = {record.name: record for record in (AMCI3601, *ADAPTERS, *CARDS)}
+"""The modules of scanrack by catalog name."""
 
 
-def has(module: str, trait: Trait) -> bool:
-    """Return whether a kind of module has a trait; an unknown one has none."""
-    return module in MODULES and trait in MODULES[module].traits
+@cache
+def _installed() -> Mapping[str, EntryPoint]:
+    """Return the entry points of installed packages by catalog name, without names of scanrack's own."""
+    return {point.name: point for point in entry_points(group=GROUP) if point.name not in OWN}
+
+
+@cache
+def _record_of(name: str) -> ModuleRecord:
+    """Import the record of an installed package; ValueError if it has none."""
+    point = _installed()[name]
+    try:
+        found = point.load()
+    except Exception as error:  # whatever the package raises is about the package
+        raise ValueError(f"module {name}: {point.value} can't be imported: {error}") from error
+    if not isinstance(found, ModuleRecord) or found.name != name:
+        raise ValueError(f"module {name}: {point.value} is not the ModuleRecord of this name")
+    return found
+
+
+class Registry(Mapping[str, ModuleRecord]):
+    """The modules by catalog name; one of an installed package is imported when it is first used."""
+
+    def __init__(self) -> None:
+        self._known = dict(OWN)
+
+    def add(self, record: ModuleRecord) -> None:
+        """Add a module, as a rack in Python does before it is built; ValueError if its name is taken."""
+        if record.name in self and self[record.name] is not record:
+            raise ValueError(f"module {record.name}: another module has this name")
+        self._known[record.name] = record
+
+    def __getitem__(self, name: str) -> ModuleRecord:
+        if name in self._known:
+            return self._known[name]
+        if name in _installed():
+            return _record_of(name)
+        raise KeyError(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter([*self._known, *_installed()])
+
+    def __len__(self) -> int:
+        return len(self._known) + len(_installed())
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._known or name in _installed()
+
+
+MODULES = Registry()
+"""The modules by catalog name."""
 
 
 def words_of(module: str, options: Options) -> ModuleWords:
@@ -30,7 +77,7 @@ def words_of(module: str, options: Options) -> ModuleWords:
     return MODULES[module].words(options) if module in MODULES else PLAIN_WORDS
 
 
-def live_port(module: str, port: str, address: int | None) -> LivePort:
+def live_port(module: str, live: LivePort | None, port: str, address: int | None) -> LivePort:
     """Return the live port of a module after a check of port and address.
 
     Args:
@@ -43,9 +90,8 @@ def live_port(module: str, port: str, address: int | None) -> LivePort:
     from ..line.liveport import check_address  # imports pyserial, which few racks need
 
     check_address(port)
-    live = MODULES[module].live
     if live is None:
-        can = ", ".join(name for name, record in MODULES.items() if record.live is not None)
+        can = ", ".join(name for name, record in OWN.items() if record.live is not None)
         raise SettingError("port", f"port {port}: {module} has no port; only {can} can use one")
     live.check_address(address)
     return live

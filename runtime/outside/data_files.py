@@ -1,6 +1,6 @@
 """PCCC: the data files of SLC 500 and MicroLogix, by Execute PCCC [1770-RM516, chapter 7].
 
-requestor  length, vendor u16, serial number u32
+requester  length, vendor u16, serial number u32
 command    CMD 0F, STS 00, TNS u16, FNC
 A2         size, file, type, element, sub-element    protected typed logical read, three address fields
 AA         the same, then data                       write

@@ -25,7 +25,7 @@ def target_of(database: Database, text: str) -> Target:
             steps[-1:] = [steps[-1] // 32, str(steps[-1] % 32)]  # an element of an array of BOOLs
         found = database.resolve(steps)
     except CipRefusedError as error:
-        raise ValueError(f"there is no tag {text!r}") from error
+        raise ValueError(f"no tag {text!r}") from error
     return replace(found, count=1) if isinstance(steps[-1], int) else found
 
 

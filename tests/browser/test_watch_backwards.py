@@ -56,7 +56,7 @@ def recording(tmp_path, feeder_rack):
     from typer.testing import CliRunner
 
     trace = tmp_path / "run.mcap"
-    words = ["run", str(feeder_rack), "--record", str(trace), "--for", "5 s"]
+    words = ["run", str(feeder_rack), "--record", str(trace), "--for", "15 s"]
     assert CliRunner().invoke(build(), words).exit_code == 0
     return trace
 
@@ -92,11 +92,12 @@ def test_a_recording_is_played(page, recording):
     with watching(recording) as session:
         page.open(f"{session.link}&scan=100")
         page.until_scan(100, "past")
-        page.choose("Speed", "0.1")  # 48 s, so that a slow machine comes before the end
+        page.choose("Speed", "0.1")  # 148 s, so that a slow machine comes before the end
         page.press("Go on")
         until(lambda: int(page.handle("scan")) > 110)
         page.press("Pause")
         assert page.control("Go on").is_enabled()
+        page.until_drawn()  # what it has asked for has come
         until(lambda: stands(page))
         before = int(page.handle("scan"))
         page.press("Step")

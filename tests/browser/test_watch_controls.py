@@ -172,8 +172,8 @@ def test_help_shows_every_key(page, feeder):
     assert not page.run("return document.querySelector('dialog[open]')")
 
 
-def test_what_a_read_only_session_shows_can_be_looked_at_only(page, feeder_rack):
-    with watching(feeder_rack, "--read-only") as session:
+def test_what_a_read_only_session_shows_can_be_looked_at_only(page, running_rack):
+    with watching(running_rack, "--read-only") as session:
         page.open(session.link)
         for name in ("Run", "Program", "Test", "Pause", "Step", "Speed", "Press External"):
             assert not page.control(name).is_enabled()
@@ -192,11 +192,12 @@ def test_pulses_of_one_scan_are_in_the_strip(page, tmp_path):
     """An input is pressed for one scan of 2 ms, every tenth scan, a hundred times."""
     scans = [10 * number for number in range(5, 105)]
     presses = "".join(f'  {{ at_ms = {2 * scan}, input = "pulse", for_ms = 2 }},\n' for scan in scans)
-    (tmp_path / "idle.py").write_text("def logic(scan):\n    pass\n")
+    (tmp_path / "idle.py").write_text("def logic(scan):\n    pass\n", encoding="utf-8")
     (tmp_path / "rack.toml").write_text(
         'name = "pulses"\nprogram = "idle.py"\nscan_ms = 2\nwatchdog_ms = 0\n'
         '[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n'
-        f"[slot.options]\ninputs = {{ pulse = 0 }}\ntimeline = [\n{presses}]\n"
+        f"[slot.options]\ninputs = {{ pulse = 0 }}\ntimeline = [\n{presses}]\n",
+        encoding="utf-8",
     )
     with watching(tmp_path / "rack.toml", "--paused", "--speed", "2") as session:
         page.open(session.link, paused=True)

@@ -19,8 +19,8 @@ PROGRAM = "PROGRAM F\nTAG N : DINT\nTAG A : DINT[4]\nROUTINE Main\nADD(N,1,N);\n
 
 @pytest.fixture
 def faulted(page, tmp_path):
-    (tmp_path / "rack.toml").write_text(RACK)
-    (tmp_path / "fault.rung").write_text(PROGRAM)
+    (tmp_path / "rack.toml").write_text(RACK, encoding="utf-8")
+    (tmp_path / "fault.rung").write_text(PROGRAM, encoding="utf-8")
     with watching(tmp_path / "rack.toml") as session:
         page.open(session.link)
         page.until_handle("mode", "fault")
@@ -41,8 +41,8 @@ PYTHON = (
 
 
 def test_a_fault_in_python_is_shown_at_its_line_with_the_way_on(page, tmp_path):
-    (tmp_path / "rack.toml").write_text(RACK.replace("fault.rung", "fault.py"))
-    (tmp_path / "fault.py").write_text(PYTHON)
+    (tmp_path / "rack.toml").write_text(RACK.replace("fault.rung", "fault.py"), encoding="utf-8")
+    (tmp_path / "fault.py").write_text(PYTHON, encoding="utf-8")
     with watching(tmp_path / "rack.toml") as session:
         page.open(session.link)
         page.until_there("[data-at='fault.py.66'][data-fault][aria-current]")

@@ -1,4 +1,4 @@
-"""For everybody: keyboard, names, no colour alone, dark and light, reduced motion, narrow; markup is text."""
+"""For everybody: keyboard, names, no color alone, dark and light, reduced motion, narrow; markup is text."""
 
 import json
 from functools import partial
@@ -146,12 +146,14 @@ def test_a_narrow_window_does_not_scroll_sideways(opened, scheme):
 def test_long_names_do_not_widen_a_narrow_window(page, tmp_path):
     name = "a_name_that_is_longer_than_any_place_for_one_of_a_telephone_has"
     (tmp_path / f"{name}.py").write_text(
-        f"class Line:\n    {name}: int = 0\n\n\nline = Line()\n\n\ndef logic(scan):\n    pass\n"
+        f"class Line:\n    {name}: int = 0\n\n\nline = Line()\n\n\ndef logic(scan):\n    pass\n",
+        encoding="utf-8",
     )
     (tmp_path / "rack.toml").write_text(
         f"name = '{name}'\nprogram = '{name}.py'\nscan_ms = 2\nwatchdog_ms = 0\n"
         "[[slot]]\nnumber = 1\nmodule = '1769-IQ16'\n"
-        f"[slot.options]\ninputs = {{ {name} = 0 }}\n"
+        f"[slot.options]\ninputs = {{ {name} = 0 }}\n",
+        encoding="utf-8",
     )
     with watching(tmp_path / "rack.toml", "--record", tmp_path / f"{name}.mcap") as session:
         page.open(session.link)
@@ -179,12 +181,14 @@ def test_markup_in_names_and_comments_is_text(page, tmp_path):
     folder.mkdir()
     (folder / "<i>.rung").write_text(
         f"PROGRAM Line\nTAG Go : BOOL\nTAG Text : STRING := {json.dumps(MARKUP)}\n"
-        f"ROUTINE Main\n// {MARKUP}\nXIC(Go)CMP(1<2)OTE(Go);\nEND\n"
+        f"ROUTINE Main\n// {MARKUP}\nXIC(Go)CMP(1<2)OTE(Go);\nEND\n",
+        encoding="utf-8",
     )
     (folder / "rack.toml").write_text(
         f"name = '{MARKUP}'\nprogram = '<i>.rung'\nscan_ms = 2\nwatchdog_ms = 0\n"
         "[[slot]]\nnumber = 1\nmodule = '1769-IQ16'\n"
-        "[slot.options]\ninputs = { go = 0 }\n"
+        "[slot.options]\ninputs = { go = 0 }\n",
+        encoding="utf-8",
     )
     with watching(folder / "rack.toml") as session:
         page.open(session.link)

@@ -59,11 +59,11 @@ def test_a_tag_of_a_program_has_its_full_name(page):
         until(lambda: page.value("\\MainProgram.Step") is not None)
 
 
-def test_the_test_of_the_docs_passes(page, tmp_path, feeder_rack, monkeypatch):
+def test_the_test_of_the_docs_passes(page, tmp_path, running_rack, monkeypatch):
     command = shutil.which("scanrack")
     if command is None:
         pytest.skip("the command scanrack is not on the path")
-    shutil.copy(feeder_rack, tmp_path / "feeder.toml")
+    shutil.copy(running_rack, tmp_path / "feeder.toml")
     monkeypatch.chdir(tmp_path)
     assert os.path.exists("feeder.toml")
     names: dict[str, object] = {}

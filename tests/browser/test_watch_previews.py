@@ -38,8 +38,8 @@ NOTICE = "return document.getElementById('notice').textContent"
 @pytest.fixture
 def rack(tmp_path):
     def make(name, program):
-        (tmp_path / name).write_text(program)
-        (tmp_path / "rack.toml").write_text(RACK.format(name))
+        (tmp_path / name).write_text(program, encoding="utf-8")
+        (tmp_path / "rack.toml").write_text(RACK.format(name), encoding="utf-8")
         return tmp_path / "rack.toml"
 
     return make
@@ -67,7 +67,7 @@ def test_rungs_are_typed_previewed_and_taken_over(page, rack):
         edit(page)
         typed(page, RUNGS.replace("ADD(N", "XIC(Rum)ADD(N"), "A mistake: it can't be taken over.")
         assert page.run(TEXTS, ".note[data-kind='mistake'][data-line='6']")[0].startswith(
-            "Line 6 XIC(Rum): there is no tag Rum"
+            "Line 6 XIC(Rum): no tag Rum"
         )
         assert not page.control("Take over").is_enabled()
         typed(
@@ -88,13 +88,13 @@ def test_rungs_are_typed_previewed_and_taken_over(page, rack):
             "Other values that can differ, from power-up on": "Fill.ACC, Fill.DN, Fill.TT, N",
         }
         page.press("Back")
-        assert (path.parent / "line.rung").read_text() == RUNGS
+        assert (path.parent / "line.rung").read_text(encoding="utf-8") == RUNGS
         edit(page)
         typed(page, RUNGS.replace("XIO(Go)TON", "XIC(Go)TON"), "It can be taken over.")
         page.press("Take over")
         until(lambda: "3 tags keep their values" in page.run(NOTICE))
         page.until_there("[data-at='Main.1'] [data-power='0']")
-        assert "XIC(Go)TON" in (path.parent / "line.rung").read_text()
+        assert "XIC(Go)TON" in (path.parent / "line.rung").read_text(encoding="utf-8")
         assert not page.control("Edit").get_attribute("hidden")
 
 
@@ -104,10 +104,10 @@ def test_saved_structured_text_waits_for_take_over(page, rack):
     with watching(path, "--preview") as session:
         page.open(session.link)
         until(lambda: int(page.value("N") or 0) > 10)
-        (path.parent / "count.rung").write_text(text.replace("N + 1", "M + 1"))
+        (path.parent / "count.rung").write_text(text.replace("N + 1", "M + 1"), encoding="utf-8")
         until(lambda: page.run(TEXTS, ".verdict") == ["A mistake: it can't be taken over."])
         until(lambda: page.run(TEXTS, ".note[data-line='4']"))
-        (path.parent / "count.rung").write_text(text.replace("N + 1", "N - 1"))
+        (path.parent / "count.rung").write_text(text.replace("N + 1", "N - 1"), encoding="utf-8")
         until(lambda: page.run(TEXTS, CHANGED) == ["N := N + 1;", "N := N - 1;"])
         assert int(page.value("N")) > 10
         assert page.run(TEXTS, ".code-line code") == ["N := N+1;"]
@@ -148,7 +148,7 @@ def test_python_that_is_typed_says_which_sequence_prevents_it(page, rack):
             "Continue": "cycle at line 12",
         }
         typed(page, SEQUENCE.replace("go.rises", "go.falls"), AS_IT_IS)
-        assert "is not at its place any more" in page.run(TEXTS, "[data-old='11'] + .note")[0]
+        assert "is no longer at its place" in page.run(TEXTS, "[data-old='11'] + .note")[0]
         page.click("//button[text()='Take over, cycle anew']", "xpath")
         until(lambda: "begin anew: cycle" in page.run(NOTICE))
         until(lambda: "go falls" in page.run("return document.querySelector('.waits')?.textContent ?? ''"))

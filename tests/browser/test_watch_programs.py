@@ -59,8 +59,8 @@ def rack(tmp_path):
     """Makes a rack file with a program beside it."""
 
     def make(name, program):
-        (tmp_path / name).write_text(program)
-        (tmp_path / "rack.toml").write_text(RACK.format(name))
+        (tmp_path / name).write_text(program, encoding="utf-8")
+        (tmp_path / "rack.toml").write_text(RACK.format(name), encoding="utf-8")
         return tmp_path / "rack.toml"
 
     return make
@@ -94,10 +94,10 @@ def test_an_edit_is_taken_over_and_a_mistake_is_shown(page, rack):
         page.open(session.link)
         until(lambda: int(page.value("N") or 0) > 10)
         before = int(page.value("N"))
-        (path.parent / "line.rung").write_text(program.format("XIC(Go)OTX(Go);\n"))
+        (path.parent / "line.rung").write_text(program.format("XIC(Go)OTX(Go);\n"), encoding="utf-8")
         until(lambda: "The old program goes on" in page.run(NOTICE))
         assert "line.rung:6" in page.run(NOTICE)
-        (path.parent / "line.rung").write_text(program.format("XIO(Go)OTE(Go);\n"))
+        (path.parent / "line.rung").write_text(program.format("XIO(Go)OTE(Go);\n"), encoding="utf-8")
         page.until_there("[data-element='Main.1.0']")
         until(lambda: "The old program goes on" not in page.run(NOTICE))
         until(lambda: int(page.value("N") or 0) > before)  # values are kept
@@ -124,8 +124,8 @@ def test_an_edit_that_a_sequence_prevents_is_taken_over_with_that_sequence_anew(
     with watching(path) as session:
         page.open(session.link)
         until(lambda: page.value("small.rounds") == "7")
-        (path.parent / "small.py").write_text(SEQUENCE.replace("go.rises", "go.falls"))
-        until(lambda: "is not at its place any more" in page.run(NOTICE))
+        (path.parent / "small.py").write_text(SEQUENCE.replace("go.rises", "go.falls"), encoding="utf-8")
+        until(lambda: "is no longer at its place" in page.run(NOTICE))
         assert "small.py:11: cycle waits in cycle" in page.run(NOTICE)
         page.run("document.querySelector('#notice button').click()")
         until(lambda: "begin anew: cycle" in page.run(NOTICE))

@@ -13,7 +13,7 @@ def test_why_and_uses_of_a_contact(page, paused):
     page.until_scan(1499, "paused")
     page.click("[data-element='Main.7.0']")  # Configure.Done
     page.press("Why")
-    until(lambda: text(page, "#tag .answer p").startswith("Configure.Done is 1 since scan"))
+    until(lambda: text(page, "#tag .answer p").startswith("Configure.Done is on since"))
     page.press("Uses")
     until(lambda: "Main.5" in text(page, "#tag .answer"))  # XIC(Configure.Done) of rung 5
     page.click("//section[@id='tag']//li/button[text()='Main.5']", "xpath")
@@ -47,7 +47,7 @@ def test_why_of_a_python_program_names_the_line_and_shows_it(page):
         chip = "//button[contains(@class, 'chip')]/span[text()='line.step']"
         page.click(chip, "xpath")
         page.press("Why")
-        until(lambda: "line.step is 'move' since scan" in text(page, "#tag .answer"))
+        until(lambda: "line.step is 'move' since" in text(page, "#tag .answer"))
         assert 'line.step = "move"' in text(page, "#tag .answer")
         line = text(page, "#tag .answer .line button").removeprefix("Line ")
         page.click("#tag .answer .line button")

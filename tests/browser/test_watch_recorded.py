@@ -9,12 +9,9 @@ ENTER = "\ue007"
 ESTOP = StatusLsw.IN_ESTOP.value
 
 
-def test_a_click_is_recorded_and_its_edge_follows_within_two_scans(page, tmp_path, feeder_rack):
+def test_a_click_is_recorded_and_its_edge_follows_within_two_scans(page, tmp_path, running_rack):
     trace = tmp_path / "session.mcap"
-    rack = feeder_rack.with_name("untouched.toml")  # its timeline presses the E-stop, too
-    text = feeder_rack.read_text(encoding="utf-8")
-    rack.write_text(text[: text.index("timeline")], encoding="utf-8")
-    with watching(rack, "--record", trace) as session:
+    with watching(running_rack, "--record", trace) as session:
         page.open(session.link)
         until(lambda: int(page.handle("scan")) > 100)
         for click in range(CLICKS):

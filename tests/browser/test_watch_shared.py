@@ -57,6 +57,30 @@ def test_any_scan_of_a_page_from_a_file_is_that_of_the_bench(page, shared, feede
     assert page.run(LOADED) == []
 
 
+STEPS = """
+const source = await import("scanrack/source.js"), [to, ...tags] = arguments;
+const { unknown, addresses } = await source.ask("watch", { tags });
+return [unknown, addresses, (await source.ask("steps", { from: 0, to, tags })).lanes.tags];
+"""
+
+
+def test_a_name_of_a_bit_is_its_address_in_its_strip(page, shared, feeder_rack):
+    """The first word of a configuration has its bits, too: they are those of the image."""
+    page.browser.get(shared.as_uri())
+    page.until_scan(SCANS - 1, "past")
+    name, address = "slot1.status.MOVING_CW", "Local:1:I.Data[0].0"
+    unknown, addresses, lanes = page.run(STEPS, SCANS - 1, name, "Nothing")
+    assert (unknown, addresses) == (["Nothing"], {name: address})
+    bench = open_bench(feeder_rack)
+    expected: list[list[int]] = []
+    for scan in range(SCANS):
+        bench.scan()
+        level = bench.slot[1].inputs[0] & 1
+        if not expected or expected[-1][1] != level:
+            expected.append([scan * 2_000_000, level])
+    assert lanes == {name: expected}
+
+
 def test_its_policy_refuses_connections(page, shared):
     page.browser.get(shared.as_uri())
     page.until_scan(SCANS - 1, "past")

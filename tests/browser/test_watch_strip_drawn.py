@@ -31,9 +31,9 @@ def with_bars(page):
     return seen if seen["own"] else None
 
 
-def test_bars_behind_the_present_are_those_of_the_recording(page, tmp_path, feeder_rack):
+def test_bars_behind_the_present_are_those_of_the_recording(page, tmp_path, running_rack):
     trace = tmp_path / "session.mcap"
-    with watching(feeder_rack, "--record", trace) as session:
+    with watching(running_rack, "--record", trace) as session:
         page.open(session.link)
         page.run(SPY)
         for level in ("1", "0"):

@@ -29,9 +29,9 @@ def until_listed(page, tag, expected):
     until(lambda: listed(page, tag) == expected)
 
 
-def changes(tag, scans):
+def changes(rack, tag, scans):
     """Each value of a tag of the feeder, and the scan behind which it has it first."""
-    bench = open_bench("examples/feeder/feeder.toml")
+    bench = open_bench(rack)
     found: list[tuple[int, str]] = []
     for scan in range(scans):
         bench.scan(1)
@@ -41,25 +41,25 @@ def changes(tag, scans):
     return found
 
 
-def test_edges_of_the_past_are_those_of_the_bench(page, paused):
+def test_edges_of_the_past_are_those_of_the_bench(page, paused, feeder_rack):
     page.open(paused.link, paused=True)
     page.step(2480)
     page.until_scan(2479, "paused")
     for tag in ("OutGo", "Out.Done", "Strokes.ACC"):
         chosen(page, tag)
-        expected = changes(tag, 2480)
+        expected = changes(feeder_rack, tag, 2480)
         until_listed(page, tag, expected)
 
 
-def test_edges_of_a_rack_that_runs_are_all_there(page, feeder_rack):
-    with watching(feeder_rack) as session:
+def test_edges_of_a_rack_that_runs_are_all_there(page, running_rack):
+    with watching(running_rack) as session:
         page.open(session.link)
         chosen(page, "OutGo")
         until(lambda: len(listed(page, "OutGo")) > 3)
         page.press("Pause")
         page.until_handle("state", "paused")
         scans = int(page.handle("scan")) + 1
-        there = changes("OutGo", scans)
+        there = changes(running_rack, "OutGo", scans)
         until(lambda: listed(page, "OutGo")[-1] == there[-1])
         first, *later = listed(page, "OutGo")  # the lane begins where the strip did when the tag was chosen
         assert later == [each for each in there if each[0] > first[0]]

@@ -66,5 +66,5 @@ def test_ranges(block, least, greatest):
     for value in (least, greatest):
         assert type(block(value)).from_image(block(value).to_image()) == block(value)
     for value in (least - 1, greatest + 1):
-        with pytest.raises(ValueError, match=f" {value} is out of range: allowed are {least} to {greatest}"):
+        with pytest.raises(ValueError, match=f" {value} is out of range: must be {least} to {greatest}"):
             block(value)

@@ -141,5 +141,5 @@ def test_ranges(command, least, greatest):
     for value in (least, greatest):
         assert decode(command(value).to_image()) == command(value)
     for value in (least - 1, greatest + 1):
-        with pytest.raises(ValueError, match=f" {value} is out of range: allowed are {least} to {greatest}"):
+        with pytest.raises(ValueError, match=f" {value} is out of range: must be {least} to {greatest}"):
             command(value)

@@ -2,6 +2,8 @@
 
 import pytest
 from ladder_bench import both
+from scanrack.ladder import BuildError
+from scanrack.ladder.files.rungfile import parse_program
 
 FILES = """TAG Go : BOOL
 TAG Source : DINT[2] := [5, 1]
@@ -94,6 +96,22 @@ def test_the_serial_port_is_in_system_mode():
         assert (seen["C.EN"], seen["C.ER"], seen["C.DN"], seen["C.ERROR"]) == (True, True, False, 4)
 
 
+@pytest.mark.parametrize("words", ["Yes,Yes", "No,Yes", "Yes,No", "1,0"])
+def test_acl_says_in_words_which_buffers_it_clears(words):
+    """As exports have it; it has no control, so nothing says that the port is in system mode."""
+    assert run("TAG Go : BOOL\nTAG N : DINT\n", f"XIC(Go)[ACL(0,{words}),MOV(7,N)];", scans=[1]).N == 7
+
+
+def test_acl_takes_its_words_in_structured_text_and_refuses_a_name_that_is_neither():
+    head = "PROGRAM bench\nTAG N : DINT\nROUTINE Main ST\n"
+    program = parse_program(f"{head}ACL(0,Yes,No); N := 7;\nEND\n")
+    for engine in (program.compile(), program.interpret()):
+        engine.step()
+        assert engine.tags.N == 7
+    with pytest.raises(BuildError, match="Maybe is neither a tag nor a word of a list"):
+        parse_program(f"{head}ACL(0,Maybe,No);\nEND\n").compile()
+
+
 def test_a_phase_is_not_scheduled():
     tags = "TAG Go : BOOL\nTAG R : DINT\n"
     assert run(tags, "PATT(Fill,R);", scans=[1]).R == 24594
@@ -144,3 +162,26 @@ def test_attributes_of_modules_clock_tasks_and_axes():
         engine.step(1500)
         assert engine.tags.Now == [2026, 11, 22, 3, 0, 1, 500_000]
         assert engine.tags.Watchdog == 2026
+
+
+def test_attributes_of_the_controller_log_and_of_a_coordinate_system():
+    """DINT with GSV and SSV [1756-RM003N], REAL with GSV and SSV [MOTION-UM002]."""
+    tags = """TAG Two : COORDINATE_SYSTEM
+TAG Count : DINT := 5
+TAG Unsaved : DINT := 3
+TAG Set : REAL := 0.25
+TAG Got : REAL[2]
+"""
+    rungs = (
+        "GSV(Controller,,ControllerLogUnsavedEntryCount,Count);",
+        "SSV(Controller,,ControllerLogUnsavedEntryCount,Unsaved);",
+        "GSV(CoordinateSystem,Two,CommandPositionTolerance,Got[0]);",
+        "SSV(CoordinateSystem,Two,CommandPositionTolerance,Set);",
+        "SSV(CoordinateSystem,Two,ActualPositionTolerance,Set);",
+        "GSV(CoordinateSystem,Two,ActualPositionTolerance,Got[1]);",
+    )
+    for engine in both(tags, *rungs):
+        engine.step()
+        assert (engine.tags.Count, engine.tags.Got) == (0, [0.0, 0.25])
+        engine.step()
+        assert (engine.tags.Count, engine.tags.Got) == (3, [0.25, 0.25])

@@ -79,7 +79,7 @@ def test_a_stub_that_is_none_is_refused(text):
         parse_program(f"PROGRAM line\nSTUB MSG : {text}\nROUTINE Main\nNOP();\nEND\n", file="line.rung")
 
 
-@pytest.mark.parametrize("text", ["done after 20 ms", "error 16#00CB after 0.5 ms", "done after 100 ms"])
+@pytest.mark.parametrize("text", ["done after 20 ms", "error 16#00CB after 500 µs", "done after 100 ms"])
 def test_stubs_are_written_and_read(text):
     program = parse_program(f"PROGRAM line\nTAG M : MESSAGE\nSTUB M : {text}\nROUTINE Main\nMSG(M);\nEND\n")
     again = parse_program(program_text(program))

@@ -69,16 +69,16 @@ def test_blanks_comments_case_and_the_manual_s_other_spelling() -> None:
         ("RIT 0 1", "RIT is not a user instruction; did you mean ROT"),
         ("ROT 0", "ROT takes an option and data"),
         ("ROT 0 1 2", "ROT takes an option and data"),
-        ("ROT 0 0", "ROT data 0: allowed is 1 to 2147483647"),
-        ("ROT 1 5", "ROT option 1: allowed is 0"),
-        ("MIC 0 3", "MIC data 3: allowed is 0, 2, 4, 8"),
-        ("VSET 0 6001", "VSET data 6001: allowed is 0 to 6000"),
-        ("WAIT 8 1", "WAIT option 8: allowed is 1 to 7"),
-        ("CMP 7 1", "CMP option 7: allowed is 1 to 6"),
-        ("OUT 6 1", "OUT option 6: allowed is 1 to 5"),
-        ("JMP 0 100", "JMP data 100: allowed is 0 to 99"),
-        ("CNT1 0 5", "CNT1 data 5: allowed is none, or 0"),
-        ("DIR 0 one", "DIR data one: allowed are whole numbers"),
+        ("ROT 0 0", "ROT data 0: must be 1 to 2147483647"),
+        ("ROT 1 5", "ROT option 1: must be 0"),
+        ("MIC 0 3", "MIC data 3: must be 0, 2, 4, 8"),
+        ("VSET 0 6001", "VSET data 6001: must be 0 to 6000"),
+        ("WAIT 8 1", "WAIT option 8: must be 1 to 7"),
+        ("CMP 7 1", "CMP option 7: must be 1 to 6"),
+        ("OUT 6 1", "OUT option 6: must be 1 to 5"),
+        ("JMP 0 100", "JMP data 100: must be 0 to 99"),
+        ("CNT1 0 5", "CNT1 data 5: must be none, or 0"),
+        ("DIR 0 one", "DIR data one: must be a whole number"),
     ],
 )
 def test_a_line_that_says_nothing_allowed_is_refused_by_its_number(line: str, said: str) -> None:
@@ -88,7 +88,7 @@ def test_a_line_that_says_nothing_allowed_is_refused_by_its_number(line: str, sa
 
 def test_5_a_hundred_instructions_are_the_most() -> None:
     assert len(assemble("CNTC 0\n" * 100).lines) == 100
-    with pytest.raises(ValueError, match="101 instructions: allowed are up to 100"):
+    with pytest.raises(ValueError, match="101 instructions: must be at most 100"):
         assemble("CNTC 0\n" * 101)
 
 

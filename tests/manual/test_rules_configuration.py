@@ -81,7 +81,7 @@ def shown(bench: Bench) -> list[int]:
 
 @pytest.mark.parametrize(("rules", "broken", "legal"), INVALID)
 def test_invalid_configurations(rules, broken, legal):
-    """The first thing after power-up: nothing is mirrored (reading A-06); the legal neighbour is."""
+    """The first thing after power-up: nothing is mirrored (reading A-06); the legal neighbor is."""
     bench = Bench().run(1)
     bench.fired.clear()
     bench.out(*broken).run(5)

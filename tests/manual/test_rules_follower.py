@@ -159,7 +159,7 @@ RATIOS = [(1, 1), (7, 3), (3, 7), (1, 32_767), (32_767, 1), (32_767, 32_766), (9
 @pytest.mark.rules("FOL-05", "FOL-02")
 @pytest.mark.parametrize("ratio", RATIOS, ids=lambda ratio: "{}/{}".format(*ratio))
 def test_multiplier_and_divisor(ratio, direction):
-    """Turned to and fro: less than a step off, and exact where the ratio gives whole steps."""
+    """Turned back and forth: less than a step off, and exact where the ratio gives whole steps."""
     bench = follow(follower_bench(scan_ms=2), direction, ratio)
     counted = 0
     for counts in (40, -37, 1, -30, 13, 13, ratio[1] % 1000):

@@ -239,7 +239,7 @@ def test_both_limits(direction, scan_ms):
 
 @pytest.mark.rules("HOM-04")
 def test_the_limit_ahead_a_second_time():
-    """After the reversal any limit ends the search, which would go to and fro for ever."""
+    """After the reversal any limit ends the search, which would go back and forth for ever."""
     search = Search(ahead=(3000, None))
     search.command(ms=2_800)
     search.bench.inputs(home=1).run(10).inputs(home=0).run(402)

@@ -57,7 +57,7 @@ def assert_clears(bench: Bench) -> None:
         pytest.param((0, -3, 0, 0, 500, 0, 0), ["CMD-24", "PRF-14"], id="-3000 steps, slow"),
         pytest.param((0, 3, -1, 5, 0, 20, 10), OUT_OF_RANGE, id="words that are no value"),
         pytest.param((0, 8388, 608, 5, 0, 20, 10), OUT_OF_RANGE, id="8,388,608 steps"),
-        pytest.param((0, 3, 0, 0, 0, 20, 10), OUT_OF_RANGE, id="speed 0: there is no one-shot with a target"),
+        pytest.param((0, 3, 0, 0, 0, 20, 10), OUT_OF_RANGE, id="speed 0: no one-shot with a target"),
         pytest.param((0, 3, 0, 1000, 1, 20, 10), OUT_OF_RANGE, id="speed 1,000,001"),
         pytest.param((0, 3, 0, 5, 0, 0, 10), OUT_OF_RANGE, id="no acceleration"),
         pytest.param((0, 3, 0, 5, 0, 20, 2001), OUT_OF_RANGE, id="deceleration 2001"),

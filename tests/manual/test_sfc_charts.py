@@ -271,7 +271,7 @@ WRONG = {
     ),
     "unknown step": (
         "INITIAL_STEP A\nEND_STEP\nTRANSITION T FROM A TO B\n1\nEND_TRANSITION",
-        "transition T: there is no step B",
+        "transition T: no step B",
     ),
     "step twice": ("INITIAL_STEP A\nEND_STEP\nSTEP A\nEND_STEP", "there are two steps A"),
     "action twice": (

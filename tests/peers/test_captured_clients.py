@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 from captured import conversation, pcap
-from logix_clients import pylogix_client
+from logix_clients import pycomm3_client, pylogix_client
 from scanrack.commands import build
 from scanrack.traces.read.reader import open_trace
 from served_tags import served, write_rack
@@ -25,7 +25,7 @@ with warnings.catch_warnings():
     pycomm3 = pytest.importorskip("pycomm3", reason="pycomm3 is not installed")
 
 Talk = list[tuple[bool, bytes]]
-WAIT_S = 20
+WAIT_S = 120
 
 
 @contextmanager
@@ -55,7 +55,7 @@ def tapped(port: int, talk: Talk) -> Iterator[int]:
 
 
 def seen_by_pycomm3(port: int) -> list[list[int]]:
-    with pycomm3.LogixDriver(f"127.0.0.1:{port}/0") as plc:
+    with pycomm3_client(pycomm3.LogixDriver, port) as plc:
         first = plc.read("Local:1:I.Data{8}").value
         assert plc.write("Local:1:O.Data{8}", [-32768, 2, 3, 4, 5, 6, 7, 8]).error is None
         outputs = plc.read("Local:1:O.Data{8}").value

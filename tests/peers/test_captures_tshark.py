@@ -14,7 +14,7 @@ from scanrack.io_images.captures.packets import Capture
 from scanrack.jobs.captures.pairing import ModbusTcpPairing
 from scanrack.jobs.captures.reading import read_capture
 
-TIMEOUT_S = 60
+TIMEOUT_S = 120
 TALK = [
     part
     for number in range(1, 40)
@@ -30,7 +30,9 @@ def tshark(*arguments: str) -> str:
     if program is None:
         pytest.skip("tshark is not installed")
     words = [program, *arguments]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
+    done = subprocess.run(
+        words, capture_output=True, text=True, timeout=TIMEOUT_S, check=False, encoding="utf-8"
+    )
     assert done.returncode == 0, done.stderr
     return done.stdout
 

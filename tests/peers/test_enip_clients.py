@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 from aliased_tags import write_aliases
-from logix_clients import pylogix_client
+from logix_clients import pycomm3_client, pylogix_client
 from served_tags import ServedRack, served, write_rack
 
 with warnings.catch_warnings():
@@ -63,7 +63,7 @@ def in_rack(rack: ServedRack, name: str) -> Any:
 def test_aliases_and_access_to_pycomm3_and_pylogix(tmp_path: Path) -> None:
     """Row[2] is 7 after the first scan; Seen is Read Only, Hid has no access."""
     with served(write_aliases(tmp_path)) as (rack, port):
-        with pycomm3.LogixDriver(f"127.0.0.1:{port}/0", init_program_tags=True) as plc:
+        with pycomm3_client(pycomm3.LogixDriver, port, init_program_tags=True) as plc:
             assert {"Third", "Again", "Bit", "Whole", "Own", "Stopped", "Program:Main.Mine"} <= set(plc.tags)
             assert not {"Hid", "Secret"} & set(plc.tags)
             assert plc.tags["Seen"]["external_access"] == "Read Only"
@@ -82,7 +82,7 @@ def test_aliases_and_access_to_pycomm3_and_pylogix(tmp_path: Path) -> None:
 
 def test_pycomm3_lists_all_tags_and_structures(bench: tuple[ServedRack, int]) -> None:
     rack, port = bench
-    with pycomm3.LogixDriver(f"127.0.0.1:{port}/0", init_program_tags=True) as plc:
+    with pycomm3_client(pycomm3.LogixDriver, port, init_program_tags=True) as plc:
         wanted = {tag.full_name.replace("\\Main.", "Program:Main."): tag for tag in rack.desk.listing.tags}
         assert set(plc.tags) == set(wanted)
         for name, tag in wanted.items():
@@ -103,7 +103,7 @@ def test_pycomm3_lists_all_tags_and_structures(bench: tuple[ServedRack, int]) ->
 def test_pycomm3_writes_every_type_singly_in_batches_and_in_parts(bench: tuple[ServedRack, int]) -> None:
     rack, port = bench
     values = WRITES | UNSIGNED
-    with pycomm3.LogixDriver(f"127.0.0.1:{port}/0", init_program_tags=True) as plc:
+    with pycomm3_client(pycomm3.LogixDriver, port, init_program_tags=True) as plc:
         assert [each.error for each in plc.write(*values.items())] == [None] * len(values)
         assert [each.value for each in plc.read(*values)] == list(values.values())
         assert plc.write("Dints{3000}", list(range(3000))).error is None
@@ -154,7 +154,7 @@ def test_slcdriver_reads_and_writes_data_files(files: tuple[ServedRack, int]) ->
         "ST9:0": "new text",
     }
     writes |= {"B3:3": 0x55, "O:1.0": 3}
-    with pycomm3.SLCDriver(f"127.0.0.1:{port}/0") as plc:
+    with pycomm3_client(pycomm3.SLCDriver, port) as plc:
         assert plc.get_processor_type() == "1764-LRP"
         assert {name: plc.read(name).value for name in reads} == reads
         for name, value in writes.items():
@@ -174,11 +174,13 @@ def node(package: str, script: str, port: int) -> Any:
     program = shutil.which("node")
     if program is None:
         pytest.skip("node is not installed")
-    found = subprocess.run([program, "-e", f"require.resolve('{package}')"], capture_output=True, timeout=60)
+    found = subprocess.run([program, "-e", f"require.resolve('{package}')"], capture_output=True, timeout=120)
     if found.returncode:
         pytest.skip(f"the npm package {package} is not installed where node finds it (NODE_PATH)")
     path = Path(__file__).with_name(script)
-    done = subprocess.run([program, path, str(port)], capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        [program, path, str(port)], capture_output=True, text=True, timeout=120, encoding="utf-8"
+    )
     assert done.returncode == 0, done.stderr + done.stdout
     return json.loads(done.stdout.splitlines()[-1])
 

@@ -186,9 +186,9 @@ def test_vcd_by_pyvcd(path: Path, tmp_path: Path) -> None:
 def test_vcd_by_gtkwave(path: Path, tmp_path: Path, vcdvcd: Any) -> None:
     source = dump(path, tmp_path / "a.vcd")
     fst, back = tmp_path / "a.fst", tmp_path / "back.vcd"
-    subprocess.run(["vcd2fst", source, fst], check=True, capture_output=True, timeout=60)
+    subprocess.run(["vcd2fst", source, fst], check=True, capture_output=True, timeout=120)
     with back.open("wb") as file:
-        subprocess.run(["fst2vcd", fst], check=True, stdout=file, timeout=60)
+        subprocess.run(["fst2vcd", fst], check=True, stdout=file, timeout=120)
     first, second = (vcdvcd.VCDVCD(str(file)) for file in (source, back))
     names = {"slot1.in.position": 32, "slot1.in.COMMAND_ERROR": 1, "slot2.out.word7[15:0]": 16}
     for name, width in names.items():

@@ -54,7 +54,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[ServedRack
 def test_pymodbus_reads_and_writes_tags(bench: tuple[ServedRack, int]) -> None:
     rack, port = bench
     kinds = ModbusTcpClient.DATATYPE
-    with ModbusTcpClient("127.0.0.1", port=port) as client:
+    with ModbusTcpClient("127.0.0.1", port=port, timeout=120) as client:
         for address, kind, value in ((0, kinds.INT32, -70_000), (2, kinds.FLOAT32, -0.25)):
             words = client.convert_to_registers(value, kind)
             assert not client.write_registers(address, words).isError()
@@ -82,8 +82,8 @@ def test_mbpoll_reads_and_writes_tags(bench: tuple[ServedRack, int]) -> None:
     def poll(*words: str) -> list[str]:
         values = [word for word in words if not word.startswith("-")]
         options = [word for word in words if word.startswith("-")]
-        link = [program, "-m", "tcp", "-p", str(port), "-0", "-1", *options, "127.0.0.1", *values]
-        done = subprocess.run(link, capture_output=True, text=True, timeout=60)
+        link = [program, "-m", "tcp", "-p", str(port), "-0", "-o", "10", "-1", *options, "127.0.0.1", *values]
+        done = subprocess.run(link, capture_output=True, text=True, timeout=120, encoding="utf-8")
         assert done.returncode == 0, done.stdout + done.stderr
         return [line.split()[1] for line in done.stdout.splitlines() if line.startswith("[")]
 
@@ -102,12 +102,14 @@ def test_modbus_serial_reads_and_writes_tags(bench: tuple[ServedRack, int]) -> N
     if program is None:
         pytest.skip("node is not installed")
     found = subprocess.run(
-        [program, "-e", "require.resolve('modbus-serial')"], capture_output=True, timeout=60
+        [program, "-e", "require.resolve('modbus-serial')"], capture_output=True, timeout=120
     )
     if found.returncode:
         pytest.skip("the npm package modbus-serial is not installed where node finds it (NODE_PATH)")
     _, port = bench
-    done = subprocess.run([program, "-e", SCRIPT, str(port)], capture_output=True, text=True, timeout=60)
+    done = subprocess.run(
+        [program, "-e", SCRIPT, str(port)], capture_output=True, text=True, timeout=120, encoding="utf-8"
+    )
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == {
         "registers": [0, 770, 0x3FC0, 0, -1234 & 0xFFFF],

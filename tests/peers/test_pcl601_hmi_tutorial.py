@@ -87,7 +87,10 @@ class Hmi:
 @pytest.fixture
 def system(request: pytest.FixtureRequest) -> Iterator[tuple[Serving, Hmi]]:
     speed = getattr(request, "param", SPEED)
-    with serving(tcp="0", speed=speed) as server, ModbusTcpClient("127.0.0.1", port=server.port) as client:
+    with (
+        serving(tcp="0", speed=speed) as server,
+        ModbusTcpClient("127.0.0.1", port=server.port, timeout=120) as client,
+    ):
         yield server, Hmi(client)
 
 

@@ -124,7 +124,7 @@ def test_the_readout_tells_the_scan_under_the_pointer(page: Path, browser: Chrom
 
 @pytest.fixture
 def sized(browser: Chromium) -> Iterator[Chromium]:
-    """A browser whose size and colours are put back."""
+    """A browser whose size and colors are put back."""
     yield browser
     browser.look(1300, 800)
 

@@ -13,7 +13,7 @@ import forked
 import pytest
 from pymodbus.client import ModbusTcpClient
 
-TIMEOUT_S = 20
+TIMEOUT_S = 120
 ONES = [1] * 8
 JAVASCRIPT = """
 const Modbus = require("modbus-serial"), client = new Modbus();
@@ -32,7 +32,9 @@ const Modbus = require("modbus-serial"), client = new Modbus();
 @pytest.fixture
 def port() -> Iterator[int]:
     words = [sys.executable, "-m", "scanrack", "serve", "amci3601", "--tcp", "0", "--quiet"]
-    process = forked.start(words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    process = forked.start(
+        words, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, encoding="utf-8"
+    )
     try:
         assert process.stdout is not None
         yield int(process.stdout.readline().split("  ")[0].split(":")[1])
@@ -59,7 +61,9 @@ def test_modbus_serial_writes_eight_words_and_one(port: int) -> None:
     if node is None or not os.environ.get("NODE_PATH"):
         pytest.skip("node with modbus-serial under NODE_PATH is not installed")
     words = [node, "-e", JAVASCRIPT, str(port)]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
+    done = subprocess.run(
+        words, capture_output=True, text=True, timeout=TIMEOUT_S, check=False, encoding="utf-8"
+    )
     if "Cannot find module" in done.stderr:
         pytest.skip("modbus-serial is not installed under NODE_PATH")
     assert done.stdout.strip() == "[3,3,3,3,3,3,3,3,2,1]", done.stderr
@@ -71,9 +75,11 @@ def test_mbpoll_writes_and_reads_the_output_words(port: int) -> None:
     mbpoll = shutil.which("mbpoll")
     if mbpoll is None:
         pytest.skip("mbpoll is not installed")
-    head = [mbpoll, "-m", "tcp", "-p", str(port), "-a", "1", "-t", "4", "-r", "1", "-1"]
+    head = [mbpoll, "-m", "tcp", "-p", str(port), "-a", "1", "-t", "4", "-r", "1", "-o", "10", "-1"]
     for more in (["127.0.0.1", *"12345678"], ["-c", "8", "127.0.0.1"]):
-        done = subprocess.run([*head, *more], capture_output=True, text=True, timeout=TIMEOUT_S, check=False)
+        done = subprocess.run(
+            [*head, *more], capture_output=True, text=True, timeout=TIMEOUT_S, check=False, encoding="utf-8"
+        )
         assert done.returncode == 0, done.stdout + done.stderr
     read = [line.split()[1] for line in done.stdout.splitlines() if line.startswith("[")]
     assert read == list("12345678")

@@ -27,7 +27,7 @@ holding_registers = [{ address = 0, tag = "aDint" }, { address = 2, tag = "aReal
 
 
 def over_modbus(port: int) -> None:
-    with ModbusTcpClient("127.0.0.1", port=port) as client:
+    with ModbusTcpClient("127.0.0.1", port=port, timeout=120) as client:
         for number in range(WRITES):
             if number % 3:
                 answer = client.write_registers(2 * (number % 3 - 1), [number, 2 * number])
@@ -40,7 +40,7 @@ def over_opc_ua(port: int) -> None:
     from asyncua import Client, ua
 
     async def work() -> None:
-        async with Client(f"opc.tcp://127.0.0.1:{port}/scanrack", timeout=60) as client:
+        async with Client(f"opc.tcp://127.0.0.1:{port}/scanrack", timeout=120) as client:
             count, flag = (client.get_node(f"ns=2;s={name}") for name in ("aDint", "aBool"))
             for number in range(WRITES):
                 if number % 3:

@@ -55,7 +55,9 @@ def node() -> str:
 
 def read(node: str, path: Path) -> dict[str, Any]:
     arguments = [node, str(SCRIPT), str(path), str(FIRST * PERIOD_NS), str(LAST * PERIOD_NS)]
-    done = subprocess.run(arguments, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(
+        arguments, capture_output=True, text=True, timeout=120, check=False, encoding="utf-8"
+    )
     assert (done.returncode, done.stderr) == (0, "")
     found: dict[str, Any] = json.loads(done.stdout)
     return found
@@ -119,6 +121,8 @@ def test_damage_is_seen(node: str, path: Path, tmp_path: Path) -> None:
     damaged = tmp_path / "damaged.mcap"
     damaged.write_bytes(content)
     arguments = [node, str(SCRIPT), str(damaged), "0", "1"]
-    done = subprocess.run(arguments, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(
+        arguments, capture_output=True, text=True, timeout=120, check=False, encoding="utf-8"
+    )
     assert done.returncode != 0
     assert "CRC" in done.stderr

@@ -1,6 +1,6 @@
 """Random but plausible scripts, played on the module and on a plain oracle in lockstep.
 
-The oracle (`oracle3601` and its neighbours in tests/support) is written from the manual: a loop over
+The oracle (`oracle3601` and its neighbors in tests/support) is written from the manual: a loop over
 250 µs ticks, floats for motion. It shares nothing with the module but the image and the names of bits.
 Where both are right within the tolerance of floats but would part for good, a script is given up.
 

@@ -95,7 +95,7 @@ def test_queries_are_pythons_arithmetic(
 
 
 def test_the_next_integer_is_another_one(tmp_path: Path) -> None:
-    """9007199254740993 has no float64: as one it is its neighbour."""
+    """9007199254740993 has no float64: as one it is its neighbor."""
     path = record_numbers(tmp_path / "t.mcap", {"L8": ("LINT", [WIDE] * 3)})
     with open_trace(path) as trace:
         assert query(trace, f"count(L8 == {WIDE - 1})").count == 0

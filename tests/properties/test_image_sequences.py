@@ -126,7 +126,12 @@ def test_the_same_sequences_are_drawn_whatever_modules_are_loaded(tmp_path):
     for imports in ("", "import mine", "import scanrack.runtime.modules.amci3601, scanrack.traces"):
         code = DRAW.format(folder=str(tmp_path), imports=imports)
         done = subprocess.run(
-            [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path
+            [sys.executable, "-c", code],
+            capture_output=True,
+            text=True,
+            check=True,
+            cwd=tmp_path,
+            encoding="utf-8",
         )
         drawn.append(done.stdout)
     assert len(set(drawn)) == 1
@@ -168,9 +173,9 @@ def test_every_starting_speed_gives_legal_words(starting_speed, firmware):
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: images.acts(0), "starting_speed 0 is out of range: allowed are 1 to 100000"),
+        (lambda: images.acts(0), "starting_speed 0 is out of range: must be 1 to 100000"),
         (lambda: images.configuring(100_001), "starting_speed 100001 is out of range"),
-        (lambda: images.sequences(most=0), "most 0 is out of range: allowed are 1 to 99"),
+        (lambda: images.sequences(most=0), "most 0 is out of range: must be 1 to 99"),
     ],
 )
 def test_what_is_out_of_range_is_refused(call, message):

@@ -301,7 +301,7 @@ def test_a_registration_makes_its_steps_or_refuses(
     assert ended.travel_at(now) == motion.travel_at(now)
     assert ended.instant_of(ended.final_steps) == ended.end_ns
     if needed:
-        with pytest.raises(ValueError, match=f"allowed is {needed} and more"):
+        with pytest.raises(ValueError, match=f"must be {needed} or more"):
             register(motion, now, needed - 1, start, rate, shape)
 
 
@@ -362,17 +362,17 @@ def test_what_is_over_stays_over(motion: Motion, speed: int, rate: int, shape: S
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
-        (lambda: move(0, 0, 0, Profile(1, 1, 0, 0)), "distance 0 is not a move"),
+        (lambda: move(0, 0, 0, Profile(1, 1, 0, 0)), "distance must not be 0"),
         (lambda: run(0, 0, 0, Profile(1, 1, 0, 0)), "direction 0 is not allowed"),
         (lambda: single_step(0, 0, 2, 1000), "direction 2 is not allowed"),
-        (lambda: single_step(0, 0, 1, 0), "speed 0 steps/s: allowed is 1 and more"),
+        (lambda: single_step(0, 0, 1, 0), "speed 0 steps/s: must be 1 or more"),
         (lambda: Profile(0, 1000, 1, 1), "speeds 0 and 1000 steps/s"),
         (lambda: Profile(1, 2, 0, 5), "rates 0 and 5 steps/ms/s"),
         (lambda: Profile(1, 2, 5, 0), "rates 5 and 0 steps/ms/s"),
         (lambda: blend(0, 0, 1, 1000, [], 10, Shape.CONSTANT), "a blend without segments"),
         (
             lambda: change_speed(run(0, 0, 1, Profile(1, 1, 0, 0)), 0, 0, 1, 1, Shape.CONSTANT),
-            "speed 0 steps/s: allowed is 1 and more",
+            "speed 0 steps/s: must be 1 or more",
         ),
     ],
 )

@@ -191,7 +191,7 @@ def test_mutated_exports(text):
 
 
 def test_what_is_mutated_is_imported():
-    absent = "Twice: there is no instruction Twice, and no add-on in the export"
+    absent = "Twice: no instruction Twice, and no add-on in the export"
     for text, declared, refused in ((WHOLE, 1, []), (PARTIAL, 10, [absent])):
         imported = Importer(parse_document(text.encode(), "machine.L5X")).run(trial=True)
         run_trial(imported, scans=2)

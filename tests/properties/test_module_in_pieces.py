@@ -7,13 +7,15 @@ follower's steps from the instant of the update instead of the tick.
 
 from __future__ import annotations
 
+from itertools import starmap
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scanrack.io_images.amci3601 import InputBit
-from scanrack.io_images.image import Image
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
 from scanrack.runtime.modules.amci3601 import Amci3601
+from scanrack.testing.modules import Step, at_once, every, play
 
 TICK_NS = 250_000
 CONFIGURATIONS = [
@@ -71,30 +73,21 @@ machines = st.builds(
 )
 
 
-def _play(spec, script, period_ticks, odd_ns):
-    """Return the images at the script's instants, with updates every `period_ticks` in between.
-
-    `odd_ns` shifts the updates in between off the module's own tick.
-    """
+def _play(spec, script, pieces):
+    """Return what the module shows at the script's instants, called in pieces as well."""
     module = Amci3601("4.1", Machine(spec), diagnostic_wiring=True)
-    now, images = 0, [bytes(module.update(0, Image()))]
-    for ticks, out, inputs, counts, running in script:
-        module.plc_run(running)
-        outputs = Image(out)
+    return play(module, list(starmap(_step, script)), pieces)
+
+
+def _step(ticks, words, inputs, counts, running):
+    def act(module, begin_ns, end_ns):
         for bit, level in inputs.items():
             module.machine.set_input(bit, level)
-        end = now + ticks * TICK_NS
         if counts:
-            module.machine.turn_encoder(counts, now, end)
+            module.machine.turn_encoder(counts, begin_ns, end_ns)
         module.look_again()
-        if period_ticks is not None:
-            step = now + period_ticks * TICK_NS + odd_ns
-            while step < end:
-                module.update(step, outputs)
-                step += period_ticks * TICK_NS
-        now = end
-        images.append(bytes(module.update(now, outputs)))
-    return images
+
+    return Step(ticks * TICK_NS, words, running, act)
 
 
 @pytest.mark.slow
@@ -109,4 +102,4 @@ def test_pieces_give_the_same_images(spec, config, script, period, odd_ns):
     head: tuple[object, ...] = (4, (*config, 0, 0, 0, 0), {}, 0, True)
     zero: tuple[object, ...] = (4, (0x0000, *(0,) * 7), {}, 0, True)
     script = [head, zero, *script]
-    assert _play(spec, script, period, odd_ns) == _play(spec, script, None, 0)
+    assert _play(spec, script, every(period * TICK_NS + odd_ns)) == _play(spec, script, at_once)

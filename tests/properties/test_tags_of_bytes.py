@@ -246,7 +246,7 @@ def test_a_structure_has_the_bytes_of_a_controller():
 def test_not_a_number_keeps_its_bits():
     lines = ["COP(Raw[0],Part0,2);", "COP(Part0,Trays[0].Parts[0],1);", "COP(Trays[0].Parts[0],Raw[6],6);"]
     engine = parse_program(text_of(lines)).compile()
-    engine.tags["Raw"] = [0, 0x7F80_0001, 3, 4, 5, 6, 0, 0, 0, 0, 0, 0]  # the second is a signalling NaN
+    engine.tags["Raw"] = [0, 0x7F80_0001, 3, 4, 5, 6, 0, 0, 0, 0, 0, 0]  # the second is a signaling NaN
     engine.step(1)
     assert engine.tags["Raw"][6:9] == [0, 0x7F80_0001, 3]
 

@@ -94,7 +94,7 @@ class AloneForAWhile(ABC):
         return bool(home and self.laws.searched and self.image[0] & bits.CONFIG_ERROR)
 
     def levels_at_motor(self):
-        """What energises inputs where the motor stands, which may be elsewhere than the oracle's."""
+        """What energizes inputs where the motor stands, which may be elsewhere than the oracle's."""
         self.world.shaft, before = self.motor, self.world.shaft
         levels = self.world.levels()
         self.world.shaft = before

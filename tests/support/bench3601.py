@@ -137,7 +137,7 @@ class Bench:
     # -- what the world does
 
     def inputs(self, **levels: int) -> Bench:
-        """Set electrical levels by input name, 1 = energised."""
+        """Set electrical levels by input name, 1 = energized."""
         for name, level in levels.items():
             self.module.machine.set_input(InputBit[name.upper()], bool(level))
         self.module.look_again()

@@ -392,7 +392,7 @@ def estop_decelerates(right):
 
 @mistake(InputWatch, "_active", "states")
 def active_low_ignored(right):
-    """Every input is active when it is energised, whatever the configuration says."""
+    """Every input is active when it is energized, whatever the configuration says."""
 
     def wrong(self, levels):
         configuration = self.state.configuration

@@ -361,7 +361,7 @@ def stops_crossed(right):
 
 @mistake(Pmc006Axis, "levels", "emergency_stop", "PMC006")
 def levels_inverted(right):
-    """A pin that is high is taken for an input that is energised."""
+    """A pin that is high is taken for an input that is energized."""
     return property(lambda self: right.fget(self) ^ (SHARED | InputBit.CW_LIMIT | InputBit.ESTOP))
 
 

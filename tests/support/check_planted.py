@@ -779,6 +779,32 @@ FURTHER = [
         "",
         anywhere=True,
     ),
+    # a value that stays on behind a value that falls, and a state there is none of before the ELSE
+    Planted("blocks_st.rung", "execute-never-falls", "Clear := Start;", "Clear := 1;", at="MC_Reset(Reset"),
+    Planted(
+        "blocks_st.rung", "execute-never-falls", "Clear := Start;", "Clear := NOT S:FS;", at="MC_Reset(Reset"
+    ),
+    Planted(
+        "blocks_st.rung",
+        "execute-never-falls",
+        "Going := Run AND Home.Done AND NOT Go.Done;",
+        "IF Run THEN Going := 1; END_IF;",
+        at="MC_MoveAbsolute(Go",
+    ),
+    Planted(
+        "blocks_st.rung",
+        "unreachable",
+        "ELSE\n    State := 0;",
+        "    3: Target := 0;\nELSE\n    State := 0;",
+        at="    3: Target",
+    ),
+    Planted(
+        "blocks_st.rung",
+        "unreachable",
+        "Moving := Axis.Moving;",
+        "IF Stop THEN Moving := 1; ELSIF NOT Stop THEN Moving := 0; ELSE Target := 9; END_IF;",
+        at="IF Stop THEN Moving",
+    ),
     Planted("blend.rung", "blend-profile", "Configure.Done,3,20", "Configure.Done,1,20", anywhere=True),
     Planted("blend.rung", "out-of-range", "Configure.Done,3,20", "Configure.Done,3,0", anywhere=True),
     Planted("blend.rung", "blend-profile", "[1000, 4000, 2000]", "[1000, 1, 2000]", anywhere=True),
@@ -967,6 +993,17 @@ PLANTED = [
     *_planted("sequence.py", SEQUENCE),
     *(Planted(*each, anywhere=True) for each in (*SHARED, *OF_PYTHON)),
     *FURTHER,
+    Planted("blocks.rung", "preset-unit", "TON(Blink,250,0)", "TON(Blink,2,0)"),
+    Planted("text.rung", "preset-unit", '{"PRE": 500}', '{"PRE": 5}'),
+    Planted("sequence.py", "preset-unit", 'dwell("100 ms")', 'dwell("1 ms")'),
+    Planted("blocks.rung", "integer-zero", "DIV(Count.ACC,10,Rate)", "DIV(1,10,Rate)"),
+    Planted("text.rung", "integer-zero", "Mean := Parts / 4;", "Mean := Parts * (1 / 4);"),
+    Planted("function.py", "integer-zero", "(station + 1) % 3", "(station + 1) % 3 // 3"),
+    Planted(
+        *("zones.rung", "no-interlock"),
+        "LBL(on)XIC(Goes)XIC(Dir)OTE(Lift);\nXIC(Goes)XIO(Dir)OTE(Sink);",
+        "LBL(on)XIC(Up)OTE(Lift);\nXIC(Down)OTE(Sink);",
+    ),
 ]
 
 

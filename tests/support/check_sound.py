@@ -254,6 +254,64 @@ Amci3601(ModuleB,AxisB,two.I.Data[0],two.O.Data[0]);
 END
 """
 
+BLOCKS_ST = """\
+PROGRAM blocks_st
+USE axis3601
+SLOT card : 1
+ALIAS Start : Local:2:I.Data.0
+ALIAS Stop : Local:2:I.Data.1
+ALIAS Moving : Local:3:O.Data.0
+ALIAS Lamp : Local:3:O.Data.1
+TAG Axis : AXIS_3601
+TAG Module : Amci3601
+TAG Words : INT[8] := [16#8434, 16#0034, 0, 500, 0, 0, 0, 0]
+TAG Configure : Configure3601
+TAG Home : MC_Home
+TAG Go : MC_MoveAbsolute
+TAG Reset : MC_Reset
+TAG Awake : BOOL
+TAG Seek : BOOL
+TAG Going : BOOL
+TAG Clear : BOOL
+TAG Run : BOOL
+TAG State : DINT
+TAG Target : DINT
+
+ROUTINE Main ST
+Awake := NOT S:FS;
+Configure3601(Configure,Axis,Words,Awake);
+Clear := Start;
+MC_Reset(Reset,Axis,Clear);
+IF Start AND NOT Stop THEN
+    Run := 1;
+ELSIF Stop THEN
+    Run := 0;
+END_IF;
+Seek := Run AND Configure.Done;
+MC_Home(Home,Axis,Seek,-1,2000,10,10);
+Going := Run AND Home.Done AND NOT Go.Done;
+MC_MoveAbsolute(Go,Axis,Going,Target,4000,10,10);
+CASE State OF
+    0: IF Going THEN State := 1; END_IF;
+    1: IF Go.Done THEN State := 2; END_IF;
+    2: Target := 6000 - Target; State := 0;
+ELSE
+    State := 0;
+END_CASE;
+IF State = 0 THEN
+    Lamp := 0;
+ELSIF State = 1 OR State = 2 THEN
+    Lamp := 1;
+ELSE
+    Lamp := Stop;
+END_IF;
+Moving := Axis.Moving;
+Module.Fault := card.I.Fault;
+Amci3601(Module,Axis,card.I.Data[0],card.O.Data[0]);
+END
+"""
+"""Blocks in structured text, whose Execute falls with its value, and a CASE with an ELSE for states there are not."""
+
 BLEND = """\
 PROGRAM curve
 USE axis3601
@@ -559,6 +617,7 @@ SOUND = {
     "words_st.rung": WORDS_ST,
     "jog.rung": JOG,
     "two_axes.rung": TWO_AXES,
+    "blocks_st.rung": BLOCKS_ST,
     "blend.rung": BLEND,
     "bits.rung": BITS,
     "addons.rung": ADDONS,

@@ -7,7 +7,6 @@ browser reads them from its file descriptor 3 and answers on 4.
 from __future__ import annotations
 
 import base64
-import fcntl
 import json
 import os
 import select
@@ -19,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-PATIENCE_S = 30
+PATIENCE_S = 120
 _OPTIONS = (
     "--headless",
     "--no-sandbox",
@@ -40,6 +39,8 @@ class Chromium:
     def __init__(self, profile: Path) -> None:
         assert BROWSER is not None
         (reads, self._to), (self._from, writes) = os.pipe(), os.pipe()
+        import fcntl  # Windows has none
+
         ends = [fcntl.fcntl(end, fcntl.F_DUPFD, 10) for end in (reads, writes)]  # out of the way of 3 and 4
         self._process = subprocess.Popen(
             [BROWSER, *_OPTIONS, f"--user-data-dir={profile}"],
@@ -79,7 +80,7 @@ class Chromium:
         self.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
     def look(self, width: int, height: int, scheme: str = "light") -> None:
-        """Give the page a size and a scheme of colours, light or dark."""
+        """Give the page a size and a scheme of colors, light or dark."""
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self._call("Emulation.setDeviceMetricsOverride", size)
         wanted = [{"name": "prefers-color-scheme", "value": scheme}]

@@ -1,10 +1,10 @@
-"""How well one colour is told from another [WCAG 2.2]."""
+"""How well one color is told from another [WCAG 2.2]."""
 
 from __future__ import annotations
 
 
 def contrast(one: str, other: str) -> float:
-    """Return the contrast ratio of two colours [WCAG 2.2, relative luminance]."""
+    """Return the contrast ratio of two colors [WCAG 2.2, relative luminance]."""
     darker, lighter = sorted(map(luminance, (one, other)))
     return (lighter + 0.05) / (darker + 0.05)
 

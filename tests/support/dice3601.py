@@ -7,8 +7,8 @@ A recipe is a function of dice. Drawing each value by a strategy of its own take
 as playing the script; and Hypothesis tries copies of what it has drawn in other places of the same kind
 before it draws anew, so that five scripts of six were hardly new ones.
 
-A byte of 0 means the first value of a list, which is the plainest. So a failing script shrinks towards
-plain values, and towards fewer stories where a story begins with `told`.
+A byte of 0 means the first value of a list, which is the plainest. So a failing script shrinks toward
+plain values, and toward fewer stories where a story begins with `told`.
 """
 
 from __future__ import annotations

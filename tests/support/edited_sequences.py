@@ -225,7 +225,7 @@ class Run:
     def load(self, text: str) -> Any:
         """Load a program from a file of its own name."""
         path = self._folder / "plant.py"
-        path.write_text(text)
+        path.write_text(text, encoding="utf-8")
         return load_program(str(path)).function
 
     def scan(self, scans: int) -> None:

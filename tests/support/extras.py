@@ -10,6 +10,7 @@ from importlib.metadata import requires
 from importlib.util import find_spec
 
 import pytest
+from scanrack.io_images.installing import how_to_install
 
 
 def modules(extra: str) -> list[str]:
@@ -37,5 +38,5 @@ def skip_without_extras(items: list[pytest.Item]) -> None:
             if extra not in missing:
                 missing[extra] = [name for name in modules(extra) if find_spec(name) is None]
             if missing[extra]:
-                reason = f"{missing[extra][0]} is not installed: pip install 'scanrack[{extra}]'"
+                reason = f"{missing[extra][0]} is not installed: {how_to_install(extra)}"
                 item.add_marker(pytest.mark.skip(reason=reason))

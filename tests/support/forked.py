@@ -53,6 +53,7 @@ class Python(subprocess.Popen[Any]):
         uid: object,
         umask: object,
         start_new_session: bool,
+        process_group: int,
         *others: object,
     ) -> None:
         sys.stdout.flush()
@@ -62,7 +63,11 @@ class Python(subprocess.Popen[Any]):
             self.pid = os.fork()
         if not self.pid:
             streams = (p2cread, c2pwrite, errwrite)
-            _become(list(map(str, args)), streams, pass_fds, cwd, env, own_session=start_new_session)
+            if start_new_session:
+                os.setsid()
+            elif process_group != -1:
+                os.setpgid(0, process_group)
+            _become(list(map(str, args)), streams, pass_fds, cwd, env)
         self._child_created = True
         self._close_pipe_fds(p2cread, p2cwrite, c2pread, c2pwrite, errread, errwrite)  # type: ignore[attr-defined]
 
@@ -101,16 +106,12 @@ def _become(
     pass_fds: Collection[int],
     cwd: str | None,
     env: Mapping[str, str] | None,
-    *,
-    own_session: bool,
 ) -> NoReturn:
     """Be a process that has just been forked, to its end."""
     status = 1
     try:
         gc.freeze()  # what the parent has open is closed once, by number
         gc.callbacks.clear()  # Hypothesis has one; a Ctrl-C that comes while it runs would be lost
-        if own_session:
-            os.setsid()
         _take_streams(streams, pass_fds)
         _forget_pytest()
         if cwd is not None:
@@ -137,8 +138,9 @@ def _take_streams(streams: tuple[int, int, int], pass_fds: Collection[int]) -> N
     kept = sorted({0, 1, 2, *pass_fds})
     for low, high in zip(kept, [*kept[1:], os.sysconf("SC_OPEN_MAX")], strict=True):
         os.closerange(low + 1, high)
-    sys.stdin, sys.stdout = open(0, closefd=False), open(1, "w", closefd=False)  # noqa: SIM115
-    sys.stderr = open(2, "w", 1, errors="backslashreplace", closefd=False)  # noqa: SIM115
+    sys.stdin = open(0, encoding="locale", closefd=False)  # noqa: SIM115
+    sys.stdout = open(1, "w", encoding="locale", closefd=False)  # noqa: SIM115
+    sys.stderr = open(2, "w", 1, encoding="locale", errors="backslashreplace", closefd=False)  # noqa: SIM115
 
 
 def _forget_pytest() -> None:

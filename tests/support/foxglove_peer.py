@@ -24,6 +24,6 @@ def decoded_scans(path: Path, *, whole: bool = False) -> Any:
         if subprocess.run([node, "-e", script], capture_output=True, check=False).returncode:
             pytest.skip(f"the npm package {package} is not installed where node finds it (NODE_PATH)")
     command = [node, str(SCRIPT), str(path), *(["whole"] if whole else [])]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False, encoding="utf-8")
     assert (done.returncode, done.stderr) == (0, "")
     return json.loads(done.stdout)

@@ -221,7 +221,7 @@ def refused_by_input(m, inputs):
 
 
 def set_out(m, distance, vs, by_encoder=False):
-    """Start towards a distance that may be 0, with the external input on or not."""
+    """Start toward a distance that may be 0, with the external input on or not."""
     vo = m.starting_speed
     direction = 1 if distance > 0 else -1
     if distance == 0:

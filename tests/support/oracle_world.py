@@ -26,7 +26,7 @@ class World:
         self.markers = []
 
     def levels(self):
-        """Mask of energised inputs."""
+        """Mask of energized inputs."""
         mask = self.hand_levels
         for bit, first, last in self.switches:
             if (first is None or self.shaft >= first) and (last is None or self.shaft <= last):

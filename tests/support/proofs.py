@@ -13,7 +13,7 @@ from scanrack.ladder.prove.induction import Limits, VerdictKind, prove
 from scanrack.ladder.prove.monitors import WatchedClaim, monitored
 from scanrack.ladder.prove.system import ProgramSystem, ScanBounds
 
-LIMITS = Limits(scans=6, k=3, steps=2_000)
+LIMITS = Limits(scans=6, k=3, fuse=32_000)
 BITS, NUMBERS, REALS, TIMERS = 8, 4, 2, 3
 CHANGED = 0.3
 """Share of the inputs that change before a scan."""

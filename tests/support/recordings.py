@@ -34,8 +34,8 @@ RACK = 'name = "count"\nprogram = "count.rung"\n[[slot]]\nnumber = 1\nmodule = "
 
 def recorded(folder: Path, scans: int, program: str = COUNTING, *, more: str = "") -> Path:
     """Record a run of a ladder program; `more` goes into the rack file."""
-    (folder / "count.rung").write_text(program)
-    (folder / "count.toml").write_text(RACK + more)
+    (folder / "count.rung").write_text(program, encoding="utf-8")
+    (folder / "count.toml").write_text(RACK + more, encoding="utf-8")
     with ExitStack() as ports:
         run = JobRun(load_job(str(folder / "count.toml")), ports, RunOptions(trace=folder / "count.mcap"))
         run.run(scans)
@@ -49,9 +49,9 @@ class Opened:
         frame: what the page shows.
     """
 
-    def __init__(self, path: Path, folder: Path, scan: int | None = None) -> None:
+    def __init__(self, path: Path, folder: Path, scan: int | None = None, *, trust: bool = False) -> None:
         self.trace: Trace = open_trace(path)
-        self.recording = OpenedRecording(self.trace, TracePlace(path, scan, ""), folder, trust=False)
+        self.recording = OpenedRecording(self.trace, TracePlace(path, scan, ""), folder, trust=trust)
         self.monitor: TraceMonitor = self.recording.monitor(lambda *_given: None)
         self.page = Page()
         self.frame: dict[str, Any] = {}
@@ -76,9 +76,9 @@ class Opened:
 
 
 @contextmanager
-def opened(path: Path, folder: Path, scan: int | None = None) -> Iterator[Opened]:
+def opened(path: Path, folder: Path, scan: int | None = None, *, trust: bool = False) -> Iterator[Opened]:
     """Open a recording."""
-    found = Opened(path, folder, scan)
+    found = Opened(path, folder, scan, trust=trust)
     with found.trace:
         yield found
 

@@ -1,16 +1,21 @@
-"""The relation of a program against its interpreter: equal values after scans from random memory."""
+"""The relation of a program against its interpreter: equal values after scans from random memory.
+
+A value that depends on what is not modeled is not compared. Whether it does is computed in each scan:
+`ite(Go, ?3, Count)` is Count where Go is off.
+"""
 
 from __future__ import annotations
 
+import math
 import struct
 from collections import Counter
 
 from scanrack.ladder import LadderFault
 from scanrack.ladder.instructions.slc.processor import MINOR_AT_END
-from scanrack.ladder.prove.algebra.evaluation import Evaluator
-from scanrack.ladder.prove.algebra.terms import FALSE, T, forget, or_, reach
-from scanrack.ladder.prove.relation.machine import ScanMachine
+from scanrack.ladder.prove.algebra.meaning import BOOL, meaning
+from scanrack.ladder.prove.algebra.terms import FALSE, TRUE, forget, or_, reach
 from scanrack.ladder.prove.relation.places import AGE, CLOCK
+from scanrack.ladder.prove.relation.turning import TurningMachine
 
 SCAN_MS = (1, 2, 10, 37, 100)
 
@@ -18,22 +23,25 @@ SCAN_MS = (1, 2, 10, 37, 100)
 class Relation:
     """The terms of one scan of a program, to be computed again and again."""
 
-    def __init__(self, program, lengths=3):
-        self.program = program
+    def __init__(self, program, lengths=3, *, turned=False):
+        """Make the terms of a scan; `turned` adds a turn of the key behind it, which prescans."""
+        self.program, self.turned = program, turned
         self.engine = None
         forget()
         self.lengths = lengths  # LEN of each CONTROL, which no scan changes
         layout = program.build().layout
         known = {(leaf.path.upper(), at): lengths for leaf in _lengths(layout) for at in range(leaf.size)}
-        self.machine = ScanMachine(program.build(), (1, 1000), known)
+        self.machine = TurningMachine(program.build(), (1, 1000), known)
         self.machine.scan_terms()
+        self._state = self.machine.state
+        if turned:
+            self.machine.turn_key(TRUE)
+            self._state = {key: self.machine.before_next(key) for key in self.machine.vars}
         fault = FALSE
         for _, condition in self.machine.faults:
             fault = or_(fault, condition)
-        roots = [*self.machine.state.values(), fault, self.machine.deep]
-        self._terms = Evaluator(roots)
-        unknown = _that_need(roots, self.machine.havocs)
-        self.known = [t.id not in unknown for t in roots]
+        roots = [*self._state.values(), fault, self.machine.deep]
+        self._terms = KnownValues(roots, self.machine.havocs)
 
     def values(self, memory, now_ms, dt):
         """Return the values of all variables."""
@@ -77,54 +85,87 @@ class Relation:
         self.now += dt
         try:
             engine.step(dt)
+            if self.turned:
+                engine.interpreter.prescan()
         except LadderFault as error:
             count["scans that fault"] += 1
             self.engine = None
-            faults = fault or deep or not self.known[-2] or machine.cut or error.code == MINOR_AT_END
+            faults = fault or deep or machine.cut or error.code == MINOR_AT_END
             return [] if faults else [f"the interpreter faults: {error}"]
-        if fault and self.known[-2] and not machine.cut and not deep:
+        if fault is True and not machine.cut and not deep:
             return ["the relation faults"]
         count["scans"] += 1
-        if deep or not self.known[-1]:
+        if deep:
             return []
         return self._compare(engine.memory, got, dt, count)
 
     def _compare(self, memory, got, dt, count):
         wanted, found = self.values(memory, self.now, dt), []
-        for (key, variable), value, known in zip(
-            self.machine.vars.items(), self._in_order(got), self._known_in_order, strict=True
-        ):
-            count["values" if known else "unknown values"] += 1
-            if key[0] == "S" and key[1] in PROCESSOR_WORDS:
+        by_key = dict(zip(self._state, got, strict=True))
+        for key, variable in self.machine.vars.items():
+            value = by_key[key]
+            count["unknown values" if value is UNKNOWN else "values"] += 1
+            if value is UNKNOWN or (key[0] == "S" and key[1] in PROCESSOR_WORDS):
                 continue
             want = wanted[variable.val]
-            if known and not same(want, value):
+            if not same(want, value):
                 found.append(f"{key[0]}[{key[1]}]: interpreter {want!r}, relation {value!r}")
         return found
 
-    def _in_order(self, got):
-        by_key = dict(zip(self.machine.state, got, strict=True))
-        return [by_key[key] for key in self.machine.vars]
 
-    @property
-    def _known_in_order(self):
-        by_key = dict(zip(self.machine.state, self.known[:-2], strict=True))
-        return [by_key[key] for key in self.machine.vars]
+UNKNOWN = object()
+"""The value of a term that depends on what is not modeled; it is true, as a condition that may hold."""
 
 
-def _that_need(roots: list[T], names) -> set[int]:
-    """Return the ids of the terms that depend on a variable."""
-    found: set[int] = set()
-    for t in reach(roots):
-        if (t.op == "var" and t.val in names) or any(each.id in found for each in t.args):
-            found.add(t.id)
-    return found
+class KnownValues:
+    """Computes terms again and again; what depends on some of their variables is `UNKNOWN`.
+
+    Args:
+        roots: the terms.
+        unknown: names of these variables.
+    """
+
+    def __init__(self, roots, unknown):
+        order = reach(roots)
+        slots = {t.id: slot for slot, t in enumerate(order)}
+        self._found = [t.val for t in order]
+        self._given = [
+            (slot, UNKNOWN if t.val in unknown else None, t.val, False if t.kind == BOOL else 0)
+            for slot, t in enumerate(order)
+            if t.op == "var"
+        ]
+        self._steps = [
+            (slot, t.op, meaning(t.op, t.kind, t.val), [slots[each.id] for each in t.args])
+            for slot, t in enumerate(order)
+            if t.op not in ("const", "var")
+        ]
+        self._roots = [slots[t.id] for t in roots]
+
+    def __call__(self, values):
+        """Compute the roots."""
+        found = self._found
+        for slot, unknown, name, default in self._given:
+            found[slot] = unknown or values.get(name, default)
+        for slot, op, function, operands in self._steps:
+            given = [found[each] for each in operands]
+            found[slot] = _of_unknown(op, given) if UNKNOWN in given else function(*given)
+        return [found[slot] for slot in self._roots]
+
+
+def _of_unknown(op, given):
+    """Return the value of an operation of which some operands are unknown."""
+    if op == "ite":
+        condition, held, other = given
+        if condition is not UNKNOWN:
+            return held if condition else other
+        return held if held is not UNKNOWN and other is not UNKNOWN and same(held, other) else UNKNOWN
+    return False if op == "and" and any(each is False for each in given) else UNKNOWN
 
 
 def same(a, b):
-    """Whether two values are equal; NaN equals NaN."""
+    """Whether two values are equal; NaN equals NaN, and 0.0 is not -0.0."""
     if isinstance(a, float) or isinstance(b, float):
-        return a == b or (a != a and b != b)
+        return (a == b and math.copysign(1.0, a) == math.copysign(1.0, b)) or (a != a and b != b)
     return a == b
 
 
@@ -141,7 +182,7 @@ def _lengths(layout):
 PROCESSOR_WORDS = (1, 4, *range(37, 43))
 """Words of an SLC's status file that its processor writes beside the rungs."""
 
-FLOATS = (0.0, 1.5, -2.5, 100.0, 3.4e38, 1e-40, float("inf"), float("-inf"), float("nan"))
+FLOATS = (0.0, -0.0, 1.5, -2.5, 100.0, 3.4e38, 1e-40, float("inf"), float("-inf"), float("nan"))
 
 
 def randomise(memory, rng):

@@ -53,6 +53,63 @@ TAGS = [
 ]
 
 
+COPIES = """PROGRAM cop3
+TAG In : DINT[8] := [10,11,12,13,14,15,16,17]
+TAG S : STRING
+TAG A : DINT
+TAG B : DINT
+TAG C : DINT
+TAG Go : BOOL
+TAG Na : BOOL
+TAG Nc : BOOL
+ROUTINE Main
+XIC(Na)[ADD(A,1,A),ADD(B,1,B)];
+GRT(A,5)[MOV(0,A),MOV(0,B)];
+XIC(Nc)ADD(C,1,C);
+GRT(C,5)MOV(0,C);
+XIC(Go)[COP(In[A],S.DATA[0],3),COP(In[B],S.DATA[0],6),COP(In[C],S.DATA[0],3)];
+END
+"""
+"""Three copies of computed elements to bytes, none of which has terms."""
+
+SHORT = """PROGRAM short
+TAG In : DINT[8] := [10,11,12,13,14,15,16,17]
+TAG D : SINT[8]
+TAG B : DINT
+TAG Go : BOOL
+TAG Nb : BOOL
+ROUTINE Main
+XIC(Nb)ADD(B,1,B);
+GRT(B,5)MOV(0,B);
+XIC(Go)[MOV(7,D[0]),COP(In[B],D[0],6)];
+END
+"""
+"""The same with one copy, to what the same rung has just written."""
+
+DEEPEST = 12
+"""Calls of which the relation does not follow the last one."""
+
+
+def nested(depth: int) -> str:
+    """Return add-on instructions in one another; the innermost one sets Y where it has no power."""
+    parts = ["PROGRAM nested"]
+    for n in range(depth, 0, -1):
+        contact = "XIC(Go)" if n == depth - 1 else ""
+        body = (
+            "ROUTINE Logic\nNOP();\nEND\nROUTINE EnableInFalse\nOTL(Z);\nEND"
+            if n == depth
+            else f"LOCAL Inner : A{n + 1}\nROUTINE Logic\n{contact}A{n + 1}(Inner,Go,Z);\nEND"
+        )
+        parts.append(f"INSTRUCTION A{n}\nINPUT Go : BOOL REQUIRED\nINOUT Z : BOOL\n{body}\nEND INSTRUCTION")
+    tags = ["TAG Top : A1", "TAG G : BOOL", "TAG Y : BOOL", "TAG Q : BOOL"]
+    rungs = ["XIC(Q)OTU(Y);", "XIC(Q)OTU(G);", "A1(Top,G,Y);"]
+    return "\n".join([*parts, *tags, "ROUTINE Main", *rungs, "END", ""])
+
+
+PROVED_WRONGLY = (COPIES, SHORT, nested(DEEPEST))
+"""Programs of which something false was proved."""
+
+
 class Drawn:
     """One program while it is drawn."""
 

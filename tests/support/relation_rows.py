@@ -5,7 +5,7 @@ A text is a group of rungs, one a line. `HAVOCKED` has rungs, too: a row that be
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from random import Random
 from typing import Any
 
@@ -210,6 +210,22 @@ SLC_HAVOCKED: Texts = {
 
 SLC_OUT = frozenset(("END", "INT", "MSG", "REF", "STD", "STE", "STS", "UID", "UIE", "UIF"))
 """Rows of an SLC without effect on tags, and MSG."""
+
+
+GROUP = 9
+BY_ITSELF = ("TND", "MCR")
+
+
+def groups(table: Texts) -> Iterator[tuple[str, ...]]:
+    """Yield names in groups; what leaves the scan stands alone."""
+    names = [name for name in table if name not in BY_ITSELF]
+    yield from (tuple(names[at : at + GROUP]) for at in range(0, len(names), GROUP))
+    yield from ((name,) for name in BY_ITSELF if name in table)
+
+
+def texts(table: Texts, names: tuple[str, ...]) -> list[str]:
+    """Return the texts of some instructions."""
+    return [text for name in names for text in table[name]]
 
 
 def logix(*texts: str, statements: tuple[str, ...] = (), guard: bool = True) -> Any:

@@ -43,7 +43,7 @@ class Serving:
             done.set()
 
         self._calls.put(act)
-        assert done.wait(5)
+        assert done.wait(120)
         return results[0]
 
     def connect(self, **contacts: Contact) -> None:
@@ -69,7 +69,7 @@ class Serving:
             yield self
         finally:
             self._stop.ask()
-            self._thread.join(5)
+            self._thread.join(120)
             assert not self._thread.is_alive()
 
 

@@ -95,7 +95,7 @@ def watching(*words: object) -> Iterator[Session]:
         "import sys; from scanrack.commands import main; sys.exit(main())",
         "watch",
     ]
-    process = start([*command, *words], stdout=subprocess.PIPE, text=True)
+    process = start([*command, *words], stdout=subprocess.PIPE, text=True, encoding="utf-8")
     assert process.stdout is not None
     try:
         link = process.stdout.readline().split(" ")[0]
@@ -145,6 +145,9 @@ class Look:
 
     def open(self, link: str, *, paused: bool = False, stops: bool = False) -> None:
         """Open a link and wait for the first picture of the rack.
+
+        A page stops at error bits until it is told not to: a rack that runs should have none of its own
+        meanwhile. `feeder` of conftest.py has none.
 
         Args:
             paused: before its first scan, of which there is no picture.
@@ -255,7 +258,7 @@ class Look:
         Select(self.control(name)).select_by_value(value)
 
     def look(self, width: int, height: int, *, scheme: str = "light", motion: str = "no-preference") -> None:
-        """Make the window so big, with a scheme of colours."""
+        """Make the window so big, with a scheme of colors."""
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
         features = [

@@ -18,7 +18,7 @@ from forked import start
 from websockets.asyncio.client import connect
 
 FEEDER = Path(__file__).parents[2] / "examples" / "feeder" / "feeder.toml"
-PATIENCE_S = 60
+PATIENCE_S = 120
 
 
 class Watched:
@@ -34,7 +34,7 @@ class Watched:
     def monitor(self):
         """Number of the process that serves the pages: the child of the scan process, on Linux."""
         threads = Path(f"/proc/{self.process.pid}/task").glob("*/children")  # one of them starts it again
-        return next(int(child) for each in threads for child in each.read_text().split())
+        return next(int(child) for each in threads for child in each.read_text(encoding="utf-8").split())
 
     def raw(self, text):
         """Send bytes to the port; return the status of the answer and all of it."""
@@ -57,7 +57,14 @@ class Watched:
 def watched(*options, rack=FEEDER, cwd=None):
     """Start a session, and end it."""
     command = [sys.executable, "-c", "from scanrack.commands import main; main()", "watch", str(rack)]
-    process = start([*command, *options], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=cwd)
+    process = start(
+        [*command, *options],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=cwd,
+        encoding="utf-8",
+    )
     try:
         assert process.stdout is not None
         line = process.stdout.readline()
@@ -68,7 +75,7 @@ def watched(*options, rack=FEEDER, cwd=None):
         if process.poll() is None:
             process.send_signal(signal.SIGINT)
             try:
-                process.wait(10)
+                process.wait(PATIENCE_S)
             except subprocess.TimeoutExpired:
                 process.kill()
         process.communicate()
@@ -83,6 +90,7 @@ class Page:
         self.frame = {}
         self.frames = 0
         self.edges = {}
+        self.error = {}  # the error bit that was told last
         self._number = 0
         self._answers = {}
 
@@ -103,6 +111,8 @@ class Page:
                     self.frame.setdefault("events", []).extend(value)
                 else:
                     self.frame[key] = value
+        elif "error" in message:
+            self.error = message["error"]
         elif "answer" in message:
             self._answers[message["answer"]["id"]] = message["answer"]
         return message
@@ -131,7 +141,9 @@ class Page:
 async def page_of(session, key=None):
     """Open a page."""
     uri = f"ws://{session.host}/socket"
-    async with connect(uri, max_size=None, compression=None, close_timeout=0.5, open_timeout=60) as opened:
+    async with connect(
+        uri, max_size=None, compression=None, close_timeout=0.5, open_timeout=PATIENCE_S
+    ) as opened:
         await opened.send(json.dumps({"key": session.key if key is None else key}))
         page = Page(opened)
         yield page

@@ -1,15 +1,8 @@
-"""The table of docs/incidents.md of what the PLC sees of a 3601 in trouble: faults by masks, others measured.
-
-python tests/tools/answers_page.py            say whether the page has it
-python tests/tools/answers_page.py --write    write it
-"""
+"""The table of docs/incidents.md: what a PLC sees of a 3601 in trouble: by masks, or measured."""
 
 import re
-import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
 from bench3601 import Bench
 from scanrack.io_images.amci3601 import StatusMsw
@@ -18,7 +11,7 @@ from scanrack.runtime.loop.module_fault import ModuleFault
 from scanrack.runtime.modules.amci3601.trouble import ANSWERS, EVERY_BIT
 
 PAGE = Path(__file__).parents[2] / "docs/incidents.md"
-REMEDY = "python tests/tools/answers_page.py --write"
+REMEDY = "python -m tests.tools.generate answers"
 COLUMNS = "`link-lost`, `asic-lost`", "`removed`", "`fatal-error`", "`power-cycle`", "`program-mode`"
 HEAD = f"| a 3601's input image | {' | '.join(COLUMNS)} |"
 TABLE = re.compile(rf"(^{re.escape(HEAD)}\n\|[-|]+\|\n)((?:\|.*\n)*)", re.MULTILINE)
@@ -76,17 +69,3 @@ def written(page: str) -> str:
     assert TABLE.search(page) is not None, "no table of answers"
     text = "".join(f"{line}\n" for line in lines())
     return TABLE.sub(lambda found: found[1] + text, page)
-
-
-def main(words: list[str]) -> int:
-    page = PAGE.read_text(encoding="utf-8")
-    if words == ["--write"]:
-        PAGE.write_text(written(page), encoding="utf-8")
-        return 0
-    if written(page) != page:
-        sys.stdout.write(f"{PAGE} differs: {REMEDY}\n")
-    return written(page) != page
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

@@ -1,13 +1,8 @@
-"""The tables of cards in docs/card-tables.md, from the rows of `io_images/cards.py`.
-
-python tests/tools/cards_page.py            say which rows the page lacks
-python tests/tools/cards_page.py --write    write them
-"""
+"""The tables of cards in docs/card-tables.md, from the rows of `io_images/cards.py`."""
 
 from __future__ import annotations
 
 import re
-import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
@@ -15,7 +10,7 @@ from scanrack.io_images.cards import KINDS, CardKind
 from scanrack.io_images.signal_ranges import RANGES
 
 PAGE = Path(__file__).parents[2] / "docs/card-tables.md"
-REMEDY = "python tests/tools/cards_page.py --write"
+REMEDY = "python -m tests.tools.generate cards"
 HEADS = ("| module | in | out | words |", "| channels | ranges | formats | status ")
 
 
@@ -95,9 +90,3 @@ def written(page: str) -> str:
         pattern = rf"(^{re.escape(head)}.*\n\|[-|]+\n)(?:\|.*\n)*"
         page = re.sub(pattern, lambda found, text=text: found[1] + text, page, flags=re.MULTILINE)  # type: ignore[misc]
     return page
-
-
-if __name__ == "__main__":
-    if "--write" in sys.argv:
-        PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
-    sys.stderr.writelines(f"{line}\n" for line in missing(PAGE.read_text(encoding="utf-8")))

@@ -1,21 +1,14 @@
-"""docs/check-rules.md: each rule of `scanrack check` with a good and a bad example, which tests run.
+"""docs/check-rules.md: each rule of `scanrack check` with a good and a bad example, which tests run."""
 
-python tests/tools/check_page.py            say whether the page is as it should be
-python tests/tools/check_page.py --write    write it
-"""
-
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from scanrack.jobs.check import RULES, Rule
-
-sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 from check_planted import OF_THE_RACK, PLANTED, Planted
 from check_sound import SOUND
+from scanrack.jobs.check import RULES, Rule
 
 PAGE = Path(__file__).parents[2] / "docs/check-rules.md"
-REMEDY = "python tests/tools/check_page.py --write"
+REMEDY = "python -m tests.tools.generate check"
 HEAD = """\
 # The rules of `scanrack check`
 
@@ -66,10 +59,3 @@ def _example(planted: Planted, language: str) -> Iterator[str]:
     for name, text in (("good:", old), ("bad:", new)):
         lines = [line.strip() for line in text.splitlines() if line.strip()] or ["(nothing)"]
         yield from (f"    {name:<6}{line}\n" for line in lines)
-
-
-if __name__ == "__main__":
-    if "--write" in sys.argv:
-        PAGE.write_text(page(), encoding="utf-8")
-    elif PAGE.read_text(encoding="utf-8") != page():
-        sys.exit(f"{PAGE}: not as it should be: {REMEDY}")

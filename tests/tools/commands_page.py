@@ -1,14 +1,9 @@
-"""The page of commands, docs/commands.md, from the commands themselves: each with its arguments and options.
-
-python tests/tools/commands_page.py            say which lines the page lacks
-python tests/tools/commands_page.py --write    write it
-"""
+"""The page of commands, docs/commands.md, from the commands: each with its arguments and options."""
 
 from __future__ import annotations
 
 import re
-import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,27 +11,28 @@ import typer
 from scanrack.commands import build
 
 PAGE = Path(__file__).parents[2] / "docs/commands.md"
-REMEDY = "python tests/tools/commands_page.py --write"
+REMEDY = "python -m tests.tools.generate commands"
 INTRO = """\
 # Commands and their options
 
 What `scanrack COMMAND --help` lists, on one page. The pages that [the contents](index.md) name say what
-each command is for. `-h` is `--help`; a negative number goes behind `--`: `scanrack pcl601 move -- -100`.
-`python tests/tools/commands_page.py --write` makes this page from the commands; don't edit it.
+each command is for. `-h` is `--help`. A negative number goes after `--`:
+`scanrack device pcl601 move -- -100`.
+`python -m tests.tools.generate` makes this page from the commands; don't edit it.
 
 ## Exit statuses
 
 | | of every command | of `run` |
 |--:|---|---|
 | 0 | done; the answer is yes | done |
-| 1 | the answer is no: it differs, nothing was found, something broke | the CPU faulted |
+| 1 | the answer is no: it differs, nothing was found, something broke | the controller faulted |
 | 2 | a file, a key or an option can't be used | the same |
-| 3 | a file or standard output can't be written | the disk is full |
+| 3 | a file or standard output can't be written | the disk is full; a server never began |
 | 130 | Ctrl-C, SIGTERM or SIGHUP | the same |
-| 141 | the reader of standard output has gone, as after `\\| head -1`; nothing is said | the same |
+| 141 | the reader of standard output has gone, as after `\\| head -1`; no message | the same |
 
-Whatever the end, there is one message, on standard error, and the trace is whole up to
-there. Threads of the program that go on after that, and are not daemons, are named and ended after 2 s.
+In every case there is one message, on standard error, and the trace is whole up to
+there. Threads of the program that continue after that, and are not daemons, are named and ended after 2 s.
 """
 
 
@@ -50,6 +46,17 @@ def commands(group: Any, path: str = "scanrack") -> Iterator[tuple[str, Any]]:
             yield from commands(command, words)
         else:
             yield words, command
+
+
+def chain(group: Any, words: Sequence[str]) -> list[Any]:
+    """Return the commands that words name, each within the one before; further words are left out."""
+    found: list[Any] = []
+    for word in words:
+        within = group.get_command(typer.Context(group), word) if hasattr(group, "list_commands") else None
+        if within is None:
+            break
+        found.append(group := within)
+    return found
 
 
 def lines() -> Iterator[str]:
@@ -108,9 +115,3 @@ def named(text: str) -> list[str]:
     return [
         f"{head}: {row}" for head, *rows in sections for row in ["", *rows] if not row or row[:3] == "| `"
     ]
-
-
-if __name__ == "__main__":
-    if "--write" in sys.argv:
-        PAGE.write_text(page(), encoding="utf-8")
-    sys.stderr.writelines(f"{line}\n" for line in missing(PAGE.read_text(encoding="utf-8")))

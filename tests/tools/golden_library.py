@@ -39,7 +39,7 @@ class _Strict(BaseModel):
 
 
 class Scenario(_Strict):
-    """A behaviour of the 3601, shown by a short run.
+    """A behavior of the 3601, shown by a short run.
 
     Attributes:
         name: of its files.

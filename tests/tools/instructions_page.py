@@ -1,11 +1,6 @@
-"""The tables of instructions in docs/instructions.md, from the rows in `ladder/instructions`.
-
-python tests/tools/instructions_page.py            say which lines the page lacks
-python tests/tools/instructions_page.py --write    write them
-"""
+"""The tables of instructions in docs/instructions.md, from the rows in `ladder/instructions`."""
 
 import re
-import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -14,7 +9,7 @@ from scanrack.ladder.model.spec import Spec
 from scanrack.rockwell.l5x.mnemonics import MNEMONICS
 
 PAGE = Path(__file__).parents[2] / "docs/instructions.md"
-REMEDY = "python tests/tools/instructions_page.py --write"
+REMEDY = "python -m tests.tools.generate instructions"
 TABLE = re.compile(r"(^\| family \| instructions \|\n\|---\|---\|\n)((?:\|.*\n)*)", re.MULTILINE)
 
 
@@ -57,9 +52,3 @@ def written(page: str) -> str:
     """Return the page with the instruction set as it is."""
     text = "".join(f"{line}\n" for line in lines(SPECS))
     return TABLE.sub(lambda found: found[1] + text, page)
-
-
-if __name__ == "__main__":
-    if "--write" in sys.argv:
-        PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
-    sys.stderr.writelines(f"{line}\n" for line in missing(PAGE.read_text(encoding="utf-8")))

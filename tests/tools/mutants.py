@@ -173,12 +173,12 @@ def smoke() -> int:
 
         def killed(mutant: Mutant | None) -> bool:
             copy = copies.pop()
-            source = "" if mutant is None else (copy.package / mutant.path).read_text(encoding="utf-8")
+            source = "" if mutant is None else copy.file(mutant.path).read_text(encoding="utf-8")
             if mutant is not None:
-                (copy.package / mutant.path).write_text(mutant.apply(source), encoding="utf-8")
+                copy.file(mutant.path).write_text(mutant.apply(source), encoding="utf-8")
             run = copy.run({}, [SMOKE_TESTS], limit_s=STAGE_LIMIT_S, first_only=True)
             if mutant is not None:
-                (copy.package / mutant.path).write_text(source, encoding="utf-8")
+                copy.file(mutant.path).write_text(source, encoding="utf-8")
             copies.append(copy)
             return run.status != 0
 

@@ -1,13 +1,8 @@
-"""The pictures of the docs, each with the program that it shows; `docs/images/sources.txt` has their digests.
-
-python tests/tools/picture_sources.py            say which pictures are older than their program
-python tests/tools/picture_sources.py --write    take them as they are: drawn again, or the same
-"""
+"""The pictures of the docs, each with the program that it shows; docs/images/sources.txt has digests."""
 
 from __future__ import annotations
 
 import hashlib
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -15,7 +10,7 @@ from typing import NamedTuple
 ROOT = Path(__file__).parents[2]
 IMAGES = ROOT / "docs" / "images"
 DIGESTS = IMAGES / "sources.txt"
-REMEDY = "draw it again, then python tests/tools/picture_sources.py --write"
+REMEDY = "draw it again, then python -m tests.tools.generate pictures"
 
 
 class Source(NamedTuple):
@@ -86,6 +81,11 @@ def digests() -> dict[str, str]:
     return {name: _digest(source.files) for name, source in PICTURES.items()}
 
 
+def text() -> str:
+    """Return the file of digests as it should be."""
+    return "".join(f"{name} {each}\n" for name, each in digests().items())
+
+
 def _digest(files: tuple[str, ...]) -> str:
     found = hashlib.sha256()
     for file in files:
@@ -105,9 +105,3 @@ def outdated() -> Iterator[str]:
     for name, digest in digests().items():
         if kept.get(name) != digest:
             yield f"{name}: {', '.join(PICTURES[name].files)} changed: {PICTURES[name].drawn}"
-
-
-if __name__ == "__main__":
-    if "--write" in sys.argv:
-        DIGESTS.write_text("".join(f"{name} {each}\n" for name, each in digests().items()), encoding="utf-8")
-    sys.stderr.writelines(f"{line}\n" for line in outdated())

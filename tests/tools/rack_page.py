@@ -1,14 +1,9 @@
-"""The page of rack files, docs/rack-file.md, from their JSON schema: each table with its keys.
-
-python tests/tools/rack_page.py            say which rows the page lacks
-python tests/tools/rack_page.py --write    write it
-"""
+"""The page of rack files, docs/rack-file.md, from their JSON schema: each table with its keys."""
 
 from __future__ import annotations
 
 import json
 import re
-import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -16,15 +11,15 @@ from typing import Any
 from scanrack.runtime.config.rack_schema import rack_schema
 
 PAGE = Path(__file__).parents[2] / "docs/rack-file.md"
-REMEDY = "python tests/tools/rack_page.py --write"
+REMEDY = "python -m tests.tools.generate rack"
 INTRO = """\
 # The rack file
 
-All keys of a rack file, with their meaning, limits and defaults. `scanrack schema --write` gives an
+All keys of a rack file, with their meaning, limits and defaults. `scanrack editor schema --write` gives an
 [editor](editor.md) the same; [Run](run.md) and [the machine](machine.md) show files. Any other key is
 refused.
 A rack can be a Python file, too: its function `rack()` returns a `scanrack.RackSpec` with the same keys.
-`python tests/tools/rack_page.py --write` makes this page from the schema; don't edit it.
+`python -m tests.tools.generate` makes this page from the schema; don't edit it.
 """
 REFERENCE = "#/$defs/"
 
@@ -82,6 +77,8 @@ def allowed(node: Mapping[str, Any]) -> str:
         return " or ".join(allowed(each) for each in node["anyOf"])
     if "enum" in node or "const" in node:
         return ", ".join(json_of(each) for each in node.get("enum", [node.get("const")]))
+    if "examples" in node:
+        return f"{', '.join(map(json_of, node['examples']))}, or a name of `modules`"
     kind = node.get("type", "table" if "$ref" in node else "any value")
     if kind == "array":
         return f"list: {allowed(node['items'])}"
@@ -116,10 +113,3 @@ def cell(text: str) -> str:
 def page() -> str:
     """Return the page as it should be."""
     return INTRO + "\n".join(lines()) + "\n"
-
-
-if __name__ == "__main__":
-    if "--write" in sys.argv:
-        PAGE.write_text(page(), encoding="utf-8")
-    theirs = PAGE.read_text(encoding="utf-8").splitlines() if PAGE.exists() else []
-    sys.stderr.writelines(f"missing: {each}\n" for each in page().splitlines() if each not in theirs)

@@ -29,7 +29,8 @@ import hypothesis
 import ladder_programs
 import structured_programs
 from relation import Relation
-from relation_programs import drawn
+from relation_corpus import machine_text
+from relation_programs import PROVED_WRONGLY, drawn
 from relation_rows import BLOCKS, ROWS, SLC_ROWS, drawn_rows
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.prove.algebra import meaning, numbers, terms
@@ -57,6 +58,9 @@ MOST_PROGRAMS = 300
 FURTHER = 60
 
 SCANS = 8
+
+WRONGLY_EVERY = 150
+"""Programs from one that was proved wrongly to the next."""
 
 AT_ONCE = 40
 """Programs of a strategy that are drawn at once."""
@@ -154,7 +158,18 @@ def _in_place(self: Any, source: Any, target: Any, length: Any) -> None:
             )
 
 
+def _stored_as_known(self: Any, leaf: Any, index: int, t: Any, guard: Any = TRUE) -> None:
+    """Store where an instruction does not act what is known where it does (a proof was false)."""
+    old = self.value_here(leaf, index)
+    REAL["poke"](self, leaf, index, t, guard)
+    if self.paths.path is None:
+        key = leaf.path.upper(), index
+        new = self._fitting(t, leaf, key)
+        self._kept[key] = ite(and_(self.active, guard), new, old)
+
+
 REAL: dict[str, Any] = {
+    "poke": stored.TermPlaces.poke,
     "bit": numbers.bit,
     "setbit": numbers.setbit,
     "wrap": numbers.wrap,
@@ -246,6 +261,12 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
             _instead("call_add_on", lambda before, self, power, call: before(self, not_(power), call)),
         ),
     ),
+    "what is known where an instruction acts is stored where it does not": (
+        (stored.TermPlaces, "poke", _stored_as_known),
+    ),
+    "a refused block without power does nothing": (
+        (Machine, "_acting", lambda self, step, power: power),  # a proof was false
+    ),
     "ELSE does nothing": (
         (Machine, "_arms", _instead("_arms", _no_else)),
         (
@@ -309,7 +330,11 @@ def planted(patches: tuple[Patch, ...]) -> Iterator[None]:
 
 
 def program_of(seed: int) -> Any:
-    """Return the program of a seed: one of two generators."""
+    """Return the program of a seed: one of two generators, now and then one that was proved wrongly."""
+    rounds, turn = divmod(seed, WRONGLY_EVERY)
+    if turn < len(PROVED_WRONGLY):
+        return parse_program(PROVED_WRONGLY[turn])
+    seed -= len(PROVED_WRONGLY) * (rounds + 1)
     return drawn_rows(seed // 2) if seed % 2 else parse_program(drawn(seed // 2))
 
 
@@ -359,6 +384,8 @@ def programs(first: int) -> Iterator[Any]:
     """Yield programs without end, from a seed on."""
     for seed in itertools.count(first):
         yield program_of(seed)
+        if seed % 5 == 4:
+            yield parse_program(machine_text(seed))
         if seed % 200 == 199:
             yield from map(parse_program, strategies(seed))
 

@@ -1,18 +1,13 @@
 """Check that every rule has a test that names it, and that the page of rules is current.
 
-    python tests/tools/rule_proofs.py            report what is wrong (exit status 1)
-    python tests/tools/rule_proofs.py --write    also write docs/rules-amci3601.md
-
 The tests name their rules with the mark `rules`; this script collects the marks of all tests. It leaves out
 the tests against other people's software, which are not collected where that software is missing.
 """
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import io
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -22,7 +17,7 @@ from scanrack.io_images.amci3601 import RULES
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "rules-amci3601.md"
-REMEDY = "python tests/tools/rule_proofs.py --write"
+REMEDY = "python -m tests.tools.generate rules"
 
 Found = dict[str, list[str]]
 """The tests of every rule that a mark names, "file.py::test_name" each, sorted."""
@@ -68,7 +63,7 @@ def mistakes(found: Found) -> Iterator[str]:
     """Yield the marks that name no rule, and the rules that no mark names though an image can show them."""
     for rule_id, tests in found.items():
         if rule_id not in RULES:
-            yield from (f"{test} names {rule_id}: there is no such rule" for test in tests)
+            yield from (f"{test} names {rule_id}: no such rule" for test in tests)
     for rule in RULES.values():
         if rule.testable and rule.id not in found:
             yield f"{rule.id} has no test"
@@ -77,23 +72,3 @@ def mistakes(found: Found) -> Iterator[str]:
 def page_of(found: Found) -> str:
     """Return the page as it should be."""
     return page(tuple(RULES.values()), lambda rule_id: found.get(rule_id, ()))
-
-
-def main(arguments: list[str]) -> int:
-    """Report what is wrong, and write the page if asked; return the exit status."""
-    parser = argparse.ArgumentParser(description="Check that every rule has a test, and the page of rules.")
-    parser.add_argument("--write", action="store_true", help="write the page")
-    write = parser.parse_args(arguments).write
-    found = collect()
-    wrong = list(mistakes(found))
-    text = page_of(found)
-    if write:
-        PAGE.write_text(text, encoding="utf-8")
-    elif PAGE.read_text(encoding="utf-8") != text:
-        wrong.append(f"{PAGE.relative_to(ROOT)} is stale: run {REMEDY}")
-    sys.stderr.writelines(f"{line}\n" for line in wrong)
-    return 1 if wrong else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

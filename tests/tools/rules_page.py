@@ -18,7 +18,7 @@ INTRO = """\
 
 Every rule of the 3601's manual (revision 3.1) that scanrack knows, in the manual's order and in our own
 words. `scanrack rules amci3601` prints the rules in a terminal, `--id CMD` or `--bit COMMAND_ERROR` some of
-them. `python tests/tools/rule_proofs.py --write` makes this page from the table and the tests; don't edit it.
+them. `python -m tests.tools.generate` makes this page from the table and the tests; don't edit it.
 
 How to read a row:
 

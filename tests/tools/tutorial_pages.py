@@ -104,10 +104,13 @@ def _given(folder: Path, command: str) -> str:
             rack.write_text("watchdog_ms = 0\n" + text, encoding="utf-8")
     if command.startswith("pytest"):
         words = [sys.executable, "-m", *command.split(), "-p", "no:cacheprovider"]
-        done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
+        done = subprocess.run(
+            words, cwd=folder, capture_output=True, text=True, check=False, encoding="utf-8"
+        )
         return done.stdout + done.stderr
     words = shlex.split(command)[1:]
-    watched = [each for each in words if each != "--open"] + ["--scans", "50", "--speed", "max"]
+    watched = [each for each in words if each not in ("--open", "--paused")]
+    watched += ["--scans", "50", "--speed", "max"]
     with chdir(folder):
         shown = CliRunner().invoke(build(), watched if words[0] == "watch" else words)
     return "" if words[0] == "watch" and shown.exit_code == 0 else shown.output

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
+from ...io_images.times import seconds_column, time_text
 from ..read.changes import Row
-from ..read.image_text import seconds
 from .comparison import Comparison
 from .findings import Detail, Extent, First
 
 Names = tuple[str, str]
-
-_UNITS = ((1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "µs"), (1, "ns"))
 
 
 def report(found: Comparison, names: Names) -> Iterator[str]:
@@ -55,9 +53,9 @@ def _verdict(found: Comparison, names: Names) -> str:
         what = "show the same" if whole else "show the same as far as both go"
         return f"{names[0]} and {names[1]} {what}{_within(found, 'within')}: {_scans(found)}"
     first = found.first
-    where = f"scan {first.scan} at {span(first.time_ns)}"
+    where = f"scan {first.scan} at {time_text(first.time_ns)}"
     if (first.scan, first.time_ns) != (first.scan_b, first.time_b_ns):
-        where += f" (scan {first.scan_b} at {span(first.time_b_ns)} of {names[1]})"
+        where += f" (scan {first.scan_b} at {time_text(first.time_b_ns)} of {names[1]})"
     return (
         f"{names[0]} and {names[1]} differ{_within(found, 'by more than')}, first in {where}; {_scans(found)}"
     )
@@ -67,7 +65,7 @@ def _within(found: Comparison, word: str) -> str:
     if found.tolerance.exact:
         return ""
     counts = found.tolerance.counts
-    return f" {word} {span(found.tolerance.time_ns)} and {counts:,} count{'s' * (counts != 1)}"
+    return f" {word} {time_text(found.tolerance.time_ns)} and {counts:,} count{'s' * (counts != 1)}"
 
 
 def _scans(found: Comparison) -> str:
@@ -89,7 +87,7 @@ def _detail(detail: Detail) -> Iterator[tuple[str, ...]]:
     elif detail.direction == "tags":
         yield ("tags", detail.name, "", detail.text_a, detail.text_b, "")
     elif detail.name == "time_ns":
-        yield (where, "time", "", span(detail.words_a[0]), span(detail.words_b[0]), "")
+        yield (where, "time", "", time_text(detail.words_a[0]), time_text(detail.words_b[0]), "")
     else:
         yield (where, detail.name, "", _value(detail.a), _value(detail.b), words)
 
@@ -122,7 +120,7 @@ def _changes(rows: Sequence[Row]) -> list[str]:
     cells += [
         (
             "" if row.scan is None else str(row.scan),
-            "" if row.now_ns is None else seconds(row.now_ns),
+            "" if row.now_ns is None else seconds_column(row.now_ns),
             _value(row.slot, ""),
             row.direction,
             _value(row.position, ""),
@@ -138,7 +136,7 @@ def _extent(extent: Extent) -> tuple[str, ...]:
     most = (
         ""
         if extent.most is None
-        else span(extent.most)
+        else time_text(extent.most)
         if extent.name == "cpu.time_ns"
         else f"{extent.most:,}"
     )
@@ -166,18 +164,6 @@ def _short(text: str) -> str:
 
 def _value(value: int | None, missing: str = "-") -> str:
     return missing if value is None else f"{value:,}"
-
-
-def span(time_ns: int) -> str:
-    """Return a time, exact, in the largest unit that it fills.
-
-    >>> span(9_422_000_000), span(250_000), span(0)
-    ('9.422 s', '250 µs', '0 ns')
-    """
-    unit, name = next((each for each in _UNITS if abs(time_ns) >= each[0]), _UNITS[-1])
-    whole, rest = divmod(abs(time_ns), unit)
-    digits = f".{rest:0{len(str(unit)) - 1}d}".rstrip("0").rstrip(".") if rest else ""
-    return f"{'-' * (time_ns < 0)}{whole:,}{digits} {name}"
 
 
 def _aligned(rows: Sequence[Sequence[str]], sides: str) -> list[str]:

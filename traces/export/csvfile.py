@@ -7,11 +7,14 @@ from itertools import chain, groupby
 
 import numpy as np
 
-from ..files.guard import CSV
+from ..files.guard import beginning
 from ..files.newfile import Target, new_file
 from ..read.reader import Trace
 from ..signals import ALL, Selection
+from .format import ExportFormat
 from .table import Column, table
+
+CSV = beginning("a table of scans", b"scan,time_ns")
 
 
 def write_csv(
@@ -30,7 +33,7 @@ def write_csv(
     rows = 0
     blocks = table(trace, signals, selection, progress=progress)
     first = next(blocks)
-    with new_file(path, CSV, encoding="utf-8", newline="") as file:
+    with new_file(path, CSV, newline="") as file:
         file.write(",".join(column.name for column in first) + "\n")
         for columns in chain([first], blocks):
             file.write(_lines(columns))
@@ -82,3 +85,13 @@ def _quoted(text: str) -> str:
     ('FILL', '"a ""b"", c"')
     """
     return '"' + text.replace('"', '""') + '"' if any(each in text for each in ',"\r\n') else text
+
+
+FORMAT = ExportFormat(
+    name="csv",
+    kind=CSV,
+    write=write_csv,
+    help="Write a CSV file, a row per scan.",
+    holds="a row per scan; bits as 0 and 1, empty without a value",
+    reader="spreadsheets",
+)

@@ -68,7 +68,7 @@ class DecodedValues:
         steppers = [slot for slot in slots if slot.is_stepper]
         if not steppers:
             held = ", ".join(f"slot {slot.number}: {slot.module or '-'}" for slot in slots)
-            raise ValueError(f"there is no 3601 in the trace to decode ({held})")
+            raise ValueError(f"no 3601 in the trace to decode ({held})")
         catalog = Catalog(steppers)
         signals = [signal for signal in catalog.values() if signal.kind in _ROS]
         self.messages = _messages(steppers, signals)

@@ -40,6 +40,7 @@ from ..read.sections import ScanRows
 from ..signals import ALL, Selection, blocks
 from ..write.chunks import ChunkWriter
 from .decoded import FIELD, DecodedValues
+from .format import ExportFormat
 
 CHUNK_BYTES = 1 << 20
 _PREAMBLE_BYTES = 9
@@ -208,3 +209,15 @@ def _is_selected(event: TraceEvent, selection: Selection) -> bool:
     late = selection.last is not None and event.scan > selection.last
     late = late or (selection.end_ns is not None and event.now_ns > selection.end_ns)
     return not late and event.scan >= selection.first and event.now_ns >= selection.start_ns
+
+
+FORMAT = ExportFormat(
+    name="mcap",
+    kind=TRACE,
+    write=write_mcap,
+    help="Write a copy with decoded position, speed and bits of each 3601, for any viewer.",
+    holds="a copy of the trace with [decoded values](traces.md#decoded-values) in every scan",
+    reader="Foxglove, Lichtblick, any MCAP reader",
+    binary=True,
+    chooses=False,
+)

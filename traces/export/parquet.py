@@ -6,12 +6,16 @@ from collections.abc import Callable, Sequence
 from itertools import chain
 from typing import Any
 
+from ...io_images.installing import install_line
 from ..extras import need
-from ..files.guard import PARQUET
+from ..files.guard import beginning
 from ..files.newfile import Target, new_file
 from ..read.reader import Trace
 from ..signals import ALL, Selection
+from .format import ExportFormat
 from .table import Column, table
+
+PARQUET = beginning("a Parquet file", b"PAR1")
 
 ROWS = 65_536
 """Least rows of a row group but the last: small ones compress badly and read slowly."""
@@ -53,3 +57,14 @@ def write_parquet(
 def _batch(pyarrow: Any, columns: Sequence[Column]) -> Any:
     arrays = [pyarrow.array(column.values, mask=column.missing) for column in columns]
     return pyarrow.RecordBatch.from_arrays(arrays, names=[column.name for column in columns])
+
+
+FORMAT = ExportFormat(
+    name="parquet",
+    kind=PARQUET,
+    write=write_parquet,
+    help="Write a Parquet file, a row per scan.",
+    holds=f"as CSV, typed and compressed; needs `{install_line('parquet')}`",
+    reader="pandas, polars, DuckDB",
+    binary=True,
+)

@@ -22,11 +22,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..files.guard import VCD
+from ..files.guard import beginning
 from ..files.newfile import Target, new_file
 from ..read.reader import Trace
 from ..signals import ALL, Block, Catalog, Selection, Signal, SignalKind, blocks
 from ..signals.signal import named, whole_numbers
+from .format import ExportFormat
+
+VCD = beginning("a value change dump", b"$version", b"$date", b"$comment", b"$timescale")
 
 Array = NDArray[Any]
 
@@ -58,7 +61,7 @@ def write_vcd(
     scans = 0
     stream = blocks(trace, selection, progress=progress)
     first = next(stream)
-    with new_file(path, VCD, encoding="ascii", newline="\n") as file:
+    with new_file(path, VCD, encoding="ascii") as file:
         file.writelines(_head(variables))
         for block in chain([first], stream):
             file.writelines(_changes(block, variables))
@@ -197,3 +200,15 @@ def _identifier(number: int) -> str:
     """
     text = chr(_FIRST + number % _SYMBOLS)
     return text if number < _SYMBOLS else _identifier(number // _SYMBOLS - 1) + text
+
+
+FORMAT = ExportFormat(
+    name="vcd",
+    kind=VCD,
+    write=write_vcd,
+    help="Write a value change dump, for GTKWave and its like.",
+    holds="changes only, by IEEE 1364: bits as wires, words as vectors, values and signed integers of the "
+    "program as integers (`x` where there is none), unsigned ones as vectors, speeds as reals, in "
+    "scopes `slot1`, `in` and `out`; timescale 1 ns",
+    reader="GTKWave and other waveform viewers",
+)

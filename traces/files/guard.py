@@ -51,9 +51,6 @@ def beginning(name: str, *begins: bytes) -> FileKind:
 
 
 TRACE = FileKind("an MCAP recording", lambda content: content.startswith(MAGIC))
-CSV = beginning("a table of scans", b"scan,time_ns")
-PARQUET = beginning("a Parquet file", b"PAR1")
-VCD = beginning("a value change dump", b"$version", b"$date", b"$comment", b"$timescale")
 PAGE = beginning("an HTML page", b"<!doctype html", b"<html")
 PNG = beginning("a PNG picture", b"\x89PNG")
 SVG = FileKind("an SVG picture", lambda content: b"<svg" in content)

@@ -18,6 +18,7 @@ from os.path import realpath
 from pathlib import Path
 
 from .guard import NOTHING, TRACE, Used, check_output
+from .patience import patiently
 
 _COMPARED_BYTES = 1 << 20
 
@@ -105,7 +106,7 @@ class RecordingKeeper:
     def _move(self, number: int, to: int) -> None:
         for path in self._paths:
             with suppress(FileNotFoundError):
-                self._name(path, number).rename(self._name(path, to))
+                patiently(Path.rename, self._name(path, number), self._name(path, to))
 
 
 def check_recordings(paths: Sequence[Path], keeping: RecordingKeeper | None, used: Used = NOTHING) -> None:

@@ -4,7 +4,6 @@
     a replacement   .NAME.lock beside the file, while it is read, changed and replaced
 
 A lock belongs to an open file: it ends when the file is closed, also by the death of its process.
-Windows has none.
 """
 
 from __future__ import annotations
@@ -14,11 +13,27 @@ import hashlib
 import os
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 
-if sys.platform != "win32":
+if sys.platform == "win32":
+    import msvcrt
+
+    def _lock(number: int, _shared: bool) -> None:
+        # a locked byte can't be read: this one is where no file has one, at the end of what `locking` reaches
+        place = os.lseek(number, 0, os.SEEK_CUR)
+        os.lseek(number, (1 << 31) - 2, os.SEEK_SET)
+        try:
+            msvcrt.locking(number, msvcrt.LK_NBLCK, 1)
+        finally:
+            os.lseek(number, place, os.SEEK_SET)
+
+else:
     import fcntl
+
+    def _lock(number: int, shared: bool) -> None:
+        fcntl.flock(number, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
+
 
 NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 """Flag that refuses symbolic links, where the system has one."""
@@ -40,11 +55,9 @@ def beside(path: Path, ending: str) -> Path:
 
 def could_lock(number: int, *, shared: bool = False) -> bool:
     """Lock an open file by its descriptor; return whether it is locked now, or can't be locked at all."""
-    if sys.platform == "win32":
-        return True
     try:
-        fcntl.flock(number, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | fcntl.LOCK_NB)
-    except BlockingIOError:
+        _lock(number, shared)
+    except (BlockingIOError, PermissionError):  # of `flock`, of `locking`
         return False
     except OSError:  # a file system without locks
         return True
@@ -77,9 +90,18 @@ def held(path: Path) -> Iterator[None]:
     try:
         yield
     finally:
-        with suppress(OSError):  # Windows can't remove an open file
-            lock.unlink()
+        removed = _could_remove(lock)
         os.close(number)
+        if not removed:  # Windows removes no open file
+            _could_remove(lock)
+
+
+def _could_remove(lock: Path) -> bool:
+    try:
+        lock.unlink()
+    except OSError:
+        return False
+    return True
 
 
 def _locked(lock: Path, path: Path) -> int:

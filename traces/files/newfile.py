@@ -23,9 +23,13 @@ from typing import IO, Any
 
 from .guard import NOTHING, FileKind, Used, check_output
 from .locking import NO_LINK, beside, held
+from .patience import patiently
 
 Target = Path | str | IO[Any]
 """Target of an output: a file, or an open stream."""
+
+TEXT: dict[str, Any] = {"encoding": "utf-8", "newline": "\n"}
+"""Options of text files: the same bytes on every system."""
 
 
 class Draft:
@@ -49,7 +53,7 @@ class Draft:
         check_output(self._target, self._kind)
         self.sync()
         self.file.close()
-        os.replace(self.place, self._target)
+        patiently(os.replace, self.place, self._target)
         sync_folder(self._target.parent)
 
 
@@ -70,10 +74,10 @@ def new_file(
     Args:
         path: the file, or an open stream.
         kind: of the output; a file of another kind is not replaced.
-        mode: "w" for text, "wb" for bytes.
+        mode: "w" for text, see `TEXT`; "wb" for bytes.
         used: files that are not replaced, see `check_output`.
         locked: the caller holds the file, see `held`.
-        options: those of `open`.
+        options: those of `open`, in place of `TEXT`.
 
     Raises:
         OwnedError: the existing file may not be replaced.
@@ -83,7 +87,7 @@ def new_file(
         yield path
         path.flush()
     elif Path(path).exists() and not Path(path).is_file():
-        with naming(path), Path(path).open(mode, **options) as file:
+        with naming(path), Path(path).open(mode, **_with_text(mode, options)) as file:
             yield file
     else:
         with replacing(path, kind, mode, used=used, locked=locked, **options) as draft:
@@ -108,7 +112,7 @@ def replacing(
     target = check_output(path, kind, used)
     place = beside(target, f"{secrets.token_hex(8)}.part")
     with naming(path, place, beside(target, "lock")), nullcontext() if locked else held(target):
-        file = open(place, mode, opener=_exclusive, **options)  # noqa: SIM115 - what is not ours stays
+        file = open(place, mode, opener=_exclusive, **_with_text(mode, options))  # noqa: SIM115 - what is not ours stays
         try:
             with file:
                 if target.exists():
@@ -138,6 +142,10 @@ def sync_folder(folder: Path) -> None:
             os.fsync(number)
         finally:
             os.close(number)
+
+
+def _with_text(mode: str, options: dict[str, Any]) -> dict[str, Any]:
+    return options if "b" in mode else TEXT | options
 
 
 def _exclusive(path: str, flags: int) -> int:

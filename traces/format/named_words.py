@@ -12,6 +12,7 @@ import json
 from collections.abc import Mapping, Sequence
 
 from ...io_images.amci3601.words import WORDS_3601
+from ...io_images.doors import json_value
 from ...io_images.image import WORDS
 from ...io_images.module_words import BitPlace, Groups, ModuleWords
 
@@ -63,11 +64,11 @@ def _are_words(names: Sequence[str]) -> bool:
 
 def _groups(text: str) -> Groups:
     try:
-        given = json.loads(text)
+        given = json_value(text)
         return {
             group: {name: _place(name, at) for name, at in names.items()} for group, names in given.items()
         }
-    except (AttributeError, TypeError, RecursionError) as error:
+    except (AttributeError, TypeError, ValueError) as error:
         raise ValueError(f"names of bits: {error}") from None
 
 

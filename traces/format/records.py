@@ -171,10 +171,29 @@ def _unpacked(chunk: Chunk, where: str) -> bytes:
 
 def _unpack_zstd(data: bytes, most: int) -> bytes:
     if frame_content_size(data) >= 0:  # no more than `most`, as the caller has checked
-        unpacked: bytes = ZstdDecompressor().decompress(data)
-        return unpacked
+        whole: bytes = ZstdDecompressor().decompress(data)
+        return whole
+    return _beginning_of_zstd(data, most)
+
+
+def _beginning_of_zstd(data: bytes, most: int) -> bytes:
     with ZstdDecompressor().stream_reader(data) as stream:
         return stream.read(most)
+
+
+def unpacked(data: bytes, most: int) -> bytes:
+    """Decompress an attachment that is compressed by zstd.
+
+    Raises:
+        ValueError: it has more than `most` bytes, or is damaged.
+    """
+    try:
+        found = _beginning_of_zstd(data, most + 1)
+    except ZstdError as error:
+        raise ValueError(str(error)) from error
+    if len(found) > most:
+        raise ValueError(f"it unpacks to more than {most:,} bytes")
+    return found
 
 
 def _unpack_lz4(data: bytes, most: int) -> bytes:

@@ -237,7 +237,7 @@ def plan_of(tags: Sequence[Tag]) -> TagPlan:
         ValueError: no tag, a tag given twice, or more values or bytes than a row may have.
     """
     if not tags:
-        raise ValueError("there is no tag to record")
+        raise ValueError("no tag to record")
     names = [tag.name for tag in tags]
     if len(set(names)) < len(names):
         twice = next(name for name in names if names.count(name) > 1)
@@ -246,7 +246,7 @@ def plan_of(tags: Sequence[Tag]) -> TagPlan:
     if values > VALUES_MAX or size > ROW_BYTES_MAX:
         raise ValueError(
             f"the tags have {values:,} values in {size:,} bytes; "
-            f"allowed are {VALUES_MAX:,} values and {ROW_BYTES_MAX:,} bytes a scan: name fewer of them"
+            f"must be at most {VALUES_MAX:,} values and {ROW_BYTES_MAX:,} bytes a scan: name fewer of them"
         )
     taken: set[str] = set()
     fields = [TagField(tag, field_name(tag.name, taken), _constants(tag.names)) for tag in tags]
@@ -265,7 +265,7 @@ def read_plan(schema: str) -> TagPlan | None:
         return None
     bodies = {name.removeprefix("MSG: scanrack/"): lines for name, *lines in map(str.splitlines, messages)}
     if row not in bodies:
-        raise ValueError(f"there is no message {row}")
+        raise ValueError(f"no message {row}")
     return TagPlan(tuple(_read_field(line, bodies) for line in bodies[row]))
 
 

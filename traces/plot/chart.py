@@ -240,13 +240,11 @@ def wanted_slots(trace: Trace, numbers: Sequence[int]) -> list[SlotInfo]:
     have = {slot.number: slot for slot in trace.head.slots if _can_be_drawn(slot)}
     if not have and (numbers or trace.head.tags is None):
         modules = ", ".join(f"slot {slot.number}: {slot.module or '-'}" for slot in trace.head.slots)
-        raise NothingToPlotError(
-            f"there is no amci3601 and no card with names in the trace to plot ({modules})"
-        )
+        raise NothingToPlotError(f"no amci3601 and no card with names in the trace to plot ({modules})")
     for number in numbers:
         if number not in have:
             slots = ", ".join(map(str, have))
-            says = f"there is no amci3601 and no card with names in slot {number}; there is one in {slots}"
+            says = f"no amci3601 and no card with names in slot {number}; there is one in {slots}"
             raise NothingToPlotError(says)
     return [have[number] for number in dict.fromkeys(numbers or have)]
 

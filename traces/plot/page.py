@@ -141,7 +141,7 @@ def save_page(
         progress=progress,
     )
     text = page(chart, clock.packed())
-    with new_file(path, PAGE, encoding="utf-8") as file:
+    with new_file(path, PAGE) as file:
         file.write(text)
     return chart
 

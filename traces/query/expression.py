@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -11,7 +10,7 @@ from typing import Any
 
 from lark import Token
 
-from ...io_images.times import UNITS_NS
+from ...io_images.times import parse_time
 from ..signals import Signal
 from .columns import Scans
 
@@ -100,19 +99,15 @@ def same(left: Expression, right: Expression, sign: Token) -> None:
 
 
 def duration_ns(token: Token) -> int:
-    """Return a duration of the text in ns, rounded down.
+    """Return a duration of the text in ns.
 
     >>> duration_ns(Token("DURATION", "1.5 ms")), duration_ns(Token("DURATION", "2min"))
     (1500000, 120000000000)
     """
-    match = re.fullmatch(r"(\d+)(?:\.(\d+))?\s*(\S+)", token)
-    assert match is not None  # the grammar's own
-    digits = match[2] or ""
-    scale: int = 10 ** len(digits)
-    duration = int(match[1] + digits) * UNITS_NS[match[3]] // scale
-    if duration > DURATION_MAX:
-        raise MeaningError(column_of(token), f"{token} is longer than any trace")
-    return duration
+    try:
+        return parse_time(token)
+    except ValueError as error:
+        raise MeaningError(column_of(token), str(error)) from None
 
 
 def number_of(token: Token) -> int | float:
@@ -131,10 +126,6 @@ def number_of(token: Token) -> int | float:
 
 DIGITS_MAX = 200
 """Most digits of a number: its square is still a float."""
-
-
-DURATION_MAX = 2**62
-"""Longest duration, ns: 146 years."""
 
 
 def column_of(token: Token) -> int:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from ...io_images.times import TIME
+
 GRAMMAR = r"""
 start: pattern                                          -> everything
      | AGGREGATE "(" pattern ")"                        -> aggregate
@@ -41,7 +43,7 @@ EDGE.2: /(rose|fell|changed)\b/
 COMPARE: "==" | "!=" | "<=" | ">=" | "<" | ">"
 SIGN: "+" | "-"
 TIMES: "*"
-DURATION.3: /\d+(\.\d+)?\s*(ns|us|µs|ms|s|min|h)\b/
+DURATION.3: /@TIME@\b/
 NUMBER.1: /0[xX][0-9a-fA-F]+|\d[\d_]*(\.\d+)?/
 NAME: /(Program:(?=\w+\.)|\\)?[^\W\d]\w*(:[IOCSiocs]\d*(?=\W|$)|:\d+|\/\w+|\.\w+|\[([\w\s.,]*|"[^"]*")\])*/
 TEXT: /"[^"]*"|'[^']*'/
@@ -56,7 +58,7 @@ _FOR.2: /for\b/
 _ABS.2: /abs\b/
 
 %ignore /\s+/
-"""
+""".replace("@TIME@", TIME)
 
 TERMS: Mapping[str, str] = {
     "AGGREGATE": "count, first, last, longest or shortest",

@@ -211,7 +211,7 @@ def data_damage(file: BinaryIO, spans: Sequence[Span]) -> str | None:
 
 
 DATA_DAMAGE = Damage(
-    "damaged data: their CRC does not fit, though the messages are whole; the metadata may be wrong"
+    "damaged data: their CRC does not fit; the metadata, such as the name of the rack file, may be wrong"
 )
 
 

@@ -108,26 +108,6 @@ def bit_names(bits: type[IntFlag], word: int) -> list[str]:
     return [_bit_name(bits, bit) for bit in range(16) if word >> bit & 1]
 
 
-def seconds(time_ns: int) -> str:
-    """Return a time in seconds, exact, with three decimals or as many as it needs.
-
-    >>> seconds(12_000_000), seconds(1_000_250_000)
-    ('0.012', '1.00025')
-    """
-    whole, rest = divmod(time_ns, 1_000_000_000)
-    digits = f"{rest:09d}"
-    return f"{whole}.{digits[:3]}{digits[3:].rstrip('0')}"
-
-
-def short_seconds(time_ns: int) -> str:
-    """Return a time in seconds, exact, with as many decimals as it needs.
-
-    >>> short_seconds(1_498_174_000_000), short_seconds(100_000_000), short_seconds(0)
-    ('1498.174', '0.1', '0')
-    """
-    return seconds(time_ns).rstrip("0").rstrip(".")
-
-
 def module_text(slot: SlotInfo, direction: str, before: Words, after: Words) -> str:
     """Return the changes in an image of a slot as text; `direction` is "out" or "in"."""
     if slot.is_stepper:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from ...io_images.amci3601 import StatusView
 from ...io_images.amci3601.words import is_stepper
 from ...io_images.static_html import card, curve, line, rows
+from ...io_images.times import seconds
 from .event_text import describe
-from .image_text import short_seconds
 
 if TYPE_CHECKING:
     from .reader import Trace
@@ -37,7 +37,7 @@ def as_html(trace: Trace) -> str:
     if first is None or last is None:
         return card(name, line("no scan"))
     scans = int(last["scan"][0]) - int(first["scan"][0]) + 1
-    length = short_seconds(int(last["log_time"][0]) - int(first["log_time"][0]))
+    length = seconds(int(last["log_time"][0]) - int(first["log_time"][0]))
     return card(name, line(f"{scans:,} scans, {length} s"), _way(trace), _events(trace))
 
 
@@ -72,6 +72,6 @@ def _events(trace: Trace) -> str:
         if each.fields.get("kind") == "rule" or each.topic == "/faults":
             more += 1
             if len(shown) < EVENTS:
-                shown.append((short_seconds(each.now_ns), describe(each.topic, each.scan, each.fields)))
+                shown.append((seconds(each.now_ns), describe(each.topic, each.scan, each.fields)))
     rest = line(f"and {more - EVENTS:,} more") if more > EVENTS else ""
     return rows((text, f"{time} s") for time, text in shown) + rest if shown else line("no rule, no fault")

@@ -156,7 +156,7 @@ class View(Sequence[T], Generic[T]):
         """Unpack the chunk of a row; return the row, counted from the beginning."""
         row = row + len(self) if row < 0 else row
         if not 0 <= row < len(self):
-            raise IndexError("there is no such scan")
+            raise IndexError("no such scan")
         number = row // CHUNK_SCANS
         self._held = self._values(self._scans.chunk(number))
         self._start = CHUNK_SCANS * number

@@ -10,11 +10,11 @@ chunk, with a note in `notes`. A damaged chunk is left out, and noted.
 
 from __future__ import annotations
 
-import json
 import os
 from bisect import bisect_right
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, BinaryIO, NamedTuple, Self, TypeVar
@@ -23,8 +23,11 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Schema
 from typing_extensions import override
 
+from ...io_images.doors import json_value
 from ...io_images.image import IMAGE_BYTES, Image
+from ...io_images.times import seconds_column
 from ..files.locking import is_being_recorded
+from ..format import hooks
 from ..format.layout import SLOT_BYTES
 from ..format.records import (
     DRAFT,
@@ -41,9 +44,8 @@ from ..format.records import (
 from ..format.schema import LIBRARY, SCAN_HEAD
 from ..format.tagplan import FIELD
 from ..format.topics import ALL_TOPICS, SCAN_TOPIC, TEXTS
-from .finding import UNDER_WAY, data_damage, ends_whole, find_records, summary_damage
+from .finding import DATA_DAMAGE, UNDER_WAY, data_damage, ends_whole, find_records, summary_damage
 from .head import read_head
-from .image_text import seconds
 from .sections import Part, ScanRows, ScanShape, Section, find_sections, held, take_apart, torn_chunk
 
 if TYPE_CHECKING:
@@ -51,6 +53,9 @@ if TYPE_CHECKING:
     import pandas
     import polars
     from numpy.typing import NDArray
+
+CHECKED_BYTES = 256 * 1024 * 1024
+"""Size up to which a trace is checked as it is opened; a longer one where its metadata decide what runs."""
 
 ENDED = "its recording was ended from outside, or by os._exit; scanrack repair completes it"
 
@@ -108,7 +113,7 @@ class Records:
         self.file = file
         if file.read(len(MAGIC)) != MAGIC:
             raise TraceError("it is not an MCAP file")
-        self._grows = grows
+        self._grows, self._checked = grows, False
         self.size, self.spans, self.notes = self._found(size)
         if any(span.opcode == DRAFT for span in self.spans):
             self.notes.insert(0, ENDED)
@@ -179,13 +184,14 @@ class Records:
             return None
 
     def check_data(self) -> None:
-        """Note a wrong CRC of all data, although no part read was damaged.
+        """Note a wrong CRC of all data, once, unless damage is known already.
 
         It protects parts without a CRC of their own: the metadata. The whole file is read, a GB in about a
         second.
         """
-        if any(isinstance(note, Damage) for note in self.notes):
+        if self._checked or any(isinstance(note, Damage) for note in self.notes):
             return
+        self._checked = True
         if damage := data_damage(self.file, self.spans):
             self.note(damage)
 
@@ -195,9 +201,12 @@ class Records:
         return self.file.read(span.end - span.offset)
 
     def note(self, note: str) -> None:
-        """Add a note, once."""
-        if note not in self.notes:
-            self.notes.append(note)
+        """Add a note, once. What is damaged takes the place of the note that something is."""
+        if note in self.notes:
+            return
+        if isinstance(note, Damage) and DATA_DAMAGE in self.notes:
+            self.notes.remove(DATA_DAMAGE)
+        self.notes.append(note)
 
 
 class Trace(Records):
@@ -206,6 +215,7 @@ class Trace(Records):
     Args:
         file: open for reading. It is closed with the trace.
         grows: see `Records`.
+        check: check the data of up to `CHECKED_BYTES`, see `check_data`.
 
     Attributes:
         shape: layout of the scans in its sections.
@@ -214,7 +224,7 @@ class Trace(Records):
         TraceError: the file is not a trace, or of an unknown version.
     """
 
-    def __init__(self, file: BinaryIO, size: int, *, grows: bool = False) -> None:
+    def __init__(self, file: BinaryIO, size: int, *, grows: bool = False, check: bool = True) -> None:
         super().__init__(file, size, grows=grows)
         try:
             self.head = read_head(file, self.spans)
@@ -231,6 +241,8 @@ class Trace(Records):
         self._scan_bytes = SCAN_HEAD.size + memory_bytes + (0 if tags is None else tags.itemsize) + rest_bytes
         self.shape = ScanShape(self.head.channels[SCAN_TOPIC].id, memory_bytes, tags, rest_bytes)
         self._note_where_it_ends()
+        if check and size <= CHECKED_BYTES:
+            self.check_data()
 
     @override
     def follow(self) -> bool:
@@ -261,34 +273,27 @@ class Trace(Records):
                 yield message
 
     def __repr__(self) -> str:
-        from .notebook import short_text
-
-        return short_text(self)
+        return hooks.short_text(self)
 
     def _repr_html_(self) -> str:
         """Return the trace for a notebook: name, length, position, rules and faults."""
-        from .notebook import as_html
-
-        return as_html(self)
+        return hooks.as_html(self)
 
     def to_pandas(self, *signals: str) -> pandas.DataFrame:
         """Return the trace as a DataFrame of pandas, see `traces.export.to_pandas`."""
-        from ..export.frames import to_pandas
-
-        return to_pandas(self, signals)
+        frame: pandas.DataFrame = hooks.to_pandas(self, signals)
+        return frame
 
     def to_polars(self, *signals: str) -> polars.DataFrame:
         """Return the trace as a DataFrame of Polars, see `traces.export.to_polars`."""
-        from ..export.frames import to_polars
-
-        return to_polars(self, signals)
+        frame: polars.DataFrame = hooks.to_polars(self, signals)
+        return frame
 
     def by_name(self) -> NDArray[np.void]:
         """Return each word in every scan: `trace.by_name()["slot1"]["in"]["position_msw"]`, int16."""
-        from .arrays import read_columns
         from .columns import by_name
 
-        return by_name(read_columns(self).words, self.head.slots)
+        return by_name(hooks.read_columns(self).words, self.head.slots)
 
     def scans(self) -> Iterator[Scan]:
         """Iterate over the scans."""
@@ -463,9 +468,9 @@ class Trace(Records):
         """Yield as notes the last scan of a trace without an end, and unfinished records after it."""
         row = self.edge(last=True)
         if row is None:
-            yield "there is no whole chunk with scans"
+            yield "no whole chunk with scans"
         else:
-            yield f"the last scan is {row['scan'][0]:,}, at {seconds(int(row['log_time'][0]))} s"
+            yield f"the last scan is {row['scan'][0]:,}, at {seconds_column(int(row['log_time'][0]))} s"
         torn = torn_chunk(self.file, self.spans, self.size)
         if torn is not None:
             lost = held(self.shape, torn)
@@ -482,15 +487,18 @@ def open_records(path: Path | str) -> Records:
     return _opened(Path(path), Records)
 
 
-def open_trace(path: Path | str) -> Trace:
+def open_trace(path: Path | str, *, check: bool = True) -> Trace:
     """Open a trace of scans for reading.
+
+    Args:
+        check: see `Trace`; a reader that reads all its bytes may check their CRC itself.
 
     Raises:
         TraceError: it can't be read, is not an MCAP file, has no scans of ours, or scans with a layout
             that this version does not know. The message names the path.
         TraceLimitError: it has more records than the limits allow; reading may raise it, too.
     """
-    return _opened(Path(path), Trace)
+    return _opened(Path(path), partial(Trace, check=check))
 
 
 R = TypeVar("R", bound=Records)
@@ -521,10 +529,7 @@ _EVENT_TOPICS = frozenset(topic.name for topic in ALL_TOPICS)
 
 def _event(message: Message, topic: str) -> TraceEvent:
     """Read an event; ValueError if it is none."""
-    try:
-        fields = json.loads(message.data)
-    except RecursionError as error:
-        raise ValueError("it is nested too deep") from error
+    fields = json_value(message.data)
     if not isinstance(fields, dict) or not isinstance(fields.get("scan"), int):
         raise ValueError("it does not tell its scan")
     return TraceEvent(fields.pop("scan"), message.log_time, topic, fields)

@@ -20,6 +20,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
+from ...io_images.times import seconds_column
 from ..format.batch import message_layout
 from ..format.records import (
     BROKEN,
@@ -33,7 +34,6 @@ from ..format.records import (
     split,
 )
 from ..format.schema import CDR_PREFIX
-from .image_text import seconds
 
 _CHUNK_HEAD = struct.Struct("<QQQ")
 _INDEX_HEAD = struct.Struct("<HI")
@@ -229,7 +229,8 @@ def held(shape: ScanShape, section: Section) -> str:
     if not count or section.end_ns >= _EVER:
         return "its scans"
     about = "its" if section.counts else "about"
-    return f"{about} {count:,} scans from {seconds(section.start_ns)} s to {seconds(section.end_ns)} s"
+    start, end = seconds_column(section.start_ns), seconds_column(section.end_ns)
+    return f"{about} {count:,} scans from {start} s to {end} s"
 
 
 def read_section(file: BinaryIO, section: Section) -> bytes:

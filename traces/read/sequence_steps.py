@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
+from ...io_images.times import seconds
 from ..format.topics import SEQUENCES
-from .image_text import short_seconds
-from .reader import Trace, TraceEvent
+
+if TYPE_CHECKING:  # a run reads no recording
+    from .reader import Trace, TraceEvent
 
 OVER = "over"
 """Wait of a sequence that has ended or has not begun."""
@@ -43,7 +46,7 @@ class Step:
         >>> str(Step(602, 1_204_000_000, "cycle", "line.py", 14, "axis.move_to(4000)"))
         'cycle waits at line 14 of line.py for axis.move_to(4000) since 1.204 s'
         """
-        since = f"since {short_seconds(self.now_ns)} s"
+        since = f"since {seconds(self.now_ns)} s"
         if not self.line:
             return f"{self.sequence} is over {since}"
         return f"{self.sequence} waits at line {self.line} of {self.file} for {self.wait} {since}"

@@ -185,7 +185,7 @@ class Catalog(Mapping[str, Signal]):
         hint = (
             f"did you mean {' or '.join(close)}?" if close else f"there are cpu.flags and those of {places}"
         )
-        return f"there is no signal {name!r}: {hint}"
+        return f"no signal {name!r}: {hint}"
 
 
 def _slot_signals(slot: SlotInfo) -> Iterator[Signal]:

@@ -25,12 +25,14 @@ import errno
 import os
 import tempfile
 from contextlib import nullcontext, suppress
+from io import FileIO
 from pathlib import Path
-from typing import BinaryIO, Protocol
+from typing import Any, Protocol
 
 from ..files.guard import TRACE, OwnedError, check_output
 from ..files.keeping import RecordingKeeper, check_recordings
 from ..files.locking import could_lock, held
+from ..files.presence import Presence
 from ..format.records import DRAFT, RECORD_HEAD
 
 NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT})
@@ -94,7 +96,7 @@ class Ballast:
 
     def __init__(self, directory: Path) -> None:
         self.size = 0
-        self._file: BinaryIO = tempfile.TemporaryFile(dir=directory, buffering=0)  # noqa: SIM115
+        self._file: Any = tempfile.TemporaryFile(dir=directory, buffering=0)  # noqa: SIM115
 
     def grow(self, size: int) -> None:
         """Reserve `size` more bytes, filled with noise, since some file systems do not store zeros.
@@ -126,6 +128,7 @@ class TraceFile:
             and the summary.
         keeping: keeps earlier recordings, or None.
         drafts: whether drafts are possible: in a file, but not on a device.
+        presence: watches over the file, or None for a device.
     """
 
     def __init__(
@@ -136,6 +139,7 @@ class TraceFile:
         keeping: RecordingKeeper | None = None,
         *,
         drafts: bool = False,
+        presence: Presence | None = None,
     ) -> None:
         self.name = name
         self.full = False
@@ -143,6 +147,7 @@ class TraceFile:
         self._raw = raw
         self._room = room
         self._keeping = keeping
+        self._presence = presence
         self._whole = 0
         self._drafts = drafts
         self._gap = self._draft_end = 0
@@ -165,6 +170,9 @@ class TraceFile:
         if self.failure is not None:
             raise self.failure
         if data:
+            if self._presence is not None:
+                self._presence.look(self._draft_end or self._whole)
+                self._presence.add(data)
             try:
                 self._append(memoryview(data))
             except OSError as error:
@@ -184,6 +192,8 @@ class TraceFile:
         """
         if not self._drafts or self.full:
             return
+        if self._presence is not None:
+            self._presence.look(self._draft_end or self._whole)
         try:
             if not self._draft_end:
                 self._gap, self._draft_end = gap, self._whole + gap
@@ -209,14 +219,23 @@ class TraceFile:
         return not self.full
 
     def close(self) -> None:
-        """Close the file and release the ballast; OSError if the system reports a late loss of data."""
+        """Close the file and release the ballast.
+
+        Raises:
+            OSError: the system reports a late loss of data, or another program has removed, replaced or cut
+                the file.
+        """
         if self._room is not None:
             self._room.release()
             self._room = None
+        presence, self._presence = self._presence, None
+        loss = None if presence is None or self.failure is not None else presence.loss(self._whole)
         self._raw.close()
         if self._keeping is not None:
             self._keeping.end()
             self._keeping = None
+        if loss is not None:
+            raise _refusal(self.name, loss)
 
     def _append(self, data: memoryview) -> None:
         if not self._draft_end:
@@ -303,7 +322,7 @@ def open_trace_file(path: Path, ballast_bytes: int, keeping: RecordingKeeper | N
     if path.is_dir():
         raise _refusal(path, "it is a directory")
     if not path.parent.is_dir():
-        raise _refusal(path, f"there is no directory {str(path.parent)!r}")
+        raise _refusal(path, f"no directory {str(path.parent)!r}")
     if path.exists() and not path.is_file():
         keeping = None
     target = check_output(path, TRACE)
@@ -317,10 +336,11 @@ def open_trace_file(path: Path, ballast_bytes: int, keeping: RecordingKeeper | N
         if isinstance(error, OwnedError):
             raise
         raise _refusal(path, str(error.strerror)) from error
-    return TraceFile(raw, str(path), room, keeping, drafts=path.is_file())
+    presence = Presence(path, raw.fileno()) if path.is_file() else None
+    return TraceFile(raw, str(path), room, keeping, drafts=presence is not None, presence=presence)
 
 
-def _beginning(path: Path, keeping: RecordingKeeper) -> RawFile:
+def _beginning(path: Path, keeping: RecordingKeeper) -> FileIO:
     check_recordings([path], keeping)
     keeping.begin()
     try:
@@ -330,7 +350,7 @@ def _beginning(path: Path, keeping: RecordingKeeper) -> RawFile:
         raise
 
 
-def _emptied(path: Path) -> RawFile:
+def _emptied(path: Path) -> FileIO:
     """Open a file for writing, lock it, then empty it; OSError if it is locked."""
     raw = open(path, "wb", buffering=0, opener=_not_truncating)  # noqa: SIM115
     try:
@@ -348,7 +368,7 @@ def _not_truncating(path: str, flags: int) -> int:
     return os.open(path, flags & ~os.O_TRUNC, 0o666)
 
 
-def _refusal(path: Path, why: str) -> OSError:
+def _refusal(path: Path | str, why: str) -> OSError:
     return OSError(f"{path}: {why}")
 
 

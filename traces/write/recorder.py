@@ -35,6 +35,7 @@ from ..format.schema import (
     SCHEMA_ENCODING,
     scan_schema,
 )
+from ..format.snapshots import SNAPSHOTS
 from ..format.tagplan import TagSource
 from ..format.topics import MESSAGE_ENCODING as JSON_ENCODING
 from ..format.topics import ORDERS, SCAN_TOPIC, SEQUENCES, TEXTS, TOPICS, Topic
@@ -42,6 +43,7 @@ from ..format.topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
 from ..format.wordmap import word_map
 from .chunks import ChunkWriter
 from .output import SUMMARY_ROOM, TraceFile, TraceFull, open_trace_file
+from .snapshots import SnapshotLog
 from .writer import TraceWriter
 
 CHUNK_BYTES_MAX = 1024 * 1024
@@ -77,6 +79,7 @@ class ScanRecorder:
         orders: whether the rack can be operated while it runs: the trace has /orders then.
         sequences: whether there will be events of /sequences.
         keeping: keeps earlier recordings; without, `target` is replaced.
+        snapshots: of the program's values, written at the end; None = none.
 
     Raises:
         ValueError: slots and memory block do not fit, or a slot is given twice.
@@ -100,8 +103,10 @@ class ScanRecorder:
         orders: bool = False,
         sequences: bool = False,
         keeping: RecordingKeeper | None = None,
+        snapshots: SnapshotLog | None = None,
     ) -> None:
         self._sequences = sequences
+        self._snapshots = snapshots
         self._slots = check_slots(slots)
         if len(memory) != SLOT_BYTES * len(slots):
             wanted = SLOT_BYTES * len(slots)
@@ -177,6 +182,8 @@ class ScanRecorder:
                 self._draft(scan)
             if self._tags is not None and self._tags.pending:
                 self._write_pending(scan, now_ns)
+        if self._snapshots is not None and not (scan + 1) % self._snapshots.every:
+            self._snapshots.scan(scan)
 
     def draft_soon(self) -> None:
         """Write the open chunk uncompressed with the next scan: it survives a kill of the process.
@@ -205,7 +212,7 @@ class ScanRecorder:
             TraceFull: as in `scan`.
         """
         if topic not in self._channels:
-            raise ValueError(f"topic {topic!r} is not recorded: allowed are {', '.join(self._channels)}")
+            raise ValueError(f"topic {topic!r} is not recorded; choose from {', '.join(self._channels)}")
         if topic in _STATES:
             if self._states.get(topic) == fields:
                 return
@@ -280,9 +287,16 @@ class ScanRecorder:
             if self._file.failure is None:
                 if self._refusal is None and len(self._batch):
                     self._writer.add_block(self._channel, *self._batch.take())
+                self._attach_snapshots()
                 self._writer.finish()
         finally:
             self._file.close()
+
+    def _attach_snapshots(self) -> None:
+        """Write the snapshots, if the disk has room for them: they save time, and tell nothing new."""
+        data = None if self._snapshots is None or self._refusal is not None else self._snapshots.packed()
+        if data is not None and self._file.reserve(len(data)):
+            self._writer.add_attachment(SNAPSHOTS, "application/zstd", data)
 
     def _refuse(self, when: str) -> Never:
         """Refuse further scans, and raise `TraceFull`."""

@@ -33,11 +33,11 @@ def _check_command(
         ReportFormat, typer.Option("--format", help="Of the report: text, json, sarif or junit.")
     ] = ReportFormat.TEXT,
 ) -> None:
-    """Check a rack and its program without running them: conditions, readers and writers, commands to axes.
+    """Check a rack or program without running it: conditions, readers and writers, commands to axes.
 
-    An L5X, SLC, .rung or .st file is checked without a rack, too.
+    An L5X, SLC, .rung or .st file is also checked without a rack.
 
-    Example: scanrack check examples/feeder/feeder.toml
+    Examples: scanrack new feeder --from feeder; scanrack check feeder/feeder.toml
     Example: scanrack check machine.L5X --format sarif > machine.sarif
 
     Exit status: 0 nothing found, 1 something found, 2 a file can't be used.

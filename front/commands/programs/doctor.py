@@ -10,9 +10,9 @@ from ...terminal.terminal import say
 
 
 def _doctor_command(as_json: JsonOption = False) -> None:
-    """Say what this installation has and lacks: Python, extras, ports, real-time rights, browser, programs.
+    """Check this installation: Python, extras, ports, real-time rights, browser, programs.
 
-    Each line that is not "ok" says how to mend it, or what it would give. Nothing is changed, and nothing
+    Each line that is not "ok" says how to fix it, or what it would give. Nothing is changed, and nothing
     is asked over a network.
 
     Exit status: 0 scanrack runs here, whatever else is absent; 1 something is broken.

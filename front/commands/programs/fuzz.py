@@ -6,13 +6,16 @@ import json
 import os
 from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from ...io_images.input_files import read_checked
+from ...io_images.doors import json_value
+from ...io_images.input_files import read_input_text
 from ...io_images.text_limits import TextKind
+from ...io_images.times import parse_duration
 from ...jobs.fuzz import STANDARD, Scenario
 from ...jobs.fuzz.folder_lock import locked
 from ...jobs.fuzz.job import Setup, bench_of, replay
@@ -20,11 +23,12 @@ from ...jobs.fuzz.learning import LearnedScenario, learn
 from ...jobs.fuzz.scenarios.kinds import Kind, kinds_for, possible_kinds
 from ...jobs.fuzz.written_tests import check_new
 from ...jobs.load.loading import Job, load_job, scans_to_run
-from ...runtime.config.quantities import parse_duration
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.complaints import reported_mistakes
+from ...terminal.grouped import grouped
 from ...terminal.status import DONE, NO
 from ...terminal.terminal import say
+from ...terminal.trace_options import tell_notes
 from .fuzz_budget import Budget
 from .fuzz_session import Session
 from .fuzz_summary import failure, failure_row
@@ -40,12 +44,12 @@ def _kinds(job: Job, only: Sequence[str], without: Sequence[str]) -> frozenset[K
     names = {kind.value: kind for kind in Kind}
     for name in (*only, *without):
         if name not in names:
-            raise ValueError(f"unknown kind {name!r}: allowed are {', '.join(names)}")
+            raise ValueError(f"unknown kind {name!r}; choose from {', '.join(names)}")
     possible = possible_kinds(job.spec)
     for name in only:
         if names[name] not in possible:
             can = ", ".join(kind.value for kind in Kind if kind in possible)
-            raise ValueError(f"--only {name}: it can't happen to what is in this rack; possible are {can}")
+            raise ValueError(f"--only {name}: not applicable to this rack; choose from {can}")
     kinds = frozenset(names[name] for name in only) if only else kinds_for(job.spec)
     left = kinds - {names[name] for name in without}
     if not left:
@@ -56,91 +60,96 @@ def _kinds(job: Job, only: Sequence[str], without: Sequence[str]) -> frozenset[K
 def _checks(given: list[str], files: list[Path]) -> tuple[str, ...]:
     for name in given:
         if name not in STANDARD:
-            raise ValueError(f"unknown check {name!r}: allowed are {', '.join(STANDARD)}")
+            raise ValueError(f"unknown check {name!r}; choose from {', '.join(STANDARD)}")
     return tuple(given) if given or files else DEFAULT_CHECKS
 
 
-def _fuzz_command(
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FuzzOptions:
+    """The argument and the options of `scanrack fuzz`."""
+
     rack: Annotated[
         str,
         typer.Argument(
             metavar="RACK", help="Rack file: TOML, or Python that defines rack(). Or a trace, to vary it."
         ),
-    ],
+    ]
     invariants: Annotated[
         list[Path] | None,
-        typer.Option("--invariants", "-i", metavar="FILE", help="Python file with what must hold."),
-    ] = None,
+        typer.Option("--invariants", "-i", metavar="FILE", help="Python file with invariants."),
+    ] = None
     check: Annotated[
         list[str] | None,
         typer.Option("--check", metavar="NAME", help=f"Something that must hold: {', '.join(STANDARD)}."),
-    ] = None,
+    ] = None
     duration: Annotated[
         str | None, typer.Option("--for", metavar="TIME", help="Machine time of a run, such as '10 s'.")
-    ] = None,
+    ] = None
     runs: Annotated[
         int,
-        typer.Option(
-            "--runs", min=1, help="How many scenarios to try, less those of shrinking and of the corpus."
-        ),
-    ] = 500,
+        typer.Option("--runs", min=1, help="How many scenarios to try, excluding shrinking and the corpus."),
+    ] = 500
     time: Annotated[
         str | None, typer.Option("--time", metavar="TIME", help="Search for so long instead: '2 h'.")
-    ] = None,
-    scans: Annotated[
-        int | None, typer.Option("--scans", min=1, help="Search for so many scans instead.")
-    ] = None,
+    ] = None
+    scans: Annotated[int | None, typer.Option("--scans", min=1, help="Search for so many scans instead.")] = (
+        None
+    )
     processor: Annotated[
         str | None,
         typer.Option("--processor", metavar="TIME", help="Search for so much processor time instead."),
-    ] = None,
+    ] = None
     only: Annotated[
         list[str] | None,
         typer.Option("--only", metavar="KIND", help=f"What is random: {', '.join(k.value for k in Kind)}."),
-    ] = None,
-    without: Annotated[
-        list[str] | None, typer.Option("--without", metavar="KIND", help="What is not.")
-    ] = None,
+    ] = None
+    without: Annotated[list[str] | None, typer.Option("--without", metavar="KIND", help="What is not.")] = (
+        None
+    )
     jobs: Annotated[
         int | None, typer.Option("--jobs", "-j", min=1, help="Tasks at a time.", show_default="cores")
-    ] = None,
+    ] = None
     dask: Annotated[
         str | None, typer.Option("--dask", metavar="ADDRESS", help="Search on a Dask cluster.")
-    ] = None,
+    ] = None
     out: Annotated[
         Path | None,
         typer.Option(
             "--out", "-o", metavar="FOLDER", help="Where everything goes.", show_default="RACK-fuzz"
         ),
-    ] = None,
+    ] = None
     begin_with: Annotated[
         list[Path] | None,
         typer.Option(
             "--from", metavar="PATH", help="Begin with the corpus of another folder, or with a recording."
         ),
-    ] = None,
+    ] = None
     scenario: Annotated[
         Path | None, typer.Option("--scenario", metavar="FILE", help="Run just this scenario.")
-    ] = None,
+    ] = None
     tests: Annotated[
         Path | None,
         typer.Option(
             "--write-tests", metavar="FOLDER", help="Write pytest tests that reach what was reached."
         ),
-    ] = None,
-    trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
+    ] = None
+    trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit status 3 if something under @sometimes was never seen.")
-    ] = False,
-    as_json: JsonOption = False,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False,
+    ] = False
+    as_json: JsonOption = False
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False
+
+
+def _fuzz_command(
+    options: FuzzOptions,
 ) -> None:
-    """Look for surroundings in which a rack's program breaks what must hold.
+    """Search for inputs and faults that break a program.
 
     Buttons are pressed, sensors stick, switches are elsewhere, links are lost, power goes, the CPU is
     stopped, updates are torn, all at random. What breaks an invariant is shrunk, and written as a
     rack file, a trace with its chart, and a script for the bench, with the sentence of the rule.
-    A campaign goes on where it left off: its state is in the same folder.
+    A campaign continues where it left off: its state is in the same folder.
     Of a trace, the rack file and the program in it are searched, and what acted on the inputs is varied.
 
     Example: scanrack fuzz line.toml --invariants must_hold.py --time "10 min"
@@ -150,28 +159,29 @@ def _fuzz_command(
     Ctrl-C; what is known by then is kept.
     """
     with reported_mistakes(), ExitStack() as held:
-        if tests is not None:
-            check_new(tests)
-        folder = out or Path(f"{Path(rack.partition(':')[0]).stem}-fuzz")
+        if options.tests is not None:
+            check_new(options.tests)
+        folder = options.out or Path(f"{Path(options.rack.partition(':')[0]).stem}-fuzz")
         learned = None
-        if rack.endswith(".mcap"):
+        if options.rack.endswith(".mcap"):
             held.enter_context(locked(folder))
-            learned = learn(Path(rack), folder / "recording", trust=trust)
-        rack = rack if learned is None else str(learned.rack)
-        job = load_job(rack)
-        files = tuple(invariants or ())
+            learned = learn(Path(options.rack), folder / "recording", trust=options.trust)
+            tell_notes(learned)
+        searched = options.rack if learned is None else str(learned.rack)
+        job = load_job(searched)
+        files = tuple(options.invariants or ())
         setup = Setup(
-            rack=rack,
+            rack=searched,
             invariants=files,
-            checks=_checks(check or [], list(files)),
-            scans=_scans(job, duration, learned),
-            kinds=_kinds(job, only or [], without or []),
+            checks=_checks(options.check or [], list(files)),
+            scans=_scans(job, options.duration, learned),
+            kinds=_kinds(job, options.only or [], options.without or []),
             seed=job.spec.fuzz.seed,
         )
         bench_of.cache_clear()  # the files may have changed since another call in this process
         bench_of(setup)  # refuse unusable files before a search begins
-        if scenario is not None:
-            raise typer.Exit(_replay(setup, scenario, as_json=as_json))
+        if options.scenario is not None:
+            raise typer.Exit(_replay(setup, options.scenario, as_json=options.as_json))
         if learned is None:
             held.enter_context(locked(folder))
         session = Session(
@@ -179,19 +189,19 @@ def _fuzz_command(
             setup=setup,
             folder=folder,
             budget=Budget(
-                runs,
-                None if time is None else parse_duration(time),
-                scans,
-                None if processor is None else parse_duration(processor),
+                options.runs,
+                None if options.time is None else parse_duration(options.time),
+                options.scans,
+                None if options.processor is None else parse_duration(options.processor),
             ),
-            jobs=jobs or (os.cpu_count() or 1 if dask is None else None),
-            dask=dask,
+            jobs=options.jobs or (os.cpu_count() or 1 if options.dask is None else None),
+            dask=options.dask,
             base=None if learned is None else learned.scenario,
-            begin_with=tuple(begin_with or ()),
-            quiet=quiet,
-            as_json=as_json,
-            strict=strict,
-            tests=tests,
+            begin_with=tuple(options.begin_with or ()),
+            quiet=options.quiet,
+            as_json=options.as_json,
+            strict=options.strict,
+            tests=options.tests,
         )
         status = session.run()
     raise typer.Exit(status)
@@ -222,10 +232,9 @@ def read_scenario(file: Path, setup: Setup) -> Scenario:
         ValueError: the file is missing, is no scenario, or is for slots that the rack lacks.
     """
     if not file.is_file():
-        raise ValueError(f"{file}: there is no such scenario")
+        raise ValueError(f"{file}: no such scenario")
     try:
-        text = read_checked(file, TextKind.SCENARIO)
-        given = json.loads(text)
+        given = json_value(read_input_text(file, TextKind.SCENARIO), TextKind.SCENARIO)
         recipe = isinstance(given, dict) and "scenario" in given
         scenario = Scenario.from_json(given["scenario"] if recipe else given)
         scenario.check(bench_of(setup).spec)
@@ -238,4 +247,4 @@ def read_scenario(file: Path, setup: Setup) -> Scenario:
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command("fuzz", no_args_is_help=True)(_fuzz_command)
+    app.command("fuzz", no_args_is_help=True)(grouped(_fuzz_command, options=FuzzOptions))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import os
 import shlex
 import signal
 import sys
@@ -40,10 +39,10 @@ from ...jobs.load.loading import Job
 from ...jobs.prove.serving.stuck import SolverStep
 from ...runtime.loop.pace import interrupted_by, wall_ns
 from ...runtime.modules.record import Trait
-from ...runtime.modules.registry import has
 from ...terminal.as_json import say_json
 from ...terminal.status import DONE, INTERRUPTED, NO, NOT_SEEN, complain
 from ...terminal.terminal import on_a_line, say
+from ...traces.files.portable import relative
 from .fuzz_budget import Budget, Spending
 from .fuzz_summary import (
     closing,
@@ -131,7 +130,7 @@ class Session:
 
     @property
     def _most_examples(self) -> int:
-        linked = any(has(slot.module, Trait.LINE) for slot in self.job.spec.slot)
+        linked = any(slot.has(Trait.LINE) for slot in self.job.spec.slot)
         return min(MOST_RUNS, max(LEAST_RUNS, (LINKED_SCANS if linked else SCANS) // self.setup.scans))
 
     def run(self) -> int:
@@ -142,7 +141,7 @@ class Session:
             OSError: a file can't be written.
         """
         bench = bench_of(self.setup)
-        state = read_state(self.state_file, os.path.relpath(self.setup.rack, self.folder))
+        state = read_state(self.state_file, relative(self.setup.rack, self.folder))
         for old in state.leave_out_impossible(bench.spec):
             self._tell(
                 f"left out: {old.sentence.rstrip('.')} [{old.invariant}]: the program needs newer firmware"
@@ -232,7 +231,7 @@ class Session:
             uses.watching(bench), self.base or Scenario(), state.found, confirm=Confirmation(self.setup)
         )
         if uses.seen:
-            complain(f"the program uses {uses}: it may not do the same twice in the same surroundings")
+            complain(f"the program uses {uses}: results may differ between identical runs")
         return found
 
     def _tell(self, text: str) -> None:

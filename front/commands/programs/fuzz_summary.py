@@ -8,6 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from textwrap import wrap
 
+from ...io_images.installing import how_to_install
 from ...jobs.fuzz import Counterexample, Invariant
 from ...jobs.fuzz.campaign.recipes import Origin, Recipe
 from ...jobs.fuzz.campaign.state import State
@@ -184,12 +185,12 @@ def _next(job: Job, state: State, solver: SolverStep, *, is_open: bool) -> str:
     if solver.can_ask:
         return f"scanrack prove {rack}: {state.stale:,} runs have brought nothing new, and a proof covers all"
     if isinstance(job.logic, LadderLogic):
-        return "pip install 'scanrack[prove]': the solver then says how to come to what is not reached"
+        return f"{how_to_install('prove')}: the solver then says how to come to what is not reached"
     if is_open:
         return (
             "see in the program what leads to the lines that are not reached: nothing new has come for long"
         )
-    return "more invariants: the program does nothing new any more, see docs/fuzzing.md"
+    return "more invariants: the program does nothing new"
 
 
 def _untried(names: Collection[str], state: State) -> set[str]:

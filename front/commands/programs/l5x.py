@@ -28,15 +28,13 @@ def _l5x_command(
         list[str] | None,
         typer.Option(metavar="MODULE", help="With --rack: this module, by name or slot, is a 3601."),
     ] = None,
-    run: Annotated[
-        bool, typer.Option("--run", help="Run it on a rack of its own, and say what it waits for.")
-    ] = False,
+    run: Annotated[bool, typer.Option("--run", help="Run it on a rack, and list what it waits for.")] = False,
     scans: Annotated[
         int | None,
         typer.Option("--scans", min=1, help="Scans of the trial, 100, or with --run of the run, 1000."),
     ] = None,
 ) -> None:
-    """Report what is in an L5X or SLC export: what is imported, what is refused and why, what runs.
+    """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
 
     Rungs that are imported run for a trial in the interpreter and compiled; "ran" counts those in programs
     in which both agreed after every scan.

@@ -76,7 +76,7 @@ def l5x(
     run: bool,
     scans: int | None,
 ) -> None:
-    """Report what is in an L5X or SLC export: what is imported, what is refused and why, what runs.
+    """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
@@ -137,7 +137,7 @@ def _print_export(file: Path, name: str) -> int:
         else:
             logic = read_program(file)
         if logic is None:
-            return complain(f"{file}: there is no program in it", BAD_INPUT)
+            return complain(f"{file}: no program in it", BAD_INPUT)
         say(export_l5x(logic, name).decode("utf-8").rstrip(), whole=True)
     except (LadderError, OSError, UnicodeDecodeError) as error:
         return complain(reason(error) if isinstance(error, OSError) else str(error), BAD_INPUT)

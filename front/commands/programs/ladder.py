@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from ...io_images.times import parse_time
 from ...jobs.bench import Bench
 from ...jobs.bench.opening import open_bench
 from ...jobs.load.loading import load_job
@@ -17,8 +18,7 @@ from ...jobs.trust.owned import in_use
 from ...ladder import LadderError, LadderLogic
 from ...ladder.draw import captions_of, routine_text, routines_svg
 from ...ladder.draw.characters import WIDTH
-from ...ladder.model.tree import Routine
-from ...runtime.config.quantities import parse_time
+from ...ladder.model.routine import Routine
 from ...terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
 from ...terminal.terminal import say
 from ...traces.files.guard import SVG, Used
@@ -61,7 +61,7 @@ def chosen(program: LadderLogic, name: str | None) -> list[Routine]:
     found = [each for each in program.routines if each.name.upper() == name.upper()]
     if not found:
         names = ", ".join(each.name for each in program.routines)
-        raise ValueError(f"there is no routine {name} in program {program.name}; there are {names}")
+        raise ValueError(f"no routine {name} in program {program.name}; choose from {names}")
     return found
 
 
@@ -77,7 +77,7 @@ def with_rung(routines: Sequence[Routine], number: int | None) -> list[tuple[Rou
     if not found:
         numbers = [each for routine in routines for each in routine.numbers]
         first, last = min(numbers, default=0), max(numbers, default=0)
-        raise ValueError(f"there is no {routines[0].unit} {number}; they are numbered from {first} to {last}")
+        raise ValueError(f"no {routines[0].unit} {number}; they are numbered from {first} to {last}")
     return found
 
 
@@ -100,7 +100,7 @@ def ladder(
     rung: Annotated[int | None, typer.Option("--rung", metavar="N", help="This rung, or line, only.")] = None,
     width: Annotated[
         int | None,
-        typer.Option("--width", min=NARROWEST, help="Columns between the rails; wider rungs go on below."),
+        typer.Option("--width", min=NARROWEST, help="Columns between the rails; wider rungs continue below."),
     ] = None,
     svg: Annotated[
         Path | None, typer.Option("--svg", metavar="OUT", help="Write an SVG picture instead.")
@@ -114,9 +114,10 @@ def ladder(
         typer.Option("--at", metavar="TIME", help="Of a rack: run it so far; show where there is power."),
     ] = None,
 ) -> None:
-    """Draw the rungs of a ladder program; with --at, with the power of a scan.
+    """Draw rungs; with --at, show the power flow of a scan.
 
-    Example: scanrack ladder examples/feeder/feeder.toml --at "3 s" --svg feeder.svg
+    Examples: scanrack new feeder --from feeder;
+    scanrack ladder feeder/feeder.toml --at "3 s" --svg feeder.svg
 
     Exit status: 0 drawn, 2 a file or an option can't be used, 3 the picture can't be written.
     """
@@ -131,7 +132,7 @@ def ladder(
         captions = captions_of(program.add_ons.values())
         wanted = with_rung(routines, rung)
         if svg is not None:
-            with new_file(svg, SVG, used=used, encoding="utf-8") as out:
+            with new_file(svg, SVG, used=used) as out:
                 out.write(routines_svg(wanted, width or WIDTH, truths, captions))
         elif source:
             say(program.source(), whole=True)

@@ -25,11 +25,11 @@ def _new_command(
         typer.Option("--from", metavar="EXAMPLE", help="Copy this example.", show_default=False),
     ] = None,
 ) -> None:
-    """Write a project to begin with: a rack, a program that homes and moves, a test, and NEXT.md.
+    """Create a project: a rack, a program that homes and moves, a test, and NEXT.md.
 
     Nothing is ever overwritten. Examples: scanrack new my-line; scanrack new my-feeder --from feeder
 
-    Exit status: 0 done; 2 the folder has something in it, or there is no such example; 3 it can't be written.
+    Exit status: 0 done; 2 the folder has something in it, or no such example; 3 it can't be written.
     """
     try:
         written = new_project(folder, logic.value, example)

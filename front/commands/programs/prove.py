@@ -10,6 +10,9 @@ from typing import Annotated
 
 import typer
 
+from ...io_images.installing import how_to_install
+from ...jobs.load.program import split_address
+from ...jobs.prove.checking import Solver, solvers
 from ...jobs.prove.differing import as_json as edited_as_json
 from ...jobs.prove.differing import edited, lines_of
 from ...jobs.prove.page import parts_of, parts_of_edit, save_page
@@ -38,9 +41,7 @@ def _prove_command(
     ],
     new: Annotated[
         str | None,
-        typer.Argument(
-            metavar="[NEW]", help="Another one: say what can differ between them, and prove nothing."
-        ),
+        typer.Argument(metavar="[NEW]", help="Second program: list possible differences only."),
     ] = None,
     only: Annotated[
         str | None,
@@ -56,21 +57,27 @@ def _prove_command(
         Path | None,
         typer.Option("--html", metavar="FILE", help="Write a page, too, with each scenario's rungs drawn."),
     ] = None,
+    check: Annotated[
+        bool,
+        typer.Option("--check", help="Let other solvers check each proof: z3 and cvc5, whichever is there."),
+    ] = False,
     as_json: JsonOption = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
-    """Prove properties of a ladder program for every input, any scan time in a range and any number of scans.
+    """Prove properties or find counterexamples: for every input, scan time in a range and number of scans.
 
     Properties are those of the rack file ([[prove.property]]), of comments (prove: never Fwd AND Rev) and of
     a routine NEVER. Each is proved, refuted with a scenario that the program and the rack have replayed, or
     unknown, with the instruction or the limit to blame. Built-in questions follow: rungs that are never true,
     contacts that decide nothing, coils that are never on or never off again, coils that disagree, timers that
-    are never done, faults, endless loops. What the proofs assume is listed at the end.
+    are never done, faults, endless loops. What the proofs assume is listed at the end. Each proof leaves a
+    certificate, proof.smt2 and proof.json; with --check other solvers check it, and what one of them refuses
+    is unknown.
 
     Of two programs, it lists the bits and numbers that can differ in one scan and ever, with a run each and
     the inputs on which that depends. All others are equal. With --only, it fails if another one can differ.
 
-    Example: scanrack prove examples/feeder/feeder.toml
+    Examples: scanrack new feeder --from feeder; scanrack prove feeder/feeder.toml
     Example: scanrack prove before.L5X after.L5X --only Valve1,Valve2
 
     Exit status: 0 all proved, 1 a property is refuted, or a run faults or has coils that disagree, 2 a file
@@ -81,12 +88,13 @@ def _prove_command(
         try:
             if new is not None or only is not None:
                 raise typer.Exit(_compare(rack, new, only, out, html, as_json=as_json))
+            others = _solvers() if check else []
             subject = subject_of(rack)
             with ScenarioFolder(out or Path(f"{subject.name}-prove")) as folder:
-                results = list(_told(subject, folder, quiet=quiet, silent=as_json))
+                results = list(_told(subject, folder, others, quiet=quiet, silent=as_json))
                 if _is_shown(quiet=quiet):
                     say("proving: built-in questions", err=True)
-                answers = ask_questions(subject, folder)
+                answers = ask_questions(subject, folder, others)
                 if html is not None:
                     used = in_use(subject.job)
                     save_page(html, f"proofs about {rack}", parts_of(subject, results, answers), used)
@@ -106,10 +114,10 @@ def _compare(
     if new is None:
         raise ValueError("--only goes with two programs: scanrack prove OLD NEW --only TAGS")
     names = [each.strip() for each in _COMMA.split(only) if each.strip()] if only else []
-    with ScenarioFolder(out or Path(f"{Path(new.partition(':')[0]).stem}-prove")) as folder:
+    with ScenarioFolder(out or Path(f"{Path(split_address(new)[0]).stem}-prove")) as folder:
         found = edited(old, new, names, folder)
     if html is not None:
-        used = {Path(each.partition(":")[0]): "one of the programs" for each in (old, new)}
+        used = {Path(split_address(each)[0]): "one of the programs" for each in (old, new)}
         save_page(html, f"{old} and {new}", parts_of_edit(found), used)
     if as_json:
         say_json(edited_as_json(found))
@@ -119,10 +127,23 @@ def _compare(
     return NO if found.beyond else DONE
 
 
-def _told(subject: ProofSubject, folder: ScenarioFolder, *, quiet: bool, silent: bool) -> Iterator[Result]:
+def _solvers() -> list[Solver]:
+    """Return the solvers that check proofs; a ValueError without any."""
+    found = solvers()
+    if not found:
+        raise ValueError(
+            f"--check needs another solver, z3 or cvc5: {how_to_install('check')}, or a program on the PATH"
+        )
+    return found
+
+
+def _told(
+    subject: ProofSubject, folder: ScenarioFolder, others: Sequence[Solver], *, quiet: bool, silent: bool
+) -> Iterator[Result]:
     """Decide all claims; print each as soon as it is decided, unless `silent`."""
     width = max((len(each.claim.name) for each in subject.program.properties), default=0)
-    for result in prove_all(subject, folder, _progress if _is_shown(quiet=quiet) else no_progress):
+    progress = _progress if _is_shown(quiet=quiet) else no_progress
+    for result in prove_all(subject, folder, progress, others=others):
         if not silent:
             say(line_of(result, width))
             for line in below(subject, result):
@@ -150,7 +171,7 @@ def _say_rest(subject: ProofSubject, results: Sequence[Result], answers: Questio
 
 def status_of(results: Sequence[Result], answers: Questions) -> int:
     """Return the exit status of some answers; built-in questions that are open do not count."""
-    words = {each.answer.word for each in results}
+    words = {each.word for each in results}
     if VerdictKind.REFUTED in words or any(each.refuted for each in answers.found):
         return NO
     return UNDECIDED if VerdictKind.UNKNOWN in words else DONE

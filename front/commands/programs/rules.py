@@ -100,7 +100,7 @@ def prefix_of(rule_id: str) -> str:
 def _unknown(what: str, name: str, known: Sequence[str], allowed: str) -> str:
     close = difflib.get_close_matches(name.upper(), known, n=1, cutoff=0.5)
     meant = f" (did you mean {close[0]}?)" if close else ""
-    return f"unknown {what} {name!r}{meant}: allowed are {allowed}"
+    return f"unknown {what} {name!r}{meant}; choose from {allowed}"
 
 
 # -- as text ----------------------------------------------------------------------------------------
@@ -184,9 +184,7 @@ def _rules_command(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Print the rules of a module's manual: section, words and status bits.
-
-    The tests that prove each rule are in docs/rules-amci3601.md.
+    """List 3601 rules and error bits, with the section of the manual and the words of each.
 
     Exit status: 0 printed, 2 an option can't be used.
     """

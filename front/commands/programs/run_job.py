@@ -12,20 +12,20 @@ from typing import TYPE_CHECKING
 
 from ...jobs.load.loading import Job
 from ...jobs.run.result import Tally, result_of
-from ...jobs.run.retained_memory import RetainedMemory
 from ...jobs.run.running import JobRun, RunOptions
 from ...jobs.trust.owned import check_recording
 from ...runtime.loop.pace import FreeRun, wall_ns
-from ...runtime.loop.realtime import Outcome, real_time
 from ...terminal.as_json import say_json
 from ...terminal.progress import shown_progress
 from ...terminal.run_end import run_to_end
-from ...terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO, complain, reason
+from ...terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO, NO_HELPER, complain, reason
 from ...terminal.terminal import say
 from .summary import summary, summary_row
 
-if TYPE_CHECKING:  # most runs serve no tags
+if TYPE_CHECKING:  # most runs serve and retain no tags, in virtual time
+    from ...jobs.run.retained_memory import RetainedMemory
     from ...jobs.run.servers.kinds import ServerAddress
+    from ...jobs.run.servers.tag_service import TagServices
 
 
 def run_job(
@@ -51,13 +51,13 @@ def run_job(
     with ExitStack() as ports:
         pacer, tally = options.pacer or FreeRun(), Tally()
         if not pacer.free:
-            outcomes = ports.enter_context(real_time())  # before there are ports: their threads inherit it
-            _tell_of_real_time(outcomes, quiet=quiet)
+            _in_real_time(ports, quiet=quiet)  # before there are ports: their threads inherit it
         try:
             told = replace(options, pacer=pacer, listeners=[tally], warn=_quiet if quiet else complain)
-            serve = _opened(job, server, ports, live=options.live)
+            services = _opened(job, server, ports, live=options.live)
             run = JobRun(job, ports, told)
-            serve(run)
+            if services is not None:
+                services.begin(run)
         except ValueError as error:
             return complain(str(error), BAD_INPUT)
         except OSError as error:
@@ -78,6 +78,8 @@ def run_job(
             say_json({"ended": ENDED[status], **summary_row(run, result, took_ns)})
         elif summarised and not quiet:
             say(summary(result, took_ns, pacer, run.stubs, run.steps))
+        if services is not None and not services.end() and status == DONE:
+            return complain("a helper process has never begun: its error stands above", NO_HELPER)
         return status
 
 
@@ -90,31 +92,31 @@ def servers_at(texts: Sequence[str] | None) -> Sequence[ServerAddress]:
     return addresses(texts)
 
 
-def _opened(
-    job: Job, wanted: Sequence[ServerAddress], ports: ExitStack, *, live: bool
-) -> Callable[[JobRun], object]:
-    """Open servers of tags that end with `ports`; return what serves those of a run.
+def _opened(job: Job, wanted: Sequence[ServerAddress], ports: ExitStack, *, live: bool) -> TagServices | None:
+    """Open servers of tags that end with `ports`.
 
     Raises:
         ValueError: a port can't be used, or the rack file lacks what a server needs.
     """
     if not wanted:
-        return lambda _run: None
+        return None
     from ...jobs.run.servers.tag_service import TagServices
 
     services = TagServices(job, wanted, complain, writes=not live)
     ports.callback(services.end)
-    return services.begin
+    return services
 
 
 ENDED = {DONE: "done", NO: "fault", CANNOT_WRITE: "trace not written", INTERRUPTED: "stopped"}
 """How a run ended, by exit status, for --json."""
 
 
-def _tell_of_real_time(outcomes: list[Outcome], *, quiet: bool) -> None:
-    """Print the real-time measures that the system has granted and refused, before the first scan."""
-    if not quiet:
-        for outcome in outcomes:
+def _in_real_time(ports: ExitStack, *, quiet: bool) -> None:
+    """Ask the system for its help, and print what it has granted and refused, before the first scan."""
+    from ...runtime.loop.realtime import real_time
+
+    for outcome in ports.enter_context(real_time()):
+        if not quiet:
             complain(str(outcome))
 
 
@@ -140,6 +142,13 @@ def _own_path(job: Job) -> Path:
     if job.spec.trace is not None:
         return job.folder / job.spec.trace
     return Path(f"{job.rack_file.stem}.mcap")
+
+
+def retained_memory(job: Job, path: Path, trace: Path | None, keep: int | None) -> RetainedMemory:
+    """Return the retained tags of a job; see `RetainedMemory`."""
+    from ...jobs.run.retained_memory import RetainedMemory
+
+    return RetainedMemory(job, path, trace, keep)
 
 
 def run_retained(retained: RetainedMemory, run: Callable[[Job], int]) -> int:

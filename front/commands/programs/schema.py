@@ -1,4 +1,4 @@
-"""`scanrack schema`: the JSON Schema of rack files, for editors."""
+"""`scanrack editor schema`: the JSON Schema of rack files, for editors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ...terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
 from ...terminal.terminal import say
 
 
-def _schema_command(
+def schema_command(
     draft4: Annotated[
         bool,
         typer.Option("--draft4", help="In Draft 4, for taplo; else in 2020-12, for tombi."),
@@ -20,12 +20,14 @@ def _schema_command(
         bool, typer.Option("--write", help="Write it to rack.schema.json in this folder, and no other file.")
     ] = False,
 ) -> None:
-    """Print the JSON Schema of rack files: keys with their meaning, names, limits, options of each module.
+    """Print the JSON Schema of rack files.
+
+    It has all keys with their meaning, names, limits and the options of each module.
 
     An editor whose TOML support is tombi or taplo reads it where the first line of a rack file is
     #:schema rack.schema.json. What two keys decide together only `scanrack check` finds.
 
-    Example: scanrack schema --write
+    Example: scanrack editor schema --write
 
     Exit status: 0 done; 2 rack.schema.json is another file; 3 it can't be written.
     """
@@ -39,15 +41,10 @@ def _schema_command(
     from ...traces.files.newfile import new_file
 
     try:
-        with new_file(NAME, SCHEMA, encoding="utf-8") as file:
+        with new_file(NAME, SCHEMA) as file:
             file.write(f"{text}\n")
     except ValueError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
     except OSError as error:
         raise typer.Exit(complain(reason(error), CANNOT_WRITE)) from error
     say(f"{NAME}\n\nPut this line first in a rack file beside it:  {HINT}")
-
-
-def register(app: typer.Typer) -> None:
-    """Add the command to the application."""
-    app.command("schema")(_schema_command)

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
+from ...io_images.times import milliseconds, seconds
 from ...jobs.run.result import RunResult
 from ...jobs.run.running import JobRun
 from ...runtime.loop.events import JsonValue
@@ -13,16 +14,6 @@ from ...runtime.loop.pace import LATE_FROM_NS, Pacer
 from ...traces.read.event_text import move_wording
 
 WIDTH = 14
-
-
-def seconds(time_ns: int) -> str:
-    """Return a time in seconds, exactly.
-
-    >>> seconds(2_240_000_000), seconds(250_000), seconds(0)
-    ('2.24 s', '0.00025 s', '0 s')
-    """
-    whole, rest = divmod(time_ns, 1_000_000_000)
-    return f"{whole}.{rest:09d}".rstrip("0").rstrip(".") + " s"
 
 
 def summary(
@@ -33,7 +24,7 @@ def summary(
         f"{title if first else '':<{WIDTH}}{line}"
         for title, paragraph in (
             ("scans", _scans(result.scans, wall_ns)),
-            ("machine time", [f"{seconds(result.time_ns)}, run in {wall_ns / 1e9:.3g} s"]),
+            ("machine time", [f"{seconds(result.time_ns)} s, run in {wall_ns / 1e9:.3g} s"]),
             ("overruns", _overruns(pacer)),
             ("late scans", _late_scans(pacer)),
             ("moves", _moves(result)),
@@ -86,7 +77,7 @@ def _late_scans(pacer: Pacer) -> Iterator[str]:
         return
     late, scans = sum(pacer.late[1:]), sum(pacer.late)
     yield f"{late:,} of {scans:,} ({late / max(scans, 1):.2%})" if late else "none"
-    bounds = [f"{bound_ns / 1e6:g} ms" for bound_ns in LATE_FROM_NS]
+    bounds = [f"{milliseconds(bound_ns)} ms" for bound_ns in LATE_FROM_NS]
     for count, lowest, next_up in zip(pacer.late[1:], bounds, [*bounds[1:], None], strict=True):
         if count:
             yield f"  {count:,} by {lowest} " + ("or more" if next_up is None else f"to {next_up}")

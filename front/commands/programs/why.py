@@ -30,32 +30,35 @@ def _why_command(
         str | None, typer.Option("--until", metavar="BIT", help="Ask when this tag or bit of an image is on.")
     ] = None,
     deep: Annotated[
-        bool, typer.Option("--deep", help="Show the rungs inside of add-on instructions in the chain, too.")
+        bool,
+        typer.Option("--deep", help="Show the whole chain of causes, also inside of add-on instructions."),
     ] = False,
     want: Annotated[
         str | None,
         typer.Option(
             "--want",
             metavar="VALUE",
-            help="Say which inputs would give the tag this value (on, off or a number) within ten scans.",
+            help="Say what to do so that the tag has this value: on, off or a number.",
         ),
     ] = None,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Say why something is as it is: since which scan, by which rung or line, and what that had read.
+    """Explain why a tag has its value: since when, how, and the cause, in at most six lines.
 
-    A chain of causes follows, back to the first input, operator, incident or power-up: `A <- B` means that B
-    made A, `and` that all were needed, `or` that each would have done.
+    What outranks the program comes first: a force, the mode switch, a fault, a lost link. For a value that
+    never changed it names what is missing. The last line is the cause: an input, an operator, an injected
+    fault, a timer that still runs, a rule of the module. --deep shows all: `A <- B` means that B made A,
+    `and` that all were needed, `or` that each would have done.
 
     A rack runs from power-up to the scan asked for, or for as long as its file says. The program of a
     trace runs on the recorded inputs; Python that came with the trace is run only if it is the same as in
     the current folder, or you say --trust. A Python program then runs once more, and the scan in which the
     change was made is traced line by line.
 
-    Examples: scanrack why examples/feeder/feeder.toml Feeding --at "8.2 s";
-    scanrack why examples/feeder/feeder.toml Feeding --at "8.2 s" --want on;
-    scanrack why examples/three_stations/line.toml --at 3400
+    Examples: scanrack new feeder --from feeder; scanrack why feeder/feeder.toml Feeding --at "8.2 s";
+    scanrack why feeder/feeder.toml Feeding --at "8.2 s" --want on;
+    scanrack new stations --from three_stations; scanrack why stations/line.toml --at 3400
 
     Exit status: 0 answered, 1 --until has not become true, 2 a file or an option can't be used.
     """
@@ -73,9 +76,9 @@ def _xref_command(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List where the tags of a ladder program are read and written.
+    """List where tags are read and written.
 
-    Example: scanrack xref examples/feeder/feeder.rung Homing
+    Examples: scanrack new feeder --from feeder; scanrack xref feeder/feeder.rung Homing
 
     Exit status: 0 listed, 1 nothing mentions the tag, 2 the file can't be used or has no such tag.
     """

@@ -9,11 +9,14 @@ from typing import NamedTuple
 
 import typer
 
+from ...io_images.times import seconds
 from ...jobs.bench import Bench, NotReachedError
 from ...jobs.bench.moment import ScanChoice
 from ...jobs.bench.of_trace import why_of_trace
 from ...jobs.bench.opening import open_bench
 from ...jobs.load.loading import recording_of, runs
+from ...jobs.why.acts import Acts, acts_for
+from ...jobs.why.answer import value_of
 from ...ladder import LadderError
 from ...ladder.debug import CauseLink, Remedies, cross_reference
 from ...ladder.debug.crossref import Mention
@@ -23,7 +26,6 @@ from ...terminal.as_json import say_json
 from ...terminal.status import BAD_INPUT, NO, complain, reason
 from ...terminal.terminal import say
 from ...terminal.trace_options import tell_notes
-from ...traces.read.image_text import short_seconds
 from ...traces.read.reader import open_trace
 from .ladder import load_rungs
 
@@ -54,7 +56,7 @@ def why(
     trust: bool,
     as_json: bool,
 ) -> None:
-    """Say why something is as it is: since which scan, by which rung or line, and what that had read.
+    """Explain why a tag has its value: since which scan, by which rung or line, and what that read.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
@@ -74,11 +76,10 @@ def why(
     if as_json:
         say_json({"what": what, **_as_json(asked)})
     else:
-        gap = "\n" if what is None else " "  # about the whole rack, its scan has a line of its own
-        say(f"{asked.when}{gap}{asked.text}")
-        if asked.chain is not None:
-            say(f"chain: {asked.chain}")
-        if asked.remedies is not None:
+        say(f"{asked.when}\n{asked.text}")
+        if asked.acts is not None:
+            say(str(asked.acts))
+        elif asked.remedies is not None:
             say(str(asked.remedies))
 
 
@@ -92,15 +93,24 @@ class _Answer(NamedTuple):
     when: str  # the scan and its time, in words
     text: str
     chain: CauseLink | None = None  # of causes
-    remedies: Remedies | None = None  # what it would take
+    remedies: Remedies | None = None  # what it would take: inputs of the program
+    acts: Acts | None = None  # the same in what an owner does; None of a recording
 
 
 def _as_json(asked: _Answer) -> dict[str, object]:
-    fields = {name: each for name, each in asked._asdict().items() if name not in ("chain", "remedies")}
+    fields = {
+        name: each for name, each in asked._asdict().items() if name not in ("chain", "remedies", "acts")
+    }
     if asked.chain is not None:
-        fields |= {"since": asked.chain.since, "chain": asked.chain.as_json()}
+        fields |= {
+            "since": asked.chain.since,
+            "chain": asked.chain.as_json(),
+            "path": asked.chain.path_json(),
+        }
     if asked.remedies is not None:
         fields["takes"] = asked.remedies.as_json()
+    if asked.acts is not None:
+        fields["acts"] = asked.acts.as_json()
     return fields
 
 
@@ -112,26 +122,31 @@ def _ask_bench(bench: Bench, what: str | None, moment: ScanChoice, deep: bool, w
     except CpuFault as error:
         fault = str(error)
         say(f"the CPU has faulted in {error}", err=True)
-    when = f"after {bench.scans:,} scans, {short_seconds(bench.now_ns)} s:"
-    chain = None if what is None else bench.chain(what, deep=deep)
-    remedies = None if what is None or want is None else bench.what_would(what, want)
-    return _Answer(bench.scans - 1, bench.now_ns, fault, (), when, bench.why(what), chain, remedies)
+    when = f"after {bench.scans:,} scans, {seconds(bench.now_ns)} s:"
+    text, chain = (bench.why(), None) if what is None else bench.answer(what, deep=deep)
+    remedies = acts = None
+    if what is not None and chain is not None and want is not None:
+        remedies = bench.what_would(what, want)
+        acts = acts_for(bench, chain, what, value_of(want))
+    return _Answer(bench.scans - 1, bench.now_ns, fault, (), when, text, chain, remedies, acts)
 
 
 def _ask_trace(
     path: Path, what: str | None, moment: ScanChoice, *, trust: bool, deep: bool, want: str | None
 ) -> _Answer:
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
-        tell_notes(trace)
-        asked = why_of_trace(trace, Path(folder), what, moment, trust=trust, deep=deep, want=want)
+        try:
+            asked = why_of_trace(trace, Path(folder), what, moment, trust=trust, deep=deep, want=want)
+        finally:
+            tell_notes(trace)
     for note in asked.notes:
         say(f"note: {note}", err=True)
-    when = f"scan {asked.scan:,}, {short_seconds(asked.now_ns)} s:"
+    when = f"scan {asked.scan:,}, {seconds(asked.now_ns)} s:"
     return _Answer(asked.scan, asked.now_ns, None, asked.notes, when, asked.text, asked.chain, asked.remedies)
 
 
 def xref(file: str, tag: str | None, as_json: bool) -> None:
-    """List where the tags of a ladder program are read and written.
+    """List where tags are read and written.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.

@@ -28,8 +28,8 @@ ToleranceCountsOption = Annotated[
 
 
 def _compare_command(
-    a: Annotated[Path, typer.Argument(help="A trace, an MCAP file.", show_default=False)],
-    b: Annotated[Path, typer.Argument(help="Another one.", show_default=False)],
+    a: Annotated[Path, typer.Argument(metavar="A", help="Trace, an MCAP file.", show_default=False)],
+    b: Annotated[Path, typer.Argument(metavar="B", help="Another trace.", show_default=False)],
     tolerance_time: ToleranceTimeOption = "0s",
     tolerance_counts: ToleranceCountsOption = 0,
     align_at: Annotated[
@@ -53,7 +53,7 @@ def _compare_command(
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Compare two traces: the first scan that differs, what led to it, and how they differ altogether.
+    """Find where two traces differ: the first scan, what led to it, and a summary of all differences.
 
     Scans are paired by number, and every bit and time counts. With a tolerance, as for traces of real
     hardware, they are paired by time: a bit or word has to be found in the other trace within the time,

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import typer
 
-from ...runtime.config.quantities import parse_time
+from ...io_images.times import parse_time
 from ...terminal.as_json import say_json
 from ...terminal.complaints import reported_mistakes
 from ...terminal.status import DONE, NO
@@ -57,7 +57,7 @@ def compare_traces(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Compare two traces: the first scan that differs, what led to it, and how they differ altogether.
+    """Find where two traces differ: the first scan, what led to it, and a summary of all differences.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
@@ -68,6 +68,8 @@ def compare_traces(
             clock = _clock(one, other, align_at, realign_at)
             with reading(one, quiet=quiet) as progress:
                 found = compare(one, other, allowed, clock=clock, progress=progress)
+            for trace in (one, other):
+                trace.check_data()
             tell_notes(one, other)
         status = tell(found, names_of(a, b), as_json=as_json)
     raise typer.Exit(status)

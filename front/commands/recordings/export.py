@@ -1,15 +1,17 @@
-"""`scanrack export TRACE --csv|--parquet|--vcd|--mcap OUT`: a trace for other programs."""
+"""`scanrack export TRACE --csv OUT`, or another format of `traces.export.formats`."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import asdict, make_dataclass
 from pathlib import Path
-from typing import IO, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from ...terminal.complaints import reported_mistakes
+from ...terminal.grouped import grouped
 from ...terminal.terminal import say
 from ...terminal.trace_options import (
     QuietOption,
@@ -20,48 +22,27 @@ from ...terminal.trace_options import (
     selection,
     tell_notes,
 )
-from ...traces.export import write_csv, write_mcap, write_parquet, write_vcd
-from ...traces.files.guard import CSV, PARQUET, TRACE, VCD, check_output
-from ...traces.files.newfile import Target
-from ...traces.read.reader import Trace, open_trace
-from ...traces.signals import Selection
-
-_TABLES = {"--csv": write_csv, "--parquet": write_parquet, "--vcd": write_vcd}
-"""Writers of chosen signals."""
-
-_KINDS = {"--csv": CSV, "--parquet": PARQUET, "--vcd": VCD, "--mcap": TRACE}
+from ...traces.export import formats
+from ...traces.export.format import ExportFormat
+from ...traces.files.guard import check_output
+from ...traces.read.reader import open_trace
 
 STDOUT = Path("-")
 """The file name that means standard output."""
 
-_STREAMS: dict[str, Callable[[], IO[Any]]] = {
-    "--csv": lambda: sys.stdout,
-    "--parquet": lambda: sys.stdout.buffer,
-    "--vcd": lambda: sys.stdout,
-    "--mcap": lambda: sys.stdout.buffer,
-}
+
+def _targets() -> type[Any]:
+    """Return a dataclass with an option for each format."""
+    of_formats: list[tuple[str, Any, None]] = [
+        (each.name, Annotated[Path | None, typer.Option(each.option, metavar="OUT", help=each.help)], None)
+        for each in formats.FORMATS
+    ]
+    return make_dataclass("Targets", of_formats)
 
 
 def _export_command(
-    trace: Annotated[Path, typer.Argument(help="The trace, an MCAP file.", show_default=False)],
-    csv: Annotated[
-        Path | None, typer.Option("--csv", metavar="OUT", help="Write a CSV file, a row per scan.")
-    ] = None,
-    parquet: Annotated[
-        Path | None, typer.Option("--parquet", metavar="OUT", help="Write a Parquet file, a row per scan.")
-    ] = None,
-    vcd: Annotated[
-        Path | None,
-        typer.Option("--vcd", metavar="OUT", help="Write a value change dump, for GTKWave and its like."),
-    ] = None,
-    mcap: Annotated[
-        Path | None,
-        typer.Option(
-            "--mcap",
-            metavar="OUT",
-            help="Write a copy with decoded position, speed and bits of each 3601, for any viewer.",
-        ),
-    ] = None,
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
+    targets: Any,
     signal: Annotated[
         list[str] | None,
         typer.Option(
@@ -75,7 +56,7 @@ def _export_command(
     time: TimeOption = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Write a trace in a format that other programs read.
+    """Convert a trace for other programs.
 
     Example: scanrack export run.mcap --vcd run.vcd --time 1.5s:3s
 
@@ -85,43 +66,35 @@ def _export_command(
     """
     with reported_mistakes():
         wanted = selection(scans, time)
-        targets = {"--csv": csv, "--parquet": parquet, "--vcd": vcd, "--mcap": mcap}
-        if signal and not any(targets[option] for option in _TABLES):
-            raise ValueError("--signal chooses columns; a copy as MCAP has all of the trace")
-        if not any(targets.values()):
-            raise ValueError(f"nothing to write: give {', '.join(targets)} or several of them")
-        if sum(target == STDOUT for target in targets.values()) > 1:
-            raise ValueError("only one of them can go to standard output")
-        for option, target in targets.items():
-            if target not in (None, STDOUT):
-                check_output(target, _KINDS[option], itself(trace))
-        for option, target in targets.items():
-            if target is None:
-                continue
+        given = asdict(targets)
+        chosen = [(each, given[each.name]) for each in formats.FORMATS if given[each.name] is not None]
+        _check(chosen, signal or (), trace)
+        for each, target in chosen:
             to_stdout = target == STDOUT
             with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress:
-                into = _STREAMS[option]() if to_stdout else target
-                count = _write(opened, option, into, signal or (), wanted, progress)
+                into = target if not to_stdout else sys.stdout.buffer if each.binary else sys.stdout
+                signals = [signal or ()] if each.chooses else []
+                count = each.write(opened, into, *signals, wanted, progress=progress)
             if not quiet:
                 size = "" if to_stdout else f", {target.stat().st_size:,} bytes"
                 say(f"{target}: {count:,} scans{size}", err=to_stdout)
             tell_notes(opened)
 
 
-def _write(
-    trace: Trace,
-    option: str,
-    into: Target,
-    signals: Sequence[str],
-    wanted: Selection,
-    progress: Callable[[int], None],
-) -> int:
-    """Write a trace in the format of an option; return the number of scans."""
-    if option == "--mcap":
-        return write_mcap(trace, into, wanted, progress=progress)
-    return _TABLES[option](trace, into, signals, wanted, progress=progress)
+def _check(chosen: Sequence[tuple[ExportFormat, Path]], signals: Sequence[str], trace: Path) -> None:
+    """Raise ValueError if these formats can't be written to these targets."""
+    if signals and not any(each.chooses for each, _ in chosen):
+        raise ValueError("--signal chooses columns; a copy as MCAP has all of the trace")
+    if not chosen:
+        options = ", ".join(each.option for each in formats.FORMATS)
+        raise ValueError(f"nothing to write: give {options} or several of them")
+    if sum(target == STDOUT for _, target in chosen) > 1:
+        raise ValueError("only one of them can go to standard output")
+    for each, target in chosen:
+        if target != STDOUT:
+            check_output(target, each.kind, itself(trace))
 
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command("export", no_args_is_help=True)(_export_command)
+    app.command("export", no_args_is_help=True)(grouped(_export_command, targets=_targets()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -15,6 +16,7 @@ from ...jobs.captures.reading import MODBUS_PORT, pairing_of, read_capture
 from ...jobs.captures.recording import record, said_by, value_names
 from ...jobs.captures.words import record_words, word_scans
 from ...terminal.complaints import reported_mistakes
+from ...terminal.grouped import grouped
 from ...terminal.status import DONE, complain
 from ...terminal.terminal import say
 from ...terminal.trace_options import QuietOption
@@ -30,20 +32,23 @@ class CapturedController(StrEnum):
     COMPACTLOGIX = "compactlogix"
 
 
-def _import_command(
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ImportOptions:
+    """The argument and the options of `scanrack import`."""
+
     capture: Annotated[
         Path, typer.Argument(help="A capture, pcap or pcapng, or a log of frames.", show_default=False)
-    ],
+    ]
     controller: Annotated[
         CapturedController,
         typer.Option("--as", metavar="CONTROLLER", help="amci3601, pcl601, pmc006 or compactlogix."),
-    ] = CapturedController.PCL601,
+    ] = CapturedController.PCL601
     unit: Annotated[
         int | None,
         typer.Option(
             "--unit", help="Its address, if there are several; the slot in a compactlogix.", min=0, max=255
         ),
-    ] = None,
+    ] = None
     port: Annotated[
         int | None,
         typer.Option(
@@ -53,25 +58,30 @@ def _import_command(
             max=65535,
             show_default=f"{MODBUS_PORT}; compactlogix: {PORT}",
         ),
-    ] = None,
+    ] = None
     rtu_over_tcp: Annotated[
-        bool, typer.Option("--rtu-over-tcp", help="Bytes of the line; as always with a log and a PMC006.")
-    ] = False,
+        bool,
+        typer.Option("--rtu-over-tcp", help="Raw serial bytes over TCP; implied for a log and a PMC006."),
+    ] = False
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", metavar="FILE", help="Where to.", show_default="CAPTURE with .mcap"),
-    ] = None,
+    ] = None
     simulated_to: Annotated[
         Path | None,
         typer.Option(
             "--simulated",
             metavar="FILE",
-            help="Also write what a simulated one answers to the same.",
+            help="Also record the simulated device's responses.",
         ),
-    ] = None,
-    quiet: QuietOption = False,
+    ] = None
+    quiet: QuietOption = False
+
+
+def _import_command(
+    options: ImportOptions,
 ) -> None:
-    """Make a trace of what a real controller said, for show, query, plot, export and compare.
+    """Convert a network capture to a trace, for show, query, plot, export and compare.
 
     A scan is an exchange, at the time of its reply. Registers are tags by their names. With --simulated the
     same requests go to a simulated controller: compare the two traces to see where the real one differs.
@@ -83,33 +93,35 @@ def _import_command(
     Exit status: 0 done, 2 a file or option can't be used, 3 a trace can't be written.
     """
     with reported_mistakes():
-        has_words = controller in (CapturedController.AMCI3601, CapturedController.COMPACTLOGIX)
-        if has_words and simulated_to is not None:
+        has_words = options.controller in (CapturedController.AMCI3601, CapturedController.COMPACTLOGIX)
+        if has_words and options.simulated_to is not None:
             raise ValueError("--simulated: the words of an amci3601 are for scanrack replay")
-        target = out or Path(capture.name).with_suffix(".mcap")
-        outputs = [target] if simulated_to is None else [target, simulated_to]
-        used = {capture: "the capture"}
+        target = options.out or Path(options.capture.name).with_suffix(".mcap")
+        outputs = [target] if options.simulated_to is None else [target, options.simulated_to]
+        used = {options.capture: "the capture"}
         for each in outputs:
             check_output(each, TRACE, used)
             used[each] = "the other trace"
-        over_enip = controller is CapturedController.COMPACTLOGIX
-        port = port or (PORT if over_enip else MODBUS_PORT)
-        found = read_capture(capture, pairing_of(controller, rtu=rtu_over_tcp), port, unit)
+        over_enip = options.controller is CapturedController.COMPACTLOGIX
+        at_port = options.port or (PORT if over_enip else MODBUS_PORT)
+        found = read_capture(
+            options.capture, pairing_of(options.controller, rtu=options.rtu_over_tcp), at_port, options.unit
+        )
         if has_words:
             scans, notes = cip_scans(found.exchanges) if over_enip else (word_scans(found.exchanges), [])
             first = found.exchanges[0]
             record_words(target, scans, first.asked_ns, first.unit if over_enip else 1)
             found.notes += notes
-            _tell(found.notes, f"{target}: {len(scans):,} scans of a PLC", quiet=quiet)
+            _tell(found.notes, f"{target}: {len(scans):,} scans of a PLC", quiet=options.quiet)
             raise typer.Exit(DONE)
-        real = said_by(controller, found.exchanges)
-        model = [] if simulated_to is None else simulated(controller, real)
+        real = said_by(options.controller, found.exchanges)
+        model = [] if options.simulated_to is None else simulated(options.controller, real)
         names = value_names(real, model)
-        record(target, controller, real, names)
-        if simulated_to is not None:
-            record(simulated_to, controller, model, names)
+        record(target, options.controller, real, names)
+        if options.simulated_to is not None:
+            record(options.simulated_to, options.controller, model, names)
         done = f"{target}: {len(real):,} exchanges with unit {found.exchanges[0].unit}"
-        _tell(found.notes, done, quiet=quiet)
+        _tell(found.notes, done, quiet=options.quiet)
     raise typer.Exit(DONE)
 
 
@@ -122,4 +134,4 @@ def _tell(notes: list[str], done: str, *, quiet: bool) -> None:
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command("import", no_args_is_help=True)(_import_command)
+    app.command("import", no_args_is_help=True)(grouped(_import_command, options=ImportOptions))

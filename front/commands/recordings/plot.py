@@ -29,7 +29,7 @@ _KINDS = {".png": PNG, ".svg": SVG, ".html": PAGE, ".htm": PAGE}
 
 
 def _plot_command(
-    trace: Annotated[Path, typer.Argument(help="The trace to draw, an MCAP file.", show_default=False)],
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
     out: Annotated[
         Path | None,
         typer.Option(
@@ -63,7 +63,7 @@ def _plot_command(
     """Draw a timing chart: position, speed, ramp state, the bits that change, and recorded tags.
 
     An HTML page needs nothing but a browser, holds every scan and zooms with the wheel; .png and .svg
-    need matplotlib: pip install 'scanrack[plot]'.
+    need the extra `plot`: `scanrack doctor` says how to install it.
 
     Example: scanrack plot run.mcap --out run.png --time 1.5s:3s
 

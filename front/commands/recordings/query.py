@@ -9,13 +9,13 @@ from typing import Annotated
 import typer
 from rich.table import Table
 
+from ...io_images.times import seconds_column, time_text
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.complaints import reported_mistakes
 from ...terminal.status import DONE, NO
 from ...terminal.terminal import say
 from ...terminal.trace_options import QuietOption, reading, tell_notes
 from ...traces.query import Answer, Occurrence, query
-from ...traces.read.image_text import seconds
 from ...traces.read.reader import open_trace
 from .show import new_table, print_block
 
@@ -59,20 +59,9 @@ def _table(occurrences: tuple[Occurrence, ...]) -> Table:
     )
     for one in occurrences:
         values = [_text(value) for value in one.shown.values()]
-        lasted = lasting(one.duration_ns) + (" or more" if one.open else "")
-        result.add_row(str(one.first), str(one.last), seconds(one.start_ns), lasted, *values)
+        lasted = time_text(one.duration_ns) + (" or more" if one.open else "")
+        result.add_row(str(one.first), str(one.last), seconds_column(one.start_ns), lasted, *values)
     return result
-
-
-def lasting(duration_ns: int) -> str:
-    """Return a duration in a suitable unit.
-
-    >>> lasting(2_000_000), lasting(1_502_250_000), lasting(0)
-    ('2 ms', '1.50225 s', '0 ms')
-    """
-    if duration_ns < 1_000_000_000:
-        return f"{duration_ns / 1e6:.6f}".rstrip("0").rstrip(".") + " ms"
-    return f"{seconds(duration_ns)} s"
 
 
 def _text(value: float | bool | None) -> str:
@@ -86,16 +75,19 @@ def _text(value: float | bool | None) -> str:
 
 
 def _query_command(
-    trace: Annotated[Path, typer.Argument(help="The trace to ask, an MCAP file.", show_default=False)],
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
     text: Annotated[
-        str, typer.Argument(metavar="QUERY", help="What to look for, see docs/query.md.", show_default=False)
+        str,
+        typer.Argument(
+            metavar="QUERY", help="What to look for, such as slot1.in.MOVING_CW.", show_default=False
+        ),
     ],
     show: Annotated[
         list[str] | None,
-        typer.Option("--show", metavar="SIGNAL", help="Its value at each beginning, too; may be repeated."),
+        typer.Option("--show", metavar="SIGNAL", help="Also print this signal per match; may be repeated."),
     ] = None,
     limit: Annotated[
-        int | None, typer.Option("--limit", min=0, help="Most rows to print.", show_default="all")
+        int | None, typer.Option("--limit", min=0, help="Maximum rows.", show_default="all")
     ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -111,7 +103,7 @@ def _query_command(
     raise typer.Exit(DONE if answer.count else NO)
 
 
-_query_command.__doc__ = f"""Find the scans in which something holds, and how long it took.
+_query_command.__doc__ = f"""Find scans matching a condition, and how long each match lasts.
 
 Signals are named slot1.in.COMMAND_ERROR, slot1.in.position, slot1.out.target, slot1.speed; any bit of a
 word slot1.in.word3.12. Exit status: 0 found, 1 nothing found, 2 the query or the file can't be used.

@@ -48,14 +48,14 @@ def _bar(trace: Path, *, quiet: bool) -> Iterator[Callable[[int], None]]:
 
 
 def _repair_command(
-    trace: Annotated[Path, typer.Argument(help="The trace, an MCAP file.", show_default=False)],
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
     output: Annotated[
         Path | None,
         typer.Option("--output", "-o", metavar="OUT", help="Where to.", show_default="in place of the trace"),
     ] = None,
     quiet: QuietOption = False,
 ) -> None:
-    """Complete a trace whose recording was killed, or that is damaged, so that every MCAP tool opens it.
+    """Recover a damaged trace, or one whose process was killed, so that every MCAP tool opens it.
 
     Traces of serial lines, as `serve --record` writes them, too.
 

@@ -14,9 +14,7 @@ from .compare import ToleranceCountsOption, ToleranceTimeOption
 
 
 def _replay_command(
-    path: Annotated[
-        Path, typer.Argument(metavar="TRACE", help="The recording, an MCAP file.", show_default=False)
-    ],
+    path: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
     into: Annotated[
         ReplayTarget,
         typer.Option(
@@ -48,19 +46,19 @@ def _replay_command(
     tolerance_time: ToleranceTimeOption = "0s",
     tolerance_counts: ToleranceCountsOption = 0,
     to_the_end: Annotated[
-        bool, typer.Option("--to-the-end", help="Go on after the first scan that differs.")
+        bool, typer.Option("--to-the-end", help="Continue after the first scan that differs.")
     ] = False,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Replay a recording, and stop at the first scan in which the answer is another one.
+    """Replay and check for differences; stop at the first scan whose response differs.
 
     Rack and program are those that came with the trace, or what --rack and --program say: so a changed
-    program is checked against an old recording. With a tolerance the whole recording is replayed and
+    program is checked against an old trace. With a tolerance the whole trace is replayed and
     compared by time, see scanrack compare.
 
-    Exit status: 0 the same, 1 something differs, 2 a file or option can't be used.
+    Exit status: 0 the same, 1 something differs, 2 a file or option can't be used, 130 stopped by Ctrl-C.
 
     Example: scanrack replay line.mcap --into program --program new.rung
     """

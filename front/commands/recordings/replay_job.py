@@ -40,7 +40,7 @@ def replay_trace(
     as_json: bool,
     quiet: bool,
 ) -> None:
-    """Replay a recording, and stop at the first scan in which the answer is another one.
+    """Replay and check for differences; stop at the first scan whose response differs.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
@@ -49,8 +49,10 @@ def replay_trace(
         allowed = tolerance(tolerance_time, tolerance_counts)
         with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
             recording = Recording.of(trace)
-            tell_notes(trace)
-            spec, logic = _sources(trace, Path(folder), into, rack, program, trust=trust)
+            try:
+                spec, logic = _sources(trace, Path(folder), into, rack, program, trust=trust)
+            finally:
+                tell_notes(trace)
             chosen = stimuli or (Stimuli.RECORDED if into is ReplayTarget.RACK else Stimuli.MACHINE)
             slots = check_slots(recording, spec, slot)
             replay = Replay(recording, with_stimuli(spec, recording, chosen), logic, into, slots)

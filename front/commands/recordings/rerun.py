@@ -12,9 +12,7 @@ from ...terminal.trace_options import QuietOption, ReplaceOption
 
 
 def _rerun_command(
-    path: Annotated[
-        Path, typer.Argument(metavar="TRACE", help="The trace, an MCAP file.", show_default=False)
-    ],
+    path: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
     record: Annotated[
         Path | None,
         typer.Option("--record", help="Keep the trace of the rerun there.", show_default=False),
@@ -24,7 +22,7 @@ def _rerun_command(
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Run again what a trace was made by: its rack file and program, for as many scans, and compare.
+    """Run a recorded session again and check for differences: same rack file, program and number of scans.
 
     The orders of a session of scanrack watch are given again before the same scans, edits of its program
     among them.

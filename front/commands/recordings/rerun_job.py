@@ -9,8 +9,8 @@ from pathlib import Path
 import typer
 
 from ...jobs.record.editions import editions_of
-from ...jobs.record.order_repeater import is_session, orders_of
-from ...jobs.replay.replaying import lost_edits, lost_notes
+from ...jobs.record.order_repeater import is_session, lost_edits, orders_of
+from ...jobs.replay.replaying import lost_notes
 from ...jobs.run.running import RunOptions
 from ...jobs.trust.attachments import job_of
 from ...jobs.trust.owned import check_recording
@@ -34,7 +34,7 @@ RERUN = "rerun"
 def rerun_trace(
     path: Path, record: Path | None, replace: bool, trust: bool, as_json: bool, quiet: bool
 ) -> None:
-    """Run again what a trace was made by: its rack file and program, for as many scans, and compare.
+    """Run a recorded session again and check for differences: same rack file, program and number of scans.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
@@ -59,13 +59,18 @@ def _rerun(
     quiet: bool,
     keep: int | None,
 ) -> int:
-    job = job_of(trace, folder / "files", trust=trust)
+    try:
+        job = job_of(trace, folder / "files", trust=trust)
+    except ValueError:
+        tell_notes(trace)
+        raise
     check_recording(job, again, itself(path), keep)
     ends = extent(trace).scan.tolist()
     if not ends:
         raise ValueError(f"{path}: the trace has no scans to compare with")
     tell_notes(trace)
-    orders = orders_of(trace.events()) if is_session(trace) else None
+    given = orders_of(trace.events())
+    orders = given if given or is_session(trace) else None
     editions = None if orders is None else editions_of(trace, orders, job, folder / "edits", trust=trust)
     for note in lost_notes(lost_edits(trace.events())):
         say(f"note: {note}", err=True)

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
 
+from ...io_images.times import seconds_column
 from ...jobs.trust.extracting import attached_files, extract
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.complaints import reported_mistakes
@@ -25,14 +26,10 @@ from ...traces.format.flags import flag_names
 from ...traces.read.arrays import extent, scan_count
 from ...traces.read.changes import ChangeRows, Row
 from ...traces.read.event_text import describe
-from ...traces.read.image_text import seconds
 from ...traces.read.reader import Trace, TraceEvent, open_trace
 from ...traces.read.sections import Section
 from ...traces.read.tag_text import TagText
 from ...traces.signals import ALL, Selection
-
-CHECKED_BYTES = 256 * 1024 * 1024
-"""Largest trace whose CRC is checked although only a part is printed."""
 
 T = TypeVar("T")
 
@@ -53,7 +50,7 @@ def show(
     """
     with open_trace(trace) as opened:
         contents = Contents(opened, every=every, limit=limit, wanted=wanted)
-        if opened.size <= CHECKED_BYTES or not contents.rows.stopped:
+        if not contents.rows.stopped:
             opened.check_data()
         if as_json:
             say_json(_as_json(trace, opened, contents))
@@ -196,7 +193,7 @@ def _scans_line(contents: Contents) -> str:
         return "no scans"
     return (
         f"{contents.count:,} scans, {contents.first} to {contents.last}, "
-        f"up to {seconds(contents.end_ns)} s of machine time"
+        f"up to {seconds_column(contents.end_ns)} s of machine time"
     )
 
 
@@ -228,7 +225,7 @@ def _event_table(events: Iterable[TraceEvent]) -> Table:
     for event in events:
         slot = event.fields.get("slot", "")
         text = describe(event.topic, event.scan, event.fields)
-        table.add_row(str(event.scan), seconds(event.now_ns), str(slot), text)
+        table.add_row(str(event.scan), seconds_column(event.now_ns), str(slot), text)
     return table
 
 
@@ -237,7 +234,7 @@ def _row_table(rows: Iterable[Row]) -> Table:
     for row in rows:
         table.add_row(
             "" if row.scan is None else str(row.scan),
-            "" if row.now_ns is None else seconds(row.now_ns),
+            "" if row.now_ns is None else seconds_column(row.now_ns),
             "" if row.slot is None else str(row.slot),
             row.direction,
             "" if row.position is None else f"{row.position:,}",
@@ -284,13 +281,13 @@ def plain_lines(block: str | Table) -> list[str]:
 
 
 def _show_command(
-    trace: Annotated[Path, typer.Argument(help="The trace to print, an MCAP file.", show_default=False)],
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
     every: Annotated[
         bool, typer.Option("--every", help="A row for every change, those of position and counts included.")
     ] = False,
     limit: Annotated[
         int | None,
-        typer.Option("--limit", min=0, help="Most rows and most events to print.", show_default="all"),
+        typer.Option("--limit", min=0, help="Maximum rows and events.", show_default="all"),
     ] = None,
     scans: ScansOption = None,
     time: TimeOption = None,
@@ -305,7 +302,7 @@ def _show_command(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Print a trace: its head, its slots, what happened, and the scans in which something changed.
+    """List events and changes: the trace's header, slots and events, and the scans that changed something.
 
     Bits that rose are shown as +NAME, bits that fell as -NAME. Scans in which only the position or
     encoder count changed are counted, unless --every is given. A trace whose process was killed is

@@ -12,6 +12,7 @@ from typing import Annotated
 
 import typer
 
+from ...io_images.times import parse_time
 from ...jobs.conform.moments import PlayedScene, Timing
 from ...jobs.conform.paths.captured import scenes_of
 from ...jobs.conform.paths.counter import counter_rung
@@ -27,19 +28,19 @@ from ...jobs.conform.plan import PlannedScene, ScenePlan, load_plan
 from ...jobs.conform.playing import play
 from ...jobs.conform.report import FORMAT, as_object, lines, load_played
 from ...jobs.conform.verdicts import Judge
-from ...runtime.config.quantities import parse_time
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.complaints import reported_mistakes
+from ...terminal.grouped import grouped
 from ...terminal.status import DONE, NO, complain
 from ...terminal.terminal import on_a_line, say
-from ...terminal.trace_options import QuietOption
+from ...terminal.trace_options import QuietOption, tell_notes
 from ...traces.files.guard import beginning, check_output
 from ...traces.files.newfile import new_file
 
 RESULT = beginning("a result of conform", f'{{"format": "{FORMAT}'.encode())
 SAFETY = (
     "this controller is a real one, and its axis moves: disable the drive first, then uncouple the motor; "
-    "read docs/conform.md; then give --live --control"
+    "read the book's page about conform; then give --live --control"
 )
 
 
@@ -62,59 +63,62 @@ class _Wish:
     quiet: bool
 
 
-def _conform_command(
-    plan: Annotated[str, typer.Argument(help="A plan: hour, quick, or a TOML file.")] = "hour",
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConformOptions:
+    """The argument and the options of `scanrack conform`."""
+
+    plan: Annotated[str, typer.Argument(help="A plan: hour, quick, or a TOML file.")] = "hour"
     path: Annotated[
         str | None,
         typer.Option("--path", metavar="HOST[:PORT][,SLOT]", help="The controller.", show_default=False),
-    ] = None,
+    ] = None
     source: Annotated[
         Path | None,
         typer.Option("--from", metavar="FILE", help="A result, or a trace of scanrack import, to judge."),
-    ] = None,
-    module: Annotated[int, typer.Option("--slot", help="The module's slot.", min=1, max=30)] = 1,
+    ] = None
+    module: Annotated[int, typer.Option("--slot", help="The module's slot.", min=1, max=30)] = 1
     counter: Annotated[
         str | None,
         typer.Option("--counter", metavar="TAG:MS", help="A tag that counts every MS."),
-    ] = None,
+    ] = None
     wire: Annotated[
         list[str] | None,
-        typer.Option("--wire", metavar="INPUT=TAG", help="A tag that energises an input; repeat it."),
-    ] = None,
-    encoder: Annotated[
-        bool, typer.Option("--encoder", help="An encoder is wired, and stands still.")
-    ] = False,
+        typer.Option("--wire", metavar="INPUT=TAG", help="A tag that energizes an input; repeat it."),
+    ] = None
+    encoder: Annotated[bool, typer.Option("--encoder", help="An encoder is wired, and stands still.")] = False
     scene: Annotated[
         list[str] | None, typer.Option("--scene", metavar="NAME", help="Only this scene; repeat it.")
-    ] = None,
+    ] = None
     scan: Annotated[
         str | None,
         typer.Option("--scan", metavar="TIME", help="Longest time from scan to scan of the controller."),
-    ] = None,
+    ] = None
     live: Annotated[
         bool, typer.Option("--live", help="A real axis may move. This is not a safety system.")
-    ] = False,
-    control: Annotated[
-        bool, typer.Option("--control", help="With --live: write the module's words.")
-    ] = False,
+    ] = False
+    control: Annotated[bool, typer.Option("--control", help="With --live: write the module's words.")] = False
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="FILE", help="The result to send, without your names.")
-    ] = Path("conform.json"),
+    ] = Path("conform.json")
     rung: Annotated[
         RungKind | None,
         typer.Option("--rung", metavar="l5x|slc", help="Print the counter's rung, to import."),
-    ] = None,
+    ] = None
     listed: Annotated[
-        bool, typer.Option("--list", help="List scenes, and the readings that they settle.")
-    ] = False,
-    as_json: JsonOption = False,
-    quiet: QuietOption = False,
-) -> None:
-    """Hold a real 3601 against the manual.
+        bool, typer.Option("--list", help="List scenes, and the interpretations that they settle.")
+    ] = False
+    as_json: JsonOption = False
+    quiet: QuietOption = False
 
-    A plan of scenes is played through the controller that owns the module. A difference is told only if no
-    instant at which the words may have acted explains what was read. Each rule of the manual is as the manual
-    has it, differs, or is open; each reading of ours that a scene settles is named.
+
+def _conform_command(
+    options: ConformOptions,
+) -> None:
+    """Test a real 3601 against its manual.
+
+    A plan of scenes is played through the controller that owns the module. A difference is reported only if
+    no instant at which the words may have acted explains what was read. Each rule is as the manual
+    has it, differs, or is open; each interpretation that a scene settles is named.
 
     Example: scanrack conform hour --path 192.168.1.10,0 --counter ConformScan:2 --live --control
 
@@ -122,39 +126,47 @@ def _conform_command(
     be written.
     """
     with reported_mistakes():
-        if rung is not None:
-            say(counter_rung(rung.value).rstrip(), whole=True)
+        if options.rung is not None:
+            say(counter_rung(options.rung.value).rstrip(), whole=True)
             raise typer.Exit(DONE)
-        wanted = load_plan(plan)
-        if listed:
+        wanted = load_plan(options.plan)
+        if options.listed:
             _say_list(wanted)
             raise typer.Exit(DONE)
-        used = {source: "the file that is judged"} if source is not None else {}
-        used |= {Path(plan): "the plan"} if Path(plan).is_file() else {}
-        check_output(out, RESULT, used)
-        tag, period_ns = counter_of(counter)
-        tags = ModuleTags(module, tag, period_ns, wiring_of(wire or []))
-        wanted = replace(wanted, timing=_timing(wanted.timing, scan, period_ns))
-        if (path is None) == (source is None):
+        used = {options.source: "the file that is judged"} if options.source is not None else {}
+        used |= {Path(options.plan): "the plan"} if Path(options.plan).is_file() else {}
+        check_output(options.out, RESULT, used)
+        tag, period_ns = counter_of(options.counter)
+        tags = ModuleTags(options.module, tag, period_ns, wiring_of(options.wire or []))
+        wanted = replace(wanted, timing=_timing(wanted.timing, options.scan, period_ns))
+        if (options.path is None) == (options.source is None):
             raise ValueError("give --path HOST[,SLOT] for a controller, or --from FILE for what was recorded")
-        if source is None:
+        if options.source is None:
             firmware, timing = wanted.firmware, wanted.timing
             played = _play(
-                str(path), _Wish(wanted, tags, scene or (), encoder, live and control, quiet or as_json)
+                str(options.path),
+                _Wish(
+                    wanted,
+                    tags,
+                    options.scene or (),
+                    options.encoder,
+                    options.live and options.control,
+                    options.quiet or options.as_json,
+                ),
             )
         else:
-            firmware, timing, played = _recorded(source, module, wanted)
+            firmware, timing, played = _recorded(options.source, options.module, wanted)
         judge = Judge(firmware, timing)
         for each in played:
             verdict = judge.judge(each)
-            if not quiet and not as_json:
+            if not options.quiet and not options.as_json:
                 complain(f"{each.name}: {verdict.verdict}")
         whole = as_object(wanted.name, firmware, timing, played, judge.result)
-        with new_file(out, RESULT, used=used) as file:
+        with new_file(options.out, RESULT, used=used) as file:
             json.dump(whole, file, separators=(", ", ": "))
             file.write("\n")
-        if as_json or not quiet:
-            _say_result(whole, judge, sum(each.reads for each in played), as_json=as_json)
+        if options.as_json or not options.quiet:
+            _say_result(whole, judge, sum(each.reads for each in played), as_json=options.as_json)
         raise typer.Exit(NO if judge.result.differs else DONE)
 
 
@@ -170,8 +182,9 @@ def _recorded(source: Path, slot: int, plan: ScenePlan) -> tuple[str, Timing, li
         begin = file.read(1)
     if begin == b"{":
         return load_played(source)
-    firmware, scenes = scenes_of(source, slot)
-    return firmware, plan.timing, scenes
+    captured = scenes_of(source, slot)
+    tell_notes(captured)
+    return captured.firmware, plan.timing, captured.scenes
 
 
 def _play(path: str, wish: _Wish) -> list[PlayedScene]:
@@ -227,4 +240,4 @@ def _say_result(whole: dict[str, object], judge: Judge, reads: int, *, as_json: 
 
 def register(app: typer.Typer) -> None:
     """Add the command."""
-    app.command("conform")(_conform_command)
+    app.command("conform")(grouped(_conform_command, options=ConformOptions))

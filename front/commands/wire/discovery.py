@@ -1,4 +1,4 @@
-"""`scanrack ports` and `scanrack probe PORT`: list serial devices, and identify a controller on one."""
+"""`scanrack device list` and `scanrack device identify PORT`: the serial ports, and the device on one."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ from ...terminal.trace_options import QuietOption
 from .link_commands import reported_faults
 
 
-def _ports_command() -> None:
-    """List the serial devices of this machine: path, and what is known about each.
+def list_command() -> None:
+    """List the serial ports.
 
-    Example: scanrack ports
+    Example: scanrack device list
 
     Exit status: 0 there are some, 1 there is none.
     """
@@ -34,7 +34,7 @@ def _ports_command() -> None:
         about = [text for text in (each.description, each.manufacturer) if text and text != "n/a"]
         say("  ".join([each.device, *about]))
     if not devices:
-        raise typer.Exit(complain("there is no serial device", NO))
+        raise typer.Exit(complain("no serial device", NO))
 
 
 @contextmanager
@@ -52,7 +52,7 @@ def shown_questions(total: int, *, quiet: bool) -> Iterator[Asked]:
         )
 
 
-def _probe_command(
+def identify_command(
     port: Annotated[
         str,
         typer.Argument(metavar="PORT", help="Serial device, or tcp:HOST:PORT.", show_default=False),
@@ -61,15 +61,17 @@ def _probe_command(
         list[str] | None,
         typer.Option("--address", metavar="N", help="Ask this address only; several, or 1-5."),
     ] = None,
-    everyone: Annotated[bool, typer.Option("--all", help="Go on after the first that answers.")] = False,
+    everyone: Annotated[bool, typer.Option("--all", help="Continue after the first that responds.")] = False,
     quiet: QuietOption = False,
 ) -> None:
-    """Say what answers on a port: a PCL601 in Modbus RTU or in ASCII, or a PMC006, and its address.
+    """Identify the device on a port.
+
+    It finds a PCL601 in Modbus RTU or in ASCII, or a PMC006, and its address.
 
     The questions only read: nothing is changed, and nothing moves. A line without an answer takes
     about 25 seconds; --address makes it short.
 
-    Example: scanrack probe /dev/ttyUSB0
+    Example: scanrack device identify /dev/ttyUSB0
 
     Exit status: 0 something answers, 1 nothing does or the line fails, 2 an address or PORT can't be meant.
     """
@@ -82,9 +84,3 @@ def _probe_command(
         say(each)
     if not found:
         raise typer.Exit(complain(f"no controller answers on {port}", NO))
-
-
-def register(app: typer.Typer) -> None:
-    """Add the commands to the application."""
-    app.command("ports")(_ports_command)
-    app.command("probe", no_args_is_help=True)(_probe_command)

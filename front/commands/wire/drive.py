@@ -47,15 +47,18 @@ def drive(
         ),
     ],
 ) -> None:
-    """Put one module on the bench: one JSON request per line in, one JSON reply per line out.
+    """Exercise one module with JSON requests: one request per line in, one response per line out.
 
     Time is virtual and never waits; the same input gives the same output, byte for byte.
-    Exit status 2 if any request was refused. The protocol is described in docs/drive.md.
+    A request is {"new": {...}} for a fresh bench, or {"out": [eight words], "for_ms": 100}; an unknown key is
+    refused with those that there are.
+
+    Exit status: 0 done, 2 any request was refused.
     """
     if target not in BENCHES:
-        raise typer.Exit(complain(f"there is no target {target!r}: {allowed(target, BENCHES)}", BAD_INPUT))
+        raise typer.Exit(complain(f"no target {target!r}: {allowed(target, BENCHES)}", BAD_INPUT))
     if sys.stdin is None:
-        raise typer.Exit(complain("there are no requests: standard input is closed", BAD_INPUT))
+        raise typer.Exit(complain("no requests: standard input is closed", BAD_INPUT))
     raise typer.Exit(converse(bench_for(target), sys.stdin, sys.stdout))
 
 

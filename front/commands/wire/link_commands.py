@@ -40,7 +40,7 @@ NameArgument = Annotated[str, typer.Argument(metavar="NAME", show_default=False)
 ValueArgument = Annotated[int, typer.Argument(metavar="VALUE", show_default=False)]
 StepsArgument = Annotated[int, typer.Argument(metavar="STEPS", show_default=False)]
 SpeedOption = Annotated[
-    int | None, typer.Option("--speed", metavar="V", help="Maximum speed, steps/s; as it is without.")
+    int | None, typer.Option("--speed", metavar="V", help="Maximum speed, steps/s. [default: unchanged]")
 ]
 
 TimeoutOption = Annotated[

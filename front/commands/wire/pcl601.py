@@ -1,4 +1,4 @@
-"""`scanrack pcl601`: a real PCL601 on a serial port or a network, or a simulated one."""
+"""`scanrack device pcl601`: a real PCL601 on a serial port or a network, or a simulated one."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ from .link_commands import (
 )
 
 app = typer.Typer(
-    help="Talk to a PCL601 over Modbus.\n\nExample: scanrack pcl601 --port /dev/ttyUSB0 --unit 1 move 2000",
+    help="Read, set and move a PCL601 over Modbus.\n\n"
+    "Example: scanrack device pcl601 --port /dev/ttyUSB0 --unit 1 move 2000",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -126,7 +127,7 @@ def output(
         client.set_output(number, on)
 
 
-add_move(app, client_at, "scanrack pcl601 --tcp 192.168.0.9:502 move --speed 4000 -- -2000")
+add_move(app, client_at, "scanrack device pcl601 --tcp 192.168.0.9:502 move --speed 4000 -- -2000")
 
 
 @app.command()
@@ -158,8 +159,3 @@ def write(
     with reported_faults():
         steps = len(read_program(file).steps)
         raise ValueError(f"{file} is a good program of {steps} instructions, but {NO_DOWNLOAD}")
-
-
-def register(application: typer.Typer) -> None:
-    """Add the command to the application."""
-    application.add_typer(app, name="pcl601")

@@ -14,7 +14,7 @@ from ...terminal.complaints import reported_mistakes
 from ...terminal.terminal import say
 
 app = typer.Typer(
-    help="Stored programs of the PCL601: check and list them; see docs/pcl601-programs.md.",
+    help="Check and list stored programs of the PCL601.",
     no_args_is_help=True,
 )
 
@@ -40,7 +40,7 @@ def check_command(
 ) -> None:
     """Say whether programs can be stored, and what they take of the memory.
 
-    Example: scanrack pclt check examples/pcl601/sample1.pclt
+    Example: scanrack pclt check program.pclt
 
     Exit status: 0 they can; 2 one can't: the message names its line, column and what is allowed.
     """
@@ -57,7 +57,7 @@ def list_command(
 
     Sizes are this simulator's: of the real unit's only "2 to 7 bytes" is published.
 
-    Example: scanrack pclt list examples/pcl601/sample1.pclt
+    Example: scanrack pclt list program.pclt
     """
     with reported_mistakes():
         say(listing(read_program(file)), whole=True)

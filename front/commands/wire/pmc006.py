@@ -1,4 +1,4 @@
-"""`scanrack pmc006`: a real PMC006x3s on a serial port or behind a serial server, or a simulated one."""
+"""`scanrack device pmc006`: a PMC006x3s, real or simulated, on a serial port or behind a serial server."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ from .link_commands import (
 )
 
 app = typer.Typer(
-    help="Talk to a PMC006x3s on a serial port.\n\n"
-    "Example: scanrack pmc006 --port /dev/ttyUSB0 --address 1 move 2000",
+    help="Read, set and move a PMC006x3s on a serial port.\n\n"
+    "Example: scanrack device pmc006 --port /dev/ttyUSB0 --address 1 move 2000",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -142,7 +142,7 @@ def save(context: typer.Context) -> None:
         client.save()
 
 
-add_move(app, client_at, "scanrack pmc006 --port /dev/ttyUSB0 move --speed 4000 -- -2000")
+add_move(app, client_at, "scanrack device pmc006 --port /dev/ttyUSB0 move --speed 4000 -- -2000")
 
 
 @app.command()
@@ -196,8 +196,3 @@ def write(file: FileArgument) -> None:
     with reported_faults():
         lines = len(_listing(file).lines)
         raise ValueError(f"{file} is a good program of {lines} instructions, but {NO_DOWNLOAD}")
-
-
-def register(application: typer.Typer) -> None:
-    """Add the command to the application."""
-    application.add_typer(app, name="pmc006")

@@ -5,11 +5,14 @@ from __future__ import annotations
 import os
 import select
 import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager, suppress
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, NamedTuple
+from queue import SimpleQueue
+from typing import Annotated, Any, NamedTuple
 
 import typer
 from rich.console import Console
@@ -33,6 +36,7 @@ from ...runtime.config.rackspec import KEPT_TRACES
 from ...runtime.line.ports import LONGEST_S, Server, serve_until_interrupted
 from ...runtime.loop.pace import Clock, wall_ns
 from ...terminal.complaints import reported_mistakes
+from ...terminal.grouped import grouped
 from ...terminal.status import INTERRUPTED, complain
 from ...terminal.tables import Cells
 from ...terminal.terminal import say
@@ -78,21 +82,56 @@ class TypedInputs:
         self._units = units
         self._open = sys.stdin is not None and sys.stdin.isatty()
         self._due_ns = 0
+        self._take = _line_at_terminal if hasattr(os, "tcgetpgrp") else ConsoleLines().take
 
     def look(self) -> None:
         """Process a line, if there is one; a mistake prints a message and changes nothing."""
         if not self._open or wall_ns() < self._due_ns:
             return
         self._due_ns = wall_ns() + REFRESH_NS
-        if os.tcgetpgrp(0) != os.getpgrp() or not select.select([0], [], [], 0)[0]:
+        try:
+            line = self._take()
+        except OSError:  # the terminal has been closed: its SIGHUP ends the service, unless it is ignored
+            line = ""
+        if line is None:
             return
-        line = sys.stdin.readline()
         self._open = bool(line)
         try:
             if line.strip():
                 wire(self._units, line.strip())
         except ValueError as error:
             complain(str(error))
+
+
+def _line_at_terminal() -> str | None:
+    """Return a typed line, empty at the end; None if there is none, or this process is in the background."""
+    system: Any = os  # type checkers know these functions on POSIX only
+    if system.tcgetpgrp(0) != system.getpgrp() or not select.select([0], [], [], 0)[0]:
+        return None
+    return sys.stdin.readline()
+
+
+class ConsoleLines:
+    """Lines typed at a console of Windows, which `select` does not take: a thread waits for them."""
+
+    def __init__(self) -> None:
+        self._lines: SimpleQueue[str] | None = None
+
+    def take(self) -> str | None:
+        """Return a typed line, empty at the end; None if there is none."""
+        if self._lines is None:
+            self._lines = SimpleQueue()
+            threading.Thread(target=self._read, args=(self._lines,), daemon=True).start()
+        return None if self._lines.empty() else self._lines.get()
+
+    def _read(self, lines: SimpleQueue[str]) -> None:
+        # not `sys.stdin`: Python can't end while a thread is inside it
+        typed = b""
+        while data := os.read(0, 1 << 12):
+            *whole, typed = (typed + data).split(b"\n")
+            for each in whole:
+                lines.put(each.decode("utf-8", "replace") + "\n")
+        lines.put("")
 
 
 @contextmanager
@@ -156,39 +195,43 @@ def _check_options(context: typer.Context, controller: ServedDevice) -> None:
             raise ValueError(f"{each.opts[0]}: {controller} does not have it")
 
 
-def _serve_command(
-    context: typer.Context,
-    controller: Annotated[ServedDevice, typer.Argument(help="Which device.", show_default=False)],
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServeOptions:
+    """The argument and the options of `scanrack serve`."""
+
+    controller: Annotated[
+        ServedDevice, typer.Argument(metavar="DEVICE", help="amci3601, pcl601 or pmc006.", show_default=False)
+    ]
     rack: Annotated[
         str | None,
         typer.Argument(
             metavar="[RACK]", help="amci3601: rack file with the module and its machine.", show_default=False
         ),
-    ] = None,
-    pty: Annotated[bool, typer.Option("--pty", help="On a pseudo-terminal, whose path is printed.")] = False,
+    ] = None
+    pty: Annotated[bool, typer.Option("--pty", help="On a pseudo-terminal, whose path is printed.")] = False
     serial: Annotated[
         str | None, typer.Option("--serial", metavar="DEV", help="On a serial port of this machine.")
-    ] = None,
+    ] = None
     tcp: Annotated[
         str | None,
         typer.Option(
             "--tcp", metavar="[HOST:]PORT", help="Over TCP; on the loopback address unless a host is given."
         ),
-    ] = None,
+    ] = None
     rtu_over_tcp: Annotated[
         bool, typer.Option("--rtu-over-tcp", help="With --tcp: the line's own bytes, not Modbus TCP.")
-    ] = False,
+    ] = False
     address: Annotated[
         list[str] | None,
         typer.Option("--address", metavar="N", help="Address; several, or 1-5, for several units on a line."),
-    ] = None,
+    ] = None
     program: Annotated[
         list[Path] | None,
         typer.Option("--program", metavar="FILE", help="A stored program, as if saved earlier."),
-    ] = None,
+    ] = None
     speed: Annotated[
         float, typer.Option("--speed", metavar="FACTOR", help="How many times as fast as real time.")
-    ] = 1.0,
+    ] = 1.0
     machine: Annotated[
         list[str] | None,
         typer.Option(
@@ -196,7 +239,7 @@ def _serve_command(
             metavar="RACK",
             help="The machine in a rack file moves with the motor and acts on the inputs; of several 2:RACK.",
         ),
-    ] = None,
+    ] = None
     memory: Annotated[
         Path | None,
         typer.Option(
@@ -204,15 +247,15 @@ def _serve_command(
             metavar="FILE",
             help="What the controllers keep without power: address, stored program, parameters.",
         ),
-    ] = None,
+    ] = None
     pin: Annotated[
         list[str] | None,
         typer.Option("--pin", metavar="NAME=STATE", help="State of an input: in1=ground, home=..-3000."),
-    ] = None,
+    ] = None
     thumbwheel: Annotated[
         list[str] | None,
         typer.Option("--thumbwheel", metavar="DIGITS", help="PCL601: a thumbwheel; of several 2:DIGITS."),
-    ] = None,
+    ] = None
     gap_ms: Annotated[
         float | None,
         typer.Option(
@@ -220,21 +263,21 @@ def _serve_command(
             metavar="MS",
             help="PCL601: silence that ends bytes that are not a frame; 5, on a serial port 25.",
         ),
-    ] = None,
+    ] = None
     slot: Annotated[
         int | None, typer.Option("--slot", help="amci3601: its slot, if the rack has several of them.")
-    ] = None,
+    ] = None
     silence: Annotated[
         float,
         typer.Option("--silence", metavar="MS", help="amci3601: time without a write that ends run mode."),
-    ] = SILENCE_MS,
+    ] = SILENCE_MS
     whole: Annotated[
         bool, typer.Option("--whole", help="amci3601: refuse writes of fewer than eight words.")
-    ] = False,
+    ] = False
     line_time: Annotated[
         bool,
         typer.Option("--line-time", help="Characters take the time of the baud rate on TCP and ptys, too."),
-    ] = False,
+    ] = False
     fault: Annotated[
         list[str] | None,
         typer.Option(
@@ -242,7 +285,7 @@ def _serve_command(
             metavar="FAULT",
             help="A fault of the line: drop=N, drop=N/M, crc=N, crc=N/M, delay=MS or silence=on.",
         ),
-    ] = None,
+    ] = None
     gateway_ms: Annotated[
         float,
         typer.Option(
@@ -250,7 +293,7 @@ def _serve_command(
             metavar="MS",
             help="With --line-time, --fault or --control: time to exception 0Bh over Modbus TCP.",
         ),
-    ] = GATEWAY_MS,
+    ] = GATEWAY_MS
     control: Annotated[
         int | None,
         typer.Option(
@@ -258,71 +301,92 @@ def _serve_command(
             metavar="PORT",
             min=0,
             max=65535,
-            help="A port of this machine at which a test sets faults and inputs, a JSON object a line.",
+            help="A port of this machine for JSON lines of faults and inputs, the printed key first.",
         ),
-    ] = None,
+    ] = None
     record: Annotated[
         Path | None, typer.Option("--record", metavar="FILE", help="Record line and registers as MCAP.")
-    ] = None,
-    replace: ReplaceOption = False,
+    ] = None
+    replace: ReplaceOption = False
     ascii_mode: Annotated[
         bool, typer.Option("--ascii", help="PCL601: the line is in AA ASCII, as after code 11.")
-    ] = False,
+    ] = False
     start: Annotated[
         bool, typer.Option("--start", help="PCL601: stored programs are started, as by SMC60WIN.")
-    ] = False,
-    quiet: QuietOption = False,
+    ] = False
+    quiet: QuietOption = False
+
+
+def _serve_command(
+    context: typer.Context,
+    options: ServeOptions,
 ) -> None:
-    """Serve a simulated controller, or a 3601 as remote I/O, until Ctrl-C.
+    """Simulate a device on a port, or a 3601 as remote I/O, until Ctrl-C.
 
     The first line printed says where it is to be found. On a terminal its state is shown meanwhile, and
     inputs change by typing NAME=STATE: ground, open, high, 2.5V at in1, or the positions at which a
     switch is closed: 9000.. or ..-3000 or 5..10. With several units: ADDRESS:NAME=STATE.
 
-    Example: scanrack serve pcl601 --tcp 5020 --program examples/pcl601/sample1.pclt
+    Example: scanrack serve pcl601 --tcp 5020 --program program.pclt
 
     Exit status: 130 ended by Ctrl-C, SIGTERM or SIGHUP, 2 an option, a file or a port can't be used, 3 the
     recording can't be written.
     """
     with reported_mistakes(), ExitStack() as stack:
-        _check_options(context, controller)
-        if controller is ServedDevice.AMCI3601:
-            options = RemoteOptions(rack, tcp, slot, silence, whole, record, replace, quiet)
-            raise typer.Exit(serve_remote(options))
-        clock = Clock(speed)
-        usual_ms = PORT_GAP_MS if serial is None else SERIAL_GAP_MS
-        gap = usual_ms if gap_ms is None else gap_ms
-        addresses, kept = addresses_in(address or []), None
-        if memory is not None:
-            used = dict.fromkeys(program or (), "a stored program")
-            kept = stack.enter_context(ControllerMemory(memory, controller, used))
+        _check_options(context, options.controller)
+        if options.controller is ServedDevice.AMCI3601:
+            remote = RemoteOptions(
+                options.rack,
+                options.tcp,
+                options.slot,
+                options.silence,
+                options.whole,
+                options.record,
+                options.replace,
+                options.quiet,
+            )
+            raise typer.Exit(serve_remote(remote))
+        clock = Clock(options.speed)
+        usual_ms = PORT_GAP_MS if options.serial is None else SERIAL_GAP_MS
+        gap = usual_ms if options.gap_ms is None else options.gap_ms
+        addresses, kept = addresses_in(options.address or []), None
+        if options.memory is not None:
+            used = dict.fromkeys(options.program or (), "a stored program")
+            kept = stack.enter_context(ControllerMemory(options.memory, options.controller, used))
             addresses = addresses or kept.addresses
-        units = MAKERS[controller](addresses, program or [], speed, thumbwheel or [], gap)
-        if kept is not None:
-            kept.restore(units, addressed=bool(address))
-        units = on_machines(units, machine or [])
-        for each in pin or []:
-            wire(units, each)
-        begin(units, ascii_mode=ascii_mode, start=start)
-        line = ServedLine(
-            units, timed=line_time, faulty=bool(fault) or control is not None, gateway_ms=gateway_ms
+        units = MAKERS[options.controller](
+            addresses, options.program or [], options.speed, options.thumbwheel or [], gap
         )
-        for each in fault or []:
+        if kept is not None:
+            kept.restore(units, addressed=bool(options.address))
+        units = on_machines(units, options.machine or [])
+        for each in options.pin or []:
+            wire(units, each)
+        begin(units, ascii_mode=options.ascii_mode, start=options.start)
+        line = ServedLine(
+            units,
+            timed=options.line_time,
+            faulty=bool(options.fault) or options.control is not None,
+            gateway_ms=options.gateway_ms,
+        )
+        for each in options.fault or []:
             line.set_fault(each)
-        choice = PortChoice(pty, serial, tcp, rtu_over_tcp)
+        choice = PortChoice(options.pty, options.serial, options.tcp, options.rtu_over_tcp)
         # Ctrl-C may come between the line with the address and the first step
         with (
-            recording(record, controller, units, program or (), replace=replace) as recorder,
-            _controlled(line, clock, control) as channel,
+            recording(
+                options.record, options.controller, units, options.program or (), replace=options.replace
+            ) as recorder,
+            _controlled(line, clock, options.control) as channel,
             suppress(KeyboardInterrupt),
         ):
             server, place = line.server(choice, clock, recorder)
-            names = ", ".join(str(unit.address) for unit in units)
+            names, line_format = ", ".join(str(unit.address) for unit in units), units[0].device.line_format
             _record(units, clock, recorder)  # before anything can end it
-            also = "" if channel is None else f"; control at {channel.name}"
-            say(f"{place}  {controller} at address {names}, {units[0].device.line_format}{also}; Ctrl-C ends")
+            also = "" if channel is None else f"; control at {channel.name}; key {channel.key}"
+            say(f"{place}  {options.controller} at address {names}, {line_format}{also}; Ctrl-C ends")
             sys.stdout.flush()  # a reader of the path through a pipe waits for it
-            _serve(server, units, clock, _Watchers(recorder, channel, kept), quiet=quiet)
+            _serve(server, units, clock, _Watchers(recorder, channel, kept), quiet=options.quiet)
         if kept is not None:
             kept.look()
         raise typer.Exit(INTERRUPTED)
@@ -375,4 +439,4 @@ def _record(units: list[Unit], clock: Clock, recorder: LineRecorder | None) -> N
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command("serve", no_args_is_help=True)(_serve_command)
+    app.command("serve", no_args_is_help=True)(grouped(_serve_command, options=ServeOptions))

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from ...io_images.times import time_text
 from ...jobs.run.running import JobRun, RunOptions
 from ...jobs.serve.line import socket_address
 from ...jobs.serve.remote import ForeignPlc, ServingPace, remote_job
@@ -53,7 +54,7 @@ def serve_remote(options: RemoteOptions) -> int:
         run = JobRun(job, ports, run_options)
         plc.attach(run.cpu)
         place = "a rack of its own" if options.rack is None else options.rack
-        every = f"exchanged every {job.spec.scan_ns / 1e6:g} ms"
+        every = f"exchanged every {time_text(job.spec.scan_ns)}"
         say(f"{port.name}  amci3601 in slot {plc.slot} of {place}, {every}; Ctrl-C ends")
         sys.stdout.flush()  # a reader of the port through a pipe waits for it
         observed = partial(shown_progress, quiet=options.quiet)

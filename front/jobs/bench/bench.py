@@ -4,21 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from collections.abc import Sequence as SequenceOf
+from functools import cached_property
+from pathlib import Path
 from types import TracebackType
 from typing import Any, Protocol, Self, runtime_checkable
 
-from ...io_images.addresses import parse_address
+from ...io_images.addresses import Address, parse_address
+from ...io_images.times import parse_duration, seconds
 from ...ladder.debug import CauseLink, Remedies
-from ...ladder.python.online import Fields, edit_logic
+from ...ladder.python.online.editing import edit_logic
+from ...ladder.python.online.fields import Fields
 from ...ladder.python.sequences import Logic, Sequence
-from ...runtime.config.quantities import parse_duration
 from ...runtime.config.rackspec import RackSpec
+from ...runtime.live.orders import Edit, text_of
 from ...runtime.loop.events import Event
 from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.pace import Watchdog
 from ...runtime.loop.rack import Rack, Slots
 from ...runtime.loop.scan import CpuMode, ScanLogic
 from ..load.building import build_cpu, build_rack
+from ..load.loading import load_job
+from ..record.editions import Editions, edition_of
 from ..record.sequence_watch import WatchesSequences, sequences_in, standing, watching
 from ..record.tag_names import named_values, namespace_of
 from ..run.editing import tags_in
@@ -85,6 +91,7 @@ class Bench:
         watched: the rack's watchdog ends endless logic. Without it a test can stop at a breakpoint for
             any time.
         load: reloads a Python program, so that `why` can name its lines.
+        editions: keeps the files of edits for the recording; None without one.
     """
 
     def __init__(
@@ -95,8 +102,11 @@ class Bench:
         listeners: Callable[[Rack], Iterable[ScanListener]] = lambda _rack: (),
         watched: bool = False,
         load: Load | None = None,
+        editions: Editions | None = None,
     ) -> None:
         self.spec = spec
+        self._editions, self._edits = editions, 0
+        self._order: dict[str, str] = {}  # of the edit that is being made, if its files are known
         self._load = load
         self.logic: Any = logic
         self._observed = isinstance(logic, ObservedLogic)
@@ -117,10 +127,12 @@ class Bench:
             listeners=[*given, events],
             watchdog=None if watched else Watchdog(0),
         )
-        if self._observed:
-            tell_cpu(self.program, self.cpu)
+        self._fields = Fields(lambda: self.logic)
+        if self._observed or isinstance(logic, Logic):
+            tell_cpu(self._desk, self.cpu)
+        records = {slot.number: slot.record for slot in spec.slot}
         self.slot = Slots(
-            (number, SlotBench(slot, self.run_for, lambda: self.now_ns))
+            (number, SlotBench(slot, records[number], self.run_for, lambda: self.now_ns))
             for number, slot in rack.slots.items()
         )
 
@@ -194,7 +206,7 @@ class Bench:
         return bool(self[condition] if isinstance(condition, str) else condition(self))
 
     def _in_image(self, address: str) -> int:
-        place = parse_address(address, {slot.number: slot.words for slot in self.spec.slot})
+        place = self._place(address)
         slot = self.slot[place.slot]
         word = (slot.inputs if place.image == "I" else slot.outputs)[place.word]
         return word if place.bit is None else word >> place.bit & 1
@@ -223,48 +235,89 @@ class Bench:
     def edit(self, program: Any, restart: SequenceOf[str] = ()) -> Any:
         """Continue with an edited program from the next scan on, see `Debugger.edit` and `edit_logic`.
 
+        Edit the program's file, and give its rack file: `bench.edit("feeder.toml")`. The recording then has
+        the edited files, and `scanrack rerun` repeats it. A program that a test has made, such as
+        `read_program(path)` or an instance of a class of `Logic`, has no files: a rerun says what it lacks.
         The next scan is recorded with an event of kind "edit": new, changed and dropped tags or fields.
 
         Args:
-            program: a ladder program, or an instance of a class of `Logic`.
+            program: path of the rack file, whose program is loaded again; or a ladder program, or an instance
+                of a class of `Logic`.
             restart: sequences of a class of `Logic` that begin anew.
 
         Raises:
-            ValueError: the program is a Python function, or it can't continue as the edited one.
+            ValueError: the program is a Python function, it can't continue as the edited one, or its files
+                can't be used.
+            OSError: its files can't be read.
         """
+        self.__dict__.pop("_names", None)
+        if isinstance(program, (str, Path)):
+            return self._edit_files(str(program), restart)
         if not isinstance(self.logic, Logic):
             return self.program.edit(program)
         if not isinstance(program, Logic):
             raise ValueError(f"{type(program).__name__} is not allowed: give an instance of a class of Logic")
+        forces = self._fields.forces
         done = edit_logic(self.logic, program, restart)
+        if self._fields.forces != forces:
+            self._fields.on_outside()
         for each in self._followers:
             each.watch(sequences_in(self.logic))
         self._announce_edit(type(program).__name__, done)
+        return done
+
+    def _edit_files(self, rack: str, restart: SequenceOf[str]) -> Any:
+        """Continue with the program of a rack file; its files go with the event, as those of a session do."""
+        if self._editions is None:
+            raise ValueError(f"{rack}: this bench has no files: give the program itself")
+        self._editions.forget()
+        job = load_job(rack)
+        edition, number = edition_of(job), self._edits + 1
+        self._editions.keep(number, edition, job)
+        self._order = {"order": text_of(Edit(number, edition.program, ", ".join(restart)))}
+        try:
+            done = self.edit(job.logic, restart)
+        finally:
+            self._order = {}
+        self._edits = number
         return done
 
     def _record_edit(self, edit: Any) -> None:
         self._announce_edit(self.logic.program.name, edit)
 
     def _announce_edit(self, name: str, edit: Any) -> None:
-        self.cpu.announce(Event(self.now_ns, "edit", name, str(edit), {**tags_in(edit)}))
+        self.cpu.announce(Event(self.now_ns, "edit", name, str(edit), {**tags_in(edit), **self._order}))
 
     def __getitem__(self, tag: str) -> Any:
+        """Return the present value of a tag, a bit or word of an image, or a value of a Python program.
+
+        Raises:
+            ValueError: an unknown name.
+        """
         self.read[tag] = None
+        if self._is_image(tag) and not (self._observed and tag in self.program.tags):
+            return self._in_image(tag)
         if self._observed:
             return self.program.tags[tag]
-        if self._is_image(tag):
-            return self._in_image(tag)
+        address = self._names.addresses.get(self._names.own(tag))
+        if address is not None:
+            return self._in_image(address)
         namespace = namespace_of(self.logic)
         (value,) = named_values(namespace, [tag])
         return eval(value.source, namespace)
 
     def __setitem__(self, tag: str, value: object) -> None:
+        """Set a tag of a ladder program, or a field of a class of `Logic`, before the next scan.
+
+        Raises:
+            ValueError: an unknown name, or the value does not fit.
+        """
         self._desk.tags[tag] = value
 
     @property
     def _desk(self) -> Any:
         """The tags or fields of the program, to be set and forced."""
-        return Fields(lambda: self.logic) if isinstance(self.logic, Logic) else self.program
+        return self._fields if isinstance(self.logic, Logic) else self.program
 
     def check(self, *tags: str) -> None:
         """Check tags and addresses before a run; ValueError for an unknown name."""
@@ -275,33 +328,39 @@ class Bench:
                 named_values(namespace_of(self.logic), [tag])
 
     def _is_declared(self, name: str) -> bool:
-        return Names(self.logic, {slot.number: slot.words for slot in self.spec.slot}).declares(name)
+        return self._names.declares(name)
+
+    @cached_property
+    def _names(self) -> Names:
+        return Names(self.logic, {slot.number: slot.words for slot in self.spec.slot})
 
     def why(self, tag: str | None = None) -> str:
-        """Explain a value: the scan and the rung or line that set it.
+        """Explain a value in at most six lines: since when, the way, and the cause, see `chain`.
 
         A Python program is loaded again and runs on its recorded inputs; the scan in question is traced.
         The program on the bench is not touched.
 
         Args:
-            tag: a tag of a ladder program, see `Debugger.why`; an address of an image; a value of a Python
-                program, such as `line.step`. Left out: the condition that every module waits for, and the
+            tag: a tag of a ladder program; an address of an image; a value of a Python program, such as
+                `line.step`. Left out: the condition that every module waits for, and the
                 latest change of its output words.
 
         Raises:
             ValueError: an unknown name, or no scan has run.
         """
-        if tag is not None and self._observed and (tag in self.program.tags or not self._is_image(tag)):
-            return str(self.program.why(tag))
         asked = self._asked()
-        return asked.rack() if tag is None else asked.of(tag)
+        return asked.rack() if tag is None else asked.of(tag)[0]
+
+    def answer(self, tag: str, *, deep: bool = False) -> tuple[str, CauseLink]:
+        """Return the answer of `why`, and its chain; with `deep` the text has all of that, see `chain`."""
+        return self._asked().of(tag, deep=deep)
 
     def chain(self, tag: str, *, deep: bool = False) -> CauseLink:
         """Return the chain of causes of a value, back to the first input, operator, incident or power-up.
 
         Args:
             tag: see `why`.
-            deep: whether rungs of add-on instructions are links, too.
+            deep: whether to include Add-On Instruction rungs.
 
         Raises:
             ValueError: an unknown name, or no scan has run.
@@ -323,29 +382,43 @@ class Bench:
     def force(self, address: str, value: int) -> None:
         """Hold a bit or word of an image, a tag, or a field of a class of `Logic`, at a value.
 
-        Forces of images are recorded.
+        A name of an image, such as an alias, is its address. Forces of images are recorded.
 
         Raises:
             ValueError: an unknown name, or the value does not fit.
         """
-        if self._is_image(address):
-            self.cpu.forces.set(address, value)
+        image = self._image(address)
+        if image is not None:
+            self.cpu.forces.set(image, value)
         else:
             self._desk.force(address, value)
 
     def unforce(self, address: str) -> None:
         """Release a force; ValueError if it is not forced."""
-        if self._is_image(address):
-            self.cpu.forces.remove(address)
+        image = self._image(address)
+        if image is not None:
+            self.cpu.forces.remove(image)
         else:
             self._desk.unforce(address)
 
     def _is_image(self, address: str) -> bool:
         try:
-            parse_address(address, {slot.number: slot.words for slot in self.spec.slot})
+            self._place(address)
         except ValueError:
             return False
         return True
+
+    def _place(self, address: str) -> Address:
+        return parse_address(address, {slot.number: slot.words for slot in self.spec.slot})
+
+    def _image(self, name: str) -> str | None:
+        """Return the address of the word or bit of an image that a name means; None for any other name."""
+        if self._is_image(name):
+            return str(self._place(name))
+        found: str | None = (
+            self._desk.address_of(name) if self._observed or isinstance(self.logic, Logic) else None
+        )
+        return found
 
     @property
     def sequences(self) -> Mapping[str, Sequence]:
@@ -360,18 +433,21 @@ class Bench:
         return [each.name for each in self.told if each.kind == "rule"]
 
     def __str__(self) -> str:
-        lines = [f"scan {self.scans}, {self.now_s:g} s", *map(str, self.slot.values())]
+        lines = [f"after {self.scans:,} scans, {seconds(self.now_ns)} s", *map(str, self.slot.values())]
         lines += [str(standing(each, self.scans)) for each in self.sequences.values()]
         lines += [f"  {each}" for each in self.told[-5:]]
         return "\n".join(lines)
 
     def __repr__(self) -> str:
-        return f"<Bench {self.spec.name!r}: scan {self.scans:,}, {self.now_s:g} s>"
+        return f"<Bench {self.spec.name!r}: after {self.scans:,} scans, {seconds(self.now_ns)} s>"
 
     def _repr_html_(self) -> str:
         from .notebook import as_html
 
-        return as_html(self)
+        words = {slot.number: slot.words for slot in self.spec.slot}
+        slots = [(slot, words[number]) for number, slot in self.slot.items()]
+        now = f"after {self.scans:,} scans, {seconds(self.now_ns)} s"
+        return as_html(self.spec.name, now, slots, self.told, self.logic)
 
     # --- the end
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from ...io_images.times import seconds
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.events import JsonValue
 from ...runtime.loop.listeners import QuietListener
@@ -12,18 +13,27 @@ from ...runtime.loop.listeners import QuietListener
 
 @dataclass(frozen=True, slots=True)
 class BenchEvent:
-    """One event."""
+    """One event of `bench.told`.
 
-    scan: int  # number of the scan that reported it
-    now_ns: int  # its time, ns since power-up
-    slot: int  # the module, 0 for the CPU
-    kind: str  # "rule", "move", "stimulus", "indicator", or the topic of an event of the CPU
-    name: str  # the rule's id, the move's kind, the input's name; the topic for the CPU
+    Attributes:
+        scan: number of the scan that reported it.
+        now_ns: its time, ns since power-up.
+        slot: the module, 0 for the CPU.
+        kind: "rule", "move", "stimulus", "indicator", or the topic of an event of the CPU.
+        name: the rule's id, the move's kind, the input's name; the topic for the CPU.
+        text: the event in words.
+    """
+
+    scan: int
+    now_ns: int
+    slot: int
+    kind: str
+    name: str
     text: str
 
     def __str__(self) -> str:
         where = f"slot {self.slot}" if self.slot else "CPU"
-        return f"scan {self.scan}, {self.now_ns / 1e9:g} s, {where}: {self.text}"
+        return f"scan {self.scan:,}, {seconds(self.now_ns)} s, {where}: {self.text}"
 
 
 class EventLog(QuietListener):

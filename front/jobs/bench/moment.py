@@ -5,7 +5,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from dataclasses import dataclass
 
-from ...runtime.config.quantities import parse_time
+from ...io_images.times import parse_time
 from ...traces.replay import Recording
 
 

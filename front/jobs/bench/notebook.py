@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ...io_images.static_html import card, line, rows
 
 if TYPE_CHECKING:
     from ...io_images.module_words import ModuleWords
-    from .bench import Bench
     from .slot import SlotBench
 
 EVENTS = 5
@@ -16,13 +16,13 @@ RUNGS = 20
 """Most events, and most rungs, that are shown."""
 
 
-def as_html(bench: Bench) -> str:
-    """Return a bench as HTML."""
-    parts = [line(f"scan {bench.scans:,}, {bench.now_s:g} s")]
-    words = {slot.number: slot.words for slot in bench.spec.slot}
-    parts += (_slot(slot, words[number]) for number, slot in bench.slot.items())
-    parts.append(rows([str(each)] for each in bench.told[-EVENTS:]))
-    return card(bench.spec.name, *parts, _rungs(bench.logic))
+def as_html(
+    name: str, now: str, slots: Iterable[tuple[SlotBench, ModuleWords]], told: Sequence[object], logic: Any
+) -> str:
+    """Return a bench as HTML: its slots with the names of their words, the last events, the program."""
+    parts = [line(now), *(_slot(slot, words) for slot, words in slots)]
+    parts.append(rows([str(each)] for each in told[-EVENTS:]))
+    return card(name, *parts, _rungs(logic))
 
 
 def _slot(slot: SlotBench, names: ModuleWords) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,12 +11,16 @@ from ...ladder.debug import CauseLink, Debugger, Remedies
 from ...runtime.config.rackspec import RackSpec
 from ...traces.read.columns import Columns
 from ...traces.read.reader import Trace
+from ...traces.read.snapshots import snapshots_of
 from ...traces.replay import Recording
 from ..load.loading import Job
+from ..record.editions import editions_of
+from ..record.order_repeater import orders_of
 from ..replay.replaying import edit_notes, score_of
 from ..replay.tag_orders import TagOrders, first_few
 from ..trust.attachments import job_of
 from ..why.answer import Why
+from ..why.followed import can_follow, follow
 from ..why.input_replay import InputReplay
 from ..why.source.lines import Line
 from ..why.traced_run import Load
@@ -69,8 +73,14 @@ def why_of_trace(
         return _of_images(recording, what, moment, deep, want)
     job = job_of(trace, folder, trust=trust)
     if isinstance(job.logic, LadderLogic):
-        return _of_ladder(recording, job, what, moment, deep, want)
-    load = Load(job.program, lambda: job_of(trace, folder, trust=trust).logic)
+        return _of_ladder(recording, job, what, moment, deep, want, snapshots_of(trace))
+    given = orders_of(trace.events())
+    editions = editions_of(trace, given, job, folder / "edits", trust=trust)
+    load = Load(
+        job.program,
+        lambda: job_of(trace, folder, trust=trust).logic,
+        lambda number: editions.again(number).logic,
+    )
     return _of_images(recording, what, moment, deep, want, job.spec, load)
 
 
@@ -86,11 +96,17 @@ def _of_images(
     asked = Why(recording, 0, spec, load)
     row = moment.row(recording) if moment.until is None else _reached(moment, asked.first_on(moment.until))
     why = Why(recording, row, spec, load)
-    return _asked(why, why.rack() if what is None else why.of(what), (), what, deep, want)
+    return _asked(why, why.rack() if what is None else "", (), what, deep, want)
 
 
 def _of_ladder(
-    recording: Recording, job: Job, what: str | None, moment: ScanChoice, deep: bool, want: str | None
+    recording: Recording,
+    job: Job,
+    what: str | None,
+    moment: ScanChoice,
+    deep: bool,
+    want: str | None,
+    snapshots: Mapping[int, str],
 ) -> TraceAnswer:
     assert isinstance(job.logic, LadderLogic)
     debugger = Debugger(job.logic)
@@ -103,6 +119,11 @@ def _of_ladder(
         moment = ScanChoice(at=str(recording.numbers[row]))
     last = len(recording.scans) - 1 if moment.until is not None else moment.row(recording)
     until = moment.until
+    if can_follow(recording, debugger):
+        done = follow(recording, debugger, last, until, snapshots)
+        row = _reached(moment, done.row if done.met or until is None else None)
+        why = Why(recording, row, job.spec, None, debugger)
+        return _asked(why, why.rack() if what is None else "", _departed(why, done.departs), what, deep, want)
     over = bool if until is None else lambda: debugger.tags[until]
     following = InputReplay(recording, job.spec, last, over)
     orders = TagOrders(score_of(recording), recording.events)
@@ -113,19 +134,18 @@ def _of_ladder(
         *edit_notes(recording.events),
         *orders.notes,
         *first_few(refused),
-        *_departed(why, following),
+        *_departed(why, following.departs),
     ]
     if what is None:
         return _asked(why, why.rack(), notes)
-    own = what in debugger.tags or not why.means_image(what)
-    return _asked(why, debugger.why(what) if own else why.of(what), notes, what, deep, want)
+    return _asked(why, "", notes, what, deep, want)
 
 
-def _departed(why: Why, following: InputReplay) -> list[str]:
-    """Return a note if the program has deviated from the recording."""
-    if following.departs is None:
+def _departed(why: Why, row: int | None) -> list[str]:
+    """Return a note if the program has deviated from the recording, in a row."""
+    if row is None:
         return []
-    when = why.past.when(following.departs)
+    when = why.past.when(row)
     return [f"run again on the recorded inputs, the program writes other words from {when} on"]
 
 
@@ -144,7 +164,14 @@ def _asked(
     want: str | None = None,
 ) -> TraceAnswer:
     scans, row = why.recording, why.row
-    lines = tuple(dict.fromkeys(why.lines))
-    chain = None if what is None else why.chain(what, deep=deep)
+    text, chain = (text, None) if what is None else why.of(what, deep=deep)
+    lines = tuple(dict.fromkeys([*why.lines, *(_lines(chain, why.load) if chain else ())]))
     remedies = None if what is None or want is None else why.what_would(what, want)
     return TraceAnswer(scans.numbers[row], scans.times[row], text, tuple(notes), lines, chain, remedies)
+
+
+def _lines(chain: CauseLink, load: Load | None) -> Iterator[Line]:
+    """Yield the lines of a Python program that an answer names."""
+    for each in chain.path if load is not None else ():
+        if load is not None and each.site is not None and each.site.file and each.site.line:
+            yield Line(str(load.folder / each.site.file), each.site.line, each.site.routine)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from contextlib import AbstractContextManager, nullcontext
 from contextvars import ContextVar
+from dataclasses import replace
 from pathlib import Path
 
 from ...ladder import LadderLogic
@@ -13,8 +14,10 @@ from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import ScanLogic
 from ..load.loading import Job, load_job
+from ..record.editions import Editions, edition_of
 from ..record.recording import recorder_for
 from ..record.sequence_watch import watching
+from ..run.editing import RecordsEdits
 from ..why.traced_run import Load
 from . import Bench
 
@@ -68,18 +71,32 @@ def loading(job: Job, rack: str, program: str | None = None) -> Load | None:
     return Load(job.program, lambda: load_job(rack, program).logic)
 
 
+def with_edits(load: Load, editions: Editions) -> Load:
+    """Return a loader of the first program of a bench and of those of its edits, as their files were."""
+
+    def logic() -> ScanLogic:
+        return editions.again(0).logic if editions.edited else load.logic()
+
+    return replace(load, logic=logic, edited=lambda number: editions.again(number).logic)
+
+
 def bench_of(
     job: Job, record: Path | None = None, *, watched: bool = False, load: Load | None = None
 ) -> Bench:
     """Put a loaded job on a bench, see `open_bench`; `load` reloads its program for `why`."""
     recorders: list[ScanListener] = []
+    editions = Editions(job.folder)
 
     def listeners(rack: Rack) -> Iterable[ScanListener]:
         if record is not None:
-            recorders.append(watching(recorder_for(job, rack, record, logic), logic))
+            recorders.append(watching(RecordsEdits(recorder_for(job, rack, record, logic), editions), logic))
         return [*recorders, *OBSERVER.get().listeners(job, logic)]
 
+    if load is not None:
+        editions.begin(edition_of(job))
+        load = with_edits(load, editions)
     logic = Debugger(job.logic) if isinstance(job.logic, LadderLogic) else job.logic
-    bench = Bench(job.spec, logic, listeners=listeners, watched=watched, load=load)
+    bench = Bench(job.spec, logic, listeners=listeners, watched=watched, load=load, editions=editions)
+    editions.follow(job)
     bench.recorder = next(iter(recorders), None)
     return bench

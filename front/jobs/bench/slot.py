@@ -5,32 +5,38 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ...io_images.amci3601 import StatusView, status_names
+from ...io_images.amci3601 import status_names
 from ...io_images.image import Image
+from ...runtime.loop.exposed import incident_event
 from ...runtime.loop.incidents import TROUBLES, FaultKind
 from ...runtime.loop.rack import Slot
 from ...runtime.machine.spec import INPUT_NAMES
-from ...runtime.modules.record import AnalogInputs, NamedInputs, Trait
-from ...runtime.modules.registry import MODULES, has
+from ...runtime.modules.record import AnalogInputs, ModuleRecord, NamedInputs, Trait
 
 
 class SlotBench:
-    """A module on the bench, and its machine."""
+    """A module on the bench, and its machine: `bench.slot[1]`.
 
-    def __init__(self, slot: Slot, run_for: Callable[[str], None], now_ns: Callable[[], int]) -> None:
+    Attributes:
+        number: of the slot.
+        outputs: the latest output image of the program.
+        inputs: the latest input image that the program read.
+        status: the bits and values of the input image by name.
+    """
+
+    def __init__(
+        self, slot: Slot, record: ModuleRecord, run_for: Callable[[str], None], now_ns: Callable[[], int]
+    ) -> None:
         self.number = slot.number
-        self.outputs: Image = slot.outputs  # the latest output image of the program
-        self.inputs: Image = slot.inputs  # the latest input image that the program read
+        self.outputs: Image = slot.outputs
+        self.inputs: Image = slot.inputs
         self._slot = slot
-        self.status: Any = self._view(slot)  # the bits and values of the input image by name
+        self.status: Any = record.status(slot.inputs, slot.words)
+        self._record = record
         self._run_for, self._now_ns = run_for, now_ns
+        self._told = FaultKind.POWER_CYCLE  # what was done to the module last
         self._module: Any = slot.module
         self._device: Any = getattr(slot.module, "module", slot.module)  # inside of incidents
-
-    @staticmethod
-    def _view(slot: Slot) -> object:
-        record = MODULES.get(slot.catalog)
-        return StatusView(slot.inputs) if record is None else record.status(slot.inputs, slot.words)
 
     @property
     def moving(self) -> bool:
@@ -59,7 +65,7 @@ class SlotBench:
             return
         bit = INPUT_NAMES.get(name.lower())
         if bit is None:
-            raise ValueError(f"there is no input {name!r}: inputs are {', '.join(INPUT_NAMES)}")
+            raise ValueError(f"no input {name!r}: inputs are {', '.join(INPUT_NAMES)}")
         self._device.machine.set_input(bit, energised)
         self._device.look_again()
 
@@ -89,6 +95,7 @@ class SlotBench:
     def power_cycle(self) -> None:
         """Remove and restore the module's power."""
         self._module.power_cycle()
+        self._tell(FaultKind.POWER_CYCLE, begins=True)
 
     def fail(self, how: str | None) -> None:
         """Inject a fault into the module, or end it (None).
@@ -101,16 +108,23 @@ class SlotBench:
         """
         names = {each.value: trouble for each, trouble in TROUBLES.items()}
         if how is not None and how not in names:
-            raise ValueError(f"there is no trouble {how!r}: allowed are {', '.join(names)}")
+            raise ValueError(f"no fault {how!r}; choose from {', '.join(names)}")
         if not hasattr(self._device, "inject"):
             raise ValueError(f"slot {self.number}: this module can't be made to fail")
         if how is None and self._device.trouble is TROUBLES[FaultKind.FATAL_ERROR]:
             self._device.power_cycle()
         else:
             self._device.inject(None if how is None else names[how])
+        self._tell(None if how is None else FaultKind(how), begins=how is not None)
+
+    def _tell(self, what: FaultKind | None, *, begins: bool) -> None:
+        """Report what a test did to the module with the next scan, as an incident of a rack file is."""
+        self._told = what or self._told
+        event = incident_event(self._now_ns(), self._told, begins=begins)
+        self._module.events.append(event)
 
     def __str__(self) -> str:
-        if not has(self._slot.catalog, Trait.MACHINE):
+        if Trait.MACHINE not in self._record.traits:
             return f"slot {self.number}: {self.status}; outputs {list(self.outputs)}"
         msw, lsw = self.inputs[0] & 0xFFFF, self.inputs[1] & 0xFFFF
         bits = " ".join(status_names(msw, lsw)) or "no bit"

@@ -101,7 +101,7 @@ def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> 
         _add(found, one.finish())
     if not found.exchanges:
         seen = f"; its ports are {', '.join(map(str, sorted(ports)))}" if ports else ""
-        raise ValueError(f"there is no exchange at port {port}{seen}")
+        raise ValueError(f"no exchange at port {port}{seen}")
     if capture.cut_off is not None:
         found.notes.append(f"the file ends within a packet, at byte {capture.cut_off:,}")
     if streams.gaps:
@@ -140,7 +140,7 @@ def _of_unit(path: Path, captured: Talk, unit: int | None) -> Talk:
     if unit is None and len(units) > 1:
         raise ValueError(f"{path}: it has the units {', '.join(map(str, units))}: give --unit")
     if unit is not None and unit not in units:
-        raise ValueError(f"{path}: there is no unit {unit}; it has {', '.join(map(str, units))}")
+        raise ValueError(f"{path}: no unit {unit}; it has {', '.join(map(str, units))}")
     of_unit = (
         captured.exchanges if unit is None else [each for each in captured.exchanges if each.unit == unit]
     )

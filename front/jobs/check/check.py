@@ -8,6 +8,7 @@ from typing import Any
 
 from ...io_images.site import Site, sites_of
 from ...ladder import LadderLogic
+from ...ladder.files.steps import Steps
 from ...ladder.python.sequences import Logic
 from ...runtime.config.rackfile import load_rack_file
 from ..load.loading import Job, rack_form
@@ -18,10 +19,11 @@ from .python.sequences import sequence_facts
 from .rules import BY_ID, RULES, Rule
 from .rules.rack import terminals
 from .rungs.program import ladder_facts
+from .step_list import step_facts
 from .subject import Subject
 from .suppressions import Suppressions
 
-_STEPS_NOT_SEEN = "a list of steps is not read: only the rack file is checked"
+_TOO_DEEP = "the program has an expression that is nested too deep: only the rack file is checked"
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,11 +144,19 @@ def facts_of(job: Job) -> Facts:
     if isinstance(job.logic, LadderLogic):
         return ladder_facts(job.logic, job.program, job.spec)
     if job.program.suffix == ".py":
-        if isinstance(job.logic, Logic):
-            return sequence_facts(job.program, job.logic, job.spec)
-        names = {name for slot in job.spec.slot for _, _, name, _ in terminals(slot)}
-        return python_facts(job.program, _globals_of(job.logic), names, job.spec)
-    return Facts(not_seen=[_STEPS_NOT_SEEN])
+        try:
+            return _python_facts(job)
+        except RecursionError:  # Python compiles a sum of some hundreds that its module `ast` can't print
+            return Facts(not_seen=[_TOO_DEEP])
+    logic: object = job.logic
+    return step_facts(job.program, logic) if isinstance(logic, Steps) else Facts()
+
+
+def _python_facts(job: Job) -> Facts:
+    if isinstance(job.logic, Logic):
+        return sequence_facts(job.program, job.logic, job.spec)
+    names = {name for slot in job.spec.slot for _, _, name, _ in terminals(slot)}
+    return python_facts(job.program, _globals_of(job.logic), names, job.spec)
 
 
 def _globals_of(logic: object) -> Mapping[str, Any]:

@@ -7,6 +7,7 @@
 | `Command` | a motion block | the same | a method of an axis |
 | `StepAction` | `EQU(Step,20)MOV(30,Step)` | `CASE Step OF` | `if self.step == "feed":` |
 | `SentCommand` | eight constant words | the same | `Configuration(...)` |
+| `WordWrite` | `MOV(4,axis.O.Data[2])` | the same | `outputs[2] = 4` |
 
 A mistake that shows in one place is a `Remark` at once: `facts.remark("recursion", place, text)`.
 """
@@ -20,18 +21,11 @@ from enum import Enum, auto
 from typing import NamedTuple
 
 from ...io_images.site import Site
-from .logic import Bit
+from .logic import TRUE, Bit, Condition
 from .ranges import ANY, Range
-
-Step = float | str
-"""A step of a program: a number, or a text."""
-
-
-class FileLine(NamedTuple):
-    """A line of a file, from 1."""
-
-    file: str
-    line: int
+from .written import FileLine as FileLine
+from .written import Step as Step
+from .written import WordWrite
 
 
 class Remark(NamedTuple):
@@ -103,7 +97,7 @@ class Access:
         owner: the task of the program, or the sequence; "" for a single task, and for `every_scan`.
         once: whether it acts at start-up only.
         default: whether it is a statement that every scan executes, and that a later one may override.
-        steady: whether its condition holds from the second scan on.
+        steady: whether its condition, and what it assigns to a bit, holds from the second scan on.
         parameter: whether it takes an argument of a routine.
         text: as written; "" if it is the variable itself.
     """
@@ -196,6 +190,7 @@ class StepAction:
         text: the command in words.
         sets: bits of the command word that it sets; 0 for a block.
         clears: bits of the command word that it clears.
+        when: the condition under which it happens.
     """
 
     machine: str
@@ -209,10 +204,28 @@ class StepAction:
     text: str = ""
     sets: int = 0
     clears: int = 0
+    when: Condition = TRUE
 
     def happens_in(self, step: Step) -> bool:
         """Whether it may happen in a step."""
         return self.steps is None or step in self.steps
+
+
+class OutputWrite(NamedTuple):
+    """What switches an output on.
+
+    Attributes:
+        name: as the user writes it; the bit's name for a command of a 3601.
+        key: the same in conditions.
+        free: the condition, of what is behind coils and local names; inputs of cards begin with `INPUT`.
+        commands: the 3601 of which it is a command; "" for another output.
+    """
+
+    place: FileLine
+    name: str
+    key: str
+    free: Condition
+    commands: str = ""
 
 
 UsesBit = Callable[[int, str, str, int, int], bool]
@@ -229,6 +242,8 @@ class Facts:
         computed: slots whose output words the program computes.
         escaped: axes that parts of the program get which are not followed.
         actions: what the program does in its steps.
+        writes: to output words of 3601s.
+        outputs: what switches outputs on.
         at_once: commands that are sent together with their parameters.
         uses_bit: tests whether it uses a bit of a card; None if that is unknown.
         reads_all: whether parts that are not read here may use any variable.
@@ -245,6 +260,8 @@ class Facts:
     computed: set[int] = field(default_factory=set)
     escaped: set[str] = field(default_factory=set)
     actions: list[StepAction] = field(default_factory=list)
+    writes: list[WordWrite] = field(default_factory=list)
+    outputs: list[OutputWrite] = field(default_factory=list)
     at_once: list[Remark] = field(default_factory=list)
     uses_bit: UsesBit | None = None
     reads_all: bool = False

@@ -13,13 +13,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import islice
 
 MOST = 128
 """Alternatives that are looked at."""
 
+MOST_PARTS = 128
+"""Parts of a condition that are looked at; the others are unknown. Thousands would cost their square."""
+
 ON_DELAY = "t"
 """Ends the names of bits of on-delay timers: DN and TT exclude each other [1756-RM003, TON]."""
+
+INPUT = "in "
+"""Begins the names of inputs of cards, which people and sensors set: any of them may be on with any other."""
 
 OPPOSITE = {"=": "<>", "<>": "=", "<": ">=", ">=": "<", ">": "<=", "<=": ">"}
 """The relation that holds where the other one does not."""
@@ -79,6 +86,21 @@ TRUE, FALSE, UNKNOWN = FixedTruth(True), FixedTruth(False), Unknown()
 Term = tuple[Condition, ...]
 
 
+def all_of(*parts: Condition) -> Condition:
+    """Return the condition that all parts hold; without the parts beyond `MOST_PARTS`, which are unknown."""
+    kept: list[Condition] = []
+    size = 0
+    for each in parts:
+        if each == TRUE:
+            continue
+        size += sum(1 for _ in islice(leaves(each), MOST_PARTS + 1))
+        if size > MOST_PARTS:
+            kept.append(UNKNOWN)
+            break
+        kept += each.parts if isinstance(each, AllOf) else [each]
+    return AllOf(tuple(kept)) if len(kept) > 1 else kept[0] if kept else TRUE
+
+
 def negated(condition: Condition) -> Condition:
     """Return the opposite condition."""
     match condition:
@@ -95,10 +117,22 @@ def negated(condition: Condition) -> Condition:
     return condition
 
 
+def of_any_number(condition: Condition) -> Condition:
+    """Return a condition in which numbers have any value, not only those that the program gives them."""
+    match condition:
+        case Compare():
+            return replace(condition, least=-math.inf, most=math.inf)
+        case AllOf(parts):
+            return AllOf(tuple(map(of_any_number, parts)))
+        case AnyOf(parts):
+            return AnyOf(tuple(map(of_any_number, parts)))
+    return condition
+
+
 def never(condition: Condition) -> bool:
     """Whether a condition can't hold."""
-    terms = _alternatives(condition)
-    return terms is not None and all(map(_is_impossible, terms))
+    terms = alternatives(condition)
+    return terms is not None and all(map(is_impossible, terms))
 
 
 def always(condition: Condition) -> bool:
@@ -136,6 +170,18 @@ def base_of(name: str) -> str:
     return name.partition("#")[0]
 
 
+def plain(condition: Condition) -> Condition:
+    """Return a condition in which a value has one name, whatever the program writes in between."""
+    match condition:
+        case Bit() | Compare():
+            return replace(condition, name=base_of(condition.name))
+        case AllOf(parts):
+            return AllOf(tuple(map(plain, parts)))
+        case AnyOf(parts):
+            return AnyOf(tuple(map(plain, parts)))
+    return condition
+
+
 def steps_in(condition: Condition, number: str, steps: frozenset[float]) -> frozenset[float] | None:
     """Return the values of a number with which a condition can hold; None if it is all of them."""
     names = {
@@ -151,12 +197,12 @@ def steps_in(condition: Condition, number: str, steps: frozenset[float]) -> froz
     return None if there == steps else there
 
 
-def _alternatives(condition: Condition) -> list[Term] | None:
+def alternatives(condition: Condition) -> list[Term] | None:
     """Return the alternatives of a condition, None if there are too many."""
     if isinstance(condition, AnyOf):
         found: list[Term] = []
         for part in condition.parts:
-            terms = _alternatives(part)
+            terms = alternatives(part)
             if terms is None or len(found) + len(terms) > MOST:
                 return None
             found += terms
@@ -168,18 +214,36 @@ def _alternatives(condition: Condition) -> list[Term] | None:
 
 def _joined(parts: Iterable[Condition]) -> list[Term] | None:
     """Return the alternatives of parts that hold together, without those that can't."""
-    joined: list[Term] = [()]
-    for part in parts:
-        terms = _alternatives(part)
+    sure: list[Condition] = []
+    choices: list[AnyOf] = []
+    for part in _flat(parts):
+        if isinstance(part, AnyOf):
+            choices.append(part)
+        else:
+            sure.append(part)
+    together = tuple(dict.fromkeys(sure))
+    joined: list[Term] = [] if is_impossible(together) else [together]
+    for choice in choices:
+        terms = alternatives(choice)
         if terms is None or len(joined) * len(terms) > MOST * 4:
             return None
-        joined = [both for one in joined for other in terms if not _is_impossible(both := one + other)]
-        if len(joined) > MOST:
+        joined = [both for one in joined for other in terms if not is_impossible(both := one + other)]
+        if len(joined) > MOST or any(len(each) > MOST_PARTS for each in joined):
             return None
     return joined
 
 
-def _is_impossible(term: Term) -> bool:
+def _flat(parts: Iterable[Condition]) -> Iterator[Condition]:
+    """Yield parts that hold together; of one that consists of such parts, these."""
+    for each in parts:
+        if isinstance(each, AllOf):
+            yield from _flat(each.parts)
+        else:
+            yield each
+
+
+def is_impossible(term: Term) -> bool:
+    """Whether parts exclude each other."""
     on: dict[str, bool] = {}
     compared: dict[str, list[Compare]] = {}
     for each in term:

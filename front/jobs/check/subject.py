@@ -14,6 +14,10 @@ from ...runtime.config.rackspec import SlotSpec
 from ...runtime.config.tomllines import KeyLines, KeyPath
 from ..load.loading import Job
 from .facts import Access, Command, Facts, FileLine, SentCommand, Variable
+from .words import SentImage, sent_images
+
+NEWEST = "4.1"
+"""The firmware of a module of which nothing is said."""
 
 
 class Violation(NamedTuple):
@@ -44,6 +48,10 @@ class Subject:
             if is_stepper(slot.words) and not slot.is_live:
                 yield index, slot
 
+    def firmware(self, slot: int) -> str:
+        """Return the firmware of the module in a slot, as the rack file has it."""
+        return next((each.firmware for each in self.job.spec.slot if each.number == slot), NEWEST)
+
     def sent_to(self, slot: int | None, sent: Sequence[SentCommand]) -> list[SentCommand]:
         """Return the words sent to a slot; without any, those of an unknown slot."""
         own = [each for each in sent if each.slot == slot]
@@ -62,6 +70,11 @@ class Subject:
     @cached_property
     def _read(self) -> dict[int | None, list[Configuration]]:
         return {}
+
+    @cached_property
+    def images(self) -> list[SentImage]:
+        """The words with which the program gives commands."""
+        return list(sent_images(self.facts.writes, self.facts.actions))
 
     @cached_property
     def by_variable(self) -> list[tuple[Variable, list[Access]]]:

@@ -85,6 +85,8 @@ def runs_python(spec: RackSpec) -> bool:
     """Whether loading a rack runs modules in Python: its program, a stub, or those of a rack beside it."""
     if not isinstance(spec.program, str) or is_python(f"{split_address(spec.program)[0]}:any"):
         return True
+    if spec.modules:
+        return True
     for given in spec.stubs.values():
         if isinstance(given, str) and is_python(given):
             return True

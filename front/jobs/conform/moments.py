@@ -27,7 +27,7 @@ class Transmission(NamedTuple):
 
     Attributes:
         words: the eight output words; None if inputs were operated.
-        inputs: mask of `InputBit`, the energised inputs.
+        inputs: mask of `InputBit`, the energized inputs.
     """
 
     window: Window
@@ -107,7 +107,7 @@ def from_rows(rows: Sequence[Any]) -> list[Moment]:
         ValueError: one is none; the message has its number.
     """
     if len(rows) > MOMENTS_MAX:
-        raise ValueError(f"{len(rows):,} moments are given: allowed are {MOMENTS_MAX:,}")
+        raise ValueError(f"{len(rows):,} moments are given: must be at most {MOMENTS_MAX:,}")
     return [_moment(number, row) for number, row in enumerate(rows)]
 
 

@@ -24,6 +24,7 @@ Each scene has the steps of `begin` first, unless it has a `begin` of its own. T
 from __future__ import annotations
 
 import tomllib
+from collections import Counter
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
@@ -32,8 +33,11 @@ from typing import Annotated
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...io_images.amci3601 import InputBit
+from ...io_images.doors import toml_tables
 from ...io_images.image import Image
-from ...io_images.input_files import open_input
+from ...io_images.input_files import read_input_text
+from ...io_images.text_limits import TextKind, TextLimitError
+from ...io_images.times import exact_ns
 from ...ladder.files.steps import Step, StepsError, parse_steps
 from .moments import Timing
 
@@ -77,7 +81,7 @@ class SceneStep:
 
     Attributes:
         step: the step of the words; None of inputs.
-        inputs: mask of the energised inputs.
+        inputs: mask of the energized inputs.
         for_ns: how long the inputs stay.
     """
 
@@ -133,10 +137,11 @@ def load_plan(name: str) -> ScenePlan:
         text = (files(__package__) / f"{name}.toml").read_text("utf-8")
     else:
         try:
-            with open_input(Path(name)) as file:
-                text = file.read().decode("utf-8")
+            text = read_input_text(Path(name), TextKind.PLAN)
         except OSError as error:
             raise ValueError(f"{name}: {error.strerror}; built in are {', '.join(BUILT_IN)}") from error
+        except UnicodeDecodeError as error:
+            raise ValueError(f"{name}: it is not text in UTF-8: {error.reason}") from None
     return parse_plan(text, name)
 
 
@@ -147,26 +152,32 @@ def parse_plan(text: str, name: str) -> ScenePlan:
         ValueError: see `load_plan`.
     """
     try:
-        table = _PlanTable.model_validate(tomllib.loads(text))
-    except tomllib.TOMLDecodeError as error:
-        raise ValueError(f"{name}: {error}") from None
+        table = _PlanTable.model_validate(toml_tables(text, TextKind.PLAN))
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         raise ValueError(f"{name}: {'.'.join(map(str, first['loc']))}: {first['msg']}") from None
+    except TextLimitError as error:
+        raise ValueError(f"{name}:{error.line}: {error}") from None
+    except tomllib.TOMLDecodeError as error:
+        raise ValueError(f"{name}: {error}") from None
     scenes = tuple(_scene(each, table.begin, name) for each in table.scene)
-    names = [each.name for each in scenes]
-    for each in names:
-        if names.count(each) > 1:
+    for each, count in Counter(each.name for each in scenes).items():
+        if count > 1:
             raise ValueError(f"{name}: scene {each!r} is there twice")
-    timing = Timing(round(table.rpi_ms * _MS), round(table.scan_ms * _MS), drift_ppm=table.drift_ppm)
-    return ScenePlan(table.name, scenes, timing, round(table.limit_s * 1e9), table.firmware)
+    try:
+        rpi_ns, scan_ns = exact_ns(table.rpi_ms, "ms", "rpi_ms"), exact_ns(table.scan_ms, "ms", "scan_ms")
+        limit_ns = exact_ns(table.limit_s, "s", "limit_s")
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
+    timing = Timing(rpi_ns, scan_ns, drift_ppm=table.drift_ppm)
+    return ScenePlan(table.name, scenes, timing, limit_ns, table.firmware)
 
 
 def _scene(table: _SceneTable, begin: str, file: str) -> PlannedScene:
     where = f"{file}: scene {table.name!r}"
     for need in table.needs:
         if need not in NEEDS:
-            raise ValueError(f"{where} needs {need!r}: allowed are {', '.join(NEEDS)}")
+            raise ValueError(f"{where} needs {need!r}; choose from {', '.join(NEEDS)}")
     steps = tuple(_steps(begin if table.begin is None else table.begin, where) + _steps(table.steps, where))
     if not _is_configured(steps):
         raise ValueError(f"{where}: its first words are not zero, then a configuration")
@@ -181,8 +192,10 @@ def _steps(text: str, where: str) -> list[SceneStep]:
             continue
         try:
             found.append(_step(words))
-        except (StepsError, ValueError) as error:
-            raise ValueError(f"{where}, line {number}: {str(error).rpartition(': ')[2]}") from None
+        except StepsError as error:
+            raise ValueError(f"{where}, line {number}: {error.reason}") from None
+        except ValueError as error:
+            raise ValueError(f"{where}, line {number}: {error}") from None
     return found
 
 

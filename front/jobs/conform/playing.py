@@ -7,6 +7,7 @@ from typing import Protocol
 
 from ...io_images.amci3601 import CommandMsw
 from ...io_images.image import Image
+from ...io_images.times import time_text
 from .moments import ImageWords, PlayedScene, SeenImage, Transmission, Window
 from .plan import PlannedScene, ScenePlan, SceneStep
 
@@ -132,5 +133,5 @@ class _Player:
                 return
             if lasted > self._plan.limit_ns:
                 line = step.step.line if step is not None and step.step is not None else 0
-                self._played.note = f"a step took longer than {self._plan.limit_ns / 1e9:g} s (line {line})"
+                self._played.note = f"a step took longer than {time_text(self._plan.limit_ns)} (line {line})"
                 return

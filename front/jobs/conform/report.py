@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from ...io_images.amci3601 import RULES, status_names
-from ...io_images.input_files import open_input
+from ...io_images.doors import json_value
+from ...io_images.input_files import read_input_text
+from ...io_images.text_limits import TextKind
 from .moments import ImageWords, PlayedScene, Timing, from_rows, to_rows
 from .verdicts import ConformResult, ConformVerdict, Difference
 
 FORMAT = "scanrack conform 1"
-BYTES_MAX = 1 << 28
 
 
 def as_object(
@@ -42,11 +42,7 @@ def load_played(path: Path) -> tuple[str, Timing, list[PlayedScene]]:
         ValueError: it is no result, or damaged.
     """
     try:
-        with open_input(path) as file:
-            data = file.read(BYTES_MAX + 1)
-        if len(data) > BYTES_MAX:
-            raise ValueError(f"it has more than {BYTES_MAX:,} bytes")
-        whole = json.loads(data)
+        whole = json_value(read_input_text(path, TextKind.RESULT), TextKind.RESULT)
         if not isinstance(whole, dict) or whole.get("format") != FORMAT:
             raise ValueError(f"it is no result of conform: its format is not {FORMAT!r}")
         timing = Timing(**{name: _whole(value) for name, value in whole["timing"].items()})
@@ -57,7 +53,7 @@ def load_played(path: Path) -> tuple[str, Timing, list[PlayedScene]]:
         return str(whole["firmware"]), timing, scenes
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror}") from error
-    except (KeyError, TypeError, AttributeError, RecursionError) as error:
+    except (KeyError, TypeError, AttributeError) as error:
         raise ValueError(f"{path}: damaged: {type(error).__name__} {error}") from None
     except ValueError as error:
         raise ValueError(f"{path}: {error}") from None

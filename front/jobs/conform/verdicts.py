@@ -141,7 +141,7 @@ class Judge:
             verdict.verdict, verdict.difference = ConformVerdict.DIFFERS, _difference(found)
             self._explain(played, verdict, found)
         elif not found.reads:
-            verdict.why = played.note or "there is no read after its configuration"
+            verdict.why = played.note or "no read after its configuration"
         else:
             verdict.verdict = ConformVerdict.AS_MANUAL
             self._confirm(played, found)

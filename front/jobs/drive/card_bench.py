@@ -52,7 +52,7 @@ class CardBench:
         except ValueError as error:
             raise RequestError(f"new: {error}") from None
         if self._record.follows(options.options):
-            raise RequestError("new: options.cam: there is no other slot on this bench")
+            raise RequestError("new: options.cam: no other slot on this bench")
         self.words = self._record.words(options.options)
         self.scan_ns = int(options.scan_ms * NS_PER_MS)
         self.now_ns = self.scan = 0
@@ -82,7 +82,7 @@ class CardBench:
         known = self.words.groups.get("input", {})
         for name in levels:
             if name not in known or not isinstance(self.module, NamedInputs):
-                raise RequestError(f"inputs.{name}: unknown key; allowed are {', '.join(known) or 'none'}")
+                raise RequestError(f"inputs.{name}: unknown key; choose from {', '.join(known) or 'none'}")
             self.module.set_input(name, bool(levels[name]))
 
     def _run(self, scans: int) -> list[list[Any]]:

@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from ...io_images.amci3601 import StatusLsw, StatusMsw
+from ...io_images.doors import json_value
 from ...io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS
 
 SCAN_STEP_MS = Decimal("0.25")
@@ -32,7 +33,7 @@ class Strict(BaseModel):
 
 
 class SwitchRanges(Strict):
-    """Closed ranges of the physical step count at which an input is energised; null is open-ended."""
+    """Closed ranges of the physical step count at which an input is energized; null is open-ended."""
 
     capture: tuple[Steps | None, Steps | None] | None = None
     external: tuple[Steps | None, Steps | None] | None = None
@@ -50,7 +51,7 @@ class SwitchRanges(Strict):
 
 
 class Levels(Strict):
-    """Electrical levels of the discrete inputs, 1 = energised."""
+    """Electrical levels of the discrete inputs, 1 = energized."""
 
     capture: Level | None = None
     external: Level | None = None
@@ -159,8 +160,8 @@ def read(line: str, model: type[Model], tables: Tables) -> Model:
         RequestError: not JSON, not an object, an unknown key, or a value that is not allowed.
     """
     try:
-        data = json.loads(line, parse_float=Decimal, parse_constant=_no_constant)
-    except (ValueError, RecursionError) as error:
+        data = json_value(line, parse_float=Decimal, parse_constant=_no_constant)
+    except ValueError as error:
         raise RequestError(f"not a JSON object: {error}") from None
     if not isinstance(data, dict):
         raise RequestError(f"not a JSON object: {line.strip()[:60]}")
@@ -179,7 +180,7 @@ def _explain(fault: Any, tables: Tables) -> str:
     key = ".".join(str(part) for part in fault["loc"]) or "request"
     if fault["type"] == "extra_forbidden":
         table = tables.get(fault["loc"][:-1])
-        allowed = f"; allowed are {', '.join(table.model_fields)}" if table is not None else ""
+        allowed = f"; choose from {', '.join(table.model_fields)}" if table is not None else ""
         return f"{key}: unknown key{allowed}"
     value = "" if isinstance(fault["input"], BaseModel | dict) else f" {_shown(fault['input'])}"
     message = fault.get("ctx", {}).get("error") or fault["msg"]

@@ -8,7 +8,7 @@ from typing import Any
 
 from ...io_images.amci3601.words import is_stepper
 from ...runtime.modules.record import ModuleRecord, Trait
-from ...runtime.modules.registry import MODULES
+from ...runtime.modules.registry import OWN
 from .adapter_bench import AdapterBench
 from .card_bench import CardBench
 from .image_bench import ImageBench, on_bench
@@ -31,7 +31,7 @@ def module_bench(record: ModuleRecord) -> Answer:
 
 
 BENCHES: Mapping[str, Callable[[], Answer]] = {
-    **{name: partial(module_bench, record) for name, record in MODULES.items()},
+    **{name: partial(module_bench, record) for name, record in OWN.items()},
     "pcl601": lambda: pcl601_bench().answer,
     "pmc006": lambda: pmc006_bench().answer,
 }

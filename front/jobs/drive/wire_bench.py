@@ -56,7 +56,7 @@ def pin_state(
         [(key, position)] = value.items()
         if key in followers and isinstance(position, int) and not isinstance(position, bool):
             return followers[key](position)
-    raise ValueError(f"allowed are {forms}")
+    raise ValueError(f"must be {forms}")
 
 
 class WireRequest(Strict, Generic[New, Env]):
@@ -76,7 +76,7 @@ class WireRequest(Strict, Generic[New, Env]):
     @model_validator(mode="after")
     def _one_thing_is_sent(self) -> WireRequest[New, Env]:
         if self.tx is not None and self.tx_text is not None:
-            raise ValueError("tx and tx_text: allowed is one of them")
+            raise ValueError("give tx or tx_text, not both")
         if self.char_gap_ms and self.tx_text is None:
             raise ValueError("char_gap_ms: allowed with tx_text only")
         return self
@@ -164,7 +164,7 @@ class WireBench(Generic[New, Env]):
             if name not in self.target.signals and name not in marks:
                 allowed = ", ".join((*self.target.signals, MARKED + "NAME"))
                 raise RequestError(
-                    f'observe: "{name}" is not a signal, or no such mark is set; allowed are {allowed}'
+                    f'observe: "{name}" is not a signal, or no such mark is set; choose from {allowed}'
                 )
         return fresh
 

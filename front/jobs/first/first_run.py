@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ...io_images.times import time_text
 from ...ladder.debug import Debugger
 from ...ladder.model.errors import LadderError
 from ...ladder.model.operands import Constant, Place
@@ -68,7 +69,7 @@ class FirstRun:
             yield f"first run: none: {self.problem}"
             return
         ended = f", ended by {self.fault}" if self.fault else ""
-        yield f"first run: {self.scans:,} scans, {self.time_ns / 1e9:g} s{ended}"
+        yield f"first run: {self.scans:,} scans, {time_text(self.time_ns)}{ended}"
         waits = [line for each in self.waits for line in each.lines()]
         modules = [_module_text(each) for each in self.modules]
         sections: dict[str, Iterable[str]] = {

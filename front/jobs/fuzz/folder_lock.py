@@ -53,7 +53,7 @@ def write_text(path: Path, text: str, used: Used = NOTHING) -> Path:
         OwnedError: it is one of them.
         OSError: it can't be written.
     """
-    with new_file(path, OF_A_CAMPAIGN, used=used, encoding="utf-8") as file:
+    with new_file(path, OF_A_CAMPAIGN, used=used) as file:
         file.write(text)
     return path
 

@@ -162,7 +162,8 @@ def logic_maker(job: Job, rack: str) -> Callable[[], ScanLogic]:
     if job.rack_file == job.program:
         return lambda: _of_rack(rack, job.folder.resolve())
     address = f"{job.program}:{job.logic_name.rpartition(':')[2]}"
-    return lambda: _function(address, job.program.resolve().parent)
+    folder = job.program.resolve().parent
+    return lambda: _function(address, folder)
 
 
 def _function(address: str, folder: Path) -> ScanLogic:

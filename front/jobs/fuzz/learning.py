@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
 from ...runtime.config.rackspec import RackSpec
+from ...traces.files.portable import relative
 from ...traces.read.reader import open_trace
 from ...traces.replay import Recording
 from ..record.order_repeater import is_session, orders_of
@@ -31,6 +31,7 @@ class LearnedScenario(NamedTuple):
     rack: Path  # path of a rack file without events by time
     scenario: Scenario  # the events by time
     scans: int
+    notes: list[str]  # the defects of the trace
 
 
 def _stimuli(recording: Recording, spec: RackSpec) -> Iterator[Stimulus]:
@@ -83,7 +84,7 @@ def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
     scenario = recorded_scenario(_stimuli(recording, job.spec), job.spec, end_ns)
     scenario = with_orders(scenario, given, job.spec, end_ns)
     rack = job.rack_file.with_name(f"{job.rack_file.stem}-recorded.toml")
-    text = bare_rack_text(job.rack_file, os.path.relpath(program, rack.parent))
+    text = bare_rack_text(job.rack_file, relative(program, rack.parent))
     write_text(rack, text, {path: "the trace itself"})
     write_text(folder / SCENARIO, json.dumps(scenario.to_json(), indent=1) + "\n", {path: "the trace itself"})
-    return LearnedScenario(rack, scenario, len(recording.scans))
+    return LearnedScenario(rack, scenario, len(recording.scans), trace.notes)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from ...io_images.times import seconds
 from .explain.futures import Inevitable
 from .folder_lock import write_text
 from .scenarios.words import told
@@ -31,7 +32,7 @@ def report(
     broken = found.broken
     parts = [
         ("What it takes:", told(found.scenario)),
-        (f"At the end of scan {broken.scan}, {broken.now_ns / 1e9:g} s:", broken.shows),
+        (f"At the end of scan {broken.scan}, {seconds(broken.now_ns)} s:", broken.shows),
         ("Rules that fired in that scan:", broken.rules or ["none"]),
         ("Since when it was inevitable, whatever people do:", NOT_LOOKED_FOR if late is None else late.lines),
         *([("Why the last output came on before it:", cause)] if cause else []),

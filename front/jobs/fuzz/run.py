@@ -13,6 +13,7 @@ from typing import Any
 from typing_extensions import override
 
 from ...io_images.amci3601 import RULES, StatusMsw
+from ...io_images.times import seconds
 from ...ladder import Engine
 from ...ladder.python.sequences import Sequence as LogicSequence
 from ...runtime.config.rackspec import RackSpec
@@ -89,7 +90,7 @@ class BrokenInvariant:
 
     def __str__(self) -> str:
         what = f"{self.sentence.rstrip('.')} [{self.invariant}]"
-        return f"broken: {what}: scan {self.scan}, {self.now_ns / 1e9:g} s: {self.why}"
+        return f"broken: {what}: scan {self.scan}, {seconds(self.now_ns)} s: {self.why}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +103,7 @@ class Verdict:
     spent: Mapping[str, int] = field(default_factory=dict, compare=False)  # parts of its time, ns
     applied: frozenset[str] = frozenset()  # names of the invariants that had something to check
     printed: int = 0  # number of lines that the program printed, which are not shown
-    greatest: Mapping[str, float] = field(default_factory=dict)  # values of what was to be maximised, by name
+    greatest: Mapping[str, float] = field(default_factory=dict)  # values of what was to be maximized, by name
 
 
 TIMED = 16
@@ -233,7 +234,7 @@ class _Watcher(QuietListener):
 
     @property
     def greatest(self) -> dict[str, float]:
-        """The greatest values of what is to be maximised, by name."""
+        """The greatest values of what is to be maximized, by name."""
         watches = [(each.invariant.name, each.watch) for each in self._asked]
         return {
             name: watch.greatest

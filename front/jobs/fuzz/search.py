@@ -62,7 +62,7 @@ class SearchReport:
     spent: Counter[str] = field(default_factory=Counter)  # parts of its time, ns, by the names of `SPENT`
     applied: set[str] = field(default_factory=set)  # names of the invariants that had something to check
     printed: int = 0  # number of lines that the program has printed in all runs
-    greatest: dict[str, float] = field(default_factory=dict)  # values of what is to be maximised, by name
+    greatest: dict[str, float] = field(default_factory=dict)  # values of what is to be maximized, by name
     steps: bytes = b""  # digest of its runs, one after the other: equal steps, equal digests
     processor_ns: int = 0
     told: list[Counterexample] = field(default_factory=list)  # the failures before they were shrunk
@@ -306,7 +306,7 @@ def unsteady(found: Counterexample, uses: str = "") -> str:
     """
     why = f"It uses {uses}." if uses else UNSEEN
     return (
-        "the program does not do the same twice in the same surroundings "
+        "results differ between identical runs "
         f"({'; '.join(told(found.scenario))}): it broke {found.broken.invariant} in one run and not in "
         f"another. {why}"
     )

@@ -9,7 +9,7 @@ Two kinds of steps are repeated until neither helps:
 At the end no single part can be left out, and no number can be rounder: a number is rounder if it has fewer
 significant digits in decimal (166 ms, 170 ms, 200 ms, 0), or the same number and is less. The candidates for
 a
-number are 0, 1, 2 or 5 in every decade below it, and its neighbours with fewer digits, above and below.
+number are 0, 1, 2 or 5 in every decade below it, and its neighbors with fewer digits, above and below.
 Times stay on the grid of the scans.
 """
 

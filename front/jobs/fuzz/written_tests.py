@@ -7,15 +7,16 @@ tests follow a change of the program; what a run reaches is named without number
 from __future__ import annotations
 
 import json
-import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...io_images.input_files import read_input
+from ...io_images.doors import json_value
+from ...io_images.input_files import read_input_text
+from ...io_images.text_limits import TextKind
 from ...traces.files.guard import OwnedError
+from ...traces.files.portable import relative
 from ..load.loading import Job, load_job
-from .campaign.recipes import MOST_BYTES
 from .explain.coverage import places_in
 from .folder_lock import write_text
 from .job import Setup, bench_of, replay
@@ -53,7 +54,7 @@ def test_reached(scenario: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Went:
-    """What a run went through.
+    """Outcome of one run.
 
     Attributes:
         broken: each broken invariant, a sentence each.
@@ -79,7 +80,7 @@ def play(
         OSError: a file can't be read.
     """
     setup = Setup(str(rack), tuple(invariants), tuple(checks), scans, frozenset(Kind))
-    given = Scenario.from_json(json.loads(read_input(scenario, MOST_BYTES)))
+    given = Scenario.from_json(json_value(read_input_text(scenario, TextKind.SCENARIO), TextKind.SCENARIO))
     given.check(bench_of(setup).spec)
     return _went(bench_of(setup), given, load_job(setup.rack))
 
@@ -121,8 +122,8 @@ def write_tests(folder: Path, setup: Setup, job: Job, scenarios: Iterable[Scenar
         rows += [f"    {name!r}: [", *(f"        {each!r}," for each in sorted(new)), "    ],"]
     text = TEXT.format(
         rack=Path(setup.rack).name,
-        path=os.path.relpath(setup.rack, folder),
-        invariants=[os.path.relpath(each, folder) for each in setup.invariants],
+        path=relative(setup.rack, folder),
+        invariants=[relative(each, folder) for each in setup.invariants],
         checks=list(setup.checks),
         scans=setup.scans,
         reached="\n".join(rows),

@@ -16,7 +16,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from ...runtime.modules.record import Trait
-from ...runtime.modules.registry import MODULES, has
+from ...runtime.modules.registry import OWN
 from .toml_text import comment, text
 
 STEPPER = "amci3601"
@@ -44,7 +44,7 @@ def simulated(catalog: str) -> str | None:
     ('1769-IQ16', None)
     """
     name = catalog.partition("/")[0].upper()
-    return next((each for each in MODULES if each.upper() == name), None)
+    return next((each for each in OWN if each.upper() == name), None)
 
 
 def with_steppers(slots: Iterable[ExportSlot], named: Collection[str]) -> list[ExportSlot]:
@@ -102,13 +102,13 @@ def _table(slot: ExportSlot) -> Iterator[str]:
 
 def _wiring(module: str) -> Iterator[str]:
     """Yield comments for the user to complete."""
-    if has(module, Trait.MACHINE):
+    if Trait.MACHINE in OWN[module].traits:
         yield "# [slot.machine]"
         yield "# switches = ["
         yield '#     { input = "home", first = -1500, last = -1300 },'
         yield '#     { input = "cw_limit", first = 12000 },'
         yield "# ]"
-    elif MODULES[module].words({}).inputs and "I" in module.rpartition("-")[2]:
+    elif OWN[module].words({}).inputs and "I" in module.rpartition("-")[2]:
         yield "# [slot.options]"
         yield "# inputs = { start = 0 }"
         yield '# timeline = [{ at_ms = 500, input = "start", for_ms = 200 }]'

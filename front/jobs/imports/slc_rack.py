@@ -28,7 +28,7 @@ def rack_of_slc(imported: SlcImport, path: Path, steppers: Collection[str] = ())
     lines = [f"program = {text(path.as_posix())}", 'controller = "micrologix"', *_stubs(imported.report)]
     lines += slot_tables(slots)
     for refused in sorted({each.reason for each in imported.report.refused}):
-        lines += [comment(refused)] * ("there is no instruction" in refused)
+        lines += [comment(refused)] * ("no instruction" in refused)
     return "\n".join(lines) + "\n"
 
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...io_images.times import seconds
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import NEVER, DataSource, Ending, Partner, Sample, Sampler, Stub
 from ...runtime.config.rackspec import RackSpec
@@ -83,7 +84,7 @@ class WatchedTag:
         """Return the sample of the last multiple up to a time; a ValueError if it is not kept any more."""
         place = bisect_right(self.numbers, now_ns // self.rpi_ns)
         if not place:
-            raise ValueError(f"what {self.tag} was at {now_ns / 1e9:g} s is not kept any more")
+            raise ValueError(f"what {self.tag} was at {seconds(now_ns)} s is no longer kept")
         return self.samples[place - 1]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from contextlib import ExitStack, closing
 
-from ...runtime.config.quantities import exact_ns
+from ...io_images.times import exact_ns
 from ...runtime.config.rackspec import RackSpec, SlotSpec
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.exchange import EndOfScan, EveryRpi, Exchange
@@ -17,7 +17,6 @@ from ...runtime.loop.module import Follower, Module
 from ...runtime.loop.pace import Pacer, Watchdog
 from ...runtime.loop.rack import Card, Rack
 from ...runtime.loop.scan import CpuMode, ScanLogic
-from ...runtime.modules.registry import MODULES
 
 
 def build_rack(spec: RackSpec, ports: ExitStack | None = None, *, handled: bool = False) -> Rack:
@@ -55,7 +54,7 @@ def round_trip_ms(spec: RackSpec, slot: SlotSpec) -> int:
 
     A CompactLogix exchanges images at its own interval: a command waits for one, its answer for the next.
     """
-    own_ms = MODULES[slot.module].round_trip_ms
+    own_ms = slot.record.round_trip_ms
     if spec.controller != "compactlogix":
         return own_ms
     return own_ms + -(-(2 * spec.rpi_ns + spec.scan_ns) // 1_000_000)

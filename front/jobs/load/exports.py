@@ -43,7 +43,7 @@ def rack_of_export(export: Path, imported: L5xImport | SlcImport | None = None) 
     except (LadderError, TextLimitError) as error:
         raise ProgramError(str(error)) from error
     path = folder / f"{export.stem}.toml"
-    path.write_text(text, encoding="utf-8")
+    path.write_text(text, encoding="utf-8", newline="\n")
     return path
 
 
@@ -51,7 +51,10 @@ def _l5x_text(program: Path, imported: Any) -> str:
     from ...rockwell.l5x import import_l5x  # lxml takes time to import
     from ..imports.l5x_rack import rack_of
 
-    return rack_of(imported or import_l5x(program, trial=True), program, recorded=False)
+    found = imported or import_l5x(program, trial=True)
+    if not found.parts.programs:  # an export of an add-on instruction or a type
+        raise ProgramError(f"{program}: no program in it")
+    return rack_of(found, program, recorded=False)
 
 
 def _slc_text(program: Path, imported: Any) -> str:

@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from ...io_images.times import DEFAULT_RUN
+from ...io_images.times import DEFAULT_RUN, parse_duration
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import Stub, Stubs
-from ...runtime.config.quantities import parse_duration
 from ...runtime.config.rackfile import RackFile, RackFileError, explained, load_rack_file
 from ...runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec
-from ...runtime.live.orders import Force
 from ...runtime.loop.scan import ScanLogic
+from ...traces.files.portable import no_device
 from .beside import World, stub_of_table
 from .exports import rack_of_export
 from .program import (
@@ -35,6 +34,7 @@ from .program import (
     build,
     is_python,
     load_function,
+    load_modules,
     load_program,
     load_stubs,
     split_address,
@@ -43,6 +43,7 @@ from .rungs import is_rungs
 
 if TYPE_CHECKING:  # a program in Python needs no rungs
     from ...ladder import Controller, Program
+    from ...runtime.live.orders import Force
 
 RACK_FUNCTION = "rack"
 """The function of a Python rack file that returns the `RackSpec`."""
@@ -101,7 +102,7 @@ def load_job(rack: str, program: str | None = None, world: World | None = None) 
     if is_export(rack):
         rack = str(rack_of_export(Path(rack)))
     path = _rack_path(rack)
-    file = load_rack_file(path) if rack_form(path) is Form.DATA else None
+    file = load_rack_file(path, load_modules) if rack_form(path) is Form.DATA else None
     spec = load_spec(rack)[0] if file is None else file.spec
     place = _RackPlace(rack, path, spec, file, world or World(_load_beside))
     place.world.enter(path)
@@ -163,7 +164,7 @@ def _rung_file(logic: Program | Controller) -> Path:
 
     folder = tempfile.TemporaryDirectory()
     atexit.register(folder.cleanup)
-    file = Path(folder.name) / f"{logic.name}.rung"
+    file = Path(folder.name) / no_device(f"{logic.name}.rung")
     write_program(logic, file)
     return file
 
@@ -187,7 +188,7 @@ def load_spec(rack: str) -> tuple[RackSpec, Path]:
     """Load a rack without its program; return it and its path. See `load_job`."""
     path = _rack_path(rack)
     if rack_form(path) is Form.DATA:
-        return load_rack_file(path).spec, path
+        return load_rack_file(path, load_modules).spec, path
     try:
         file = load_function(_address(rack), Path(), default=RACK_FUNCTION, arguments=())
     except MissingNameError as error:
@@ -229,7 +230,7 @@ def recording_of(address: str) -> str:
         return address
     trace = Path(path).with_name(SCENARIO_TRACE)
     if not trace.is_file():
-        raise ValueError(f"{path}: there is no recording {SCENARIO_TRACE} beside it: the rack did not do it")
+        raise ValueError(f"{path}: no recording {SCENARIO_TRACE} beside it: the rack did not do it")
     return f"{trace}{sharp}{rest}"
 
 
@@ -254,7 +255,11 @@ def forces_to_hold(job: Job, wanted: bool) -> tuple[Force, ...]:
     """
     if wanted and not job.forces:
         raise ValueError(f"--forces: {job.program} has no forces")
-    return tuple(Force(tag, value) for tag, value in job.forces.items()) if wanted else ()
+    if not wanted:
+        return ()
+    from ...runtime.live.orders import Force
+
+    return tuple(Force(tag, value) for tag, value in job.forces.items())
 
 
 def scans_to_run(spec: RackSpec, duration: str | None, scans: int | None, *, endless: bool) -> int | None:
@@ -382,11 +387,16 @@ def racks_beside(spec: RackSpec) -> tuple[str, ...]:
     return tuple(dict.fromkeys(each.rack for each in tables if each.rack))
 
 
+def module_files(spec: RackSpec) -> tuple[str, ...]:
+    """Return the paths of the Python files of a rack's `[modules]`, from the rack file's folder."""
+    return tuple(split_address(each, "")[0] for each in spec.modules.values())
+
+
 def stub_files(spec: RackSpec) -> tuple[str, ...]:
-    """Return the paths of the Python files of a rack's stubs, from the rack file's folder, each once."""
+    """Return the paths of the Python files of a rack's stubs and modules, from its folder, each once."""
     texts = (each for each in spec.stubs.values() if isinstance(each, str))
     files = (split_address(text, "")[0] for text in texts if is_python(text))
-    return tuple(dict.fromkeys(files))
+    return tuple(dict.fromkeys([*files, *module_files(spec)]))
 
 
 def _address(rack: str) -> str:

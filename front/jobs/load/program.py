@@ -15,22 +15,22 @@ import sys
 import traceback
 from collections.abc import Callable, Collection, Mapping
 from contextvars import ContextVar
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from importlib.machinery import ModuleSpec
 from pathlib import Path, PurePath
 from types import CodeType, FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any
 
+from ...io_images.annotations import signature_of
 from ...io_images.input_files import read_input
 from ...io_images.site import Site, SiteError
 from ...io_images.text_limits import LIMITS, TextKind, shortened
-from ...ladder.files.steps import StepsError, parse_steps
 from ...ladder.files.suffixes import STEPS_SUFFIX, STRUCTURED_SUFFIX, SUFFIX
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
-from ...ladder.model.types import Structure
 from ...ladder.python.sequences.logic import Logic
+from ...runtime.modules import record as module_records
 from .modules_beside import find_beside, shadowed
 from .rungs import is_rungs
 
@@ -179,6 +179,30 @@ def load_stubs(texts: Mapping[str, str], folder: Path | str, *, missing_tags: bo
     return Stubs(read, missing_tags)
 
 
+def load_modules(named: Mapping[str, str], path: Path) -> dict[str, module_records.ModuleRecord]:
+    """Execute the modules of a rack file.
+
+    Args:
+        named: from name to file and record, `path[:RECORD]`.
+        path: of the rack file.
+
+    Returns:
+        Their records by name.
+
+    Raises:
+        ProgramError: a file that can't be executed, or one without the record.
+    """
+    found = {}
+    for name, address in named.items():
+        file, attribute = split_address(address, default="RECORD")
+        source = path.parent / file
+        record = getattr(_execute(source, _read(source)), attribute, None)
+        if not isinstance(record, module_records.ModuleRecord):
+            raise ProgramError(f"{source}: no ModuleRecord {attribute} in it")
+        found[name] = replace(record, name=name)
+    return found
+
+
 def axes_of(settings: Mapping[str, AxisSettings]) -> Axes:
     r"""Return axes for `LadderLogic.take_axes`.
 
@@ -187,6 +211,7 @@ def axes_of(settings: Mapping[str, AxisSettings]) -> Axes:
     """
     from ...ladder.build.bound_axes import Axes
     from ...ladder.files.rungreader import load_library
+    from ...ladder.model.types import Structure
 
     library = load_library("axis3601")
     state = library.types["AXIS_3601"]
@@ -334,7 +359,7 @@ def _whole(
 
     refused = [*report.refused, *report.objects]
     if program is None or (refused and not stubs.refused):
-        shown = [str(each) for each in refused[:REFUSALS_SHOWN]] or [f"{path}: there is no program in it"]
+        shown = [str(each) for each in refused[:REFUSALS_SHOWN]] or [f"{path}: no program in it"]
         more = len(refused) - REFUSALS_SHOWN
         shown += [f"and {more} more: scanrack l5x {path} lists all"] * (more > 0)
         raise ProgramError("\n".join(shown), *(Site(file=each.file, line=each.line) for each in refused))
@@ -346,6 +371,8 @@ def _whole(
 def _load_steps(path: Path) -> LoadedProgram:
     data = _read(path, TextKind.STEPS)
     _check_text(path, data)
+    from ...ladder.files.steps import StepsError, parse_steps
+
     try:
         return LoadedProgram(path, path.stem, parse_steps(data.decode("utf-8"), str(path)), data)
     except StepsError as error:
@@ -365,7 +392,7 @@ def _read(path: Path, kind: TextKind = TextKind.PYTHON) -> bytes:
     try:
         return read_input(path, LIMITS[kind].size)
     except FileNotFoundError:
-        raise ProgramError(f"{path}: there is no such program file") from None
+        raise ProgramError(f"{path}: no such program file") from None
     except OSError as error:
         raise ProgramError(f"{path}: the program can't be read: {error.strerror}") from None
 
@@ -392,6 +419,9 @@ def _execute(path: Path, data: bytes) -> ModuleType:
         line, text = getattr(error, "lineno", None) or 1, getattr(error, "msg", error)
         site = Site(file=str(path), line=line)
         raise ProgramError.at(site, f"the program has a syntax error: {text}") from None
+    except (MemoryError, RecursionError):
+        text = "the program has an expression that is nested too deep for Python"
+        raise ProgramError.at(Site(file=str(path), line=1), text) from None
     module = ModuleType(f"scanrack_program_{path.stem}")
     module.__file__ = str(path)
     module.__spec__ = find_beside(path, ModuleSpec(module.__name__, None, origin=str(path)))
@@ -428,7 +458,7 @@ def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
     close = difflib.get_close_matches(name, there, n=1)
     hint = f"; did you mean {close[0]}?" if close else ""
     named = f"no function {name} among {', '.join(there)}" if there else f"no function {name} in it"
-    raise MissingNameError(f"{path}: there is {named}{hint}")
+    raise MissingNameError(f"{path}: {named}{hint}")
 
 
 def _check_signature(
@@ -439,7 +469,7 @@ def _check_signature(
     if inspect.iscoroutinefunction(function) or inspect.isgeneratorfunction(function):
         raise ProgramError(f"{where}: {name} must be a plain function {wanted}, without async and yield")
     try:
-        signature = inspect.signature(function)
+        signature = signature_of(function)
     except ValueError:  # a callable of C code has no signature
         return
     try:

@@ -16,6 +16,7 @@ from ...ladder.prove.answers import ScenarioStep, steps_of, tag_text
 from ...ladder.prove.difference import ChangedValue, compare
 from ...ladder.prove.monitors import Key
 from ...ladder.prove.system import ScanBounds
+from ...ladder.prove.system.happenings import LEFT_OUT
 from ..check.alone import load_any
 from ..load.loading import Job
 from .on_rack import OnRack, difference_on_rack
@@ -157,6 +158,7 @@ def lines_of(found: EditedSubject) -> Iterator[str]:
         if names:
             yield f"{word} {', '.join(names)}"
     yield f"assumed: scans are {found.bounds.low_ms:,} to {found.bounds.high_ms:,} ms apart"
+    yield from (f"    {each}" for each in LEFT_OUT.values())
     if found.held:
         yield f"    {held_text(found.held)}"
 
@@ -181,4 +183,5 @@ def as_json(found: EditedSubject) -> dict[str, Any]:
         "added": list(found.added),
         "held": dict(found.held),
         "scan_ms": [found.bounds.low_ms, found.bounds.high_ms],
+        "assumed": list(LEFT_OUT.values()),
     }

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from ...io_images.times import time_text
 from ...ladder import LadderLogic
 from ...ladder.debug import Debugger
 from ...ladder.model.tags import Layout
@@ -27,6 +28,9 @@ from ..load.loading import Job
 from ..run.running import JobRun, RunOptions
 from .scenario import RackScenario, on_scans_of
 from .subject import ProofSubject
+
+TWO_RUNS = "it takes two runs with the same --retain FILE, which a scenario has not"
+"""Why a scenario that begins again with retained tags is not done."""
 
 MORE = 5
 """Recorded scans after the one that breaks the claim."""
@@ -151,6 +155,8 @@ def _replayed(
         return None
     period_ns = job.spec.scan_ns
     tried = [on_scans_of(layout, scans, period_ns, inputs_first=each) for each in (False, True)]
+    if any(each.again for each in scans):
+        return OnRack(False, None, tried[0], why=TWO_RUNS)
     why = ""
     for scenario in tried:
         try:
@@ -162,9 +168,9 @@ def _replayed(
             return OnRack(True, scan, scenario, _not_given(scenario, first))
     if not why and tried[0].left_out:
         why = f"nothing sets {', '.join(tried[0].left_out)} there"
-    ms = f"{period_ns / 1e6:g} ms"
+    each = time_text(period_ns)
     return OnRack(
-        False, None, tried[0], why=why or f"scans of {ms} do not show it; one of another length does"
+        False, None, tried[0], why=why or f"scans of {each} do not show it; one of another length does"
     )
 
 
@@ -185,6 +191,8 @@ def faults_on_rack(subject: ProofSubject, scans: Sequence[ScanOf]) -> str:
     if not job.spec.slot:
         return ""
     scenario = on_scans_of(subject.problem.lowered.layout, scans, job.spec.scan_ns)
+    if any(each.again for each in scans):
+        return f"on the rack: {TWO_RUNS}"
     try:
         with ExitStack() as ports:
             _run(job, scenario, ports).run(scenario.scans)

@@ -49,7 +49,7 @@ def save_page(path: Path, title: str, parts: Iterable[str], used: Used) -> None:
         OSError: it can't be written.
     """
     head = f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>{escape(title)}</title>'
-    with new_file(path, PAGE, used=used, encoding="utf-8") as file:
+    with new_file(path, PAGE, used=used) as file:
         file.write(f"{head}\n<style>\n{STYLE}\n</style></head><body>\n<h1>{escape(title)}</h1>\n")
         file.writelines(f"{part}\n" for part in parts)
         file.write("</body></html>\n")

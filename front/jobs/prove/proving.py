@@ -11,20 +11,28 @@ from pathlib import Path
 from typing import Self
 
 from ...ladder.prove.answers import LIMITS, Answer, ScenarioStep, answer, steps_of
+from ...ladder.prove.certificate import Certificate, written
 from ...ladder.prove.induction import Limits, VerdictKind
 from ...ladder.prove.questions import Finding, ask
 from ...ladder.prove.replaying import ScanOf
+from ...ladder.prove.system import ScanBounds
 from ...runtime.loop.faults import CpuFault
 from ...runtime.loop.pace import wall_ns
 from ...traces.files.guard import Used
+from ...traces.files.portable import no_device
 from ..check.rungs.structure import own_routines
 from ..fuzz.folder_lock import locked, write_text
 from ..fuzz.scenarios.scenario import Scenario
 from ..load.loading import SCENARIO, SCENARIO_TRACE, Job
 from ..trust.owned import in_use
+from .checking import Opinion, Solver, check
 from .on_rack import OnRack, claim_broken, coils_disagree, faults_on_rack, record, replay_on_rack
+from .own_run import OwnRun
 from .scenario import RackScenario, on_scans_of
-from .subject import ProofSubject
+from .subject import ProofSubject, subject_of_job
+
+RELATION, ROLES = "proof.smt2", "proof.json"
+"""Files of the certificate of a proof."""
 
 FAULTS = ("fault", "endless")
 """Rules of faults, which a rack shows."""
@@ -58,12 +66,23 @@ class ScenarioFolder:
             ValueError: the folder has other files, or another process uses it.
             OSError: the scenario can't be written.
         """
+        return write_text(self._own(name) / SCENARIO, json.dumps(scenario.to_json(), indent=1) + "\n", used)
+
+    def save_proof(self, name: str, certificates: Sequence[Certificate], used: Used) -> Path:
+        """Write the certificate of a claim in a folder of its name; return that folder; raise as `save`."""
+        own, (relation, roles) = self._own(name), written(certificates)
+        write_text(own / RELATION, relation, used)
+        write_text(own / ROLES, json.dumps({"claim": name, **roles}, indent=1) + "\n", used)
+        return own
+
+    def _own(self, name: str) -> Path:
+        """Return the folder of a claim."""
         if not self._is_locked:
             self._held.enter_context(locked(self.path))
             self._is_locked = True
         own = self.path / slug(name)
         own.mkdir(exist_ok=True)
-        return write_text(own / SCENARIO, json.dumps(scenario.to_json(), indent=1) + "\n", used)
+        return own
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +93,20 @@ class Result:
     spent_ns: int
     rack: OnRack | None = None
     scenario: Path | None = None
+    proof: Path | None = None  # the folder with the certificate of what is proved
+    opinions: tuple[Opinion, ...] = ()  # what other solvers say of it
+    own_ns: int = 0  # the rack's time between two scans
+    at_own_time: Answer | None = None  # the answer for it, if only longer scans break the claim
+
+    @property
+    def refused_by(self) -> tuple[Opinion, ...]:
+        """Solvers that find a run which the proof excludes: the claim is unknown then."""
+        return tuple(each for each in self.opinions if each.refused)
+
+    @property
+    def word(self) -> str:
+        """Its verdict, see `Answer.word`."""
+        return VerdictKind.UNKNOWN if self.refused_by else self.answer.word
 
     @property
     def name(self) -> str:
@@ -82,12 +115,17 @@ class Result:
 
 
 def prove_all(
-    subject: ProofSubject, folder: ScenarioFolder, progress: Progress = no_progress, limits: Limits = LIMITS
+    subject: ProofSubject,
+    folder: ScenarioFolder,
+    progress: Progress = no_progress,
+    limits: Limits = LIMITS,
+    others: Sequence[Solver] = (),
 ) -> Iterator[Result]:
     """Decide the claims of a subject.
 
     Args:
-        folder: gets the scenarios.
+        folder: gets the scenarios, and the certificates of what is proved.
+        others: solvers that check each certificate.
 
     Raises:
         ValueError: the folder has other files, or another process uses it.
@@ -98,12 +136,39 @@ def prove_all(
         progress(each.claim.name, number, len(claims))
         start_ns = wall_ns()
         found = answer(subject.problem, subject.program, each, limits)
+        if found.verdict:
+            spent_ns, used = wall_ns() - start_ns, in_use(subject.job)
+            proof = folder.save_proof(found.claim.name, found.verdict.certificates, used)
+            opinions = tuple(check(proof, other) for other in others)
+            yield Result(found, spent_ns, proof=proof, opinions=opinions)
+            continue
         if not found.steps:
             yield Result(found, wall_ns() - start_ns)
             continue
         rack = replay_on_rack(subject, claim_broken(subject, each), found.scans)
         file = _written(subject, found.claim.name, found.scans, rack, folder)
-        yield Result(found, wall_ns() - start_ns, rack, file)
+        own = _at_own_time(subject, number - 1, found, rack, limits)
+        yield Result(
+            found, wall_ns() - start_ns, rack, file, own_ns=subject.job.spec.scan_ns, at_own_time=own
+        )
+
+
+def _at_own_time(
+    subject: ProofSubject, number: int, found: Answer, rack: OnRack | None, limits: Limits
+) -> Answer | None:
+    """Ask a claim again with the rack's own time between two scans, if a run with longer ones breaks it.
+
+    Returns:
+        The answer; None if the rack has shown it, or if no scan is longer, or if it is refuted then, too.
+    """
+    own_ns = subject.job.spec.scan_ns
+    longer = any(each.ms * 1_000_000 > own_ns and not each.turned for each in found.scans)
+    if rack is None or rack.confirmed or not longer:
+        return None
+    bounds = ScanBounds.of(own_ns / 1e6, own_ns / 1e6)
+    own = subject_of_job(subject.job, subject.problem, bounds)
+    answered = answer(own.problem, own.program, own.program.properties[number], limits)
+    return None if answered.verdict.kind is VerdictKind.REFUTED else answered
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +179,8 @@ class FoundAnswer:
     steps: tuple[ScenarioStep, ...] = ()
     scenario: Path | None = None
     rack: str = ""  # what it did on the rack
+    proof: Path | None = None  # the folder with the certificate of what is proved
+    opinions: tuple[Opinion, ...] = ()
 
     @property
     def refuted(self) -> bool:
@@ -130,22 +197,32 @@ class Questions:
     open: Mapping[str, int]
 
 
-def ask_questions(subject: ProofSubject, folder: ScenarioFolder) -> Questions:
-    """Answer the built-in questions about the user's own text; see `prove_all` for the folder.
+def ask_questions(subject: ProofSubject, folder: ScenarioFolder, others: Sequence[Solver] = ()) -> Questions:
+    """Answer the built-in questions about the user's own text; see `prove_all` for folder and solvers.
+
+    With solvers each finding that is a proof has its certificate, too; what one of them refuses is open.
 
     Raises:
         ValueError, OSError: see `prove_all`.
     """
     own = {each.name.upper() for each in own_routines(subject.program.program, subject.problem.lowered)}
-    answers = ask(subject.problem, routines=own)
+    answers = ask(subject.problem, routines=own, seen=OwnRun(subject).seen)
     layout = subject.problem.lowered.layout
     found = []
     for each in answers.findings:
         scans = each.verdict.scans
-        if not scans:
+        name = f"{each.rule} {each.site.routine} {each.site.rung} {each.site.instruction}"
+        if not scans and not others:
             found.append(FoundAnswer(each))
             continue
-        name = f"{each.rule} {each.site.routine} {each.site.rung} {each.site.instruction}"
+        if not scans:
+            proof = folder.save_proof(name, each.verdict.certificates, in_use(subject.job))
+            opinions = tuple(check(proof, other) for other in others)
+            if any(one.refused for one in opinions):
+                answers.open[each.rule] += 1
+            else:
+                found.append(FoundAnswer(each, proof=proof, opinions=opinions))
+            continue
         rack = replay_on_rack(subject, coils_disagree(subject, each.coils), scans) if each.coils else None
         file = _written(subject, name, scans, rack, folder)
         said = faults_on_rack(subject, scans) if each.rule in FAULTS else str(rack or "")
@@ -161,10 +238,10 @@ def _scan_ns(subject: ProofSubject) -> int:
 def slug(name: str) -> str:
     """Return the name of a claim's folder.
 
-    >>> slug("lost position"), slug("never Fwd AND Rev (2)"), slug("??")
-    ('lost_position', 'never_Fwd_AND_Rev_2', 'claim')
+    >>> slug("lost position"), slug("never Fwd AND Rev (2)"), slug("??"), slug("Aux")
+    ('lost_position', 'never_Fwd_AND_Rev_2', 'claim', 'Aux_')
     """
-    return re.sub(r"\W+", "_", name).strip("_")[:60] or "claim"
+    return no_device(re.sub(r"\W+", "_", name).strip("_")[:60]) or "claim"
 
 
 def _written(

@@ -5,13 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
+from ...io_images.times import time_text
+from ...ladder.prove.answers import ScenarioStep
 from ...ladder.prove.induction import VerdictKind
+from .checking import Opinion
 from .proving import FoundAnswer, Questions, Result
 from .scenario import told
 from .subject import ProofSubject
 
 HELD_SHOWN = 12
 """Held numbers that the text lists."""
+
+LATEST_MS = 1000
+"""The longest time between two scans that a rack file can give; `scan_ms` takes it in."""
 
 BLAME_SHOWN = 3
 """Reasons of an unknown claim that the text lists."""
@@ -23,21 +29,41 @@ def line_of(result: Result, width: int) -> str:
     Args:
         width: columns of the name.
     """
-    found = result.answer
-    return f"{result.name:<{width}}  {found.word:<8}  {detail_of(result)}".rstrip()
+    return f"{result.name:<{width}}  {result.word:<8}  {detail_of(result)}".rstrip()
+
+
+def own_time_text(result: Result) -> str:
+    """Return that only scans longer than the rack's break a claim, if it is so."""
+    if result.at_own_time is None:
+        return ""
+    time, known = time_text(result.own_ns), result.at_own_time.verdict.kind
+    said = "it is proved" if known is VerdictKind.PROVED else "no run breaks it within the limits"
+    return f"only with scans longer than the rack's: with scans of {time} {said}   "
 
 
 def detail_of(result: Result) -> str:
     """Return what comes with a verdict."""
     found, verdict = result.answer, result.answer.verdict
+    if result.refused_by:
+        return "; ".join(f"{each.solver} refuses the proof, {each.why}" for each in result.refused_by)
     if found.steps:
-        return f"scan {verdict.k:,}   {result.scenario}"
+        return f"{own_time_text(result)}scan {verdict.k:,}   {result.scenario}"
     if verdict.kind is VerdictKind.PROVED:
         reached = "no run reaches it   " if not found else ""
-        return f"{reached}{result.spent_ns / 1e9:.2f} s   ({found.deciding:,} tags of {found.tags:,})"
+        said = f"{reached}{result.spent_ns / 1e9:.2f} s   ({found.deciding:,} tags of {found.tags:,})"
+        return f"{said}   {opinions_text(result.opinions)}".rstrip()
     more = len(verdict.blame) - BLAME_SHOWN
     said = "; ".join(verdict.blame[:BLAME_SHOWN])
     return f"{said}; and {more:,} more" if more > 0 else said
+
+
+def opinions_text(opinions: Iterable[Opinion]) -> str:
+    """Return what other solvers say of a proof, "" without any."""
+    each = [
+        f"{one.solver} confirms it" if one.confirmed else f"{one.solver} does not confirm it: {one.why}"
+        for one in opinions
+    ]
+    return "; ".join(each)
 
 
 def below(subject: ProofSubject, result: Result) -> Iterator[str]:
@@ -46,13 +72,16 @@ def below(subject: ProofSubject, result: Result) -> Iterator[str]:
         yield f"scan {number}: {told(step, subject.job.spec)}"
     if result.rack is not None:
         yield str(result.rack)
+    if result.answer.advice:
+        yield f"to do: {result.answer.advice}"
 
 
 def question_lines(answers: Questions) -> Iterator[str]:
     """Yield a line for each finding of the built-in questions, with its run, and one for what is open."""
     for each in answers.found:
         scenario = f"   {each.scenario}" if each.scenario else ""
-        yield f"{each.finding.rule:<10}  {each.finding.site.where}: {each.finding.text}{scenario}"
+        said = "".join(f"   {text}" for text in (scenario.strip(), opinions_text(each.opinions)) if text)
+        yield f"{each.finding.rule:<10}  {each.finding.site.where}: {each.finding.text}{said}"
         for number, step in enumerate(each.steps, start=1):
             yield f"    scan {number}: {step}"
         if each.rack:
@@ -68,12 +97,15 @@ def question_lines(answers: Questions) -> Iterator[str]:
 def assumptions(subject: ProofSubject, results: Iterable[Result]) -> list[str]:
     """Return what the answers depend on, a sentence each: the report's list of assumptions."""
     held: dict[str, Any] = {}
-    said: dict[str, None] = {}
+    said = dict.fromkeys(subject.problem.happenings.assumed())  # of the built-in questions, too
     for each in results:
         held |= dict(each.answer.held)
         said |= dict.fromkeys(each.answer.assumed)
     bounds = subject.problem.bounds
-    lines = [f"scans are {bounds.low_ms:,} to {bounds.high_ms:,} ms apart", *subject.assumed, *said]
+    wide = f"scan_ms = [{max(1, bounds.low_ms)}, {LATEST_MS}]"
+    late = f", none is later ({wide})" if bounds.high_ms < LATEST_MS else ""
+    apart = f"scans are {bounds.low_ms:,} to {bounds.high_ms:,} ms apart{late}"
+    lines = [apart, *subject.assumed, *said]
     return [*lines, held_text(held)] if held else lines
 
 
@@ -93,6 +125,7 @@ def as_json(subject: ProofSubject, results: Sequence[Result], answers: Questions
         "open": dict(sorted(answers.open.items())),
         "scan_ms": [subject.problem.bounds.low_ms, subject.problem.bounds.high_ms],
         "modules": list(subject.assumed),
+        "assumed": list(subject.problem.happenings.assumed()),
     }
 
 
@@ -103,7 +136,7 @@ def _row(result: Result) -> dict[str, Any]:
         "claim": found.claim.sentence,
         "routine": site.routine,
         "number": site.rung,
-        "verdict": found.word,
+        "verdict": result.word,
         "spent_ns": result.spent_ns,
         "k": verdict.k,
         "values": found.deciding,
@@ -112,10 +145,27 @@ def _row(result: Result) -> dict[str, Any]:
         "held": dict(found.held),
         "assumed": list(found.assumed),
         "blame": list(verdict.blame),
-        "scans": [{"ms": each.ms, "set": dict(each.changes)} for each in found.steps],
+        "advice": found.advice,
+        "scans": scans_of(found.steps),
         "scenario": None if result.scenario is None else str(result.scenario),
         "rack": None if result.rack is None else result.rack.to_json(),
+        "at_own_time": None if result.at_own_time is None else result.at_own_time.verdict.kind,
+        "proof": None if result.proof is None else str(result.proof),
+        "opinions": [each._asdict() for each in result.opinions],
     }
+
+
+def scans_of(steps: Iterable[ScenarioStep]) -> list[dict[str, Any]]:
+    """Return the scans of a scenario in JSON's types."""
+    return [
+        {
+            "ms": each.ms,
+            "set": dict(each.changes),
+            **({"key": "program"} if each.turned else {}),
+            **({"start": "retained"} if each.again else {}),
+        }
+        for each in steps
+    ]
 
 
 def _found(found: FoundAnswer) -> dict[str, Any]:
@@ -128,7 +178,9 @@ def _found(found: FoundAnswer) -> dict[str, Any]:
         "routine": site.routine,
         "number": site.rung,
         "text": finding.text,
-        "scans": [{"ms": each.ms, "set": dict(each.changes)} for each in found.steps],
+        "scans": scans_of(found.steps),
         "scenario": None if found.scenario is None else str(found.scenario),
         "rack": found.rack or None,
+        "proof": None if found.proof is None else str(found.proof),
+        "opinions": [each._asdict() for each in found.opinions],
     }

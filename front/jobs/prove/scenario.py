@@ -21,7 +21,7 @@ from ...ladder.prove.answers import ScenarioStep, tag_text, value_text
 from ...ladder.prove.monitors import Key
 from ...ladder.prove.replaying import ScanOf
 from ...runtime.config.rackspec import RackSpec
-from ...runtime.live.orders import Force, Order, Write
+from ...runtime.live.orders import Force, Mode, Order, Write
 from ..fuzz.scenarios.scenario import GivenOrder, Scenario
 
 
@@ -61,6 +61,11 @@ def on_scans_of(
     for number, each in enumerate(scans):
         count = max(1, round(each.ms * 1_000_000 / scan_ns)) if number else 0
         first = at + (1 if inputs_first and number else count)
+        if each.turned:
+            count = max(count, 2)
+            orders.append((at + 1, Mode("program")))
+            orders.append((at + count, Mode("run")))
+            first = at + count
         orders += [(first, order) for order in _orders(layout, each.inputs)]
         at += count
     left_out = {tag_text(layout, key) for each in scans for key in each.inputs if not _is_set(layout, key)}
@@ -85,12 +90,12 @@ def _orders(layout: Layout, inputs: dict[Key, Any]) -> Iterator[Order]:
 def told(step: ScenarioStep, spec: RackSpec) -> str:
     """Return a scan of a scenario in words, with the names of the bits in words of modules."""
     words = {slot.number: slot.words for slot in spec.slot}
-    said = [] if not step.ms else [f"{step.ms:,} ms later"]
+    said = []
     for name, value in step.changes:
         found = _WORD.fullmatch(name)
         bits = [] if found is None else _bits(words.get(int(found[1])), int(found[2]), int(value))
         said.append(value_text(name, value) + (f" ({' '.join(bits)})" if bits else ""))
-    return ", ".join(said) or "power-up"
+    return step.told(said)
 
 
 _WORD = re.compile(r"Local:(\d+):I\.Data\[(\d+)\]")

@@ -10,12 +10,12 @@ from ...io_images.amci3601.contracts import contracts_of
 from ...io_images.amci3601.words import is_stepper
 from ...ladder.prove.contracts import KeptBy
 from ...ladder.prove.monitors import MonitoredProgram
-from ...ladder.prove.system import Contract, ProgramSystem, ScanBounds
+from ...ladder.prove.system import Contract, Happenings, ProgramSystem, ScanBounds
 from ...runtime.modules.record import Trait
-from ...runtime.modules.registry import has
 from ..check.alone import load_any
 from ..load.claims import with_monitors
 from ..load.loading import Job
+from ..load.program import split_address
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,7 +47,7 @@ def subject_of(file: str, beside: ProgramSystem | None = None) -> ProofSubject:
     """
     job, alone = load_any(file)
     found = subject_of_job(job, beside)
-    return replace(found, name=Path(file.partition(":")[0]).stem, alone=alone)
+    return replace(found, name=Path(split_address(file)[0]).stem, alone=alone)
 
 
 def subject_of_job(
@@ -73,6 +73,7 @@ def subject_of_job(
         written_outside=given.written_outside,
         assume=program.assume,
         contracts=[contract for contract, _ in rows],
+        happenings=Happenings.of(given.happens),
         beside=beside,
     )
     return ProofSubject(job.rack_file.stem, job, False, program, problem, tuple(said for _, said in rows))
@@ -92,7 +93,7 @@ def _contracts(job: Job, program: MonitoredProgram, bounds: ScanBounds) -> Itera
     used = {leaf.slot for leaf in program.program.build().layout.images}
     for slot in job.spec.slot:
         if slot.number in used and is_stepper(slot.words):
-            adapter = has(slot.module, Trait.LINE)
+            adapter = slot.has(Trait.LINE)
             rows = contracts_of(slot.options, each_update=each_update, adapter=adapter)
-            said = f"slot {slot.number} keeps {len(rows)} contracts of the 3601, and its link holds"
+            said = f"slot {slot.number} keeps {len(rows)} contracts of the 3601"
             yield KeptBy(slot.number, rows, at_rpi and each_update), said

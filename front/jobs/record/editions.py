@@ -10,6 +10,8 @@ Each can be loaded again: for a rerun, for a branch, and by a monitor that shows
 
 from __future__ import annotations
 
+import atexit
+import tempfile
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -79,6 +81,7 @@ class Editions:
         self._known: dict[int, Edition] = dict(known or {})
         self._loaded: dict[int, Job] = {}
         self._used: set[Path] = set()
+        self._copies: Path | None = None
 
     def __getitem__(self, number: int) -> Edition:
         return self._known[number]
@@ -88,9 +91,34 @@ class Editions:
         self._known[number], self._loaded[number] = edition, job
         self.follow(job)
 
+    def begin(self, edition: Edition) -> None:
+        """Add the first program, whose files an edit may change."""
+        self._known[0] = edition
+
+    @property
+    def edited(self) -> bool:
+        """Whether there is more than the first program."""
+        return any(self._known)
+
+    def again(self, number: int) -> Job:
+        """Return a program in its initial state from copies of its files, in a folder of our own.
+
+        Raises:
+            ValueError: its files are not there, or it can't be loaded.
+        """
+        if self._copies is None:
+            holder = tempfile.TemporaryDirectory(prefix="scanrack-")
+            atexit.register(holder.cleanup)
+            self._copies = Path(holder.name)
+        return Editions(self._copies, None, self._known).job(number)
+
     def follow(self, job: Job) -> None:
         """Note a loaded program: its modules are dropped when another one is loaded."""
         self._used |= folders_of(job)
+
+    def forget(self) -> None:
+        """Drop the modules of the programs so far, so that their files are read again."""
+        forget(self._used)
 
     def up_to(self, number: int) -> Editions:
         """Return the programs up to a number, none of them loaded yet, for a branch."""
@@ -116,7 +144,7 @@ class Editions:
         return job
 
     def _load(self, edition: Edition) -> Job:
-        forget(self._used)
+        self.forget()
         if self._rack is not None and edition.is_on_disk:
             job = load_job(self._rack)
             if edition.is_on_disk:
@@ -150,7 +178,7 @@ class Editions:
 
 
 def edits_of(trace: Trace) -> list[GivenOrder]:
-    """Return the edits of a recorded session, in order; only chunks behind their files are read."""
+    """Return the recorded edits, in order; only chunks behind their files are read."""
     starts: dict[int, int] = {}
     for span, name in trace.attachment_names():
         if number := edit_number(name):
@@ -161,9 +189,10 @@ def edits_of(trace: Trace) -> list[GivenOrder]:
 
 def _edit_behind(trace: Trace, number: int, offset: int) -> GivenOrder | None:
     """Return an edit, whose order is in the chunks behind its files."""
+    topics = {ORDERS.name, "/events"}
     for section in trace.sections:
-        if section.span.offset > offset and trace.may_tell(section, {ORDERS.name}):
-            for each in orders_of(trace.events_in(section, {ORDERS.name})):
+        if section.span.offset > offset and trace.may_tell(section, topics):
+            for each in orders_of(trace.events_in(section, topics)):
                 if isinstance(each.order, Edit) and each.order.number == number:
                     return each
     return None

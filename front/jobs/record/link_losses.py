@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from ...runtime.modules.amci3601.indicators import Light
-from ...traces.read.reader import TraceEvent
+
+if TYPE_CHECKING:  # a run reads no recording
+    from ...traces.read.reader import TraceEvent
 
 INDICATORS = "/indicators"
 """The topic of the lights."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from ...runtime.live.hands import GivenOrder, Hands
 from ...runtime.live.orders import RECORDED, order_of, parsed
@@ -21,10 +21,13 @@ def is_session(trace: Trace) -> bool:
 
 
 def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
-    """Return the orders among the events of a recorded session; ValueError if one of them can't be read."""
+    """Return the orders among the events of a recording; ValueError if one of them can't be read.
+
+    A session has orders; a bench has edits, which are orders if their files are in the trace.
+    """
     found = []
     for event in events:
-        if event.topic == ORDERS.name:
+        if event.topic == ORDERS.name or is_edit_with_files(event.topic, event.fields):
             try:
                 order = order_of(parsed(str(event.fields.get("order"))), RECORDED)
             except ValueError as error:
@@ -32,6 +35,25 @@ def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
                 raise ValueError(says) from error
             found.append(RecordedOrder(event.scan, order))
     return found
+
+
+def is_edit_with_files(topic: str, fields: Mapping[str, object]) -> bool:
+    """Return whether an event is an edit at a bench whose files are in the trace; it has its order."""
+    return topic == "/events" and fields.get("kind") == "edit" and "order" in fields
+
+
+def is_edit(event: TraceEvent) -> bool:
+    """Return whether an event reports an edit of the program."""
+    return event.topic == "/events" and event.fields.get("kind") == "edit"
+
+
+def lost_edits(events: Iterable[TraceEvent]) -> list[int]:
+    """Return the scans from which a program ran that the trace lacks: edits at a bench without files."""
+    known = list(events)
+    orders = [event for event in known if event.topic == ORDERS.name]
+    brought = {event.scan for event in orders if event.fields.get("name") == "edit"}
+    lost = [each for each in known if is_edit(each) and not is_edit_with_files(each.topic, each.fields)]
+    return [event.scan for event in lost if event.scan not in brought]
 
 
 class OrderRepeater(QuietListener):

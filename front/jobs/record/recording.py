@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import ScanLogic
 from ...traces.format.layout import SlotInfo
 from ...traces.write.recorder import ScanRecorder
+from ...traces.write.snapshots import SnapshotLog
 from ..load.loading import Job
+from ..load.rungs import is_rungs
 from ..trust.attachments import attachment, files_beside, made_by, program_name, retained_tags
 from ..trust.owned import check_recording, keeping_of
 from .sequence_watch import sequences_in
@@ -79,4 +82,31 @@ def recorder_for(
         orders=orders,
         keeping=keeping_of(job, trace, keep),
         sequences=sequences or bool(sequences_in(running)),
+        snapshots=_snapshots_of(job, running),
     )
+
+
+def _snapshots_of(job: Job, running: Any) -> SnapshotLog | None:
+    """Return the snapshots of a program of rungs; none of one with routines in Python, whose state is theirs.
+
+    An edit is the end of them: a question about an edited program runs all its scans.
+    """
+    if not is_rungs(job.logic) or job.logic.functions:
+        return None
+    from ...ladder.state.snapshots import SavedValues  # only rungs need it
+
+    def present() -> Any:
+        return getattr(getattr(running, "engine", running), "memory", None)  # it may be an engine itself
+
+    memory = present()
+    if memory is None:
+        return None
+    saved = SavedValues(memory)
+
+    def take() -> str | None:
+        try:
+            return saved.text() if present() is memory else None
+        except TypeError:  # a value that text can't have: the program has no snapshots then
+            return None
+
+    return SnapshotLog(take)

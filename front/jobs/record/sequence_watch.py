@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from ...ladder.python.axis3601 import Axis3601
 from ...ladder.python.sequences import Logic, Sequence, parts_of, sequences_of
 from ...runtime.loop.events import JsonValue
 from ...runtime.loop.listeners import ScanListener
@@ -30,7 +29,11 @@ def sequences_in(logic: ScanLogic) -> tuple[Sequence, ...]:
 
 def declared_axes(logic: ScanLogic) -> dict[int, str]:
     """Return the slots of the axes that a program declares, each with the line of the declaration."""
-    parts = parts_of(logic) if isinstance(logic, Logic) else ()
+    if not isinstance(logic, Logic):
+        return {}
+    from ...ladder.python.axis3601 import Axis3601  # a program without sequences does not wait for it
+
+    parts = parts_of(logic)
     return {each.slot: each.declared.spot for each in parts if isinstance(each, Axis3601)}
 
 

@@ -16,6 +16,7 @@ from enum import Enum, Flag
 from types import FunctionType, ModuleType
 from typing import Any, get_type_hints
 
+from ...io_images.annotations import declared
 from ...io_images.tag_names import TEXT, matches_part
 from ...ladder.python.sequences import Logic
 from ...runtime.loop.scan import ScanLogic
@@ -101,7 +102,7 @@ def _is_address(text: str) -> bool:
 
 
 def _all_values(namespace: Mapping[str, Any]) -> Iterator[NamedValue]:
-    hints = namespace.get("__annotations__", {})
+    hints = declared(namespace)
     for name, value in namespace.items():
         if isinstance(value, Logic):
             yield from _fields(name, value)

@@ -44,7 +44,7 @@ def _levels_of(recording: Recording, slot: int) -> Iterator[Stimulus]:
 
 
 def _shown(recording: Recording, place: int) -> Iterator[tuple[int, int]]:
-    """Yield the first levels of a slot, and those after every change: time, ns, and mask of energised inputs.
+    """Yield the first levels of a slot, and those after every change: time, ns, and mask of energized inputs.
 
     Args:
         recording: read chunk by chunk.
@@ -72,7 +72,7 @@ _NOTHING = -1  # no levels
 
 
 def _active_high(outputs: NDArray[np.int16], before: np.uint16) -> NDArray[np.uint16]:
-    """Return, for each scan, the inputs that are active when energised, by the latest configuration.
+    """Return, for each scan, the inputs that are active when energized, by the latest configuration.
 
     Args:
         outputs: the slot's output image in each scan.

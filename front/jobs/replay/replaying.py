@@ -12,11 +12,11 @@ from ...runtime.loop.faults import CpuFault
 from ...runtime.loop.rack import Card, Rack
 from ...runtime.loop.scan import CpuMode, ScanLogic
 from ...traces.compare import Tolerance
-from ...traces.format.topics import ORDERS
 from ...traces.read.reader import TraceEvent
 from ...traces.replay import Follower, Image, Recording
 from ..load.building import build_rack, round_trip_ms
 from ..record.link_losses import link_changes
+from ..record.order_repeater import is_edit
 from ..run.build import build_playback
 from ..run.playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
 from ..run.running import Observer, unobserved
@@ -62,6 +62,9 @@ class Replay:
         """Replay to the first difference, or to the end; return the follower with the comparison.
 
         A program that raises or hangs ends it, too, with a note.
+
+        Raises:
+            KeyboardInterrupt: Ctrl-C stopped it; what was compared so far is no answer.
         """
         follower = Follower(self._recording, self.rack.memory, self._images, tolerance=allowed)
         logic = self._logic if self._orders is None else self._orders.program(self._logic)
@@ -74,6 +77,8 @@ class Replay:
                 cpu.play()
             except CpuFault as error:
                 self.notes.append(f"the replay faulted in {error}")
+        if cpu.stop_requested and not follower.stopped:
+            raise KeyboardInterrupt
         if orders is not None:
             self.notes += first_few(orders.refused)
         return follower
@@ -118,25 +123,12 @@ def edit_notes(events: Iterable[TraceEvent]) -> list[str]:
     ]
 
 
-def lost_edits(events: Iterable[TraceEvent]) -> list[int]:
-    """Return the scans from which a program ran that the trace lacks: edits at a bench."""
-    known = list(events)
-    orders = [event for event in known if event.topic == ORDERS.name]
-    brought = {event.scan for event in orders if event.fields.get("name") == "edit"}
-    return [event.scan for event in known if is_edit(event) and event.scan not in brought]
-
-
 def lost_notes(scans: Iterable[int]) -> list[str]:
     """Return a note for each of `lost_edits`."""
     return [
         f"the program was edited before scan {scan:,}: the trace brings the one that it began with"
         for scan in scans
     ]
-
-
-def is_edit(event: TraceEvent) -> bool:
-    """Return whether an event reports an edit of the program."""
-    return event.topic == "/events" and event.fields.get("kind") == "edit"
 
 
 _FRESH = {

@@ -6,20 +6,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import islice
 
 from ...ladder import LadderLogic
-from ...ladder.python.online import Fields
+from ...ladder.python.online.editing import edit_logic
+from ...ladder.python.online.fields import Fields
 from ...ladder.python.sequences import Logic
 from ...runtime.live.hands import Desk, GivenOrder, Hands
-from ...runtime.live.orders import Force, Unforce, Write
+from ...runtime.live.orders import ALL, Edit, Force, Unforce, Write, names_in
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import ScanFlag, ScanLogic
 from ...traces.format.topics import ORDERS
 from ...traces.read.reader import TraceEvent
-from ..record.order_repeater import OrderRepeater, orders_of
+from ..record.logic_wrapper import unwrapped
+from ..record.order_repeater import OrderRepeater, is_edit, orders_of
 from ..run.playback import Score
 
 Forced = Mapping[str, str | int | float | bool]
@@ -30,15 +32,36 @@ _TOLD = 3
 class TagOrders:
     """The orders on tags in a recording.
 
+    Args:
+        edited: loads the program of an edit, by its number, for a program in Python; without it the one that
+            the recording begins with runs on.
+
+    Attributes:
+        lost: scans from which the recording has another program than the one that runs here.
+
     Raises:
         ValueError: an order of the recording can't be read.
     """
 
-    def __init__(self, score: Score, events: Sequence[TraceEvent]) -> None:
+    def __init__(
+        self,
+        score: Score,
+        events: Sequence[TraceEvent],
+        edited: Callable[[int], ScanLogic] | None = None,
+    ) -> None:
         session = any(event.topic == ORDERS.name for event in events)
-        given = orders_of(events) if session else _of_forces(events)
+        read = orders_of(events)
+        given = read if session else _of_forces(events)
         self._given = [each for each in given if isinstance(each.order, Write | Force | Unforce)]
         self.notes = [] if session else list(_unknown(score, events))  # orders that can't be repeated
+        self._edited = edited
+        self._scans: dict[int, int] = {}  # of edits, by their numbers
+        for each in read if edited is not None else ():
+            if isinstance(each.order, Edit):
+                self._given.append(each)
+                self._scans[each.order.number] = each.scan
+        brought = set(self._scans.values())
+        self.lost = [event.scan for event in events if is_edit(event) and event.scan not in brought]
 
     def program(self, logic: ScanLogic) -> ScanLogic:
         """Return the program to run: a ladder program under a debugger if there are orders."""
@@ -58,19 +81,34 @@ class TagOrders:
         from ...ladder.debug import Debugger
 
         desk: Desk | None = logic if isinstance(logic, Debugger) else None
-        if isinstance(logic, Logic):
-            desk = Fields(lambda: logic)
-        repeated = OrderRepeater(cpu, Hands(cpu, rack, desk), self._given)
+        program = unwrapped(logic)
+        if isinstance(program, Logic):
+            desk = Fields(lambda: program)
+        repeated = OrderRepeater(
+            cpu, Hands(cpu, rack, desk, lambda order, _at_ns: self._edit(program, order)), self._given
+        )
         cpu.add_listener(repeated)
         repeated.begin()
         return repeated
+
+    def _edit(self, program: ScanLogic, order: Edit) -> None:
+        """Continue with an edited program; ValueError if that can't be done here."""
+        assert self._edited is not None, "edits are given again if they can be loaded"
+        try:
+            edited, restart = self._edited(order.number), names_in(order.restart)
+            if not isinstance(program, Logic) or not isinstance(edited, Logic) or ALL in restart:
+                raise ValueError("the program was loaded anew")
+            edit_logic(program, edited, restart)
+        except ValueError:
+            self.lost.append(self._scans[order.number])
+            raise
 
 
 def _of_forces(events: Sequence[TraceEvent]) -> Iterator[GivenOrder]:
     before: Forced = {}
     for event in events:
         if event.topic == "/forces":
-            after = _forced(event)
+            after = forced_in(event)
             gone: list[Force | Unforce] = [Unforce(tag) for tag in before if tag not in after]
             come = [Force(tag, after[tag]) for tag in after if before.get(tag) != after[tag]]
             for order in gone + come:
@@ -78,14 +116,15 @@ def _of_forces(events: Sequence[TraceEvent]) -> Iterator[GivenOrder]:
             before = after
 
 
-def _forced(event: TraceEvent) -> Forced:
+def forced_in(event: TraceEvent) -> Forced:
+    """Return the forced tags in a message on /forces, with their values."""
     tags = event.fields.get("tags")
     return tags if isinstance(tags, Mapping) else {}
 
 
 def _unknown(score: Score, events: Sequence[TraceEvent]) -> Iterator[str]:
     """Yield a note if tags were set to values that are not recorded."""
-    changes = {event.scan: bool(_forced(event)) for event in events if event.topic == "/forces"}
+    changes = {event.scan: bool(forced_in(event)) for event in events if event.topic == "/forces"}
     forced = False
     scans = []
     for number, flags in zip(score.numbers, score.flags, strict=True):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
-from ...runtime.config.quantities import exact_ns
+from ...io_images.times import exact_ns
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.exchange import EveryRpi, RecordedAtRpi
 from ...runtime.loop.listeners import ScanListener
@@ -12,7 +13,9 @@ from ...runtime.loop.pace import Watchdog
 from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import ScanLogic
 from ..load.building import exchange_of
-from .playback import Playback, RecordedInputs, Score
+
+if TYPE_CHECKING:  # a run repeats no recording
+    from .playback import Playback, Score
 
 
 def build_playback(
@@ -30,6 +33,8 @@ def build_playback(
     in each scan, so that a rack of `RecordedInputs` has no exchange of its own. `watchdog` is that of
     `spec` by default.
     """
+    from .playback import Playback, RecordedInputs
+
     recorded = any(isinstance(slot.module, RecordedInputs) for slot in rack.slots.values())
     return Playback(
         score,

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol, TypeGuard
 
-from ...ladder.python.online import Fields, edit_logic, plan_edit
+from ...io_images.doors import json_value
+from ...ladder.python.online.fields import Fields
 from ...ladder.python.sequences import Logic
-from ...runtime.live.hands import Desk, Hands
-from ...runtime.live.orders import ALL, NAMES, Edit, names_in
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.events import Event, JsonValue
 from ...runtime.loop.listeners import ScanListener
@@ -22,12 +20,13 @@ from ...traces.format.topics import ORDERS
 from ...traces.write.recorder import ScanRecorder
 from ..load.loading import Job
 from ..load.rungs import is_rungs
-from ..record.editions import Editions
 from ..record.sequence_watch import WatchesSequences, sequences_in
-from ..record.tag_names import named_values, namespace_of
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # most runs are neither operated nor edited
     from ...ladder.debug import Debugger
+    from ...runtime.live.hands import Desk, Hands
+    from ...runtime.live.orders import Edit
+    from ..record.editions import Editions
 
 NO_TAGS: Mapping[str, list[str]] = MappingProxyType({"new": [], "changed": [], "dropped": []})
 
@@ -46,7 +45,7 @@ class DescribedEdit(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class Anew:
-    """An edit with which all of a Python program begins anew: the objects of its module are new."""
+    """Edit that restarts a Python program: the objects of its module are new."""
 
     names: tuple[str, ...]  # its values
     keeps = "the program is loaded again: the objects of its module are new"
@@ -104,6 +103,8 @@ class RunProgram:
 
     def hands(self, cpu: Cpu, rack: Rack) -> Hands:
         """Return the executor of orders on a rack; orders on tags need a ladder program."""
+        from ...runtime.live.hands import Hands
+
         edit = None if self._editions is None else partial(self._edit, cpu, self._editions)
         return Hands(cpu, rack, self.desk, edit)
 
@@ -129,6 +130,8 @@ class RunProgram:
         Raises:
             ValueError: it can't be used; the present one continues.
         """
+        from ...runtime.live.orders import names_in
+
         name, text, tags = self._take_over(cpu, editions.job(order.number), names_in(order.restart))
         cpu.announce(Event(at_ns, "edit", name, text, {**tags}))
         self.on_edit(ProgramEdit(order.number, at_ns, name, text, tags))
@@ -145,11 +148,15 @@ class RunProgram:
 
             return planned(self.debugger.engine, logic.build())
         if self._continues(logic, cpu, restart):
+            from ...ladder.python.online.editing import plan_edit
+
             return plan_edit(self._own_logic(), logic, restart).edit
         return Anew(_value_names(self.logic))
 
     def _continues(self, logic: ScanLogic, cpu: Cpu, restart: Sequence[str]) -> TypeGuard[Logic]:
         """Whether a program in Python continues as another one; else that one begins anew."""
+        from ...runtime.live.orders import ALL
+
         both = isinstance(self.logic, Logic) and isinstance(logic, Logic)
         return both and bool(cpu.scan) and ALL not in restart
 
@@ -164,6 +171,8 @@ class RunProgram:
         if self.debugger is not None or is_rungs(logic):
             raise ValueError(f"{job.program.name}: a program of another kind needs a new session")
         if self._continues(logic, cpu, restart):
+            from ...ladder.python.online.editing import edit_logic
+
             forces = self._fields.forces
             done = edit_logic(self._own_logic(), logic, restart)
             self._edits += 1
@@ -196,6 +205,8 @@ class RunProgram:
 
 def _value_names(logic: ScanLogic) -> tuple[str, ...]:
     """Return the names of the values of a Python program; none if it has none."""
+    from ..record.tag_names import named_values, namespace_of
+
     try:
         return tuple(each.name for each in named_values(namespace_of(logic), ["*"]))
     except ValueError:
@@ -233,7 +244,7 @@ def tags_in(edit: Changes) -> dict[str, list[str]]:
 
 
 class RecordsEdits:
-    """A recorder that attaches the files of an edit before its order; a listener of the scan loop."""
+    """A recorder that attaches the files of an edit before its order, or before a bench tells of it."""
 
     def __init__(self, recorder: ScanRecorder, editions: Editions) -> None:
         self._recorder, self._editions = recorder, editions
@@ -242,7 +253,11 @@ class RecordsEdits:
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Record an event."""
-        if topic == ORDERS.name and fields["name"] == NAMES[Edit]:
-            number = json.loads(str(fields["order"]))["number"]
+        from ...runtime.live.orders import NAMES, Edit
+        from ..record.order_repeater import is_edit_with_files
+
+        is_order = topic == ORDERS.name and fields["name"] == NAMES[Edit]
+        if is_order or is_edit_with_files(topic, fields):
+            number = json_value(str(fields["order"]))["number"]
             self._recorder.attach(scan, self._editions.attachments(number))
         self._recorder.event(scan, now_ns, topic, fields)

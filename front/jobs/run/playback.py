@@ -180,7 +180,7 @@ def stimulated(machine: MachineSpec, stimuli: Iterable[Stimulus], *, switches: b
     """Return a machine with the recorded stimuli as its only changes by time.
 
     Its own timeline and stations have acted in the recording, so that they are removed; a released
-    input of theirs is de-energised.
+    input of theirs is de-energized.
 
     Args:
         stimuli: those of its slot, in order of time.

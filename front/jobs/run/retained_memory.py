@@ -74,5 +74,5 @@ class RetainedMemory:
         """
         from ...ladder.run.edit import retained_text
 
-        with new_file(self.path, TAGS, used=self._used, locked=True, encoding="utf-8") as file:
+        with new_file(self.path, TAGS, used=self._used, locked=True) as file:
             file.write(retained_text(self._program.engine))

@@ -18,11 +18,9 @@ from typing import TYPE_CHECKING
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.pace import FreeRun, Pacer
-from ...runtime.loop.realtime import frozen_collector
 from ...traces.write.recorder import ScanRecorder
 from ..load.building import build_cpu, build_rack
 from ..load.loading import Job
-from ..record.order_repeater import OrderRepeater, RecordedOrder
 from ..record.recording import recorder_for
 from ..record.sequence_watch import declared_axes, sequences_in, standing
 from .editing import RunProgram
@@ -34,6 +32,7 @@ if TYPE_CHECKING:  # imported late: the controllers of units take time to import
     from ...runtime.live.hands import Hands
     from ...runtime.live.orders import Force
     from ..record.editions import Editions
+    from ..record.order_repeater import OrderRepeater, RecordedOrder
     from .rack_units import UnitsBeside
 
 Observer = Callable[[Cpu, int | None], AbstractContextManager[None]]
@@ -104,12 +103,16 @@ class JobRun:
         if self.program.operated is not None:
             tell_cpu(self.program.operated, self.cpu)
         self._hold(options)
-        self.repeated = (
-            None if options.orders is None else OrderRepeater(self.cpu, self.hands, options.orders)
-        )
-        if self.repeated is not None:
-            self.cpu.add_listener(self.repeated)
-            self.repeated.begin()
+        self.repeated: OrderRepeater | None = None
+        if options.orders is not None:
+            self._repeat(options.orders)
+
+    def _repeat(self, orders: Iterable[RecordedOrder]) -> None:
+        from ..record.order_repeater import OrderRepeater
+
+        self.repeated = OrderRepeater(self.cpu, self.hands, orders)
+        self.cpu.add_listener(self.repeated)
+        self.repeated.begin()
 
     def _hold(self, options: RunOptions) -> None:
         """Hold the forces; warn of those that can't be."""
@@ -150,13 +153,19 @@ class JobRun:
         """
         cpu = self.cpu
         with (
-            nullcontext() if self._pacer.free else frozen_collector(),
+            nullcontext() if self._pacer.free else _frozen_collector(),
             cpu.stopping_on_ctrl_c(),
             cpu,
             observed(cpu, scans),
         ):
             cpu.run(scans)
             self.steps = [str(standing(each, cpu.scan)) for each in sequences_in(self.program.logic)]
+
+
+def _frozen_collector() -> AbstractContextManager[None]:
+    from ...runtime.loop.realtime import frozen_collector
+
+    return frozen_collector()
 
 
 def _beside(units: Mapping[int, Pcl601], trace: Path | None) -> UnitsBeside | None:

@@ -13,6 +13,7 @@ from ...io_images.pcl601.program import Program
 from ...io_images.pmc006.frame import FACTORY_ADDRESS
 from ...io_images.pmc006.program import UserProgram, assemble
 from ...io_images.text_limits import TextKind
+from ...io_images.times import exact_ns
 from ...runtime.controllers.pcl601.line import Pcl601
 from ...runtime.controllers.pcl601.pinstates import connect
 from ...runtime.controllers.pcl601.program import load, read_program
@@ -96,7 +97,7 @@ def pcl601_units(
     """
     if not 0 < gap_ms <= GAP_MS_MAX:
         raise ValueError(f"--gap-ms {gap_ms:g}: it has to be above 0, and at most {GAP_MS_MAX}")
-    timing = Timing(round(gap_ms * 1e6 * max(speed, 1)), by_length=True)
+    timing = Timing(round(exact_ns(gap_ms, "ms", "--gap-ms") * max(speed, 1)), by_length=True)
     wirings = _wirings(addresses or [1], thumbwheels)
     devices = {address: Pcl601(address, wiring=wiring, timing=timing) for address, wiring in wirings.items()}
     for file in programs:
@@ -244,7 +245,7 @@ def _pmc006_values(controller: Pmc006Controller) -> dict[str, int]:
 def _wire_pmc006(controller: Pmc006Controller, name: str, state: str) -> None:
     pins = {pin.name.lower(): pin for pin in Pin if pin.name is not None}
     if name not in pins:
-        raise ValueError(f"there is no input {name}: allowed are {', '.join(pins)}")
+        raise ValueError(f"no input {name}; choose from {', '.join(pins)}")
     if state not in ("high", "low"):
-        raise ValueError(f"{state!r} is not a state of an input: allowed are high and low")
+        raise ValueError(f"{state!r} is not a state of an input: must be high or low")
     controller.set_pin(pins[name], state == "high")

@@ -1,20 +1,28 @@
 """The control channel of served controllers: JSON objects, one a line, each answered by one.
 
+    {"key": "8c1f..."}         first: the key that was printed, as for the page of `watch`
     {"fault": "drop=2"}        a fault, as `--fault` has it
     {"pin": "in1=ground"}      an input, as `--pin` has it
     {"state": 1}               the registers, inputs and outputs of the unit at address 1
 
 An answer is {"ok": true}, with "state" and "at_ns" if it was asked for, or {"error": "..."}.
+A connection that does not begin with the key, or sends a line that is not JSON, is answered and ended: a page
+in a browser on this machine can send a request to any port, and its lines are not taken for orders.
 """
 
 from __future__ import annotations
 
+import hmac
 import json
+import secrets
 
-from ...runtime.line.ports.textlines import TextLinePort
+from ...io_images.doors import json_value
+from ...io_images.text_limits import shortened
+from ...runtime.line.ports.textlines import EndOfTalkError, TextLinePort
 from ...runtime.loop.pace import Clock
 from .line import LOOPBACK, ServedLine, wire
 
+KEY_BYTES = 16
 ALLOWED = '{"fault": TEXT}, {"pin": TEXT} or {"state": ADDRESS}'
 
 
@@ -32,6 +40,7 @@ class ControlChannel:
         self._line, self._clock = line, clock
         self._port = TextLinePort(LOOPBACK, port)
         self.name = self._port.name
+        self.key = secrets.token_hex(KEY_BYTES)
 
     def look(self) -> None:
         """Answer the lines that have arrived."""
@@ -41,15 +50,38 @@ class ControlChannel:
         """Stop listening."""
         self._port.close()
 
-    def answer(self, text: str) -> str:
-        """Carry out a line; return its answer."""
+    def answer(self, text: str, known: bool) -> str:
+        """Carry out a line; return its answer.
+
+        Args:
+            known: whether the client has given the key.
+
+        Raises:
+            EndOfTalkError: the line is not JSON, or not the key that has to come first.
+        """
         try:
-            return json.dumps({"ok": True} | self._carry_out(text))
+            said = json_value(text)
+        except ValueError:
+            problem = f"{shortened(text.strip(), 80)}: it is not JSON; it has to be {ALLOWED}"
+            raise EndOfTalkError(json.dumps({"error": problem})) from None
+        if not known:
+            self._admit(said)
+            return json.dumps({"ok": True})
+        try:
+            return json.dumps({"ok": True} | self._carry_out(said, text))
         except ValueError as error:
             return json.dumps({"error": str(error)})
 
-    def _carry_out(self, text: str) -> dict[str, object]:
-        match _object(text):
+    def _admit(self, said: object) -> None:
+        """Compare the key, in constant time."""
+        key = said.get("key") if isinstance(said, dict) else None
+        given = key.encode("utf-8", "replace") if isinstance(key, str) else b""
+        if not hmac.compare_digest(given, self.key.encode()):
+            problem = 'the first line has to be {"key": TEXT} with the key that was printed'
+            raise EndOfTalkError(json.dumps({"error": problem}))
+
+    def _carry_out(self, said: object, text: str) -> dict[str, object]:
+        match said:
             case {"fault": str(fault), **rest} if not rest:
                 self._line.set_fault(fault)
             case {"pin": str(pin), **rest} if not rest:
@@ -65,11 +97,4 @@ class ControlChannel:
             if unit.address == address:
                 return {"at_ns": self._clock.now_ns(), "state": unit.values()}
         there = ", ".join(str(unit.address) for unit in self._line.units)
-        raise ValueError(f"there is no unit at address {address}: there is {there}")
-
-
-def _object(text: str) -> object:
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError):
-        raise ValueError(f"{text.strip()}: it is not JSON; it has to be {ALLOWED}") from None
+        raise ValueError(f"no unit at address {address}: there is {there}")

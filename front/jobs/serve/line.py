@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ...io_images.pcl601 import Code
+from ...io_images.times import exact_ns
 from ...runtime.line.faulty import FaultInjector
 from ...runtime.line.gateway import Gateway
 from ...runtime.line.hosts import split_address
@@ -66,7 +67,7 @@ class ServedLine:
         self.units = units
         self._timed = timed
         self._plain = not (timed or faulty)
-        self._gateway_ns = round(gateway_ms * 1e6)
+        self._gateway_ns = exact_ns(gateway_ms, "ms", "--gateway-ms")
         self._faulty = {unit.address: self._with_faults(unit) for unit in units}
         self.device = self._line()
 
@@ -94,7 +95,7 @@ class ServedLine:
         if [choice.pty, choice.serial is not None, choice.tcp is not None].count(True) != 1:
             raise ValueError("give one of --pty, --serial DEV and --tcp HOST:PORT")
         if choice.serial is not None and self._timed:
-            raise ValueError("--line-time: on a serial port characters take their time anyway")
+            raise ValueError("--line-time: no effect on serial ports")
         if choice.tcp is not None and not choice.rtu_over_tcp and self.units[0].answer is not None:
             return self._modbus_server(ModbusTcpPort(*socket_address(choice.tcp)), clock, listener)
         if choice.tcp is not None:

@@ -111,7 +111,7 @@ def _addressed(text: str, addresses: list[int]) -> tuple[int, str]:
     if colon and address.isdecimal():
         if int(address) not in addresses:
             there = ", ".join(map(str, addresses))
-            raise ValueError(f"--machine {text}: there is no unit {address}; there is {there}")
+            raise ValueError(f"--machine {text}: no unit {address}; there is {there}")
         return int(address), file
     if len(addresses) > 1:
         raise ValueError(f"--machine {text}: of several units it has to be ADDRESS:FILE")

@@ -16,7 +16,8 @@ from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
-from ...io_images.input_files import read_checked
+from ...io_images.doors import json_value
+from ...io_images.input_files import read_input_text
 from ...io_images.text_limits import TextKind
 from ...runtime.controllers.pcl601.line import Pcl601
 from ...runtime.controllers.pcl601.nonvolatile import Pcl601Memory, Pcl601MemoryReader
@@ -78,7 +79,7 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
         if not self.path.exists() or not self.path.stat().st_size:
             return ()
         try:
-            said = json.loads(read_checked(self.path, TextKind.MEMORY))
+            said = json_value(read_input_text(self.path, TextKind.MEMORY), TextKind.MEMORY)
             if isinstance(said, dict) and said.get("controller") not in (self._controller, None):
                 raise ValueError(f"it is that of a {said['controller']}, not of a {self._controller}")
             units: tuple[UnitMemory, ...] = KINDS[self._controller].model_validate(said).units
@@ -128,7 +129,7 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
             "controller": self._controller,
             "units": [each.model_dump(mode="json") for each in units],
         }
-        with new_file(self.path, MEMORY, used=self._used, locked=True, encoding="utf-8") as file:
+        with new_file(self.path, MEMORY, used=self._used, locked=True) as file:
             file.write(json.dumps(said, indent=1).replace("{\n ", "{", 1) + "\n")
 
 

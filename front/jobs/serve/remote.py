@@ -17,6 +17,7 @@ from pathlib import Path
 
 from typing_extensions import override
 
+from ...io_images.times import exact_ns
 from ...runtime.line.ports import ModbusTcpPort
 from ...runtime.line.remote_words import RemoteWords
 from ...runtime.loop.cpu import Cpu
@@ -135,10 +136,10 @@ def remote_job(
     with tempfile.TemporaryDirectory() as folder:
         if rack is None:
             rack = str(Path(folder) / "remote-io.toml")
-            Path(rack).write_text(BARE_RACK, encoding="utf-8")
+            Path(rack).write_text(BARE_RACK, encoding="utf-8", newline="\n")
         spec = load_rack(rack, _unknown).spec
         found = _slot_of({each.number: each.module for each in spec.slot}, slot)
-        plc = ForeignPlc(found, round(silence_ms * 1e6), whole=whole)
+        plc = ForeignPlc(found, exact_ns(silence_ms, "ms", "--silence"), whole=whole)
         yield load_rack(rack, plc), plc
 
 
@@ -150,6 +151,6 @@ def _slot_of(modules: dict[int, str], slot: int | None) -> int:
     if slot is None and len(there) == 1:
         return there[0]
     if slot is None or slot not in there:
-        said = "has to be given" if slot is None else f"{slot}: there is no {CATALOG}"
+        said = "has to be given" if slot is None else f"{slot}: no {CATALOG}"
         raise ValueError(f"--slot {said}; the rack has one in slot {', '.join(map(str, there)) or 'none'}")
     return slot

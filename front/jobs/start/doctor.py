@@ -16,13 +16,15 @@ from enum import StrEnum
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
 
+from ...io_images.installing import how_to_install
 from ...runtime.loop.realtime import real_time
 
 PACKAGE = "scanrack"
-PYTHONS = ((3, 11), (3, 13))
+PYTHONS = ((3, 11), (3, 14))
 """The oldest and the newest Python that scanrack runs on."""
 
 GIVES: Mapping[str, str] = {
+    "check": "other solvers that check proofs: scanrack prove --check",
     "cluster": "searches on a cluster: scanrack fuzz --dask",
     "conform": "scanrack conform: a real 3601 against its manual",
     "editor": "diagnostics, hover and completion in editors: scanrack lsp",
@@ -44,7 +46,7 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "firefox", "microso
 
 
 class Health(StrEnum):
-    """How it stands with something."""
+    """Status of one check."""
 
     GOOD = "ok"
     ABSENT = "absent"
@@ -80,7 +82,7 @@ def _package() -> Iterator[Diagnosis]:
     missing = [each for each in _required("") if not _installed(each)]
     says = f"{version(PACKAGE)} in {Path(__file__).parents[2]}"
     if missing:
-        says, mend = f"{says}, without {', '.join(missing)}", f"pip install --upgrade {PACKAGE}"
+        says, mend = f"{says}, without {', '.join(missing)}", how_to_install()
         yield Diagnosis(PACKAGE, Health.BROKEN, says, mend)
     else:
         yield Diagnosis(PACKAGE, Health.GOOD, says)
@@ -90,7 +92,7 @@ def _extras() -> Iterator[Diagnosis]:
     for extra, gives in GIVES.items():
         missing = [each for each in _required(extra) if not _installed(each)]
         if missing:
-            mend = f"pip install '{PACKAGE}[{extra}]' for {gives}"
+            mend = f"{how_to_install(extra)} for {gives}"
             yield Diagnosis(f"extra {extra}", Health.ABSENT, f"{', '.join(missing)} missing", mend)
         else:
             yield Diagnosis(f"extra {extra}", Health.GOOD, gives)

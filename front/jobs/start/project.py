@@ -18,7 +18,7 @@ NEXT = (
     ("scanrack run {rack}", "run it as fast as it can, and record every scan"),
     ("scanrack check {rack}", "look for mistakes without a run"),
     ("pip install pytest && pytest", "run the tests beside it, if there are some"),
-    ("scanrack schema --write", "have an editor complete and check rack files"),
+    ("scanrack editor schema --write", "have an editor complete and check rack files"),
     ("scanrack doctor", "what this installation lacks, and how to mend it"),
     ("scanrack fuzz {rack}", "look for surroundings that break the program"),
 )
@@ -53,7 +53,7 @@ def new_project(folder: Path, logic: str = "python", example: str | None = None)
     racks = _racks(source)
     written = [_written(folder, each, racks) for each in _in_order(source, racks)]
     note = folder / FILE_OF_NEXT
-    with note.open("x", encoding="utf-8") as file:
+    with note.open("x", encoding="utf-8", newline="\n") as file:
         file.write(_next_steps(str(racks[0])))
     return [*written, note]
 
@@ -77,7 +77,7 @@ def _examples() -> Traversable:
 
 def _example(name: str) -> Traversable:
     if name not in (known := example_names()):
-        raise ProjectError(f"there is no example {name!r}: there are {', '.join(known)}")
+        raise ProjectError(f"no example {name!r}; choose from {', '.join(known)}")
     return _examples() / name
 
 

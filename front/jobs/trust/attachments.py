@@ -5,6 +5,7 @@ retained tags              by the metadata's `retained_file`: initial tags of a 
 stubs in Python            by the rack file's `[stubs]`
 imports of the program     Python files beside it, by their relative paths
 words.json, tags.json      the maps of words and of recorded tags, which a run does not need
+snapshots.txt.zst          values of a ladder program, from which questions begin
 edit-1/...                 rack file and program after an edit during the run, see `editions`
 
 `trust` decides which of them may be used.
@@ -19,10 +20,13 @@ import sys
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from importlib.machinery import all_suffixes
-from pathlib import Path, PurePosixPath
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from ...runtime.config.rackspec import RackSpec
-from ...traces.read.reader import Trace
+from ...traces.files.portable import relative
+from ...traces.format.snapshots import SNAPSHOTS
 from ...traces.write.recorder import Attachment
 from ..load.loading import Job, load_job, load_spec, rack_form
 from ..load.program import Form
@@ -31,11 +35,14 @@ from ..load.rungs import is_rungs
 from .extracting import attached_files, extract
 from .trust import RunFiles, address_name, admitted
 
+if TYPE_CHECKING:  # a run reads no recording
+    from ...traces.read.reader import Trace
+
 PYTHON = ".py"
 RETAINED = "retained/tags.json"
 """Name of the retained tags' file in a trace."""
 
-_NOT_OF_THE_RUN = ("words.json", "tags.json")
+_NOT_OF_THE_RUN = ("words.json", "tags.json", SNAPSHOTS)
 
 
 def attachment(name: str, data: bytes) -> Attachment:
@@ -75,12 +82,19 @@ def _racks_beside(job: Job) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for rack in job.world.others if job.world is not None else ():
         other: Job = rack.job
-        program = os.path.relpath(other.program, other.folder)
+        program = relative(other.program, other.folder)
         named = {other.rack_file.name: other.rack_file, program: other.program}
         named |= {**_imported(other), **_stub_functions(other), **_unit_programs(other)}
-        folder = PurePosixPath(os.path.relpath(other.folder, job.folder))
-        found |= {(folder / name).as_posix(): path for name, path in named.items()}
-    return {name: path for name, path in found.items() if ".." not in PurePosixPath(name).parts}
+        folder = relative(other.folder, job.folder)
+        inside = {name: path for name, path in named.items() if not _leads_out(name)}
+        found |= {PurePosixPath(folder, name).as_posix(): path for name, path in inside.items()}
+    return {name: path for name, path in found.items() if not _leads_out(name)}
+
+
+def _leads_out(name: str) -> bool:
+    """Return whether a path leads out of its folder on any system, also to another drive of Windows."""
+    path = PureWindowsPath(name)
+    return bool(path.anchor) or ".." in path.parts
 
 
 def _imported(job: Job) -> dict[str, Path]:
@@ -134,13 +148,25 @@ def forget_imported(folder: Path) -> None:
 def _modules_of(folder: Path) -> Iterator[tuple[str, Path, Path]]:
     """Yield the imported modules of a folder: name, relative path, whole path."""
     inside = f"{folder}{os.sep}"
-    for name, module in list(sys.modules.items()):
+    modules = list(sys.modules.items())
+    near = {name for name, module in modules if "." not in name and _may_lie(name, module, inside)}
+    for name, module in modules if near else ():  # a search asks before each run
+        if name.partition(".")[0] not in near:
+            continue
         file = getattr(module, "__file__", None) or ""
         if file.startswith(inside) and file.endswith(PYTHON):
             path = Path(file)
             place = path.relative_to(folder)
             if place.with_suffix("").parts[0] == name.partition(".")[0]:
                 yield name, place, path
+
+
+def _may_lie(name: str, module: ModuleType, inside: str) -> bool:
+    """Return whether a module or those of its package may lie in a folder, which `inside` begins with."""
+    file: str | None = getattr(module, "__file__", None)
+    if not file:
+        return hasattr(module, "__path__")
+    return file.startswith(inside) and file.startswith(name, len(inside))
 
 
 def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = None) -> Job:
@@ -228,6 +254,7 @@ def _take_out(
     trace: Trace, folder: Path, rack: str, program: str | None, *, trust: bool, retained: str | None = None
 ) -> None:
     """Check that the files of a run may be used, and write them into a folder."""
+    trace.check_data()
     files = {
         name: data
         for name, data in attached_files(trace).items()

@@ -6,8 +6,12 @@ import re
 import unicodedata
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ...traces.read.reader import Trace
+from ...traces.files.portable import DEVICE
+
+if TYPE_CHECKING:  # a run reads no recording
+    from ...traces.read.reader import Trace
 
 _BAD_PARTS = {
     "": "has an empty part",
@@ -20,7 +24,7 @@ _BAD_NAMES = (
     (re.compile(r".*:"), "has a colon, which is a drive or a stream on Windows"),
     (re.compile(r".*[. ](/|$)"), "has a part that ends in a dot or a space, which Windows drops"),
     (
-        re.compile(r"(.*/)?(con|prn|aux|nul|com\d|lpt\d)\s*(\.[^/]*)?(/|$)", re.IGNORECASE),
+        re.compile(f"(.*/)?{DEVICE}", re.IGNORECASE),
         "is a device on Windows",
     ),
 )

@@ -10,21 +10,21 @@ from typing import Any
 from ...io_images.addresses import Address, parse_address
 from ...io_images.image import IMAGE_BYTES, WORDS
 from ...io_images.module_words import ModuleWords
-from ...ladder.debug import CauseLink, Debugger, Remedies
+from ...ladder.debug import CauseLink, Debugger, Remedies, told
+from ...ladder.debug.remedies import of_input
+from ...ladder.debug.telling import MOST_LINES
 from ...ladder.state.memory import Value
 from ...runtime.config.rackspec import RackSpec
-from ...runtime.loop.scan import ScanFlag, ScanLogic
+from ...runtime.loop.scan import ScanFlag
 from ...traces.format.layout import SlotInfo
-from ...traces.read.event_text import describe
 from ...traces.read.image_text import module_text
 from ...traces.replay import Recording
-from ..record.tag_names import named_values, namespace_of
 from .chain import Bits, RackChain
 from .chains.program import ProgramChain
-from .past import ALL_BITS, Past, SlotPast
-from .sentences import told, told_sender
+from .chains.waiting import of_axis
+from .past import ALL_BITS, Past, SlotPast, event_text
+from .sentences import told_change, told_sender
 from .source.class_names import Names
-from .source.conditions import source_line
 from .source.lines import Line
 from .traced_run import Load, TracedChange, TracedRun, Watched, fresh, run_again
 from .trials import ProgramTrials
@@ -89,24 +89,16 @@ class Why:
         last = Past(self.recording, len(self.recording.scans) - 1)
         return last.first_on(place.slot, _side(place), place.word, mask)
 
-    def of(self, text: str) -> str:
-        """Explain the value of a bit or word of an image, or of a Python program.
+    def of(self, text: str, *, deep: bool = False) -> tuple[str, CauseLink]:
+        """Explain a value: in at most six lines, see `told`, and as a chain; of a step also its waits.
 
         Raises:
             ValueError: an unknown name.
         """
-        if self.means_image(text) or self.load is None:
-            return "\n".join(self._of_image(text, self.place(text)))
-        with fresh(self.load) as logic:
-            names = Names(logic, self.words)
-        own = names.own(text)
-        if own in names.addresses:
-            return "\n".join(self._of_image(text, self.place(names.addresses[own])))
-        if own in names.sequences:
-            return "\n".join(self._of_sequence(own, names, self.load))
-        if own in names.axes:
-            return "\n".join(self._of_axis(own, names))
-        return "\n".join(self._of_value(text))
+        link, debugger = self.chain(text, deep=deep), self.debugger
+        lines = told(link, deep=deep).splitlines()
+        waits_of_step = debugger.waits(text) if debugger is not None and text in debugger.tags else []
+        return "\n".join([*lines, *waits_of_step[: max(0, MOST_LINES - len(lines))]]), link
 
     def chain(self, text: str, *, deep: bool = False) -> CauseLink:
         """Return the chain of causes of a value, see `Bench.chain`.
@@ -137,10 +129,10 @@ class Why:
             ValueError: an unknown name, or a value that does not fit.
         """
         if self.debugger is None:
-            return self._what_would_of_python(text, None if wanted is None else _value_of(wanted), scans)
+            return self._what_would_of_python(text, None if wanted is None else value_of(wanted), scans)
         own = text in self.debugger.tags or not self.means_image(text)
         tag = text if own else str(self.place(text))
-        value = None if wanted is None else _value_of(wanted)
+        value = None if wanted is None else value_of(wanted)
         return self.debugger.what_would(tag, value, scans=scans, name=self._terminal)
 
     def _what_would_of_python(self, text: str, wanted: Any, scans: int) -> Remedies:
@@ -154,7 +146,8 @@ class Why:
             return trials.of(text, chains.watched(text), wanted, chains.name)
         place = self.place(own)
         if place.image == "I":
-            raise ValueError(f"{text} is an input: what it would take is asked of outputs and of values")
+            value = place.bit is None or not self._value(place) if wanted is None else wanted
+            return of_input(text, value, self._terminal(place.slot, place.word, place.bit))
         at = self._offset(place.slot) + 2 * place.word
 
         def read() -> Value:
@@ -192,12 +185,15 @@ class Why:
         elif own in names.sequences:
             found = chains.of_sequence(own, self.row)
         elif own in names.axes:
-            found = chains.of_bits(Bits(names.axes[own], "out", 0, ALL_BITS), own, self.row)
+            found = of_axis(chains, own, names.axes[own], self.row)
         else:
             found = chains.of_value(text, self.row)
+            if text not in chains.present:
+                chains.refuse(text)
         return found or self._since_power_up(text, chains.present.get(text))
 
     def _since_power_up(self, text: str, value: object) -> CauseLink:
+        """Return the link of a value that has not changed, and of which nothing more is known."""
         plain = value if isinstance(value, (bool, int, float, str)) else None
         first = self.recording.numbers[0], self.recording.times[0]
         return CauseLink("power-up", text, plain, *first, "not changed since then")
@@ -214,32 +210,13 @@ class Why:
                 lines += [f"  {each}" for each in self._of_words(slot, row, words, again)]
         return "\n".join(lines)
 
-    # --- an image
-
-    def _of_image(self, text: str, place: Address) -> Iterator[str]:
-        past, image = self.past, _side(place)
-        mask = ALL_BITS if place.bit is None else 1 << place.bit
-        value = self._value(place)
-        if past.is_forced(place):
-            yield f"{text} is {value} because it is forced."
-            return
-        row = past.last_change(place.slot, image, place.word, mask)
-        if row is None:
-            yield f"{text} is {value}, and has been since {past.when(0)}."
-            return
-        said = f"{text} is {value} since {past.when(row)}"
-        if image == "in":
-            yield f"{said} because the module says so: it is an input image."
-            yield from self._on_record(place.slot, row)
-        else:
-            at = self._offset(place.slot) + 2 * place.word
-            yield from self._by_line(said, row, self._again(frozenset({row}), row), at, mask)
+    # --- the words of a slot
 
     def _on_record(self, slot: int, row: int) -> Iterator[str]:
         scan = self.recording.numbers[row]
         for each in self.past.events:
             if each.scan == scan and each.fields.get("slot", 0) == slot and each.topic != "/texts":
-                yield f"  {describe(each.topic, each.scan, each.fields)}"
+                yield f"  {event_text(each)}"
 
     def _again(self, rows: frozenset[int], last: int, watched: Watched | None = None) -> TracedRun | None:
         if self.load is None or self.spec is None:
@@ -254,7 +231,7 @@ class Why:
         elif again is None:
             yield f"{said}{self._rung(at, row)}"
         elif not again.explains(row):
-            yield f"{said}: {self._departed(again)}"
+            yield f"{said}: {again.no_line(self.past)}"
         else:
             made = [each for each in again.changes.get(row, ()) if _differs(each, at, mask)]
             yield from self._told(said, made, row, self._slot_at(at))
@@ -281,14 +258,7 @@ class Why:
         else:
             slots = self.recording.slots
             self.lines.append(made[-1].line)
-            yield from told(said, made[-1], slots, lambda slot: self.past.words(slot, "in", row))
-
-    def _departed(self, again: TracedRun) -> str:
-        assert again.departs is not None
-        return (
-            "no line can be named: run again on the recorded inputs, the program writes other words from "
-            f"{self.past.when(again.departs)} on; it depends on more than its inputs and its time"
-        )
+            yield from told_change(said, made[-1], slots, lambda slot: self.past.words(slot, "in", row))
 
     def _offset(self, slot: int) -> int:
         return self.recording.place(slot) // 2
@@ -321,61 +291,12 @@ class Why:
         at = self._offset(slot.number) + 2 * words[0]
         return [line for each in self._by_line(said, row, again, at, ALL_BITS) for line in each.splitlines()]
 
-    # --- a sequence
-
-    def _of_sequence(self, name: str, names: Names, load: Load) -> Iterator[str]:
-        """Yield the wait of a sequence, and the present values in its condition."""
-        step = next((each for each in self.past.sequences if each.sequence == name), None)
-        if step is None or not step.line:
-            yield str(step) if step else f"{name} has not begun."
-            return
-        yield str(step)
-        yield f"    {source_line(str(load.folder / step.file), step.line)}"
-        for each in names.named_in(step.wait):
-            if each in names.addresses:
-                yield f"  {self._level(each, self.place(names.addresses[each]))}"
-            else:
-                yield f"  {next(self._of_axis(each, names))}"
-
-    def _of_axis(self, name: str, names: Names) -> Iterator[str]:
-        slot = next(slot for slot in self.recording.slots if slot.number == names.axes[name])
-        said = waits(SlotPast(self.past, slot))
-        yield f"{name} (slot {slot.number}): {said[0]}"
-        yield from (f"  {each}" for each in said[1:])
-
-    def _level(self, name: str, place: Address) -> str:
-        mask = ALL_BITS if place.bit is None else 1 << place.bit
-        row = self.past.last_change(place.slot, _side(place), place.word, mask)
-        return f"{name} is {self._value(place)} since {self.past.when(row or 0)}"
-
-    def _value(self, place: Address) -> int:
+    def _value(self, place: Address) -> Value:
         word = self.past.words(place.slot, _side(place), self.row)[place.word]
-        return word if place.bit is None else word >> place.bit & 1
-
-    # --- a value of the program
-
-    def _of_value(self, text: str) -> Iterator[str]:
-        def watched(logic: ScanLogic) -> Any:
-            namespace = namespace_of(logic)
-            (value,) = named_values(namespace, [text])
-            code = compile(value.source, "<watched>", "eval")
-            return lambda: eval(code, namespace)
-
-        first = self._again(frozenset(), self.row, watched)
-        assert first is not None, "a program with values is loaded from a rack"
-        said = f"{text} is {first.value!r}"
-        if not first.explains(self.row):
-            yield f"{said}: {self._departed(first)}"
-        elif first.watched is None:
-            yield f"{said}, and has been since the program was loaded."
-        else:
-            row = first.watched
-            again = self._again(frozenset({row}), row, watched) or TracedRun()
-            made = [each for each in again.changes.get(row, ()) if each.before[1] != each.after[1]]
-            yield from self._told(f"{said} since {self.past.when(row)}", made, row)
+        return word if place.bit is None else bool(word >> place.bit & 1)
 
 
-def _value_of(text: str) -> object:
+def value_of(text: str) -> object:
     """Return a value as people write it: on, off, true, false or a number."""
     known = {"on": True, "true": True, "off": False, "false": False}.get(text.lower())
     if known is not None:

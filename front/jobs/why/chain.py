@@ -5,24 +5,27 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from ...io_images.addresses import Address
-from ...io_images.amci3601 import COMPLETION_BITS, MOTIONS, StatusMsw
+from ...io_images.amci3601 import COMPLETION_BITS, MOTIONS, CommandMsw, StatusMsw
+from ...io_images.amci3601.rules.causes import BitCause, Origin, cause_of
 from ...ladder import LadderLogic
 from ...ladder.debug import CauseLink, Chains, Debugger, linked
 from ...ladder.debug.causes import CellChange
 from ...ladder.debug.cells import Cell
 from ...ladder.state.memory import Value
 from ...runtime.loop.incidents import FaultKind
-from ...runtime.loop.scan import ScanFlag
+from ...runtime.loop.scan import MODE_MASK, CpuMode
 from ...traces.format.layout import SlotInfo
-from ...traces.read.event_text import describe
 from ...traces.read.reader import TraceEvent
 from ...traces.replay import Recording
 from ..load.loading import Job
-from ..record.link_losses import link_changes
+from .chains.axis_blocks import AxisBlocks
 from .chains.partners import chain_of_partner
-from .past import ALL_BITS, Past
+from .outranked import Outranking, forced, of_cpu, of_link, spellings
+from .past import ALL_BITS, Past, SlotPast, event_text
+from .waits import is_idle, refused_configuration, searches_home, waits
 
 ANSWER = 2
 """Scans from a change of an output image to the answer in the input image, at the most."""
@@ -75,30 +78,123 @@ class RackChain:
     _known: dict[tuple[Bits, int], CauseLink] = field(default_factory=dict)
     _chains: Chains | None = None
     _told: dict[int, list[TraceEvent]] | None = None
+    _asked: int = 0  # row of the question
 
     # --- questions
 
     def of_tag(self, tag: str, row: int) -> CauseLink | None:
-        """Return the chain of a tag of a ladder program after a scan; None if it has not changed."""
-        chains, cell = self.chains, self.chains.cells(tag)[0]
-        leaf = cell.leaf
+        """Return the chain of a tag of a ladder program; None of a structure that has not changed."""
+        chains, cells = self.chains, self.chains.cells(tag)
+        leaf, scan = cells[0].leaf, self.recording.numbers[row]
         if leaf.is_image and leaf.slot is not None and leaf.ident not in chains.lowered.written_inputs:
             side = "out" if leaf.output else "in"
-            return self.of_bits(Bits(leaf.slot, side, cell.index, _mask(cell)), tag, row)
-        return chains.of_tag(tag, self.recording.numbers[row])
+            return self.of_bits(Bits(leaf.slot, side, cells[0].index, _mask(cells[0])), tag, row)
+        names = {tag, leaf.path, cells[0].name, chains.full_name(tag)}
+        outranked = forced(self.recording.events, scan, names) or of_cpu(self.recording, row)
+        stays = outranked is not None and outranked.kind == "fault" and chains.causes.origins(cells, scan)
+        if outranked is None or stays:  # a fault ends what a tag might still become, not what it is
+            self._asked = row
+            return chains.of_tag(tag, scan)
+        while row and CpuMode(self.recording.flags[row] & MODE_MASK) is CpuMode.PROGRAM:
+            row -= 1  # the program has not run since then
+        value = chains.causes.value(cells[0], self.recording.numbers[row]) if len(cells) == 1 else None
+        return self._outranked(outranked, tag, value)
 
     def of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
-        """Return the chain of bits of an image after a scan; None if they have not changed."""
+        """Return the chain of bits of an image after a scan."""
+        self._asked = row
+        return self._overruled(bits, name, row) or self._of_bits(bits, name, row)
+
+    def _of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
         changed = Past(self.recording, row).last_change(bits.slot, bits.image, bits.word, bits.mask)
-        return None if changed is None else self._of_change(bits, name, changed)
+        return self._of_rest(bits, name, row) if changed is None else self._of_change(bits, name, changed)
+
+    def _overruled(self, bits: Bits, name: str, row: int) -> CauseLink | None:
+        """Return the link of what outranks the program or the module in a scan; None if nothing does."""
+        recording, scan = self.recording, self.recording.numbers[row]
+        found = forced(recording.events, scan, spellings(bits.address))
+        if found is None and bits.image == "out":
+            found = of_cpu(recording, row)
+        elif found is None:
+            found = of_link(recording, self._slot(bits.slot), scan)
+        return None if found is None else self._outranked(found, name, self.value(bits, row))
+
+    def _outranked(self, found: Outranking, name: str, value: Value | None) -> CauseLink:
+        return CauseLink(found.kind, name, value, found.scan, found.now_ns, found.text)
+
+    def _slot(self, number: int) -> SlotInfo:
+        return next(each for each in self.recording.slots if each.number == number)
 
     @property
     def chains(self) -> Chains:
         """What makes chains through the ladder program."""
         if self._chains is None:
             assert self.maker is not None
-            self._chains = self.maker(deep=self.deep, outside=self._of_input)
+            hooks = {"outside": self._of_input, "at_rest": self._of_input_at_rest}
+            self._chains = self.maker(deep=self.deep, **hooks, blocks=AxisBlocks(self))
         return self._chains
+
+    def lost(self, slot: int, name: str, row: int) -> CauseLink | None:
+        """Return the link of a lost link to a module in a scan; None if it is good."""
+        found = of_link(self.recording, self._slot(slot), self.recording.numbers[row])
+        return None if found is None else self._outranked(found, name, None)
+
+    def of_status(self, slot: int, bit: StatusMsw, row: int) -> CauseLink | None:
+        """Return the chain of a status bit of a 3601 after a scan."""
+        return self._of_bits(Bits(slot, "in", 0, bit.value), f"slot{slot}.status.{bit.name}", row)
+
+    def _of_input_at_rest(self, cell: Cell, name: str, value: Value, scan: int) -> CauseLink | None:
+        """Explain an input of a ladder program that has not changed."""
+        slot = cell.leaf.slot
+        if slot is None or all(each.number != slot for each in self.recording.slots):
+            return None
+        if not cell.leaf.is_image:
+            found = of_link(self.recording, self._slot(slot), scan)
+            return self._outranked(found, name, value) if found else None
+        row = bisect_left(self.recording.numbers, scan)
+        if row == len(self.recording.numbers):
+            return None
+        bits = Bits(slot, "in", cell.index, _mask(cell))
+        named = self._better(bits, name)
+        return self._overruled(bits, named, row) or self._of_bits(bits, named, row)
+
+    def _of_rest(self, bits: Bits, name: str, row: int) -> CauseLink | None:
+        """Explain bits of an image that have not changed; None if nothing is known of them."""
+        slot = self._slot(bits.slot)
+        if bits.image == "out":
+            cell = self._cell(bits) if self.maker is not None else None
+            return self.chains.of_cell(cell, name, self.recording.numbers[row]) if cell else None
+        value = self.value(bits, row)
+        at = 0, self.recording.times[0]
+        row_of = cause_of(bits.word, bits.mask.bit_length() - 1) if slot.is_stepper else None
+        if bits.address.bit is None or (slot.is_stepper and row_of is None):
+            return None
+        if row_of is None or row_of.origin is Origin.TERMINAL:
+            text = f"{self._terminal(slot, bits)}, never {'off' if value else 'on'}"
+            return CauseLink("input", name, value, *at, text)
+        return self._of_module_at_rest(bits, name, row, row_of)
+
+    def _of_module_at_rest(self, bits: Bits, name: str, row: int, cause: BitCause) -> CauseLink:
+        """Explain a status bit that has not changed: what the module waits for, or a command never sent."""
+        slot, value = self._slot(bits.slot), self.value(bits, row)
+        parts: dict[str, Any] = {"kind": "module", "name": name, "value": value, "scan": 0}
+        parts["now_ns"] = self.recording.times[0]
+        past = SlotPast(Past(self.recording, row), slot)
+        said = waits(past)[0]
+        if value or not cause.commands or not is_idle(past):
+            return CauseLink(**parts, text=f"slot {slot.number}: {said}")
+        masks = [each.value for each in CommandMsw if each & cause.commands]
+        behind = [self._never_sent(slot, mask, row) for mask in masks]
+        causes = [(link,) for link in behind if link is not None][:1]
+        return linked(causes, **parts, text=f"{cause.off} [{cause.rules[0]}]")
+
+    def _never_sent(self, slot: SlotInfo, mask: int, row: int) -> CauseLink | None:
+        """Return the chain of a command bit that the program could send; None if nothing is known."""
+        bits = Bits(slot.number, "out", 0, mask)
+        names = [name for name, bit in slot.words.bits("O", 0) if mask >> bit & 1]
+        return self._of_bits(
+            bits, f"slot{slot.number}.command.{names[0]}" if names else str(bits.address), row
+        )
 
     def _of_input(self, origin: CellChange, name: str, value: Value) -> CauseLink | None:
         """Explain an input of a ladder program."""
@@ -154,9 +250,13 @@ class RackChain:
     def _of_change(self, bits: Bits, name: str, row: int) -> CauseLink:
         known = self._known.get((bits, row))
         if known is None:
-            known = (
-                self._of_output(bits, name, row) if bits.image == "out" else self._of_module(bits, name, row)
-            )
+            overruled = self._overruled(bits, name, row)
+            if overruled is not None:
+                known = overruled
+            elif bits.image == "out":
+                known = self._of_program(bits, name, row)
+            else:
+                known = self._of_module(bits, name, row)
             self._known[bits, row] = known
         return known
 
@@ -181,16 +281,6 @@ class RackChain:
         return word if bits.address.bit is None else bool(word & bits.mask)
 
     # --- outputs
-
-    def _of_output(self, bits: Bits, name: str, row: int) -> CauseLink:
-        past = Past(self.recording, row)
-        if past.is_forced(bits.address):
-            return self.link("force", bits, name, row, "forced")
-        if self.recording.flags[row] & ScanFlag.FAULT:
-            told = [each for each in self._events(row) if each.topic == "/faults"]
-            text = describe(told[0].topic, told[0].scan, told[0].fields) if told else "the CPU faulted"
-            return self.link("fault", bits, name, row, text)
-        return self._of_program(bits, name, row)
 
     def _of_program(self, bits: Bits, name: str, row: int) -> CauseLink:
         """Explain an output by the program; here by a ladder program."""
@@ -222,14 +312,35 @@ class RackChain:
         if not slot.is_stepper or (bits.word == 1 and bits.address.bit is not None):
             return self.link("input", bits, name, row, self._terminal(slot, bits))
         rules = [each for each in self._events(row, bits.slot) if each.topic == "/events"]
-        own = [each for each in rules if set(self._names(slot, bits)) & set(_named(each))] or rules
-        text = "; ".join(describe(each.topic, each.scan, each.fields) for each in own[:1])
+        own = [each for each in rules if set(self._names(slot, bits)) & set(_named(each))]
+        own = own or [each for each in rules if not _named(each)]
+        text = "; ".join(event_text(each) for each in own[:1])
+        text = self._standing(slot, bits, row) or text
         switched = any(
             each.fields.get("kind") == "rule" or each.fields.get("name") in _SWITCHED for each in own
         )
         behind = list(self._terminals(slot, row)) if switched else []
         behind = behind or list(self._command(slot, bits, row))
-        return self.link("module", bits, name, row, text or "the module answers", *behind)
+        return self.link("module", bits, name, row, text or self._of_bit(bits, row), *behind)
+
+    def _of_bit(self, bits: Bits, row: int) -> str:
+        """Return what a change of a bit says, by its row; of a word nothing."""
+        cause = None if bits.address.bit is None else cause_of(bits.word, bits.address.bit)
+        return (
+            "" if cause is None else f"{cause.on if self.value(bits, row) else cause.off} [{cause.rules[0]}]"
+        )
+
+    def _standing(self, slot: SlotInfo, bits: Bits, row: int) -> str:
+        """Return what ends an error that still stands at the scan of the question; "" if it does not."""
+        standing = StatusMsw.CONFIG_ERROR | StatusMsw.MODE_CONFIG | StatusMsw.POSITION_INVALID
+        asked = self._asked
+        if bits.word or not bits.mask & standing or not self.value(bits, row) or not self.value(bits, asked):
+            return ""
+        past = SlotPast(Past(self.recording, asked), slot)
+        if bits.mask & StatusMsw.POSITION_INVALID and not searches_home(past):
+            return ""
+        refused = refused_configuration(past) if bits.mask & StatusMsw.CONFIG_ERROR else None
+        return f"slot {slot.number}: {refused or waits(past)[0]}"
 
     def _terminals(self, slot: SlotInfo, row: int) -> Iterator[CauseLink]:
         """Yield the terminals of a 3601 that changed in a scan, by the switches of the machine or by hand."""
@@ -257,16 +368,15 @@ class RackChain:
                     yield "incident", f"slot {slot.number}: {text}"
                 elif _is_of(str(each.fields.get("name")), slot, bits):
                     yield "input", f"{at}: {text}"
-        for change in link_changes(self.recording.events, slot.number):
-            if change.scan == scan and not change.good:
-                yield "incident", f"slot {slot.number}: the link to it is lost"
 
     def _terminal(self, slot: SlotInfo, bits: Bits) -> str:
         if bits.address.bit is None:
             return f"slot {slot.number} {slot.words.inputs[bits.word]}"
         number = bits.address.bit if slot.is_stepper else 16 * bits.word + bits.address.bit
-        named = "".join(f" {name}" for name in self._names(slot, bits)) if slot.is_stepper else f" {number}"
-        return f"slot {slot.number} input{named}"
+        names = self._names(slot, bits)
+        if slot.is_stepper:
+            return f"slot {slot.number} input{''.join(f' {name}' for name in names)}"
+        return f"slot {slot.number} input {number}{''.join(f' ({name})' for name in names[:1])}"
 
     def _names(self, slot: SlotInfo, bits: Bits) -> list[str]:
         return [name for name, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]

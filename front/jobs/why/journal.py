@@ -35,5 +35,5 @@ class Journal(QuietListener):
     def recording(self) -> Recording:
         """Return all scans so far; ValueError if there are none yet."""
         if not len(self._scans):
-            raise ValueError("there is no scan yet that could be asked about: run some")
+            raise ValueError("no scans yet")
         return Recording(self._slots, self._scans.packed(), tuple(self._events))

@@ -3,22 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from ...io_images.addresses import Address
 from ...io_images.image import WORDS
+from ...io_images.times import seconds
 from ...traces.format.layout import SlotInfo
-from ...traces.read.image_text import short_seconds
+from ...traces.read.event_text import describe
 from ...traces.read.packed import CHUNK_SCANS
 from ...traces.read.reader import TraceEvent
 from ...traces.read.sequence_steps import Step, steps_of
 from ...traces.replay import Recording
 from ..replay.replaying import image_forces
+from ..replay.tag_orders import Forced, forced_in
 
 ALL_BITS = 0xFFFF
+
+
+def event_text(event: TraceEvent) -> str:
+    """Return an event as text, its scan written as in the other lines of an answer."""
+    said = describe(event.topic, event.scan, event.fields)
+    return said.replace(f" at scan {event.scan}:", f" at scan {event.scan:,}:", 1)
 
 
 @dataclass(frozen=True)
@@ -35,7 +42,7 @@ class Past:
 
     def when(self, row: int) -> str:
         """Return number and time of a scan as text."""
-        return f"scan {self.recording.numbers[row]} ({short_seconds(self.recording.times[row])} s)"
+        return f"scan {self.recording.numbers[row]} ({seconds(self.recording.times[row])} s)"
 
     def words(self, slot: int, image: str, row: int) -> tuple[int, ...]:
         """Return an image of a slot in a scan; `image` is "in" or "out"."""
@@ -102,9 +109,11 @@ class Past:
         told = [each for each in self.events if each.topic == "/forces"]
         return image_forces(told[-1]) if told else {}
 
-    def is_forced(self, place: Address) -> bool:
-        """Return whether a bit or word is forced, a bit also with its word."""
-        return bool({str(place), str(replace(place, bit=None))} & set(self.forces))
+    @cached_property
+    def forced_tags(self) -> Forced:
+        """The forced tags or fields, with their values."""
+        told = [each for each in self.events if each.topic == "/forces"]
+        return forced_in(told[-1]) if told else {}
 
     @cached_property
     def sequences(self) -> Sequence[Step]:

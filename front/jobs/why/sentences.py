@@ -36,7 +36,7 @@ def place_of(line: Line) -> str:
     return f"{Path(line.file).name}:{line.number} in {line.function}"
 
 
-def told(said: str, change: TracedChange, slots: Iterable[SlotInfo], inputs: Words) -> Iterator[str]:
+def told_change(said: str, change: TracedChange, slots: Iterable[SlotInfo], inputs: Words) -> Iterator[str]:
     """Yield a line's change and its conditions, the code first, then its inputs."""
     line = change.line
     yield f"{said}: {place_of(line)}"

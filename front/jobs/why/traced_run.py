@@ -11,6 +11,7 @@ only on its inputs and its time; from the first scan that differs, its lines exp
 from __future__ import annotations
 
 import sys
+from bisect import bisect_left
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field
@@ -19,13 +20,17 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from ...ladder.state.memory import same
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.rack import Slot
 from ...runtime.loop.scan import LogicScan, ScanLogic
 from ...traces.replay import Recording
 from ..record.logic_wrapper import LogicWrapper
+from ..replay.replaying import score_of
+from ..replay.tag_orders import TagOrders
 from ..trust.attachments import forget_imported
 from .input_replay import InputReplay
+from .past import Past
 from .source.conditions import Stands, stands_in, values_of
 from .source.input_reads import Reads
 from .source.lines import Line, Lines
@@ -41,6 +46,7 @@ class Load:
 
     program: Path  # its file; modules imported from its folder are imported again, too
     logic: Callable[[], ScanLogic]  # returns a fresh instance
+    edited: Callable[[int], ScanLogic] | None = None  # the same of an edit, by its number; None without edits
 
     @property
     def folder(self) -> Path:
@@ -68,21 +74,36 @@ class TracedRun:
     Attributes:
         changes: row of a scan in question -> the changes in it, in order.
         departs: row of the first scan whose outputs are not the recorded ones; None if all are.
+        lost: row of the first scan of an edited program that can't be run again; None if there is none.
         watched: row of the last scan in which the watched value changed; None if it did not.
     """
 
     changes: dict[int, list[TracedChange]] = field(default_factory=dict)
     departs: int | None = None
+    lost: int | None = None
     watched: int | None = None
     value: Any = None
 
     def explains(self, row: int) -> bool:
         """Return whether the program repeated the recording, up to a scan and in it."""
-        return self.departs is None or row < self.departs
+        return all(end is None or row < end for end in (self.departs, self.lost))
+
+    def no_line(self, past: Past) -> str:
+        """Return why no line is known: from some scan on, the program does not repeat the recording."""
+        if self.lost is not None and (self.departs is None or self.lost <= self.departs):
+            said = f"the program was edited before {past.when(self.lost)}, and that one can't be run again"
+            return f"no line can be named: {said}"
+        assert self.departs is not None
+        when = past.when(self.departs)
+        said = f"run again on the recorded inputs, the program writes other words from {when} on"
+        return f"no line can be named: {said}; it depends on more than its inputs and its time"
 
 
 Watched = Callable[[ScanLogic], Callable[[], Any]]
 """Makes a function that returns a value of a fresh program."""
+
+Look = Callable[[Line, FrameType, Reads], None]
+"""Is shown each line of a traced scan as it begins, with its frame."""
 
 
 def run_again(
@@ -92,6 +113,7 @@ def run_again(
     rows: frozenset[int],
     last: int,
     watched: Watched | None = None,
+    look: Look | None = None,
 ) -> TracedRun:
     """Run a program again on the inputs of a recording.
 
@@ -100,14 +122,19 @@ def run_again(
         rows: the scans to trace.
         last: row of the last scan to run.
         watched: a value to watch in place of the outputs.
+        look: is shown the lines of the traced scans.
     """
     with fresh(load) as logic:
         read = None if watched is None else watched(logic)
-        traced = _TracedLogic(logic, rows, read, load.program)
+        traced = _TracedLogic(logic, rows, read, load.program, look)
         following = InputReplay(recording, spec, last)
         traced.following = following
-        following.play(traced)
+        orders = TagOrders(score_of(recording), recording.events, load.edited)
+        following.play(traced, orders)
         traced.found.departs = following.departs
+        if orders.lost:
+            scans = recording.numbers
+            traced.found.lost = bisect_left(scans, min(orders.lost))
     return traced.found
 
 
@@ -128,9 +155,15 @@ class _TracedLogic(LogicWrapper):
     """A logic that is traced in some scans."""
 
     def __init__(
-        self, logic: ScanLogic, rows: frozenset[int], read: Callable[[], Any] | None, program: Path
+        self,
+        logic: ScanLogic,
+        rows: frozenset[int],
+        read: Callable[[], Any] | None,
+        program: Path,
+        look: Look | None = None,
     ) -> None:
         super().__init__(logic)
+        self._look_on = look
         self._rows, self._read, self._program = rows, read, program
         self._reads = Reads()
         self._lines = Lines(self._watch, self._changed, self._begins)
@@ -163,7 +196,7 @@ class _TracedLogic(LogicWrapper):
     def _look_at_value(self) -> None:
         if self._read is not None:
             value = self._read()
-            if value != self.found.value:
+            if not same(value, self.found.value):
                 self.found.value, self.found.watched = value, self.following.row
 
     def _watch(self) -> tuple[bytes, Any]:
@@ -177,6 +210,8 @@ class _TracedLogic(LogicWrapper):
             self._reads.on = False
             self._values[line] = values_of((*names, *stands.names), frame)
             self._reads.on = True
+        if self._look_on is not None:
+            self._look_on(line, frame, self._reads)
 
     def _changed(self, line: Line, before: Any, after: Any) -> None:
         stands = stands_in(line.file, line.number)

@@ -3,7 +3,8 @@
     recorded inputs ... scan 741 | copy 1: scans 742 to 751 with start on
                                  | copy 2: ... with guard off
 
-A program can't be copied, its process can: each try is a fork of the process that has come to the scan.
+A program can't be copied, its process can: each try is a fork of the process that has come to the scan. On a
+system that can't fork, each try runs the program from its start.
 """
 
 from __future__ import annotations
@@ -56,11 +57,10 @@ class ProgramTrials:
     def __init__(
         self, recording: Recording, row: int, spec: RackSpec, load: Load, terminal: Terminal, scans: int
     ) -> None:
-        if not hasattr(os, "fork"):
-            raise ValueError("what it would take of a Python program is known on systems that can fork only")
         self._recording, self._row, self._spec, self._load = recording, row, spec, load
         self._terminal, self._scans = terminal, scans
         self._answer: int | None = None  # of a try, its pipe
+        self._watched: Watched
         self._wish: Value = False
         self._replay: InputReplay | None = None
         self._found: Remedies | None = None
@@ -77,13 +77,10 @@ class ProgramTrials:
         Raises:
             ValueError: nothing is wished of a value that is no bit, or the program ends before that scan.
         """
+        self._watched = watched
         with fresh(self._load) as logic:
             own = _Observation(logic, watched(logic), self._row - LAST)
-            recording = _longer(self._recording, self._row, self._scans)
-            own.replay = InputReplay(
-                recording, self._spec, 1 << 62, lambda: self._over(own, text, wanted, name)
-            )
-            self._replay = own.replay
+            self._replay = own.replay = self._to_play(lambda: self._over(own, text, wanted, name))
             try:
                 own.replay.play(own)
             finally:
@@ -93,6 +90,9 @@ class ProgramTrials:
             ended = f"the program ends before the scan in question: {text} can't be tried"
             raise ValueError(self._refused or ended)
         return self._found
+
+    def _to_play(self, over: Callable[[], bool]) -> InputReplay:
+        return InputReplay(_longer(self._recording, self._row, self._scans), self._spec, 1 << 62, over)
 
     def outputs(self) -> bytes:
         """Return all output images of the run."""
@@ -121,27 +121,52 @@ class ProgramTrials:
         return True
 
     def _searched(self, own: _Observation, text: str, wish: Value, name: Callable[[Bits], str]) -> Remedies:
-        search = Search(text, wish, lambda changes: self._try(changes, own))
+        attempt = self._try if hasattr(os, "fork") else self._try_from_start
+        search = Search(text, wish, lambda changes: attempt(changes, own))
         mine, reported = self._candidates(own.reads.masks, wish, name)
         known = search.among(mine)
         return known if known.found or not reported else search.among([*mine, *reported])
 
     def _try(self, changes: Sequence[InputChange], own: _Observation) -> int | None:
         """Return after how many scans the value is as wished; a copy of the process does them."""
+        system: Any = os  # type checkers know its fork on POSIX only
         read, write = os.pipe()
-        child = os.fork()
+        child: int = system.fork()
         if not child:
             os.close(read)
             self._answer = write
-            past = Past(self._recording, self._row)
-            for slot in {each.cell.slot for each in changes}:
-                own.replay.hold(slot, _image(past, slot, changes))
+            self._hold(own.replay, changes)
             raise _GoesOnError
         os.close(write)
         with os.fdopen(read, "rb") as answer:
             said = answer.read()
         os.waitpid(child, 0)
         return said[0] if said else None
+
+    def _try_from_start(self, changes: Sequence[InputChange], own: _Observation) -> int | None:
+        """Return after how many scans the value is as wished; a fresh program does all scans."""
+        found: list[int] = []
+
+        def over() -> bool:
+            scans = replay.row - self._row - 1
+            if scans == 0:
+                self._hold(replay, changes)
+            elif scans > 0 and value() == self._wish:
+                found.append(scans)
+            return bool(found) or scans >= self._scans
+
+        self._replay = replay = self._to_play(over)
+        with fresh(self._load) as logic:
+            value = self._watched(logic)
+            replay.play(logic)
+        self._replay = own.replay
+        return found[0] if found else None
+
+    def _hold(self, replay: InputReplay, changes: Sequence[InputChange]) -> None:
+        """Show changed inputs from the next scan on."""
+        past = Past(self._recording, self._row)
+        for slot in {each.cell.slot for each in changes}:
+            replay.hold(slot, _image(past, slot, changes))
 
     def _candidates(
         self, masks: Mapping[tuple[int, int], int], wish: Value, name: Callable[[Bits], str]

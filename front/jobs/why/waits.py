@@ -28,10 +28,9 @@ from ...io_images.amci3601 import (
     check,
 )
 from ...io_images.thousands import join_reported
-from ...traces.read.event_text import describe
-from ...traces.read.image_text import short_seconds
+from ...io_images.times import seconds
 from ..record.link_losses import link_changes
-from .past import SlotPast
+from .past import SlotPast, event_text
 
 MOVING = StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
 
@@ -59,13 +58,38 @@ def waits(past: SlotPast) -> list[str]:
     return [state, *_errors(past)]
 
 
+def refused_configuration(past: SlotPast) -> str | None:
+    """Return the rules that the last configuration sent has broken; None without any."""
+    number = past.slot.number
+    row = past.past.last_change(number, "out", 0, _MODE)
+    if row is None:
+        return None
+    words = past.words_at("out", row if past.words_at("out", row)[0] & _MODE else row - 1)
+    broken = check(words, _firmware(past))
+    if not broken:
+        return None
+    rules = "; ".join(RULES[each].clause for each in broken)
+    return f"the module refused its configuration: {rules}"
+
+
+def is_idle(past: SlotPast) -> bool:
+    """Return whether a module waits for nothing but a command."""
+    return next(each for each in STATES if each(past) is not None) is _idle
+
+
+def searches_home(past: SlotPast) -> bool:
+    """Return whether a search for home is under way."""
+    row = _started(past) if past.inputs[0] & MOVING else None
+    return row is not None and bool(past.words_at("out", row)[0] & _HOME)
+
+
 def _out_of_reach(past: SlotPast) -> str | None:
     changes = link_changes(past.past.events, past.slot.number)
     if not changes or changes[-1].good:
         return None
     lost = next((each for each in changes[::-1] if each.good), None)
     since = changes[changes.index(lost) + 1 if lost is not None else 0]
-    at = f"scan {since.scan} ({short_seconds(since.now_ns)} s)"
+    at = f"scan {since.scan:,} ({seconds(since.now_ns)} s)"
     return f"the link to it is lost since {at}: its inputs are those of before, and no command reaches it"
 
 
@@ -243,21 +267,21 @@ def _errors(past: SlotPast) -> Iterator[str]:
         return  # the fault of the configuration has been reported, and the other bits mirror it
     for bit in StatusMsw:
         if bit & ERROR_BITS & status:
-            yield f"{bit.name}{past.since('in', 0, bit.value)}: {_cause(past, bit)}; {_cure(bit)}"
+            yield f"{bit.name}{past.since('in', 0, bit.value)}: {error_cause(past, bit)}; {_cure(bit)}"
 
 
 def _cure(bit: StatusMsw) -> str:
     return CLEARED_BY.get(bit, f"RESET_ERRORS clears it [{_BY_RESET.id}, {_BY_RESET.section}]")
 
 
-def _cause(past: SlotPast, bit: StatusMsw) -> str:
+def error_cause(past: SlotPast, bit: StatusMsw) -> str:
     """Return the rule that set a bit; without a recorded rule, the section of the manual with its causes."""
     for each in reversed(past.past.rules(past.slot.number)):
         named = each.fields.get("bits")
         if isinstance(named, list) and bit.name in named:
             rule = RULES.get(str(each.fields.get("name")))
             if rule is None:
-                return describe(each.topic, each.scan, each.fields)
+                return event_text(each)
             sentence = rule.text[:1].lower() + rule.text[1:].removesuffix(".")
             return f"{sentence} [{rule.id}, {rule.section}]"
     lists = [rule.section for rule in RULES.values() if rule.list_of == bit.value]

@@ -18,12 +18,13 @@ from ...ladder.debug.replay import Truths
 from ...ladder.debug.tag_values import tag_values
 from ...ladder.debug.watching import WatchedEngine
 from ...ladder.draw import captions_of, live_chart, live_rung, power
-from ...ladder.model.chart import Chart, element_of
+from ...ladder.model.chart import Chart
 from ...ladder.model.errors import LadderError
-from ...ladder.model.operands import Group
-from ...ladder.model.resolver import Resolver
-from ...ladder.model.tags import Tag, program_of, scoped
-from ...ladder.model.tree import Address, Routine, Rung
+from ...ladder.model.operands import Group, Place
+from ...ladder.model.resolver import Resolver, address_in
+from ...ladder.model.routine import Routine, element_of
+from ...ladder.model.tags import Alias, Tag, program_of, scoped
+from ...ladder.model.tree import Address, Rung
 from ...ladder.run.view import Tags
 from ...runtime.loop.faults import Fault
 from .python_colours import spans_of
@@ -68,6 +69,7 @@ class Catalog:
         self._program = program
         self._lowered = program.build()
         self._layout = self._lowered.layout
+        self._resolver = Resolver(self._layout)
         self._captions = captions_of(program.add_ons.values())
         self._known = WatchedEngine(program.build(), program.scanner).tags
 
@@ -90,7 +92,7 @@ class Catalog:
         ]
 
     def tags(self) -> list[Json]:
-        """Return all single values for `hello`; elements of arrays are requested by name."""
+        """Return all single values for `hello`, and aliases; elements of arrays are requested by name."""
         comments = {
             each.name.upper(): each.comment
             for each in self._layout.declarations.values()
@@ -109,7 +111,24 @@ class Catalog:
                     "writable": not each.length and each.type != TEXT,
                 }
             )
-        return found
+        return found + list(self._aliases())
+
+    def _aliases(self) -> Iterator[Json]:
+        """Yield the aliases of single values; that of a word or bit of an image has its address."""
+        for each in self._layout.declarations.values():
+            where = self._resolver.address(Address(each.name)) if isinstance(each, Alias) else None
+            if not isinstance(each, Alias) or not isinstance(where, Place) or not self.has(each.name):
+                continue
+            meant = {} if where.address is None else {"address": where.address}
+            described = each.comment or str(each.target)
+            writable = not meant
+            told = {"name": each.name, "type": where.type.name, "description": described}
+            yield told | {"writable": writable} | meant
+
+    def addresses(self, names: Iterable[str]) -> dict[str, str]:
+        """Return the addresses of those names that mean a word or bit of an image."""
+        found = {name: address_in(self._resolver, name) for name in names}
+        return {name: address for name, address in found.items() if address is not None}
 
     def show(self, name: str, columns: int) -> tuple[PageRoutine, Json]:
         """Return a routine's contents, and the answer that draws it.
@@ -120,10 +139,14 @@ class Catalog:
         routine = next((each for each in self._program.routines if each.name.upper() == name.upper()), None)
         if routine is None:
             names = ", ".join(each.name for each in self._program.routines)
-            raise ValueError(f"there is no routine {name}: there are {names}")
+            raise ValueError(f"no routine {name}; choose from {names}")
         if routine.chart is not None:
-            return self._chart(routine, routine.chart)
-        return self._text(routine) if routine.statements is not None else self._rungs(routine, columns)
+            shown, answer = self._chart(routine, routine.chart)
+        elif routine.statements is not None:
+            shown, answer = self._text(routine)
+        else:
+            shown, answer = self._rungs(routine, columns)
+        return shown, answer | {"addresses": self.addresses(shown.names)}
 
     def _chart(self, routine: Routine, chart: Chart) -> tuple[PageRoutine, Json]:
         program = program_of(routine.name)
@@ -215,25 +238,15 @@ class Catalog:
         ]
 
     def find(self, text: str) -> list[Json]:
-        """Return the tags and rungs that contain a text, tags first, ignoring case."""
-        wanted = text.casefold()
-        hits: list[Json] = [
-            {
-                "text": f"{each['name']} : {each['type']}  {each['description']}".strip(),
-                "says": f"{each['type']}  {each['description']}".strip(),
-                "rung": None,
-                "tag": each["name"],
-            }
-            for each in self.tags()
-            if wanted in f"{each['name']} {each['description']}".casefold()
-        ]
+        """Return the tags and rungs that contain a text, tags first, ignoring case; see `tag_hits`."""
+        wanted, hits = text.casefold(), tag_hits(self.tags(), text)
         for routine in self._program.routines:
             for number in routine.numbers:
                 told = routine.numbered(number)
                 comment = routine.rungs[number].comment if routine.rungs else ""
                 if wanted in f"{told} {comment}".casefold():
                     hits.append({"text": told, "rung": f"{routine.name}.{number}", "tag": None})
-        return hits[:MOST_HITS]
+        return hits
 
     def place_of_fault(self, fault: Fault) -> str | None:
         """Return the rung or line of a major fault, such as Main.3; None if unknown."""
@@ -255,6 +268,24 @@ class Catalog:
     def has(self, name: str) -> bool:
         """Return whether the tag exists."""
         return name in self._known
+
+
+def tag_hits(tags: Iterable[Json], text: str) -> list[Json]:
+    r"""Return the tags whose name or description contains a text, ignoring case.
+
+    The best ones are first: the name itself, a program's tag `\Main.Step` for `Step`, a name that begins so,
+    a name with the text inside, a description.
+    """
+    wanted, found = text.casefold(), []
+    for each in tags:
+        name, said = each["name"].casefold(), f"{each['type']}  {each['description']}".strip()
+        if wanted in f"{name} {each['description']} {each.get('address', '')}".casefold():
+            own = name.rpartition(".")[2] if name.startswith("\\") else name
+            order = [name == wanted, own == wanted, own.startswith(wanted), wanted in name, True].index(True)
+            found.append(
+                (order, {"text": f"{each['name']} : {said}", "says": said, "rung": None, "tag": each["name"]})
+            )
+    return [hit for _order, hit in sorted(found, key=lambda ranked: ranked[0])]
 
 
 def _words(text: str) -> Iterable[str]:

@@ -33,7 +33,7 @@ STATED = frozenset(topic.name for topic in TOPICS if topic.state)
 STATES = 10_000
 """Least number of kept changes of states: forces, lines, rules."""
 
-SEQUENCES, FORCES, FAULTS = "/sequences", "/forces", "/faults"
+SEQUENCES, FORCES, FAULTS, INDICATORS = "/sequences", "/forces", "/faults", "/indicators"
 
 _NOT_FORCED = ("scan", "t", "topic", "tags")
 
@@ -125,6 +125,7 @@ class EventLog:
                 "kind": event.get("kind", topic.strip("/")),
                 "name": event.get("name", ""),
                 "text": event.get("text") or _spoken(event),
+                **({"module": event.get("module")} if topic == INDICATORS else {}),
             }
         )
         if len(self._events) > 2 * self._kept:

@@ -18,8 +18,11 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
+from ...io_images.addresses import Address
+from ...ladder.state.memory import same
 from .catalog import shown_value, value_of
 from .shadow import Shadow
+from .strip import values_at
 from .timeline import Timeline
 
 MOST_LANES = 16
@@ -54,7 +57,7 @@ def points_of(times: Sequence[int], values: Sequence[Any], before: Any = UNKNOWN
     """
     changes = []
     for place, value in enumerate(values):
-        if before is UNKNOWN or value != before or type(value) is not type(before):
+        if before is UNKNOWN or not same(value, before) or type(value) is not type(before):
             changes.append(place)
             before = value
     if len(changes) <= MOST_POINTS:
@@ -130,8 +133,16 @@ class ValueHistory:
 class TagLanes:
     """Points of tags, of any scans."""
 
-    def __init__(self, timeline: Timeline, shadow: Shadow | None, told: ValueHistory) -> None:
+    def __init__(
+        self,
+        timeline: Timeline,
+        shadow: Shadow | None,
+        told: ValueHistory,
+        address: Callable[[str], Address | None] = lambda _name: None,
+        slots: Sequence[int] = (),
+    ) -> None:
         self._timeline, self._shadow, self._told = timeline, shadow, told
+        self._address, self._slots = address, slots
         self._period_ns = told.period_ns
         self._known: tuple[tuple[int, int, tuple[str, ...]], Series] | None = None
 
@@ -141,29 +152,61 @@ class TagLanes:
         Args:
             all_names: those of all pages, so that pages with the same scans share one repetition.
         """
+        images, others = self._parted(names)
         if self._shadow is None or self._shadow.is_impure:
-            return self._looked_at(names, first, last)
+            return self._with_images(self._looked_at(others, first, last), images)
         start = max(first, last - LIVE_SCANS + 1)
-        times, values = self._repeated(tuple(dict.fromkeys(all_names)), start, last)
-        return self._piece(names, times, values)
+        wanted = tuple(dict.fromkeys(self._parted(all_names)[1]))
+        piece = (
+            self._piece(others, *self._repeated(wanted, start, last))
+            if wanted
+            else self._looked_at((), start, last)
+        )
+        return self._with_images(piece, images)
 
     def past(self, names: Sequence[str], first: int, last: int) -> tuple[Json, int | None]:
         """Return a piece of past scans, and the scan of the next piece; None at the end."""
         end = min(last, first + ANSWER_SCANS - 1)
         following = end + 1 if end < last else None
+        images, others = self._parted(names)
+        return self._with_images(self._past(others, first, end), images), following
+
+    def _past(self, names: Sequence[str], first: int, end: int) -> Json:
+        if not names:
+            return self._looked_at((), first, end)
         if self._shadow is not None and not self._shadow.is_impure:
-            return self._piece(names, *self._repeated(tuple(names), first, end)), following
+            return self._piece(names, *self._repeated(tuple(names), first, end))
         times, values = self._timeline.recorded(names, first, end)
         looked_at = self._looked_at([name for name in names if name not in values], first, end)
         if not values:
-            return looked_at, following
+            return looked_at
         piece = self._piece(values, times, values)
         if piece:
             piece["tags"] |= {
                 name: [each for each in points if each[0] < piece["to"]]
                 for name, points in looked_at["tags"].items()
             }
-        return piece, following
+        return piece
+
+    def _parted(self, names: Iterable[str]) -> tuple[dict[str, Address], list[str]]:
+        """Return the names of words and bits of images, and the others."""
+        found = {name: self._address(name) for name in names}
+        images = {name: address for name, address in found.items() if address is not None}
+        return images, [name for name in found if name not in images]
+
+    def _with_images(self, piece: Json, images: Mapping[str, Address]) -> Json:
+        """Return a piece with the words and bits of images, which each row has."""
+        if not piece or not images:
+            return piece
+        first, last = piece["from"] // self._period_ns, piece["to"] // self._period_ns - 1
+        rows = self._timeline.between(first, last)
+        times = rows["now_ns"].tolist()
+        unknown = [] if times and times[0] == piece["from"] else [[piece["from"], None]]
+        lanes = {
+            name: unknown + points_of(times, values_at(rows, self._slots, address).tolist())
+            for name, address in images.items()
+        }
+        return {**piece, "tags": piece["tags"] | lanes}
 
     def _piece(self, names: Iterable[str], times: list[int], values: Mapping[str, list[Any]]) -> Json:
         """Return the piece of scans with these values; an empty one without scans."""

@@ -1,4 +1,4 @@
-"""The kinds of the words of a Python program, for a page that colours them."""
+"""The kinds of the words of a Python program, for a page that colors them."""
 
 from __future__ import annotations
 

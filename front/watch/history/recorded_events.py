@@ -12,8 +12,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from ...jobs.record.link_losses import INDICATORS, LinkChange, link_changes
-from ...jobs.record.order_repeater import RecordedOrder, orders_of
-from ...jobs.replay.replaying import is_edit
+from ...jobs.record.order_repeater import RecordedOrder, is_edit, orders_of
 from ...runtime.loop.faults import Fault
 from ...traces.format.topics import ORDERS
 from ...traces.read.reader import Trace, TraceEvent

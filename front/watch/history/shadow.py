@@ -21,7 +21,9 @@ from ...io_images.image import IMAGE_BYTES
 from ...ladder import LadderLogic
 from ...ladder.debug.executed import TracedEngine
 from ...ladder.debug.forces import Forces
-from ...ladder.debug.replay import Replayer, ScanInputs, Truths, restore
+from ...ladder.debug.replay import Replayer, Source, Truths
+from ...ladder.debug.stretch import ScanInputs
+from ...ladder.state.snapshots import restore
 from ...runtime.live.ring import Rows
 from ...runtime.loop.phases import IDLE_PHASES
 from ...runtime.loop.rack import SLOT_BYTES
@@ -110,7 +112,7 @@ class Row(NamedTuple):
     """Of the rack; None = the logic did not run."""
 
 
-class SessionScans:
+class SessionScans(Source):
     """Snapshots and inputs of a program, from the rows of a session; see `ladder.debug.replay.Source`."""
 
     def __init__(

@@ -8,13 +8,17 @@ power      its own program's, no other
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from ...io_images.addresses import Address, parse_address
+from ...io_images.module_words import ModuleWords
+from ...jobs.why.source.class_names import Names
 from ...ladder import LadderLogic
-from ...ladder.python.online import Fields
+from ...ladder.python.online.fields import Fields
 from ...ladder.python.sequences import Logic
 from ...runtime.loop.faults import Fault
 from ...runtime.loop.scan import ScanLogic
@@ -45,7 +49,7 @@ class Stretch:
     logic: ScanLogic | None
     file: Path | None
     lacks: str
-    slots: list[int]
+    words: Mapping[int, ModuleWords]
     timeline: Timeline
     told: ValueHistory
     kept: SnapshotStore
@@ -68,12 +72,42 @@ class Stretch:
     @cached_property
     def lanes(self) -> TagLanes:
         """Returns the points of tags in the timing strip."""
-        return TagLanes(self.timeline, self._shadow(), self.told)
+        return TagLanes(self.timeline, self._shadow(), self.told, self.address, list(self.words))
+
+    def address(self, name: str) -> Address | None:
+        """Return the word or bit of an image that a name means; None for any other name."""
+        with suppress(ValueError):
+            return parse_address(name, self.words)
+        meant = self.aliases.get(name) if self.catalog is None else self.catalog.addresses([name]).get(name)
+        with suppress(ValueError):  # the fault of a connection is no word
+            return None if meant is None else parse_address(meant, self.words)
+        return None
+
+    @cached_property
+    def aliases(self) -> Mapping[str, str]:
+        """The addresses of inputs and outputs of a class of `Logic`, by name: `line.start`."""
+        if not isinstance(self.logic, Logic):
+            return {}
+        names = Names(self.logic, self.words)
+        return {f"{names.prefix}{name}": address for name, address in names.addresses.items()}
+
+    def alias_tags(self) -> list[Json]:
+        """Return them as the tags of `hello`."""
+        return [
+            {
+                "name": name,
+                "type": "INT" if parse_address(address, self.words).bit is None else "BOOL",
+                "description": address,
+                "writable": False,
+                "address": address,
+            }
+            for name, address in self.aliases.items()
+        ]
 
     def _shadow(self) -> Shadow | None:
         if not isinstance(self.logic, LadderLogic):
             return None
-        return Shadow(self.logic, self.slots, self.timeline, self.kept)
+        return Shadow(self.logic, list(self.words), self.timeline, self.kept)
 
     def described(self, values: Mapping[str, object]) -> Json:
         """Return routines, tags and stubs for a page."""
@@ -90,7 +124,7 @@ class Stretch:
         ]
         routines = [] if self.source is None else self.source.routines()
         told = {"stubs": [], "lacks": self.lacks, "settable": isinstance(logic, Logic)}
-        return {"routines": routines, "tags": tags, **told}
+        return {"routines": routines, "tags": tags + self.alias_tags(), **told}
 
     def place_of_fault(self, fault: Fault) -> str | None:
         """Return the rung or line of a fault, such as Main.3 or line.py.62; None if unknown."""
@@ -107,8 +141,8 @@ class Stretch:
 class Stretches:
     """The programs of a session or a recording."""
 
-    def __init__(self, slots: list[int], timeline: Timeline, told: ValueHistory) -> None:
-        self._slots, self._timeline, self._told = slots, timeline, told
+    def __init__(self, words: Mapping[int, ModuleWords], timeline: Timeline, told: ValueHistory) -> None:
+        self._words, self._timeline, self._told = words, timeline, told
         self.clear()
 
     def clear(self) -> None:
@@ -119,7 +153,7 @@ class Stretches:
     def add(self, first: int, logic: ScanLogic | None, file: Path | None, lacks: str = "") -> Stretch:
         """Add the program that runs from a scan on."""
         number, kept = len(self.all), self.kept(len(self.all))
-        own = Stretch(number, first, logic, file, lacks, self._slots, self._timeline, self._told, kept)
+        own = Stretch(number, first, logic, file, lacks, self._words, self._timeline, self._told, kept)
         self.all.append(own)
         return own
 

@@ -19,7 +19,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from ...io_images.addresses import Address
 from ...io_images.image import IMAGE_BYTES
 from ...io_images.module_words import ModuleWords
 from ...runtime.live.ring import Rows
@@ -57,6 +59,17 @@ class Signals:
     bits: Mapping[int, Mapping[int, str]]
     positions: Mapping[str, tuple[int, int]]
     modes: Mapping[int, int]
+
+
+def values_at(rows: Rows, slots: Sequence[int], address: Address) -> NDArray[Any]:
+    """Return a word of an image in each of some rows, or a bit of it, as an array of bool.
+
+    Args:
+        slots: their numbers, in the order of the rows.
+    """
+    image = 2 * slots.index(address.slot) + (address.image == "I")
+    words: NDArray[Any] = rows["words"][:, image * WORDS_PER_IMAGE + address.word]
+    return words if address.bit is None else (words >> address.bit & 1).astype(bool)
 
 
 def signals_of(slots: Mapping[int, ModuleWords], steppers: Sequence[int]) -> Signals:

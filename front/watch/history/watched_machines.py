@@ -8,7 +8,7 @@ from ...runtime.loop.rack import Rack
 from ...runtime.modules.record import ModuleWithFigures
 
 PER_SLOT = 3
-"""Shaft, encoder, mask of energised inputs."""
+"""Shaft, encoder, mask of energized inputs."""
 
 
 class MachineFigures:

@@ -16,7 +16,8 @@ from typing import Any
 from ...ladder.compiler.observed import LineKey
 from ...ladder.debug import Debugger
 from ...ladder.debug.forces import Forces
-from ...ladder.debug.replay import ScanInputs, snapshot
+from ...ladder.debug.stretch import ScanInputs
+from ...ladder.state.snapshots import snapshot
 from ...runtime.live.ring import Records
 from ...runtime.loop.pace import wall_ns
 
@@ -32,7 +33,7 @@ class Values:
     """The values of a program before a scan.
 
     Attributes:
-        values: by identifier of the variable, see `ladder.debug.replay`.
+        values: by identifier of the variable, see `ladder.state.snapshots`.
         truths: power of the previous scan, of a program with routines in Python, which is always
             interpreted.
     """

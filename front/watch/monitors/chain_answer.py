@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ...io_images.addresses import parse_address
@@ -34,13 +34,13 @@ _TOPICS = {
     "stimulus": "/stimuli",
     "order": "/orders",
     "faults": "/faults",
+    "indicator": "/indicators",
 }
 
 
-def chain_of(monitor: Monitor, shadow: Shadow, tag: str, scan: int) -> list[Json]:
-    """Return the chain of a tag of a ladder program after a scan; empty if nothing is known of it."""
-    found = _chains(monitor, shadow, [tag], scan)
-    return links_of(found[0]) if found else []
+def chain_of(monitor: Monitor, shadow: Shadow, tag: str, scan: int) -> CauseLink | None:
+    """Return the chain of a tag of a ladder program after a scan; None if nothing is known of it."""
+    return next(iter(_chains(monitor, shadow, [tag], scan)), None)
 
 
 def chain_of_fault(monitor: Monitor, shadow: Shadow, fault: Fault, tags: Sequence[str]) -> list[Json]:
@@ -69,11 +69,12 @@ def _chains(monitor: Monitor, shadow: Shadow, tags: Sequence[str], scan: int) ->
         SlotInfo(each.number, each.module, words=words[each.number])
         for each in sorted(monitor.subject.spec.slot, key=lambda each: each.number)
     )
-    events = tuple(map(_event, monitor.states.up_to(scan, BACK)))
+    told = monitor.states.up_to(scan, BACK)
+    events = tuple(_event(each, monitor.states.forces_at(each["scan"])) for each in told)
     recording = Recording(slots, PackedScans.of(len(slots), [columns_of(rows)]), events)
 
-    def chains(*, deep: bool, outside: Callable[..., CauseLink | None]) -> Chains:
-        return Chains(shadow.engine.lowered, Causes(shadow), deep, outside, DEEPEST)
+    def chains(*, deep: bool, **hooks: Any) -> Chains:
+        return Chains(shadow.engine.lowered, Causes(shadow), deep, most=DEEPEST, **hooks)
 
     rack, last = RackChain(recording, chains), len(rows) - 1
     found = []
@@ -87,8 +88,10 @@ def _chains(monitor: Monitor, shadow: Shadow, tags: Sequence[str], scan: int) ->
     return [each for each in found if each is not None]
 
 
-def _event(event: Mapping[str, Any]) -> TraceEvent:
-    fields = {key: event[key] for key in ("slot", "kind", "name", "text")}
+def _event(event: Mapping[str, Any], forces: Json) -> TraceEvent:
+    fields: Json = {key: event[key] for key in ("slot", "kind", "name", "text", "module") if key in event}
+    if event["kind"] == "forces":
+        fields = {"tags": forces}
     return TraceEvent(event["scan"], event["t"], _TOPICS.get(event["kind"], f"/{event['kind']}"), fields)
 
 

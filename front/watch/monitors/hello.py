@@ -11,7 +11,6 @@ from ...runtime.config.rackspec import RackSpec, SlotSpec
 from ...runtime.loop.incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind
 from ...runtime.machine.spec import INPUT_NAMES, MachineSpec, input_name
 from ...runtime.modules.record import Trait
-from ...runtime.modules.registry import MODULES, has
 
 Json = dict[str, Any]
 
@@ -73,12 +72,12 @@ def slot_of(slot: SlotSpec) -> Json:
             {"name": name, "title": name, "word": at.word, "bit": at.bit}
             for name, at in words.groups.get("output", {}).items()
         ],
-        "machine": machine_of(slot.machine) if has(slot.module, Trait.MACHINE) and not slot.is_live else None,
+        "machine": machine_of(slot.machine) if slot.has(Trait.MACHINE) and not slot.is_live else None,
     }
 
 
 def _title(slot: SlotSpec) -> str:
-    firmware = f", firmware {slot.firmware}" if has(slot.module, Trait.FIRMWARE) else ""
+    firmware = f", firmware {slot.firmware}" if slot.has(Trait.FIRMWARE) else ""
     return f"{NAMES.get(slot.module, slot.module)}{firmware}"
 
 
@@ -92,12 +91,30 @@ def bits_of(slot: int, words: ModuleWords) -> list[Json]:
                     "name": name,
                     "address": f"Local:{slot}:{at.image}.Data[{at.word}].{at.bit}",
                     "meaning": f"slot{slot}.{group}.{name}",
-                    "section": SECTIONS.get(group, ""),
+                    "section": SECTIONS.get(group, "") if is_stepper(words) else "",
                     "word": at.word,
                     "bit": at.bit,
                     "output": at.image == "O",
                 }
             )
+    return found
+
+
+def addresses_of(spec: RackSpec) -> list[Json]:
+    """Return the words of all slots, and their named bits, as the tags of `hello`."""
+    found = []
+    for slot in spec.slot:
+        for each in bits_of(slot.number, slot.words):
+            found.append({"name": each["address"], "type": "BOOL", "description": each["meaning"]})
+        for image, what in (("I", "input"), ("O", "output")):
+            found += [
+                {
+                    "name": f"Local:{slot.number}:{image}.Data[{word}]",
+                    "type": "INT",
+                    "description": f"slot {slot.number}, {what} word {word}",
+                }
+                for word in range(WORDS)
+            ]
     return found
 
 
@@ -107,7 +124,7 @@ def inputs_of(slot: SlotSpec) -> list[Json]:
         return []
     wired = slot.words.groups.get("input")
     if wired is not None:
-        buttons = MODULES[slot.module].buttons(slot.options)
+        buttons = slot.record.buttons(slot.options)
         closed = slot.options.get("normally_closed", ())
         return [
             {
@@ -120,7 +137,7 @@ def inputs_of(slot: SlotSpec) -> list[Json]:
             }
             for name, at in wired.items()
         ]
-    if not has(slot.module, Trait.MACHINE):
+    if not slot.has(Trait.MACHINE):
         return []
     switched = {input_name(each.input) for each in slot.machine.switches}
     stationed = {input_name(each.input) for each in slot.machine.stations}
@@ -175,7 +192,7 @@ def incidents_of(spec: RackSpec) -> list[Json]:
     """Return the incidents of a rack, each with the slots that it can happen to."""
     found = []
     for kind, title in _TITLES.items():
-        slots = [each.number for each in spec.slot if not each.is_live and _can(kind, each.module)]
+        slots = [each.number for each in spec.slot if not each.is_live and _can(kind, each)]
         if not slots:
             continue
         fields: list[Json] = [
@@ -191,7 +208,7 @@ def incidents_of(spec: RackSpec) -> list[Json]:
     return found
 
 
-def _can(kind: FaultKind, module: str) -> bool:
+def _can(kind: FaultKind, slot: SlotSpec) -> bool:
     if kind in TROUBLES:
-        return has(module, Trait.STOPS_ANSWERING)
-    return kind not in ON_THE_LINE or has(module, Trait.LINE)
+        return slot.has(Trait.STOPS_ANSWERING)
+    return kind not in ON_THE_LINE or slot.has(Trait.LINE)

@@ -80,7 +80,7 @@ class Subject:
         self.recent = RecentRows(dtype)
         self.timeline = Timeline(self.recent, trace)
         self.told = ValueHistory(spec.scan_ns)
-        self.programs = Stretches(list(self.words), self.timeline, self.told)
+        self.programs = Stretches(self.words, self.timeline, self.told)
         self.values: Json = {}
         """Values of a program in Python, from the last message."""
 

@@ -23,8 +23,7 @@ SECOND_NS = 1_000_000_000
 class AtErrors(Enum):
     """What a page does when an error bit of a module comes on."""
 
-    STOP = "stop"  # it stays at that scan
-    TELL = "tell"  # it says so
+    STOP = "stop"  # it stays at that scan; after a press of its own it says so only
     OFF = "off"
 
 
@@ -55,6 +54,9 @@ class Page:
         self.place: int | None = None  # the last row of its strip; None before the first frame
         self.events: int | None = None  # number of its next event; None before the first frame
         self.at_errors = AtErrors.OFF  # what it does at the next error bit
+        self.pressed: int | None = (
+            None  # the scan before which its last press or incident acted; None without one
+        )
         self.compared: PageComparison | None = None
         self.last: Json = {}
         self.outbox: deque[Json] = deque()

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from ...ladder.debug import told
 from ...ladder.debug.inquiry import Inquiry
-from ...ladder.debug.links import ROOTS
 from ...traces.format.records import TraceError
-from ..history.catalog import COLUMNS
+from ..history.catalog import COLUMNS, MOST_HITS, tag_hits
 from ..history.lanes import MOST_LANES
 from ..history.stretch import Stretch
 from ..history.strip import piece_of
 from ..history.timeline import columns_of
-from .chain_answer import chain_of, chain_of_fault
+from .chain_answer import chain_of, chain_of_fault, links_of
 from .comparison import Comparison, recordings_beside
+from .hello import addresses_of
 from .monitor import Monitor
 from .page import AtErrors, Page
 from .since import last_change
@@ -43,7 +44,7 @@ def show(monitor: Monitor, page: Page, said: Said) -> Json:
     if program.catalog is not None:
         columns = said.get("columns", 88)
         if type(columns) is not int or columns not in COLUMNS:
-            raise ValueError(f"columns {columns!r}: allowed are {COLUMNS[0]} to {COLUMNS[-1]}")
+            raise ValueError(f"columns {columns!r}: must be {COLUMNS[0]} to {COLUMNS[-1]}")
         shown, answer = program.catalog.show(_text(said, "routine"), columns)
     elif program.source is not None:
         shown, answer = program.source.show(tuple(monitor.subject.values))
@@ -60,7 +61,16 @@ def watch(monitor: Monitor, page: Page, said: Said) -> Json:
         raise ValueError(f"tags is a list of up to {MOST_WATCHED} names")
     unknown = [name for name in tags if not _is_known(monitor, page, name)]
     page.watch(tuple(name for name in tags if name not in unknown))
-    return {"unknown": unknown}
+    addresses = _addresses(monitor, page, tags)
+    return {"unknown": [name for name in unknown if name not in addresses], "addresses": addresses}
+
+
+def _addresses(monitor: Monitor, page: Page, tags: Sequence[str]) -> dict[str, str]:
+    """Return the addresses of those tags that mean a word or bit of an image."""
+    program = _program(monitor, page)
+    places = {tag: program.address(tag) for tag in tags}
+    faults = {} if program.catalog is None else program.catalog.addresses(tags)
+    return faults | {tag: str(place) for tag, place in places.items() if place is not None}
 
 
 def lanes(monitor: Monitor, page: Page, said: Said) -> Json:
@@ -88,6 +98,7 @@ def _lanes_in(monitor: Monitor, page: Page, said: Said) -> tuple[tuple[str, ...]
     if not isinstance(tags, list) or len(tags) > MOST_LANES or not all(map(_is_name, tags)):
         raise ValueError(f"tags is a list of up to {MOST_LANES} names")
     unknown = [name for name in tags if not _is_known(monitor, page, name)]
+    unknown = [name for name in unknown if _program(monitor, page).address(name) is None]
     return tuple(dict.fromkeys(name for name in tags if name not in unknown)), unknown
 
 
@@ -101,7 +112,7 @@ def look(monitor: Monitor, page: Page, said: Said) -> Json:
     scan = said.get("scan")
     if scan == "live":
         if monitor.about.kind == "trace":
-            raise ValueError("this is a recording: there is no scan that runs")
+            raise ValueError("this is a trace; nothing is running")
         page.past = None
         page.last = {}  # its strip continues
         monitor.exchange_program(page)
@@ -157,7 +168,7 @@ def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
     """Explain a tag's value in the scan of the page, or with `fault` why the CPU has faulted."""
     if said.get("fault") is True:
         return _why_fault(monitor, page, said)
-    tag = _text(said, "tag")
+    tag = _own_name(monitor, page, _text(said, "tag"))
     row = monitor.row_of(page)
     if row is None:
         raise ValueError(f"{tag}: no scan has run yet")
@@ -170,13 +181,14 @@ def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
         raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
     forced = monitor.states.forces_at(page.past)
     try:
-        text = Inquiry(shadow.engine, shadow, scan, forced, program.catalog.cross_reference).why(tag)
-        chain = [] if shadow.is_impure else chain_of(monitor, shadow, tag, scan)
-        if chain and chain[0]["kind"] in ROOTS:
-            text = chain[0]["text"]  # not of the program: what is behind an input image
+        found = None if shadow.is_impure else chain_of(monitor, shadow, tag, scan)
+        if found is None:
+            text = Inquiry(shadow.engine, shadow, scan, forced, program.catalog.cross_reference).why(tag)
+        else:
+            text = told(found)
     finally:
         shadow.show(scan)
-    return {"text": text, "scan": scan, "chain": chain}
+    return {"text": text, "scan": scan, "chain": links_of(found) if found is not None else []}
 
 
 def since(monitor: Monitor, page: Page, said: Said) -> Json:
@@ -224,7 +236,7 @@ def share(monitor: Monitor, page: Page, said: Said) -> None:
     """Make a page of the recording that any browser opens, with the scan of the page shown first."""
     trace, row = monitor.subject.timeline.path, monitor.row_of(page)
     if trace is None or row is None:
-        raise ValueError("there is no recording yet: --record writes one")
+        raise ValueError("no trace yet; start with --record")
     trusted = monitor.subject.programs.at(page.past).logic is not None
     monitor.elsewhere.share(page, said.get("id"), str(trace), int(row["scan"]), trust=trusted)
 
@@ -241,7 +253,7 @@ def compare(monitor: Monitor, page: Page, said: Said) -> Json:
         page.compare(None)
         return {"with": None}
     if monitor.opener is None or name not in recordings_beside(record):
-        raise ValueError(f"there is no recording {str(name)[:60]!r} beside this one")
+        raise ValueError(f"no recording {str(name)[:60]!r} beside this one")
     try:
         page.compare(Comparison(monitor, str(name), monitor.opener(record.parent / str(name))))
     except (OSError, TraceError) as error:
@@ -278,16 +290,31 @@ def _record_of(monitor: Monitor) -> Path:
 
 def xref(monitor: Monitor, page: Page, said: Said) -> Json:
     """List where a tag is read and written."""
-    tag, catalog = _text(said, "tag"), _program(monitor, page).catalog
+    tag, catalog = _own_name(monitor, page, _text(said, "tag")), _program(monitor, page).catalog
     if catalog is None:
         raise ValueError(f"{tag}: the program is in Python: it has no rungs")
     return {"hits": catalog.mentions(tag)}
 
 
 def find(monitor: Monitor, page: Page, said: Said) -> Json:
-    """List the tags and rungs that contain a text."""
-    text, catalog = _text(said, "text"), _program(monitor, page).catalog
-    return {"hits": [] if catalog is None else catalog.find(text)}
+    """List the tags, the words and bits of images, and the rungs that contain a text."""
+    text, program = _text(said, "text"), _program(monitor, page)
+    hits = tag_hits(program.alias_tags(), text) if program.catalog is None else program.catalog.find(text)
+    hits += tag_hits(addresses_of(monitor.subject.spec), text)
+    ranked = sorted(hits, key=lambda hit: _is_called(hit, text), reverse=True)
+    return {"hits": ranked[:MOST_HITS]}
+
+
+def _is_called(hit: Json, text: str) -> bool:
+    return hit["tag"] is not None and hit["tag"].casefold() == text.casefold()
+
+
+def _own_name(monitor: Monitor, page: Page, tag: str) -> str:
+    """Return a tag as a ladder program can name it: in place of `slot1.status.IN_HOME` the address."""
+    catalog = _program(monitor, page).catalog
+    if catalog is None or catalog.has(tag):
+        return tag
+    return _addresses(monitor, page, [tag]).get(tag, tag)
 
 
 def _program(monitor: Monitor, page: Page) -> Stretch:

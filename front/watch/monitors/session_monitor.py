@@ -15,7 +15,7 @@ from typing_extensions import override
 from ...jobs.load.loading import Job, load_job
 from ...jobs.record.editions import folders_of, forget
 from ...jobs.trust.attachments import load_files
-from ...runtime.live.orders import order_of, said_of
+from ...runtime.live.orders import Happen, Press, order_of, said_of
 from ...runtime.live.ring import Ring, RingShape, Rows
 from ...runtime.live.session import GIVEN
 from ...runtime.loop.scan import ScanFlag
@@ -32,6 +32,9 @@ Json = dict[str, Any]
 
 SPEED_ROWS = 512
 """Rows over which the speed is measured."""
+
+OWN_NS = 2_000_000_000
+"""Machine time after a press of a page in which it expects the error: it continues, and says so."""
 
 
 class SessionProgram(NamedTuple):
@@ -102,7 +105,9 @@ class SessionMonitor(Monitor):
         self._late = self._missed = 0
         self._reached: float | None = None
         self._orders = 0
-        self._asked: dict[int, tuple[Page, object]] = {}
+        self._asked: dict[
+            int, tuple[Page, object, bool]
+        ] = {}  # page, number of its order, whether it presses
         self._mistake: Json | None = None
         self._preview: Json | None = None  # of a saved program that waits to be taken over
         self._indexer: Indexer | None = None
@@ -120,6 +125,7 @@ class SessionMonitor(Monitor):
         paused = bool(session["paused"])
         shown: Json = {
             "state": "past" if past else "paused" if paused else "live",
+            "paused": paused,
             "speed": {"wanted": session["speed"], "reached": 0 if paused else self._reached},
             "late": self._late,
             "missed": self._missed,
@@ -149,6 +155,17 @@ class SessionMonitor(Monitor):
     @override
     def tick(self) -> bool:
         """Read the scan process's output, and wake the pages."""
+        ran, was_paused = [self._take_rows()], self.session["paused"]
+        self._take_messages()
+        if self.session["paused"] and not was_paused:
+            ran.append(self._take_rows())  # scans that ran before it paused, else a pause had an earlier scan
+        self._take_notes()
+        for rows in ran:
+            self._stop_at_errors(rows)
+        self.wake()
+        return self._index()
+
+    def _take_rows(self) -> Rows:
         taken = self._ring.take(self._rows_at)
         self._rows_at = taken.end
         self._missed += max(0, taken.lost) if self.latest is not None else 0
@@ -157,11 +174,7 @@ class SessionMonitor(Monitor):
         if len(taken.rows):
             self.latest = taken.rows[-1]
             self._reached = speed_reached(self.subject.recent.rows[-SPEED_ROWS:])
-        self._take_messages()
-        self._take_notes()
-        self._stop_at_errors(taken.rows)
-        self.wake()
-        return self._index()
+        return taken.rows
 
     def _stop_at_errors(self, rows: Rows) -> None:
         """Show the scan of an error bit to the pages that wish to stop there."""
@@ -179,10 +192,19 @@ class SessionMonitor(Monitor):
             "rule": rule["rule"] if rule else "",
         }
         for page in pages:
-            stopped = page.at_errors is AtErrors.STOP
+            stopped = not self._is_expected(page, scan)
             page.at_errors = AtErrors.OFF
             page.past = scan if stopped else None
             page.send({"error": {**told, **said, "stopped": stopped}})
+
+    def _is_expected(self, page: Page, scan: int) -> bool:
+        """Return whether an error in a scan may come of what this page has pressed.
+
+        Machine time decides: a busy computer acts on a press late, and a fast rack soon. The answer to a
+        press is written before the row of its scan, and `tick` reads the rows first.
+        """
+        later = -1 if page.pressed is None else scan - page.pressed
+        return 0 <= later * self.subject.spec.scan_ns < OWN_NS
 
     def _take_notes(self) -> None:
         records, self._snapshots_at, _lost = self._ring.snapshots.read(self._snapshots_at)
@@ -200,9 +222,12 @@ class SessionMonitor(Monitor):
     # --- messages of the scan process
 
     def _take_answer(self, answer: Json) -> None:
-        page, number = self._asked.pop(answer["id"], (None, None))
-        if page is not None:
-            page.send({"answer": {**answer, "id": number}})
+        page, number, presses = self._asked.pop(answer["id"], (None, None, False))
+        if page is None:
+            return
+        if presses:
+            page.pressed = answer.get("scan", page.pressed)
+        page.send({"answer": {**answer, "id": number}})
 
     def _take_values(self, told: Json) -> None:
         self.subject.values.update(told["values"])
@@ -248,7 +273,7 @@ class SessionMonitor(Monitor):
         self.latest, self._late, self._missed = None, 0, 0
         self._rows_at, self._snapshots_at = told["rows"], told["snapshots"]
         for page in self.pages:
-            page.past = None
+            page.past = page.pressed = None
             self.greet(page)
 
     # --- earlier scans
@@ -299,7 +324,7 @@ class SessionMonitor(Monitor):
         if self.about.read_only:
             raise ValueError("this session is read-only: it takes no orders")
         self._orders += 1
-        self._asked[self._orders] = page, number
+        self._asked[self._orders] = page, number, isinstance(order, Press | Happen)
         passed_on = {"id": self._orders, "order": said_of(order)}
         message = json.dumps(passed_on, ensure_ascii=False, allow_nan=False)
         self._pipe.send_bytes(message.encode())

@@ -6,11 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...io_images.addresses import Address, parse_address
+from ...io_images.addresses import Address
+from ...ladder.state.memory import same
 from ..history.catalog import shown_value, value_of
 from ..history.shadow import Shadow
+from ..history.strip import values_at
 from .monitor import Monitor
-from .picture import WORDS_PER_IMAGE
 
 BACK = 16_384
 """Scans of images and recorded values that are looked at."""
@@ -26,25 +27,19 @@ class LastChange(NamedTuple):
 def last_change(monitor: Monitor, tag: str, scan: int) -> LastChange | None:
     """Return the last known change of a tag or a value up to a scan; None without one."""
     program = monitor.subject.programs.at(scan)
-    try:
-        place = parse_address(tag, monitor.subject.words)
-    except ValueError:
-        if program.past is None:
-            return _of_python(monitor, tag, scan)
-        return _of_ladder(program.past, tag, scan)
-    return _of_image(monitor, place, scan)
+    place = program.address(tag)
+    if place is not None:
+        return _of_image(monitor, place, scan)
+    return _of_python(monitor, tag, scan) if program.past is None else _of_ladder(program.past, tag, scan)
 
 
 def _of_image(monitor: Monitor, place: Address, scan: int) -> LastChange | None:
     rows = monitor.subject.timeline.between(max(0, scan - BACK), scan)
-    image = 2 * list(monitor.subject.words).index(place.slot) + (place.image == "I")
-    words = rows["words"][:, image * WORDS_PER_IMAGE + place.word]
-    values = words if place.bit is None else words >> place.bit & 1
+    values = values_at(rows, list(monitor.subject.words), place)
     changes = np.flatnonzero(values[1:] != values[:-1])
     if not len(changes):
         return None
-    before = int(values[changes[-1]])
-    return LastChange(int(rows["scan"][changes[-1] + 1]), before if place.bit is None else bool(before))
+    return LastChange(int(rows["scan"][changes[-1] + 1]), values[changes[-1]].item())
 
 
 def _of_ladder(shadow: Shadow, tag: str, scan: int) -> LastChange | None:
@@ -65,7 +60,7 @@ def _of_python(monitor: Monitor, name: str, scan: int) -> LastChange | None:
     _times, recorded = subject.timeline.recorded([name], first, scan)
     values = recorded.get(name, [])
     for place in range(len(values) - 1, 0, -1):
-        if values[place] != values[place - 1]:
+        if not same(values[place], values[place - 1]):
             return LastChange(first + place, shown_value(values[place - 1]))
     told = subject.told.last_change(name, scan)
     return None if told is None else LastChange(*told)

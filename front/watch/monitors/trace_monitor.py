@@ -16,7 +16,6 @@ from ...runtime.live.ring import row_type
 from ...runtime.loop.rack import SLOT_BYTES
 from ...runtime.loop.scan import ScanLogic
 from ...runtime.modules.record import Trait
-from ...runtime.modules.registry import has
 from ...traces.read.reader import Trace
 from ..history.event_log import LAST_SCAN
 from ..history.indexer import SLICE, Indexer, indexable
@@ -62,7 +61,7 @@ class TraceMonitor(Monitor):
         first: int | None,
         branch: Callable[[int], None],
     ) -> None:
-        machines = tuple(slot.number for slot in spec.slot if has(slot.module, Trait.MACHINE))
+        machines = tuple(slot.number for slot in spec.slot if slot.has(Trait.MACHINE))
         dtype = row_type(SLOT_BYTES * len(spec.slot), PER_SLOT * len(machines))
         subject = Subject(spec, machines, dtype, path)
         subject.timeline.use(trace)
@@ -74,7 +73,7 @@ class TraceMonitor(Monitor):
         self._branch = branch
         extent = subject.timeline.extent
         if extent is None and not trace.may_grow:
-            raise ValueError(f"{path}: there is no scan in it")
+            raise ValueError(f"{path}: no scan in it")
         self._first = first
         self._last = -1
         if extent is not None:

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import typer
 
-from ...runtime.config.quantities import parse_time
+from ...io_images.times import parse_time
 from ...terminal.complaints import reported_mistakes
 from ...terminal.terminal import say
-from ...terminal.trace_options import itself
+from ...terminal.trace_options import itself, tell_notes
 from ...traces.files.guard import check_output
 from ...traces.files.newfile import new_file
-from ...traces.read.reader import open_trace
+from ...traces.read.reader import Trace, open_trace
 from ..recorded_session import OpenedRecording, TracePlace
 from .collecting import OTHER_ANSWERS, SharedStretch, collect
 from .page_file import SHARED_PAGE, page_of
@@ -28,7 +29,7 @@ BEFORE, AFTER = 20_000, 2_000
 
 
 class ShareWish(NamedTuple):
-    """The scans that a page shall have; at most one of scan and time."""
+    """Scans shown on a page; at most one of scan and time."""
 
     scan: int | None = None  # None = the last one
     time_ns: int | None = None
@@ -47,7 +48,7 @@ class ShareWish(NamedTuple):
         if self.latest:
             scan = min(scan, last)
         if not first <= scan <= last:
-            raise ValueError(f"there is no scan {scan}: the recording has {first} to {last}")
+            raise ValueError(f"no scan {scan}: the recording has {first} to {last}")
         if self.whole or last - first < self.most:
             return SharedStretch(first, last, scan)
         return SharedStretch(max(first, scan - self.before), min(last, scan + self.after), scan)
@@ -61,34 +62,46 @@ def share(
     recording: bool = False,
     trust: bool = False,
     tags: Sequence[str] = (),
+    told: Callable[[Trace], None] | None = None,
 ) -> Any:
     """Write the page of a recording; return its data.
 
     Args:
         recording: put the trace inside, too.
         tags: whose why is answered in it.
+        told: tells the notes of the trace, also if it is refused.
 
     Raises:
         ValueError: the recording or the output can't be used, or the page would be too large.
         OSError: a file can't be read or written.
     """
     check_output(out, SHARED_PAGE, itself(trace))
-    data, page = shared(trace, wish, recording=recording, trust=trust, tags=tags)
+    data, page = shared(trace, wish, recording=recording, trust=trust, tags=tags, told=told)
     with new_file(out, SHARED_PAGE, "wb", used=itself(trace)) as file:
         file.write(page)
     return data
 
 
 def shared(
-    trace: Path, wish: ShareWish, *, recording: bool = False, trust: bool = False, tags: Sequence[str] = ()
+    trace: Path,
+    wish: ShareWish,
+    *,
+    recording: bool = False,
+    trust: bool = False,
+    tags: Sequence[str] = (),
+    told: Callable[[Trace], None] | None = None,
 ) -> tuple[Any, bytes]:
     """Return the data of a recording's page, and the page; see `share`."""
-    with open_trace(trace) as opened, tempfile.TemporaryDirectory(prefix="scanrack") as folder:
+    with ExitStack() as stack:
+        opened = stack.enter_context(open_trace(trace))
+        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack"))
+        if told is not None:
+            stack.callback(told, opened)
         place = TracePlace(trace, None, "")
         monitor = OpenedRecording(opened, place, Path(folder), trust=trust).monitor(_no_branch)
         extent = monitor.subject.timeline.extent
         if extent is None:
-            raise ValueError(f"{trace}: there is no scan in it" + (" yet" if wish.latest else ""))
+            raise ValueError(f"{trace}: no scan in it" + (" yet" if wish.latest else ""))
         data = collect(monitor, wish.within(*extent, monitor.subject.spec.scan_ns), tags, wish.others)
     return data, page_of(data, trace.read_bytes() if recording else None)
 
@@ -118,7 +131,7 @@ def _many(count: int, thing: str) -> str:
 
 
 def _share_command(
-    trace: Annotated[Path, typer.Argument(help="The trace to share, an MCAP file.", show_default=False)],
+    trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
     out: Annotated[
         Path | None,
         typer.Option(
@@ -143,7 +156,7 @@ def _share_command(
     ] = False,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
 ) -> None:
-    """Write a recording and its page to one file, which any browser opens without a network.
+    """Export as one HTML file, which any browser opens without a network.
 
     The page has rungs with power, tags, words, machine, timing strip and events of each scan, and says why
     for up to twenty tags of the scan shown first. It asks no server, and a content policy lets it connect to
@@ -158,7 +171,7 @@ def _share_command(
             raise ValueError("--scan and --at both name the scan shown first: give one of them")
         wish = ShareWish(scan, None if at is None else parse_time(at), before, after, whole)
         target = trace.with_suffix(".html") if out is None else out
-        data = share(trace, target, wish, recording=recording, trust=trust)
+        data = share(trace, target, wish, recording=recording, trust=trust, told=tell_notes)
         say(f"{target}: {target.stat().st_size:,} bytes, scan {data['scan']:,} is shown first")
         for line in disclosed(data, recording=recording):
             say(line)

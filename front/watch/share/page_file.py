@@ -69,7 +69,7 @@ def page_of(data: Any, trace: bytes | None = None) -> bytes:
     page = text.encode()
     if len(page) > MOST_BYTES:
         raise ValueError(
-            f"the page would have {len(page):,} bytes, allowed are {MOST_BYTES:,}: share fewer scans, "
+            f"the page would have {len(page):,} bytes; must be at most {MOST_BYTES:,}: share fewer scans, "
             "see --before and --after"
         )
     return page

@@ -1,7 +1,7 @@
 // Two cursors over the timing strip, A and B, with the time and the scans between them.
 
 import { button, el, setAttribute, setFlag, setText } from "./dom.js";
-import { clock, count } from "./format.js";
+import { clock, count, timeText } from "./format.js";
 import { onHello, run } from "./state.js";
 
 const SNAP = 7; // CSS pixels: so near a dragged cursor snaps to an edge
@@ -82,6 +82,5 @@ function paintLine(line, scan) {
 
 // 84 ms, 42 scans
 function said(many) {
-  const ms = many * run.hello.period_ns / 1e6;
-  return `${ms < 1000 ? `${Number(ms.toFixed(3))} ms` : `${(ms / 1000).toFixed(3)} s`}, ${count(many)} scan${many === 1 ? "" : "s"}`;
+  return `${timeText(many * run.hello.period_ns)}, ${count(many)} scan${many === 1 ? "" : "s"}`;
 }

@@ -156,13 +156,28 @@ function stripOf(from, to, signals) {
 
 const program = () => data.programs[number];
 const isTag = tag => lists.has(`tags\n${number}\n${tag}`);
-const unknown = tags => ({ unknown: tags.filter(tag => !isTag(tag)) });
+const ADDRESS = /^Local:(\d+):([IO])\.Data\[(\d+)\](?:\.(\d+))?$/;
+
+// The address of a name of a word or bit, else the name.
+function addressOf(tag) {
+  const bit = data.hello.slots.flatMap(slot => slot.bits).find(({ meaning }) => meaning === tag);
+  return (bit ?? program().described.tags.find(({ name }) => name === tag))?.address ?? tag;
+}
+
+const isAddress = tag => ADDRESS.test(addressOf(tag));
+const unknown = tags => tags.filter(tag => !isTag(tag) && !isAddress(tag));
 
 // The lists of an address of an image are its word's.
 function listOf(tag) {
-  const [, slot, image, word, bit] = /^Local:(\d+):([IO])\.Data\[(\d+)\](?:\.(\d+))?$/.exec(tag) ?? [];
+  const [, slot, image, word, bit] = ADDRESS.exec(addressOf(tag)) ?? [];
   if (!slot) return [`tags\n${number}\n${tag}`, value => value];
   return [`words\n${slot}\n${Number(word) + (image === "O" ? 8 : 0)}`, value => bit === undefined ? value : Boolean((value >> bit) & 1)];
+}
+
+// Its points: of a bit those of its word at which it changes.
+function pointsOf(tag, first, last) {
+  const [key, shown] = listOf(tag), values = between(key, first, last).map(([scan, value]) => [scan, shown(value)]);
+  return values.filter(([, value], place) => !place || value !== values[place - 1][1]).map(pointOf);
 }
 
 // The scans at which a tag or an address has changed, in order; the first of the page is none.
@@ -173,6 +188,14 @@ export function changesOf(tag) {
     if (shown(list.values[place]) !== before) found.push({ scan: list.scans[place], before });
   }
   return found;
+}
+
+const hitOf = ({ name, type, description }) => ({ text: `${name} : ${type}  ${description}`.trim(), says: `${type}  ${description}`.trim(), rung: null, tag: name });
+
+// The best hits are first, as the server has them.
+function rankOf(name, wanted) {
+  const lower = name.toLowerCase(), own = lower.startsWith("\\") ? lower.slice(lower.lastIndexOf(".") + 1) : lower;
+  return [lower === wanted, own === wanted, own.startsWith(wanted), lower.includes(wanted), true].indexOf(true);
 }
 
 const QUESTIONS = {
@@ -187,17 +210,18 @@ const QUESTIONS = {
   watch({ tags }) {
     sent = { ...sent, tags: {} };
     queueMicrotask(() => { if (at !== null) show(at); });
-    return unknown(tags);
+    return { unknown: unknown(tags), addresses: Object.fromEntries(tags.filter(isAddress).map(tag => [tag, addressOf(tag)])) };
   },
-  lanes: ({ tags }) => unknown(tags),
+  lanes: ({ tags }) => ({ unknown: unknown(tags) }),
   steps({ from, to, tags }) {
     const [first, last] = clamped(from, to);
     if (first > last) return { lanes: {}, next: null };
-    const found = Object.fromEntries(tags.filter(isTag).map(tag => [tag, between(`tags\n${number}\n${tag}`, first, last).map(pointOf)]));
+    const known = tags.filter(tag => !unknown([tag]).length);
+    const found = Object.fromEntries(known.map(tag => [tag, pointsOf(tag, first, last)]));
     return { lanes: { from: timeOf(first), to: timeOf(last) + data.hello.period_ns, tags: found }, next: null };
   },
   look({ scan }) {
-    if (scan === "live") throw new Refused("this is a recording: there is no scan that runs");
+    if (scan === "live") throw new Refused("this is a trace; nothing is running");
     const [first, last] = data.range;
     if (scan < first || scan > last || data.holes.some(([from, to]) => from <= scan && scan <= to)) throw new Refused(`Scan ${scan} is not in this page: it has ${first} to ${last}.`);
     show(scan);
@@ -220,9 +244,11 @@ const QUESTIONS = {
   xref({ tag }) { throw new Refused(`This page has no list of uses. Ask: scanrack xref ${data.hello.record} ${tag}`); },
   find({ text }) {
     const wanted = text.toLowerCase(), has = said => said.toLowerCase().includes(wanted);
-    const tags = program().described.tags.filter(({ name, description }) => has(`${name} ${description}`)).map(({ name, type, description }) => ({ text: `${name} : ${type}  ${description}`.trim(), says: `${type}  ${description}`.trim(), rung: null, tag: name }));
+    const bits = data.hello.slots.flatMap(slot => slot.bits.map(({ address, meaning }) => ({ name: address, type: "BOOL", description: meaning })));
+    const tags = [program().described.tags, bits].map(each => each.filter(({ name, description, address = "" }) => has(`${name} ${description} ${address}`)).sort((one, other) => rankOf(one.name, wanted) - rankOf(other.name, wanted)).map(hitOf));
     const rungs = Object.entries(program().shows).flatMap(([routine, widths]) => (Object.values(widths)[0].rungs ?? []).filter(rung => has(`${rung.text} ${rung.comment}`)).map(rung => ({ text: rung.text, rung: `${routine}.${rung.number}`, tag: null })));
-    return { hits: [...tags, ...rungs].slice(0, HITS) };
+    const hits = [...tags[0], ...rungs, ...tags[1]], isNamed = hit => hit.tag?.toLowerCase() === wanted;
+    return { hits: [...hits.filter(isNamed), ...hits.filter(hit => !isNamed(hit))].slice(0, HITS) };
   },
 };
 

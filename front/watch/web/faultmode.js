@@ -8,7 +8,6 @@ import * as orders from "./orders.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 
-const OWN_MS = 2000; // an error so soon after what is pressed here is said only: the page goes on
 const WAY_ON = "To go on: look at an earlier scan (, or the slider), then Branch from here.";
 
 const says = el("p", { class: "fault", role: "alert", hidden: true });
@@ -25,7 +24,6 @@ export const stopBox = el("label", { class: "stops", title: "The page stays at t
 const parts = { show: () => {}, explain: () => {}, look: () => {} };
 let error = null; // what came on: scan, t, slot, bit, tag, text, rule; at: its rung; seen: whether it was looked at
 let known = ""; // the fault that was shown
-let timer = 0;
 
 // What other parts of the page do here: show(rung, smoothly), explain(tag, or null for the fault, then(links)), look(scan).
 export const onFault = given => { Object.assign(parts, given); };
@@ -46,21 +44,13 @@ export function stopAtErrors(on) {
   arm();
 }
 
-function arm(mode = "stop") {
-  clearTimeout(timer);
-  if (run.hello.kind === "rack") ask("stop", { at_errors: box.checked ? mode : "off" }).catch(() => {});
+function arm() {
+  if (run.hello.kind === "rack") ask("stop", { at_errors: box.checked ? "stop" : "off" }).catch(() => {});
 }
 
-// What is pressed in this page may set an error bit.
-orders.onHands(() => {
-  if (error) return;
-  arm("tell");
-  timer = setTimeout(() => { if (!error) arm(); }, OWN_MS);
-});
-
-// An error bit has come on. If `stopped`, the page is already at its scan.
+// An error bit has come on. If `stopped`, the page is already at its scan; if not, it may come of what is pressed here.
 export function erred(told) {
-  clearTimeout(timer);
+  if (!box.checked) return told.stopped && parts.look("live"); // turned off while it came
   error = { ...told, seen: told.stopped };
   if (told.stopped) explain();
   paint();

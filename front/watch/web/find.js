@@ -12,18 +12,18 @@ export const field = el("input", {
 });
 const box = el("div", { class: "find", focusout: left }, field, hits);
 
-let asking = 0;
+let asking = 0, first = null; // the best hit of what is typed
 
 export const findBox = () => box;
 
 async function asked() {
   const text = field.value.trim(), mine = ++asking;
-  if (!text) return show([]);
-  const answer = await order("find", { text });
+  const answer = text ? await order("find", { text }) : { hits: [] };
   if (mine === asking && answer) show(answer.hits ?? []);
 }
 
 function show(found) {
+  first = found[0] ?? null;
   hits.replaceChildren(...found.slice(0, 40).map(hit =>
     el("li", {}, el("button", { type: "button", click: () => open(hit) },
       el("b", {}, hit.rung ?? hit.tag ?? ""), el("span", {}, hit.says ?? hit.text)))));
@@ -39,7 +39,14 @@ function open(hit) {
 
 function keyed(event) {
   if (event.key === "Escape") { hits.hidden = true; field.blur(); }
-  if (event.key === "Enter" || event.key === "ArrowDown") { hits.querySelector("button")?.focus(); event.preventDefault(); }
+  if (event.key === "ArrowDown") { hits.querySelector("button")?.focus(); event.preventDefault(); }
+  if (event.key === "Enter") { event.preventDefault(); enter(); }
+}
+
+// Opens the first hit of what is typed, which is asked for again: an answer may be on its way.
+async function enter() {
+  await asked();
+  if (first) { open(first); field.blur(); }
 }
 
 function left(event) {

@@ -13,6 +13,15 @@ export function clock(ns) {
   return min < 60 ? `${two(min)}:${tail}` : `${Math.floor(min / 60)}:${two(min % 60)}:${tail}`;
 }
 
+const UNITS = [[1e9, "s"], [1e6, "ms"], [1e3, "µs"], [1, "ns"]];
+
+// A time in whole ns as `time_text` of io_images/times.py writes it.
+export function timeText(ns) {
+  const [unit, name] = UNITS.find(([size]) => ns >= size) ?? UNITS[0];
+  const rest = ns % unit ? `.${String(unit + ns % unit).slice(1).replace(/0+$/, "")}` : "";
+  return `${Math.floor(ns / unit)}${rest} ${name}`;
+}
+
 export function times(factor) {
   if (factor === "max") return "max";
   return `${factor < 10 ? factor.toFixed(2) : factor < 100 ? factor.toFixed(1) : Math.round(factor)}×`;

@@ -21,26 +21,16 @@ async function act(what, fields) {
   return answer;
 }
 
-const followers = [];
-
-// Calls a function before each order of a hand: what is pressed, and incidents.
-export const onHands = follow => { followers.push(follow); };
-
-function byHand(what, fields) {
-  for (const follow of followers) follow();
-  return act(what, fields);
-}
-
 export const mode = name => act("mode", { mode: name });
 export const pause = () => order("pause");
 export const go = () => order("go");
 export const step = (scans = 1) => order("step", { scans });
 export const speed = factor => order("speed", { factor });
-export const press = (slot, name, on) => byHand("press", { slot, name, on });
+export const press = (slot, name, on) => act("press", { slot, name, on });
 export const write = (tag, value) => act("write", { tag, value });
 export const force = (tag, value) => act("force", { tag, value });
 export const unforce = tag => act("unforce", { tag });
-export const incident = (kind, fields) => byHand("incident", { kind, ...fields });
+export const incident = (kind, fields) => act("incident", { kind, ...fields });
 export const branch = scan => order("branch", { scan });
 export const reload = restart => order("reload", { restart });
 export const share = () => order("share");

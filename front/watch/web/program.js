@@ -14,7 +14,7 @@ import { ask } from "./source.js";
 import { tell } from "./notice.js";
 import { onPaint, onProgram, run } from "./state.js";
 import { buildText, paintText } from "./text.js";
-import { unplace } from "./values.js";
+import { learn, unplace } from "./values.js";
 
 const UNIT = 8, LEAST = 40, MOST = 160; // CSS pixels of a column; columns between the rails
 
@@ -79,6 +79,7 @@ async function open(name) {
   }
   if (mine !== generation) return;
   drawnAt = wish;
+  learn(answer.addresses);
   const focused = sheet.contains(document.activeElement) ? document.activeElement.dataset.element : undefined;
   unplace(sheet);
   sheet.replaceChildren(answer.chart ? buildSteps(answer) : answer.rungs ? buildRungs(name, answer.rungs, call) : buildText(found, answer));

@@ -23,7 +23,7 @@ export const onFrame = take => { takers.push(take); };
 
 export function greet(hello) {
   pending = null;
-  Object.assign(run, { hello, state: "paused", known: true, scan: undefined, t: undefined, forced: {}, breakpoints: [], faults: [], range: null });
+  Object.assign(run, { hello, state: "paused", paused: true, known: true, scan: undefined, t: undefined, forced: {}, breakpoints: [], faults: [], range: null });
   for (const part of PARTS) run[part] = {};
   handles();
   for (const build of builders) build(hello);

@@ -92,7 +92,7 @@ function paintForces(names) {
 
 function paintSpeed({ reached: got }) {
   if (orders.recorded()) setText(reached.value, "–");
-  else setText(reached.value, run.state === "live" && got !== null ? times(got) : "0×");
+  else setText(reached.value, run.paused || got === null ? "0×" : times(got));
 }
 
 export function paintMode() {

@@ -5,7 +5,7 @@ import { besideLanes, onBeside } from "./besidelanes.js";
 import { AXIS, CURVE, LANE, TOP, below, curve, grid, highOf, lane, numbered, said, tagLane } from "./chart.js";
 import { cursorButton, cursorLayer, moveCursors } from "./cursors.js";
 import { at, button, el, heading, setText } from "./dom.js";
-import { clock, count } from "./format.js";
+import { clock, count, timeText } from "./format.js";
 import { keep, kept } from "./kept.js";
 import { Lanes, missing, range, stretches, valueOf } from "./lanes.js";
 import { pen, colours } from "./pen.js";
@@ -75,7 +75,7 @@ function changed(others) {
 function zoom(by) {
   const place = SPANS.indexOf(span) + by;
   span = SPANS[Math.min(Math.max(place, 0), SPANS.length - 1)];
-  setText(spanText, span < 1 ? `${span * 1000} ms` : `${span} s`);
+  setText(spanText, timeText(Math.round(span * 1e9)));
   past = new Lanes(live.order); // in as many points as this span has room for
   forgetAsked();
   if (run.state === "past") look();

@@ -12,7 +12,7 @@ import { onSelect, select, selected } from "./selection.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 import { tagNames, toggleTag } from "./taglanes.js";
-import { place, unplace, valueOf } from "./values.js";
+import { addressOf, isForced, place, unplace, valueOf } from "./values.js";
 import { addToWatch, sendWatched } from "./watchtable.js";
 
 const SINCE_MS = 500; // between two questions since when
@@ -67,7 +67,7 @@ function show({ tag, names }) {
   entry.value = "";
   permit(tag, known);
   entry.placeholder = known.type === "BOOL" ? "0 or 1" : "value, 16#, 2#";
-  sendWatched(names);
+  sendWatched(names).then(() => { if (tag === selected.tag) permit(tag, known), paintForced(); });
   paintForced();
   setText(since, "");
   sinceOf = "";
@@ -96,11 +96,11 @@ function showSince(told) {
 
 // What a bit of an image means, with the section of the manual.
 function meaningOf(tag) {
-  const bit = run.hello.slots.flatMap(slot => slot.bits).find(({ address }) => address === tag);
+  const bit = run.hello.slots.flatMap(slot => slot.bits).find(({ address }) => address === addressOf(tag));
   return bit ? [bit.meaning, bit.section].filter(Boolean).join(", ") : "";
 }
 
-const isImage = tag => /^(Local:\d+:|[IO]:)/i.test(tag);
+const isImage = tag => /^(Local:\d+:|[IO]:)/i.test(addressOf(tag));
 
 // What can be done with a tag: an image can be forced only; of Python the fields of a class of logic can be set.
 function permit(tag, { writable = run.hello.settable }) {
@@ -132,7 +132,7 @@ async function write() {
 export async function forceSelected(only = false) {
   const { tag } = selected;
   if (!tag) return tell("Select a tag first: click a contact.");
-  if (only !== true && tag in run.forced) return orders.unforce(tag);
+  if (only !== true && isForced(tag)) return orders.unforce(tag);
   const present = valueOf(tag);
   const value = entry.value.trim() || typeof present !== "boolean" ? typed() : !present;
   if (value !== undefined) await orders.force(tag, value);
@@ -197,7 +197,7 @@ const hit = ({ text, rung }) => el("li", {},
   rung ? el("button", { type: "button", class: "plain", click: () => showRung(rung) }, rung) : "", el("span", {}, ` ${text}`));
 
 function paintForced() {
-  const forced = selected.tag && selected.tag in run.forced;
+  const forced = Boolean(selected.tag) && isForced(selected.tag);
   setFlag(card, "data-forced", forced);
   unforceButton.disabled = !forced || !orders.allowed();
   const stops = run.breakpoints.includes(selected.tag);

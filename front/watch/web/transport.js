@@ -46,10 +46,10 @@ function chosen() {
 }
 
 function paint() {
-  const obeys = orders.timed() || orders.recorded(), moves = orders.recorded() ? player.playing : run.state === "live";
-  pauseButton.disabled = !obeys || !moves;
-  goButton.disabled = !obeys || moves || run.state === "lost";
-  stepButton.disabled = speedChoice.disabled = !obeys || run.state === "lost";
+  const obeys = orders.timed() || orders.recorded(), lost = run.state === "lost";
+  pauseButton.disabled = !obeys || lost || (orders.recorded() ? !player.playing : run.paused); // a rack runs on behind its past
+  goButton.disabled = !obeys || lost || (orders.recorded() ? player.playing : run.state === "live");
+  stepButton.disabled = speedChoice.disabled = !obeys || lost;
 }
 
 function paintSpeed(wanted) {

@@ -6,10 +6,12 @@ import { onPaint, run } from "./state.js";
 
 const places = new Map(); // name -> [{ node, say }]
 const known = new Map(); // name -> value
+const addresses = new Map(); // name of a word or bit of an image -> its address
 
 export function forget() {
   places.clear();
   known.clear();
+  addresses.clear();
 }
 
 // Shows the value of a name in a node from now on; say(value) makes its text.
@@ -42,8 +44,9 @@ function write(node, say, value) {
 }
 
 function mark(node, say, name, forced) {
-  if (name in forced === "forced" in node.dataset) return;
-  setAttribute(node, "data-forced", name in forced ? "" : null);
+  const is = isForced(name, forced);
+  if (is === "forced" in node.dataset) return;
+  setAttribute(node, "data-forced", is ? "" : null);
   if (known.has(name)) write(node, say, known.get(name));
 }
 
@@ -53,6 +56,23 @@ export function give(name, value) {
 }
 
 export const valueOf = name => known.get(name);
+
+// The address of a name of a word or bit, else the name.
+export const addressOf = name => addresses.get(name) ?? name;
+
+// Names as which a word or bit is forced: a force has its address.
+export const isForced = (name, forced = run.forced) => name in forced || addressOf(name) in forced;
+
+// Remembers the addresses of names.
+export function learn(found = {}) {
+  for (const [name, address] of Object.entries(found)) addresses.set(name, address);
+  for (const name of Object.keys(found)) {
+    for (const { node, say } of places.get(name) ?? []) mark(node, say, name, run.forced);
+  }
+}
+
+// Calls visit(name, address) with each name that is shown, and its address.
+export const eachShown = visit => { for (const name of places.keys()) visit(name, addressOf(name)); };
 
 // Writes all values of a node's name again when its radix has changed.
 export function again(node, name, say) {

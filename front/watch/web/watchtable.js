@@ -6,7 +6,8 @@ import { keep, kept } from "./kept.js";
 import { ask } from "./source.js";
 import { select, selected } from "./selection.js";
 import { onProgram, run } from "./state.js";
-import { again, place, unplace } from "./values.js";
+import { again, learn, place, unplace } from "./values.js";
+import { paintAddressed } from "./words.js";
 
 let rows = []; // { tag, radix }
 let key = "";
@@ -14,7 +15,7 @@ let key = "";
 const field = el("input", { type: "text", list: "tags", "aria-label": "Tag to watch", placeholder: "Add a tag", autocomplete: "off", spellcheck: "false", keydown: keyed });
 const known = el("datalist", { id: "tags" });
 const body = el("tbody");
-const table = el("table", { class: "watch" }, el("thead", { class: "hidden" }, el("tr", {}, ...["Tag", "Value", "Radix", ""].map(text => el("th", {}, text)))), body);
+const table = el("table", { class: "watch" }, el("colgroup", {}, ...Array.from({ length: 4 }, () => el("col"))), el("thead", { class: "hidden" }, el("tr", {}, ...["Tag", "Value", "Radix", ""].map(text => el("th", {}, text)))), body);
 const empty = el("p", { class: "soft" }, "Tags of your choice stay here.");
 
 onProgram(hello => {
@@ -41,13 +42,13 @@ function show() {
 }
 
 function rowOf(row) {
-  const value = el("td", { class: "figure value" }, "–"), say = given => inRadix(given, row.radix, typeOf(row.tag));
+  const value = el("output", { class: "figure" }, "–"), say = given => inRadix(given, row.radix, typeOf(row.tag));
   place(value, row.tag, say);
   const radix = el("select", { "aria-label": `Radix of ${row.tag}`, change: () => { row.radix = radix.value; keep(key, rows); again(value, row.tag, say); } },
     ...RADIXES.map(name => el("option", { value: name, selected: name === row.radix }, name)));
   return el("tr", {},
     el("th", { scope: "row" }, el("button", { type: "button", class: "plain", title: "Write, force, why", click: () => select({ tag: row.tag }) }, row.tag)),
-    value, el("td", {}, radix),
+    el("td", { class: "value" }, value), el("td", {}, radix),
     el("td", {}, button(`Remove ${row.tag}`, () => { rows = rows.filter(each => each !== row); keep(key, rows); show(); }, { text: "✕", title: "Out of the table", class: "sign" })));
 }
 
@@ -70,7 +71,9 @@ function keyed(event) {
 // Says to the server which tags are looked at beside the routine: those of the table, and those selected.
 export async function sendWatched(more = selected.names) {
   try {
-    const { unknown } = await ask("watch", { tags: [...new Set([...rows.map(row => row.tag), ...more])] });
+    const { unknown, addresses } = await ask("watch", { tags: [...new Set([...rows.map(row => row.tag), ...more])] });
+    learn(addresses);
+    paintAddressed();
     for (const [place, row] of rows.entries()) body.rows[place]?.toggleAttribute("data-unknown", unknown.includes(row.tag));
   } catch { /* the next hello asks again */ }
 }

@@ -4,7 +4,7 @@ import { at, el, heading, setFlag, setText } from "./dom.js";
 import { inRadix } from "./format.js";
 import { select } from "./selection.js";
 import { onHello, onPaint, run } from "./state.js";
-import { give, place, valueOf } from "./values.js";
+import { eachShown, give, learn, place, valueOf } from "./values.js";
 
 let slots = new Map(); // number -> { bits, words, values }
 
@@ -15,6 +15,7 @@ const nameOfWord = (slot, output, word) => `Local:${slot.number}:${output ? "O" 
 
 function build(hello) {
   slots = new Map(hello.slots.map(slot => [String(slot.number), slot]));
+  learn(Object.fromEntries(hello.slots.flatMap(slot => slot.bits.map(bit => [bitName(slot, bit), bit.address]))));
   at("words").replaceChildren(heading("Words and bits"), ...hello.slots.map(slotOf));
 }
 
@@ -71,6 +72,7 @@ function cells(slot, output, word, most) {
 
 function paint(changes) {
   for (const [number, words] of Object.entries(changes.words ?? {})) paintSlot(slots.get(number), words);
+  if (changes.words) paintAddressed();
   for (const [number, values] of Object.entries(changes.values ?? {})) {
     for (const [name, value] of Object.entries(values)) give(`${number}.${name}`, value);
   }
@@ -85,6 +87,16 @@ function paintSlot(slot, words) {
   for (const bit of slot.bits) give(bitName(slot, bit), Boolean(wordAt(bit) >> bit.bit & 1));
   for (const lamp of slot.lamps ?? []) give(bitName(slot, lamp), Boolean(wordAt({ output: true, ...lamp }) >> lamp.bit & 1));
   words.forEach((word, place) => give(nameOfWord(slot, place >= ins, place >= ins ? place - ins : place), signed(word)));
+}
+
+// Shows words and bits where they stand under other names, as in the watch table; of the program's tags frames tell.
+export function paintAddressed() {
+  eachShown((name, address) => {
+    const [, slot, image, word, bit] = /^Local:(\d+):([IO])\.Data\[(\d+)\](?:\.(\d+))?$/.exec(address) ?? [];
+    const words = run.words[slot], place = Number(word) + (image === "O" ? slots.get(slot)?.words.in : 0);
+    if (words?.[place] === undefined || name in run.tags) return;
+    give(name, bit === undefined ? signed(words[place]) : Boolean(words[place] >> bit & 1));
+  });
 }
 
 // Shows the rules that have set the bits that are on.

@@ -21,7 +21,7 @@ from ...model.tags import Leaf
 from ...state.lowered import LoweredProgram
 from ...state.memory import Memory
 from ..cells import Cell
-from ..replay import ReplayStretch
+from ..stretch import PlainInputs, ReplayStretch
 from .translation import code_of
 from .vectors import Vectors
 
@@ -54,7 +54,7 @@ class Lanes:
     def last_changes(self, cells: Sequence[Cell], stretches: Sequence[ReplayStretch]) -> list[LastChange]:
         """Return the last scan of each stretch that changed one of some values."""
         found = [UNKNOWN] * len(stretches)
-        plain = [at for at, each in enumerate(stretches) if _is_plain(each)]
+        plain = [at for at, each in enumerate(stretches) if each.inputs is not None]
         places = [self._place(each.leaf, each.index) for each in cells]
         if self._code is None or not plain or None in places:
             return found
@@ -115,8 +115,10 @@ class Lanes:
     def _ran(self, vectors: Vectors, watched: Sequence[_Watched], stretches: Sequence[ReplayStretch]) -> Any:
         """Run all scans; return the number of the last one with a change for each lane, or -1."""
         lanes = len(stretches)
-        lengths = np.array([len(each.inputs) for each in stretches])
-        times, images = _padded(stretches, int(lengths.max()), len(self._images))
+        lengths = np.array([each.last + 1 - each.first for each in stretches])
+        times, images = _padded(
+            [each.inputs for each in stretches if each.inputs is not None], int(lengths.max())
+        )
         last = np.full(lanes, -1)
         before: list[Any] = [None] * len(watched)
         for number in range(-1, int(lengths.max())):
@@ -136,30 +138,25 @@ _Watched = tuple[str, int | None, int | None]
 """A value: variable, place in its list, mask of its bits."""
 
 
-def _is_plain(stretch: ReplayStretch) -> bool:
-    """Whether nothing but the program and its images has changed values in a stretch."""
-    others = [
-        each for each in stretch.inputs if each.first or each.writes or each.forces or each.images is None
-    ]
-    return bool(stretch.inputs) and not others
-
-
 def _is_numeric(value: Any) -> bool:
     if isinstance(value, list):
         return all(isinstance(each, (bool, int, float)) for each in value)
     return isinstance(value, (bool, int, float, memoryview))
 
 
-def _padded(stretches: Sequence[ReplayStretch], most: int, images: int) -> tuple[Any, list[Any]]:
+def _padded(inputs: Sequence[PlainInputs], most: int) -> tuple[Any, list[Any]]:
     """Return times and input images by scan and lane; the last scan of a shorter stretch is repeated."""
-    rows = [(*each.inputs, *[each.inputs[-1]] * (most - len(each.inputs))) for each in stretches]
-    times = np.array([[each.now_ns for each in row] for row in rows]).T
-    found = []
-    for number in range(images):
-        data = b"".join([(each.images or ())[number] for row in rows for each in row])
-        words = np.frombuffer(data, np.int16).reshape(len(rows), most, -1)
-        found.append(np.ascontiguousarray(words.transpose(1, 2, 0), np.int64))
-    return times, found
+
+    def together(rows: Sequence[Any]) -> Any:
+        return np.stack([row if len(row) == most else row[_repeating(len(row), most)] for row in rows])
+
+    times = together([each.times for each in inputs]).T
+    images = [together(words) for words in zip(*(each.images for each in inputs), strict=True)]
+    return times, [np.ascontiguousarray(each.transpose(1, 2, 0), np.int64) for each in images]
+
+
+def _repeating(count: int, most: int) -> Any:
+    return np.minimum(np.arange(most), count - 1)
 
 
 def _at(column: Any, places: Any) -> Any:

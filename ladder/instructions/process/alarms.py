@@ -1,4 +1,4 @@
-"""ALMD and ALMA: alarms with acknowledgement, by a condition and by limits.
+"""ALMD and ALMA: alarms with acknowledgment, by a condition and by limits.
 
     InAlarm  Acked   becomes
     0        1       1 0 when the condition has lasted MinDurationPRE ms (1 1 without AckRequired)

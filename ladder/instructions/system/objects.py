@@ -51,6 +51,7 @@ OBJECTS: Mapping[str, Mapping[str, StoredValue]] = {
         "CHANGESTODETECT": StoredValue(LINT, set=True),
         "CONTROLLERLOGEXECUTIONMODIFICATIONCOUNT": StoredValue(DINT, set=True),
         "CONTROLLERLOGTOTALENTRYCOUNT": StoredValue(DINT, set=True),
+        "CONTROLLERLOGUNSAVEDENTRYCOUNT": StoredValue(DINT, set=True),
         "DATATABLEPADPERCENTAGE": StoredValue(INT),
         "IGNOREARRAYFAULTSDURINGPOSTSCAN": StoredValue(SINT, set=True),
         "INHIBITAUTOMATICFIRMWAREUPDATE": StoredValue(INT, set=True),

@@ -33,7 +33,7 @@ _STRING = (Use.IGNORED, Use.SERIAL, Use.IGNORED, Use.IGNORED)
 
 ABL = _row("ABL", Use.SERIAL, Use.IGNORED)
 ACB = _row("ACB", Use.SERIAL, Use.IGNORED)
-ACL = _row("ACL", Use.IGNORED, Use.IGNORED)
+ACL = _row("ACL", Use.KEYWORD, Use.KEYWORD)
 AHL = _row("AHL", Use.IGNORED, Use.IGNORED, Use.SERIAL, Use.IGNORED)
 ARD = _row("ARD", *_STRING)
 ARL = _row("ARL", *_STRING)

@@ -244,7 +244,7 @@ def _resolve(
     attribute = _attribute(kind, name)
     if attribute is None or not (written or attribute.write):
         known = _known(kind, written=written)
-        raise OperandError(f"there is no attribute {name} of {kind} here", f"there are {known}")
+        raise OperandError(f"no attribute {name} of {kind} here", f"choose from {known}")
     if kind == "CONTROLLER":
         instance = ""  # there is one
     if instance == THIS:

@@ -215,7 +215,9 @@ COORDINATE_SYSTEM = Structure(
         *_word("AxisFault", "PhysicalAxisFault ModuleFault ConfigFault"),
         *members(DINT, "AxesInhibitedStatus AxesShutdownStatus AxesServoOnStatus AxesConfigurationFaulted"),
         *members(REAL, "ActualPosition CommandPosition", 6),
-        *members(REAL, "MovePercentComplete DynamicsPercent"),
+        *members(
+            REAL, "MovePercentComplete DynamicsPercent ActualPositionTolerance CommandPositionTolerance"
+        ),
     ),
     hidden=(*_COURSE, *members(DINT, "number waiting"), *members(LINT, "transform"), *_ENDS),
 )

@@ -24,7 +24,7 @@ from collections.abc import Collection, Sequence
 
 from ..induction import Limits
 from ..system import ProgramSystem
-from .asking import BUDGET, LIMITS, RULES, Answers, Finding, Question, answered
+from .asking import BUDGET, LIMITS, RULES, Answers, Finding, Question, Seen, answered
 from .of_program import questions_of
 
 __all__ = ["RULES", "Answers", "Finding", "Question", "ask"]
@@ -36,6 +36,7 @@ def ask(
     limits: Limits = LIMITS,
     budget: int = BUDGET,
     routines: Collection[str] | None = None,
+    seen: Seen | None = None,
 ) -> Answers:
     """Answer the questions of some rules, in the order of the program.
 
@@ -43,8 +44,9 @@ def ask(
         problem: a program.
         rules: ids of rules.
         limits: for one question.
-        budget: the solver's steps for all of a rule; what is left then is open.
+        budget: the work for all of a rule, see `Solver`; what is left then is open.
         routines: see `questions_of`.
+        seen: see `answered`.
     """
     asked = [each for each in questions_of(problem, routines) if each.rule in rules]
-    return answered(problem, asked, limits, budget)
+    return answered(problem, asked, limits, budget, seen)

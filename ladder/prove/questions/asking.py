@@ -7,11 +7,12 @@ writes: no finding depends on a recipe. The contracts of modules hold, as they d
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from ....io_images.site import Site
 from ..algebra.terms import FALSE, TRUE, T, variables
+from ..certificate import Certificate
 from ..induction import Limits, Verdict, VerdictKind, prove
 from ..solving.frames import Frame
 from ..solving.runs import Runs
@@ -23,11 +24,11 @@ PROVED_RULES = ("dead-rung", "dead-leg", "never-on", "stuck", "never-done")
 
 RULES = (*PROVED_RULES, "conflict", "fault", "endless")
 
-LIMITS = Limits(scans=5, k=2, steps=2_000, total=10_000)
+LIMITS = Limits(scans=5, k=2, work=1_000_000, fuse=32_000)
 """Limits for one question."""
 
-BUDGET = 30_000
-"""Limit of the solver's steps for all questions of a rule."""
+BUDGET = 30_000_000
+"""Limit of the work for all questions of a rule, see `Solver`."""
 
 SCANS, FEWEST_SCANS, RESTART = 300, 30, 15
 """Random scans of each run of the relation: most, least, until it starts again."""
@@ -38,8 +39,8 @@ QUIET = 60
 MOST_COMPUTED = 1_000_000
 """Terms that all random scans compute; of a large program at least `FEWEST_SCANS`."""
 
-MOST_HELPED = 200
-"""States of a program up to which invariants are sought for its questions."""
+MOST_HELPED = 80
+"""States up to which invariants are sought for a question that they decide."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,16 +86,30 @@ class Answers:
     open: Counter[str] = field(default_factory=Counter)
 
 
+Seen = Callable[[Sequence[T]], set[T]]
+"""Returns which of some truths a run that is known makes true."""
+
+
 def answered(
-    problem: ProgramSystem, questions: Sequence[Question], limits: Limits = LIMITS, budget: int = BUDGET
+    problem: ProgramSystem,
+    questions: Sequence[Question],
+    limits: Limits = LIMITS,
+    budget: int = BUDGET,
+    seen: Seen | None = None,
 ) -> Answers:
     """Answer questions in their order.
 
     Args:
         limits: for one question.
-        budget: the solver's steps for all of a rule; what is left then is open.
+        budget: the work for all of a rule; what is left then is open.
+        seen: tells what a run of the program does, such as a rack's own; asked for what random scans leave.
     """
-    return _asked(problem, limits, budget, [each.bad for each in questions]).answers(questions)
+    truths = [each.bad for each in questions]
+    asking = _asked(problem, limits, budget, truths)
+    if seen is not None:
+        proved = [each.bad for each in questions if each.rule in PROVED_RULES and each.bad.op != "const"]
+        asking.possible |= seen([t for t in dict.fromkeys(proved) if t not in asking.possible])
+    return asking.answers(questions)
 
 
 def impossible(
@@ -107,8 +122,6 @@ def impossible(
 
 
 def _asked(problem: ProgramSystem, limits: Limits, budget: int, truths: Sequence[T]) -> _Asking:
-    if len(problem.next) > MOST_HELPED:
-        limits = replace(limits, helped=False)
     system = any_numbers(problem, truths)
     return _Asking(problem, limits, budget, _possible(system, truths), system)
 
@@ -118,11 +131,11 @@ class _Asking:
     """Answers questions.
 
     Attributes:
-        budget: the solver's steps for each rule.
+        budget: the work for each rule.
         possible: truths that are known to hold in some scan.
         system: the problem with all numbers free that nothing writes.
         impossible: truths that are known to hold in none.
-        spent: the solver's steps so far, by rule.
+        spent: the work so far, by rule.
     """
 
     problem: ProgramSystem
@@ -166,14 +179,14 @@ class _Asking:
             if t is FALSE:
                 self.impossible.add(t)
             elif frame is not None and t not in self.possible and self.spent[rule] < self.budget:
-                before = solver.spent
+                before = solver.work
                 if solver.check(frame.term(t)) == UNSAT:
                     self.impossible.add(t)
-                self.spent[rule] += 1 + solver.spent - before
+                self.spent[rule] += solver.work - before
 
     def _any_scan(self, truths: Iterable[T]) -> tuple[Solver, Frame | None]:
         """Return a scan from any state that keeps the contracts; None if there may be none."""
-        system, solver = self.system, Solver(self.limits.steps)
+        system, solver = self.system, Solver(self.limits.fuse)
         own, system.contract = system.contract, system.narrowed(truths)
         try:
             frame = Frame(system, solver)
@@ -184,11 +197,20 @@ class _Asking:
     def proof(self, rule: str, t: T) -> Verdict:
         """Decide whether a truth never holds."""
         if t in self.impossible:
-            return Verdict(VerdictKind.PROVED)
+            return Verdict(VerdictKind.PROVED, certificates=(self._certificate(t),))
         if t in self.possible:
             return Verdict(VerdictKind.REFUTED)
         scans = min(self.limits.scans, self.limits.k + 1)  # a run that refutes it is no finding
         return self._decided(self.system, rule, t, replace(self.limits, scans=scans, replays=False))
+
+    def _certificate(self, t: T) -> Certificate:
+        """Return that of a truth that no state makes true."""
+        system = self.system
+        own, system.contract = system.contract, system.narrowed([t])
+        try:
+            return Certificate.of(system, "what is asked", t, 0)
+        finally:
+            system.contract = own
 
     def _run(self, question: Question) -> Verdict:
         if question.bad in self.impossible:
@@ -197,9 +219,10 @@ class _Asking:
 
     def _decided(self, system: System, rule: str, t: T, limits: Limits, fault: Site | None = None) -> Verdict:
         if self.spent[rule] >= self.budget:
-            return Verdict(blame=(f"the limit of steps for all questions of {rule or 'a program'}",))
-        verdict = prove(system, t, limits, fault=fault)
-        self.spent[rule] += 1 + min(verdict.spent, limits.total)
+            return Verdict(blame=(f"the limit of work for all questions of {rule or 'a program'}",))
+        states = sum(name in system.next for name in system.cone([t])) if limits.helped else 0
+        verdict = prove(system, t, replace(limits, helped=0 < states <= MOST_HELPED), fault=fault)
+        self.spent[rule] += 1 + min(verdict.work, limits.work)
         if verdict.kind is not VerdictKind.UNKNOWN and system is self.system:
             (self.impossible if verdict else self.possible).add(t)
         return verdict

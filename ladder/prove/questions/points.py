@@ -47,10 +47,10 @@ class RungPoint:
     state: PointState
 
 
-LIMITS = Limits(scans=3, k=2, steps=500, total=2_000, helped=False, replays=False)
+LIMITS = Limits(scans=3, k=2, work=200_000, fuse=8_000, helped=False, replays=False)
 """Limits for one point that is to be proved dead."""
 
-SEARCH = Limits(scans=60, k=0, steps=4_000, total=40_000, helped=False, replays=False)
+SEARCH = Limits(scans=60, k=0, work=4_000_000, fuse=64_000, helped=False, replays=False)
 """Limits of the search for a run."""
 
 
@@ -83,7 +83,7 @@ def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[RungPoint
     """Return the points that are proved never to be, for any numbers that nothing writes.
 
     Args:
-        budget: steps of the solver for all of them; what is undecided then is not among them.
+        budget: the work for all of them; what is undecided then is not among them.
     """
     points = points_of(problem)
     dead = impossible(problem, list(points.values()), LIMITS, budget)

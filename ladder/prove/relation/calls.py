@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
@@ -12,7 +13,7 @@ from ...state.lowered import BROKEN, AddOnCall, Call, LoweredRoutine, Node
 from ..algebra.meaning import INT
 from ..algebra.numbers import lt
 from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_
-from .steps import TermSteps
+from .steps import Answer, TermSteps
 from .symbols import UnmodelledError, term_of
 
 MOST_PASSES = 64
@@ -30,22 +31,9 @@ MOST_CALLS = 12
 _OF_ROUTINE = ("active", "site", "inputs", "_pending", "_labels", "_number", "_answers", "_depth")
 """What a call keeps and restores."""
 
-Answer = tuple[T, tuple[Any, ...]]
-"""Results of a routine, and where it returns them."""
-
 
 class TermCalls(TermSteps):
     """Runs routines."""
-
-    def __init__(self, *given: Any) -> None:
-        super().__init__(*given)
-        self._labels: Mapping[str, int] = {}
-        self._pending: dict[str, T] = {}  # where a jump to a label further down is taken
-        self._number = 0  # of the rung that runs
-        self._answers: list[Answer] = []
-        self._exits: T = FALSE
-        self._depth = 0
-        self._passes = 0  # of all loops whose end is not known
 
     def call_routine(self, name: str, inputs: Sequence[Any]) -> list[Answer]:
         """Run a routine; return its results, each with the condition of its return."""
@@ -74,7 +62,7 @@ class TermCalls(TermSteps):
             labels.setdefault(number, []).append(label)
         for number, line in enumerate(routine.lines):
             for label in labels.get(number, ()):
-                self.active = or_(self.active, self._pending.pop(label, FALSE))
+                self.active = or_(self.active, self._pending.get(label, FALSE))
             self._number = number
             self._line(line, inputs)
 
@@ -82,12 +70,13 @@ class TermCalls(TermSteps):
         """Go on at a label further down where power holds."""
         if self._labels[label] <= self._number:
             raise UnmodelledError("a jump backwards")
-        self._pending[label] = or_(self._pending.get(label, FALSE), and_(self.active, power))
+        before = self._pending.get(label, FALSE)
+        self.log.put(self._pending, label, or_(before, and_(self.active, power)))
         return self._left(power)
 
     def return_from(self, power: T, values: tuple[Any, ...]) -> T:
         """Leave the routine with results where power holds."""
-        self._answers.append((and_(self.active, power), values))
+        self.log.add(self._answers, (and_(self.active, power), values))
         return self._left(power)
 
     def end_scan(self, power: T) -> T:
@@ -185,6 +174,12 @@ class TermCalls(TermSteps):
 
     def _run_add_on(self, call: AddOnCall, routine: str) -> None:
         """Run a routine on the instance and the arguments of a call."""
+        with self._within(call):
+            self.call_routine(routine, ())
+
+    @contextmanager
+    def _within(self, call: AddOnCall) -> Iterator[None]:
+        """Run the body on the instance and the arguments of a call."""
         frames: list[dict[str, Any]] = []
 
         def look() -> None:
@@ -192,11 +187,10 @@ class TermCalls(TermSteps):
             frames.append({**frame, OWN: self.handed(call.instance)})
 
         self.on_paths(look)
-        if len(frames) > 1:
+        if len(frames) != 1:
             raise UnmodelledError("arguments that depend on the path")
-        outer = self.frame
-        for self.frame in frames:  # none if all paths fault
-            self.call_routine(routine, ())
+        outer, self.frame = self.frame, frames[0]
+        yield
         self.frame = outer
 
     def _copies(self, copies: tuple[tuple[Node, ...], ...]) -> None:
@@ -207,5 +201,5 @@ class TermCalls(TermSteps):
 
     def _cut_pass(self, site: int) -> None:
         if self.active is not FALSE:
-            self.cut.append((self.lowered.sites[site], "loop", f"more than {MOST_PASSES} passes"))
+            self.log.add(self.cut, (self.lowered.sites[site], "loop", f"more than {MOST_PASSES} passes"))
             self.deep = or_(self.deep, self.active)

@@ -6,28 +6,39 @@ the count.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
+from ...model.types import Elementary
 from ...state.memory import Store
 from ...state.regions import ArrayRegion, End
 from ..algebra.meaning import INT
 from ..algebra.numbers import lt
-from ..algebra.terms import const, ite, mk
+from ..algebra.terms import T, const, ite, mk
 from .patterns import Pattern, constant_bytes, pack, unpack
 from .places import kind_of
 from .symbols import TermSymbol, UnmodelledError, term_of
-
-if TYPE_CHECKING:
-    from .values import TermValues
 
 MOST_COPIED = 4096
 """Maximum values of a copy."""
 
 
+class Values(Protocol):
+    """What copies ask of the scan's `TermValues`."""
+
+    def converted(self, kind: Elementary, value: Any) -> Any:
+        """Return a number converted to a type."""
+
+    def unknown(self, kind: str, lo: int = 0, hi: int = 0) -> T:
+        """Return a variable for what is not modelled."""
+
+    def symbol(self, t: T) -> Any:
+        """Return a term as a number."""
+
+
 class CopyRegions:
     """Copies of a scan on terms."""
 
-    def __init__(self, values: TermValues) -> None:
+    def __init__(self, values: Values) -> None:
         self._values = values
 
     def copy(self, source: End, target: End, length: Any) -> None:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 from ..algebra.numbers import add, b2i
 from ..algebra.terms import FALSE, TRUE, T, and_, or_
 from .paths import PathFault
-from .symbols import UnmodelledError
-
-if TYPE_CHECKING:
-    from .stored import TermPlaces
+from .symbols import TermScan, UnmodelledError
 
 
 class TermFaults:
@@ -20,7 +17,7 @@ class TermFaults:
         minor: where an overflow, a zero divisor or another minor fault is noted, by instruction and kind.
     """
 
-    def __init__(self, values: TermPlaces) -> None:
+    def __init__(self, values: TermScan) -> None:
         self._values = values
         self.minor: dict[tuple[int, str], T] = {}
 
@@ -37,7 +34,7 @@ class TermFaults:
         values.paths.overflows = add(values.paths.overflows, b2i(t))
         for name in ("S:V", "S:MINOR") if values.lowered.flags else ("S:MINOR",):
             leaf = values.lowered.layout.leaf(name)
-            values.poke(leaf, 0, or_(values.peek(leaf, 0), t))
+            values.poke(leaf, 0, or_(values.value_here(leaf, 0), t))
         self._note(t, kind)
 
     def zero_divisor_if(self, t: T) -> None:
@@ -47,7 +44,7 @@ class TermFaults:
     def _note(self, t: T, kind: str) -> None:
         place = self._values.site, kind
         known = self.minor.get(place, FALSE)
-        self.minor[place] = or_(known, and_(self._values.here(), t))
+        self._values.log.put(self.minor, place, or_(known, and_(self._values.here(), t)))
 
     def overflow(self, _site: int, _text: str = "") -> None:
         """Note an overflow on this path."""
@@ -75,7 +72,7 @@ class TermFaults:
     subscript = negative_timer = negative_control = major
 
     def jumped_back(self, _site: int, _times: int = 1) -> None:
-        """Count nothing: passes have a limit of their own."""
+        """No-op: passes are limited separately."""
 
     def __getattr__(self, name: str) -> Any:
         raise UnmodelledError(f"the fault log is used by its {name}")

@@ -5,7 +5,7 @@
 jumps, calls or loops has `Spec.prove`. What neither covers havocs: each place that it may write gets a new
 variable, which may have any value.
 
-A scan that faults goes on, and what is havocked may be anything: the relation has more behaviours than the
+A scan that faults continues, and what is havocked may be anything: the relation has more behaviors than the
 program, never fewer. Where it stops following the program, `deep` says under which condition.
 """
 
@@ -50,8 +50,8 @@ class ScanMachine(TermCalls):
         kinds: the leaf of each place.
         written: the places that the scan may write.
         rungs: each rung and statement with whether it is reached, and the power at its end.
-        havocs: variables of what is not modelled, with the instruction.
-        cut: each instruction that is not modelled, its name, and why.
+        havocs: variables of what is not modeled, with the instruction.
+        cut: each instruction that is not modeled, its name, and why.
         faults: numbers of instructions with the condition of a major fault.
         deep: where the relation does not follow the program.
     """
@@ -84,7 +84,7 @@ class ScanMachine(TermCalls):
     def _is_due(self, task: ScheduledTask) -> T:
         """Return whether a task runs: a periodic one may, and does if the scan took its period."""
         if task.task.kind is TaskKind.EVENT:
-            pending = self.peek(task.pending, 0)
+            pending = self.value_here(task.pending, 0)
             self.poke(task.pending, 0, FALSE)
             return pending
         period = const(-(-task.task.rate_ns // 1_000_000))
@@ -98,7 +98,7 @@ class ScanMachine(TermCalls):
         for program in task.programs:
             if program.main is None:
                 continue
-            self.poke(first, 0, not_(self.peek(program.started, 0)))
+            self.poke(first, 0, not_(self.value_here(program.started, 0)))
             self.poke(program.started, 0, TRUE)
             if self.lowered.override:
                 self.set_status(OVERRIDE, False)
@@ -113,7 +113,7 @@ class ScanMachine(TermCalls):
         if self.lowered.override and not statement:
             power = not_(term_of(self.status(OVERRIDE), BOOL))
         after = self._series(line.nodes, power)
-        self.rungs.append((line, self.active, after))
+        self.log.add(self.rungs, (line, self.active, after))
         return after
 
     # --- structured text
@@ -177,7 +177,7 @@ class ScanMachine(TermCalls):
         return left
 
     def select(self, power: T, value: Callable[[], Any]) -> T:
-        """Take the selector of a CASE; None if it is not modelled: then any choice may be taken."""
+        """Take the selector of a CASE; None if it is not modeled: then any choice may be taken."""
         self.selected: Any = None
         found: list[Any] = []
 

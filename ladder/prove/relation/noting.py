@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from ...state.lowered import LoweredStep, Parallel
 from ..algebra.terms import FALSE, T, and_, or_
-from .machine import ScanMachine
+from .turning import TurningMachine
 
 
 class Passage(NamedTuple):
@@ -22,7 +22,7 @@ class Passage(NamedTuple):
         return and_(self.active, self.power)
 
 
-class NotingMachine(ScanMachine):
+class NotingMachine(TurningMachine):
     """Notes passages by the number of the instruction, and the power behind each leg by branch."""
 
     def __init__(self, *args: Any) -> None:
@@ -36,14 +36,14 @@ class NotingMachine(ScanMachine):
         active = self.active
         after = super().execute(step, power)
         if self.noting:
-            self.passages.setdefault(step.site, []).append(Passage(active, power, after))
+            self.log.append_at(self.passages, step.site, Passage(active, power, after))
         return after
 
     def _branch(self, branch: Parallel, power: Any) -> Any:
         active = self.active
         behind = [self._series(leg, power) for leg in branch.legs]
         if self.noting:
-            self.legs.setdefault(id(branch), []).append((active, tuple(behind)))
+            self.log.append_at(self.legs, id(branch), (active, tuple(behind)))
         found = FALSE
         for each in behind:
             found = or_(found, each)

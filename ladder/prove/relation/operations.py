@@ -7,7 +7,7 @@ from collections.abc import Callable
 from functools import partial
 
 from ..algebra.meaning import BOOL
-from ..algebra.numbers import add, bitop, div, fop, inv, lt, mul, rem, sub, to_float, to_int
+from ..algebra.numbers import add, bitop, div, eq, fop, inv, lt, mul, rem, sub, to_float, to_int
 from ..algebra.terms import T, and_, const, iff, ite, mk, not_, or_
 
 FAR_AWAY = 2.0**62
@@ -46,11 +46,12 @@ WHOLE: dict[str, Callable[..., T]] = {
 
 
 def remainder(a: T, b: T) -> T:
-    """Return the remainder with the sign of a."""
+    """Return the remainder with the sign of a, that of a zero too."""
     size, divisor, zero = fop("fabs", a), fop("fabs", b), const(0.0, a.kind)
     near = fop("frem", size, divisor)
     found = ite(lt(near, zero), fop("fadd", near, divisor), near)
-    return ite(lt(a, zero), fop("fneg", found), found)
+    signed = ite(lt(a, zero), fop("fneg", found), found)
+    return ite(and_(eq(a, zero), eq(found, zero)), a, signed)  # a may be -0.0, which is not below 0
 
 
 def truncated(t: T) -> T:

@@ -1,7 +1,8 @@
 """Bytes of terms, for copies between types: which byte of which value each one is.
 
 A value that arrives whole at a place of its own type is that value; else its bytes are put together. Bytes of
-a float that arrive elsewhere, and those in gaps between members, are unknown.
+a float that arrive elsewhere are unknown, and so are those in gaps between members, and the bits of a byte of
+BOOL members that none of them has: a copy of other bytes may have set them.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import NamedTuple
 from ...model.types import Elementary, Field
 from ..algebra.meaning import BOOL, F32, INT
 from ..algebra.numbers import add, bit, bitop, eq, mul, setbit, shr, wrap
-from ..algebra.terms import FALSE, T, const, not_
+from ..algebra.terms import T, const, not_
 from .places import kind_of
 from .symbols import FLOATS, truth_of, whole_of
 
@@ -29,9 +30,9 @@ class Byte(NamedTuple):
 
 
 class Bits(NamedTuple):
-    """A byte of eight truths, the lowest first."""
+    """A byte of eight truths, the lowest first; None for a bit that no member has, which may be on."""
 
-    truths: tuple[T, ...]
+    truths: tuple[T | None, ...]
 
 
 Pattern = list[Byte | Bits | None]
@@ -47,7 +48,7 @@ def pack(into: Pattern, offset: int, field: Field, t: T) -> None:
     """Put a value at its place in bytes."""
     if field.bit is not None:
         known = into[offset]
-        truths = list(known.truths if isinstance(known, Bits) else (FALSE,) * 8)
+        truths = list(known.truths if isinstance(known, Bits) else (None,) * 8)
         truths[field.bit] = truth_of(t)
         into[offset] = Bits(tuple(truths))
         return
@@ -106,7 +107,7 @@ def _number(each: Byte | Bits | None, unknown: Unknown) -> T:
     if isinstance(each, Bits):
         found = const(0)
         for k, truth in enumerate(each.truths):
-            found = setbit(found, k, truth, -8)
+            found = setbit(found, k, unknown(BOOL, 0, 0) if truth is None else truth, -8)
         return found
     if each is None or (each.t.kind in FLOATS and each.t.op != "const"):
         return unknown(INT, 0, 255)
@@ -117,7 +118,8 @@ def _number(each: Byte | Bits | None, unknown: Unknown) -> T:
 
 def _bit_of(each: Byte | Bits | None, number: int, unknown: Unknown) -> T:
     if isinstance(each, Bits):
-        return each.truths[number]
+        truth = each.truths[number]
+        return unknown(BOOL, 0, 0) if truth is None else truth
     if each is None or each.t.kind in FLOATS:
         return bit(_number(each, unknown), number) if each is not None else unknown(BOOL, 0, 0)
     return bit(whole_of(each.t), 8 * each.at + number)

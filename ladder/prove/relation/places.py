@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from ...model.tags import Layout, Leaf
 from ...model.types import Elementary
@@ -10,10 +10,7 @@ from ...state.memory import InterpretedAddOnStore
 from ..algebra.meaning import BOOL, F32, F64, INT
 from ..algebra.numbers import bit, eq, setbit, sub
 from ..algebra.terms import T, const, interval_of, ite
-from .symbols import TermSymbol, UnmodelledError, term_of
-
-if TYPE_CHECKING:
-    from .stored import TermPlaces
+from .symbols import TermScan, TermSymbol, UnmodelledError, term_of
 
 Key = tuple[str, int]
 """A place: path of the leaf in capitals, flat index."""
@@ -40,16 +37,16 @@ def kind_of(kind: Elementary) -> tuple[str, int, int]:
 class TermMemory:
     """The memory of a scan on terms, for what reads and writes places by `Store`."""
 
-    def __init__(self, values: TermPlaces, layout: Layout) -> None:
+    def __init__(self, values: TermScan, layout: Layout) -> None:
         self.layout, self.left, self._values = layout, 1, values
 
     def read(self, leaf: Leaf, index: Any = 0) -> Any:
         """Return a value; a computed index chooses among the elements."""
         values = self._values
         if not isinstance(index, TermSymbol):
-            return values.symbol(values.peek(leaf, index))
+            return values.symbol(values.value_here(leaf, index))
         number, places = _choices(leaf, index.t)
-        return values.symbol(chosen([values.peek(leaf, at) for at in places], number))
+        return values.symbol(chosen([values.value_here(leaf, at) for at in places], number))
 
     def write(self, leaf: Leaf, index: Any, value: Any) -> None:
         """Set a value of the leaf's type."""
@@ -80,7 +77,7 @@ class TermMemory:
         if not isinstance(number, TermSymbol):
             return self._values.symbol(setbit(t, number, on, kind.wraps))
         changed = t
-        for k in range(number.t.lo, min(number.t.hi, kind.bits - 1) + 1):
+        for k in range(number.t.lo, number.t.hi + 1):  # `subscript` bounds it
             changed = ite(eq(number.t, const(k)), setbit(t, k, on, kind.wraps), changed)
         return self._values.symbol(changed)
 

@@ -1,8 +1,14 @@
-"""Instructions of a scan on terms: the interpreter's row, `Spec.prove`, or havoc of all that it may write."""
+"""Instructions of a scan on terms: the interpreter's row, `Spec.prove`, or havoc of all that it may write.
+
+Each instruction is a transaction. If its row is refused, all that it has done is undone: values, jumps,
+answers, faults, notes, and what the instructions that it called have done. Then all that it may write becomes
+unknown wherever it acts. If it had written anything beside that, or led the scan elsewhere, the relation does
+not follow the program there.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -11,11 +17,12 @@ from ...instructions.slc.processor import before_scan, has_status
 from ...instructions.slc.status import STATUS
 from ...model.operands import Calculation, Constant, Group, Place, StringConstant, leaves_in
 from ...model.spec import InstructionKind, Use
-from ...model.tags import Leaf
+from ...model.tags import OVERRIDE, Leaf
 from ...model.types import HIDDEN, leaves_of
 from ...state.lowered import LoweredStep, Node, Parallel
 from ..algebra.meaning import BOOL
 from ..algebra.terms import FALSE, TRUE, T, and_, not_, or_
+from .places import Key
 from .symbols import UnmodelledError
 from .values import TermValues
 
@@ -34,11 +41,27 @@ _NEVER_WRITTEN = {Use.TIMER: (".PRE",), Use.COUNTER: (".PRE",), Use.CONTROL: (".
 _ELSEWHERE = frozenset(("SSV", "EVENT", "SFR", "SFP", "EOT"))
 """Instructions that write more than their operands."""
 
-_REFUSED = (
+_BESIDE = {"MCR": OVERRIDE}
+"""Status that an instruction writes beside its operands."""
+
+_OF_STEP = (
+    *("active", "site", "frame", "inputs", "deep", "_ended", "_exits", "_passes", "_number", "_depth"),
+    *("_labels", "_pending", "_answers"),
+)
+"""What a row may change beside places and notes; those of a refused row have their values from before it."""
+
+_FLOW = ("_ended", "_exits", "_pending", "_answers")
+"""Those of them that lead the scan elsewhere."""
+
+REFUSED = (
     *(UnmodelledError, TypeError, AttributeError, KeyError, ValueError, IndexError, ArithmeticError),
     RecursionError,
 )
 """What a row on terms raises if it does something that has none."""
+
+
+Answer = tuple[T, tuple[Any, ...]]
+"""Results of a routine, and where it returns them."""
 
 
 class TermSteps(TermValues):
@@ -47,8 +70,16 @@ class TermSteps(TermValues):
     def __init__(self, *given: Any) -> None:
         super().__init__(*given)
         self.deep: T = FALSE
+        self.selected: Any = None  # selector of the current CASE; None if it is not modeled
         self.cut: list[tuple[Site, str, str]] = []
         self._ended: T = FALSE  # where the scan has ended
+        self._exits: T = FALSE  # where the innermost loop is left
+        self._labels: Mapping[str, int] = {}
+        self._pending: dict[str, T] = {}  # where a jump to a label further down is taken
+        self._number = 0  # of the rung that runs
+        self._answers: list[Answer] = []
+        self._depth = 0  # of calls
+        self._passes = 0  # of all loops whose end is not known
 
     def _series(self, nodes: tuple[Node, ...], power: Any) -> Any:
         for node in nodes:
@@ -66,16 +97,39 @@ class TermSteps(TermValues):
         if self.paths.path is not None:
             raise UnmodelledError("an instruction that runs others")
         self.site = step.site
-        spec, before, frame = step.spec, self.active, self.frame
-        if power is FALSE and spec.kind is not InstructionKind.BOTH and not spec.decides:
+        if power is FALSE and not _acts_without_power(step):
             return FALSE
+        kept, mark = self._begin()
         try:
-            if spec.prove is not None:
-                return spec.prove(self, power, *step.operands)
-            return self._derived(step, power)
-        except _REFUSED as why:
-            self.active, self.frame, self.site = before, frame, step.site
-            return self._havoc(step, power, why)
+            after = self._row(step, power)
+        except REFUSED as why:
+            undone, moved = self._undo(kept, mark)
+            self.site = step.site
+            self._refused(step, power, why, undone, moved=moved)
+            return self._power_behind(step, power)
+        self.log.commit(mark)
+        return after
+
+    def _begin(self) -> tuple[list[Any], tuple[int, int]]:
+        """Open a transaction; return what its end needs."""
+        return [getattr(self, each) for each in _OF_STEP], self.log.begin()
+
+    def _undo(self, kept: Sequence[Any], mark: tuple[int, int]) -> tuple[set[Key], bool]:
+        """Undo a transaction; return the places that it wrote, and whether it led the scan elsewhere."""
+        before = [getattr(self, each) for each in _FLOW]
+        undone = list(self.log.undo(mark))
+        for name, value in zip(_OF_STEP, kept, strict=True):
+            setattr(self, name, value)
+        self.selected = None
+        moved = before != [getattr(self, each) for each in _FLOW]
+        moved = moved or any(each is self._pending or each is self._answers for each, _ in undone)
+        return {key for each, key in undone if each is self.written}, moved
+
+    def _row(self, step: LoweredStep, power: T) -> T:
+        """Run the row of an instruction; return the power after it."""
+        if step.spec.prove is not None:
+            return step.spec.prove(self, power, *step.operands)  # type: ignore[no-any-return]
+        return self._derived(step, power)
 
     def _derived(self, step: LoweredStep, power: T) -> T:
         """Run the row of the interpreter on terms."""
@@ -99,37 +153,63 @@ class TermSteps(TermValues):
         finally:
             self.active = and_(before, not_(self._ended))
 
-    def _havoc(self, step: LoweredStep, power: T, why: Exception) -> T:
-        """Let all that a step may write, and the power after it, be anything."""
-        spec, site = step.spec, self.lowered.sites[step.site]
-        self.cut.append((site, step.name, str(why)))
-        acts = spec.kind is InstructionKind.BOTH or spec.decides
-        if spec.leaves or step.name in _ELSEWHERE or not all(map(_is_plain, step.operands)):
-            self.deep = or_(self.deep, and_(self.active, power))
-        with self.when(TRUE if acts else power):
-            self._havoc_operands(step)
-            for flag in ("S:MINOR", *(("S:V", "S:Z", "S:N", "S:C") if self.lowered.flags else ())):
-                self.havoc(self.lowered.layout.leaf(flag))
-            if before_scan in self.lowered.opening and has_status(self):
-                self.havoc(self.lowered.layout.leaf(STATUS))
-        if spec.decides:
-            return self.unknown(BOOL)
-        return and_(power, self.unknown(BOOL)) if spec.kind is InstructionKind.INPUT else power
+    def _acting(self, step: LoweredStep, power: T) -> T:
+        """Return where a step acts, as far as it is reached."""
+        return TRUE if _acts_without_power(step) else power
 
-    def _havoc_operands(self, step: LoweredStep) -> None:
+    def _refused(
+        self, step: LoweredStep, power: T, why: Exception, undone: set[Key], *, moved: bool = False
+    ) -> None:
+        """Let all that a step may write be anything.
+
+        Args:
+            undone: places that it had written before it was refused.
+            moved: whether it had led the scan elsewhere.
+        """
+        self.log.add(self.cut, (self.lowered.sites[step.site], step.name, str(why)))
+        freed = [*self._written_by(step), *self._flags(step)]
+        beside = {path for path, _ in undone} - {leaf.path.upper() for leaf in freed}
+        elsewhere = step.spec.leaves or step.name in _ELSEWHERE or not all(map(_is_plain, step.operands))
+        with self.when(self._acting(step, power)):
+            if moved or beside or elsewhere:
+                self.deep = or_(self.deep, self.active)
+            for leaf in freed:
+                self.havoc(leaf)
+
+    def _power_behind(self, step: LoweredStep, power: T) -> T:
+        """Return the power after a step that is refused."""
+        if step.spec.decides:
+            return self.unknown(BOOL)
+        return and_(power, self.unknown(BOOL)) if step.spec.kind is InstructionKind.INPUT else power
+
+    def _written_by(self, step: LoweredStep) -> Iterator[Leaf]:
+        """Yield the leaves that a step may write by its operands."""
         uses = step.uses
         for number, operand in enumerate(step.operands):
             use = uses[number] if number < len(uses) else Use.ANYTHING
             if use not in _READ and isinstance(operand, (Place, Group)):
                 for leaf in (*leaves_in(operand), *hidden_in(operand)):
                     if not leaf.path.upper().endswith(_NEVER_WRITTEN.get(use, ())):
-                        self.havoc(self._in_program(leaf))
+                        yield self._in_program(leaf)
+
+    def _flags(self, step: LoweredStep) -> Iterator[Leaf]:
+        """Yield what any instruction may write, and this one beside its operands."""
+        if step.name in _BESIDE:
+            yield self.lowered.layout.leaf(_BESIDE[step.name])
+        for flag in ("S:MINOR", *(("S:V", "S:Z", "S:N", "S:C") if self.lowered.flags else ())):
+            yield self.lowered.layout.leaf(flag)
+        if before_scan in self.lowered.opening and has_status(self):
+            yield self.lowered.layout.leaf(STATUS)
 
     def _in_program(self, leaf: Leaf) -> Leaf:
         """Return the leaf that an add-on instruction's leaf stands for."""
         if not leaf.root:
             return leaf
         return self.lowered.layout.leaf(self.frame[leaf.root].path + leaf.rest)  # type: ignore[attr-defined]
+
+
+def _acts_without_power(step: LoweredStep) -> bool:
+    return step.spec.kind is InstructionKind.BOTH or step.spec.decides
 
 
 def hidden_in(operand: Place | Group) -> Iterator[Leaf]:

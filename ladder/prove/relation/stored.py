@@ -1,8 +1,16 @@
-"""Places of a scan on terms: reading, writing, what is unknown, and the paths of an instruction."""
+"""Places of a scan on terms: reading, writing, what is unknown, and the paths of an instruction.
+
+There are two kinds of reading. `value_here` returns a term as it is where the current instruction is reached:
+simplified, and false elsewhere. `_kept` has the stored terms, which hold everywhere. Only `_assign` changes
+them, and where the instruction is not reached a place keeps its stored term. So no simplified term can be
+stored for a condition under which it does not hold.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from itertools import count
+from types import MappingProxyType
 from typing import Any
 
 from ....io_images.site import Site
@@ -17,9 +25,14 @@ from .faults import TermFaults
 from .paths import Path, PathFault, Paths, faults_of, merged, result_of, written_by
 from .places import AGE, CLOCK, Key, TermArgument, TermMemory, kind_of
 from .symbols import TermSymbol, UnmodelledError, term_of, truth_of, whole_of
+from .undo import UndoLog
 
 MOST_FACTS = 64
 """Maximum truths that are known of a place in the program."""
+
+
+Lost = tuple[T, Site]
+"""Where a leaf has become unknown, and by which instruction."""
 
 
 class TermPlaces(Interpreter):
@@ -30,16 +43,21 @@ class TermPlaces(Interpreter):
     parts = False
     """Whether scan times have parts of a ms: then each timer may count one ms more in a scan."""
 
+    begun: T = FALSE
+    """Whether no time has passed before the scan."""
+
     def __init__(self, lowered: LoweredProgram, dt: tuple[int, int], known: Mapping[Key, Any]) -> None:
         self.known = known  # values that never change
-        self.state: dict[Key, T] = {}  # values now
+        self.log = UndoLog()
+        self._kept: dict[Key, T] = {}  # values now, wherever the scan is
+        self.state: Mapping[Key, T] = MappingProxyType(self._kept)
         self.vars: dict[Key, T] = {}  # values before the scan: variables
         self.kinds: dict[Key, Leaf] = {}
-        self.written: set[Key] = set()
-        self.havocs: dict[str, Site] = {}  # variables for what is not modelled, and the instruction
+        self.written: dict[Key, bool] = {}
+        self.havocs: dict[str, Site] = {}  # variables for what is not modeled, and the instruction
+        self._unknowns = count()
         self.faults: list[tuple[int, T]] = []  # major faults: number of the instruction, condition
-        self._lost: dict[str, list[T]] = {}  # where all of a leaf has become unknown, by path in capitals
-        self._lost_by: dict[int, Site] = {}
+        self._lost: dict[str, list[Lost]] = {}  # where all of a leaf has become unknown, by path in capitals
         self._asked: dict[str, list[int]] = {}  # elements with a variable, by path in capitals
         self.active: T = TRUE
         self._facts_of, self._known_facts = TRUE, frozenset[int]()
@@ -61,14 +79,15 @@ class TermPlaces(Interpreter):
         """Return a term as a number for rows, a constant as its value."""
         return t.val if t.op == "const" else TermSymbol(t, self.paths.decide)
 
-    def peek(self, leaf: Leaf, index: int) -> T:
-        """Return the term of a place."""
+    def value_here(self, leaf: Leaf, index: int) -> T:
+        """Return the term of a place where the current instruction is reached: it can't be stored."""
         key = leaf.path.upper(), index
         path = self.paths.path
         if path is not None and key in path.written:
             return path.written[key]
-        known = self.state.get(key)
-        return self._first(key, leaf) if known is None else self._reached(known)
+        if key not in self._kept:
+            self._read_first(key, leaf)
+        return self._reached(self._kept[key])
 
     def _reached(self, t: T) -> T:
         """Return a term as it is where the current instruction is reached, which is all that counts there."""
@@ -94,25 +113,30 @@ class TermPlaces(Interpreter):
             self._facts_of, self._known_facts = self.active, frozenset(found)
         return self._known_facts
 
-    def _first(self, key: Key, leaf: Leaf) -> T:
-        """Make the variable of a place."""
+    def _read_first(self, key: Key, leaf: Leaf) -> None:
+        """Make the variable of a place, or the constant of one that never changes."""
+        put = self.log.put
+        self.log.append_at(self._asked, key[0], key[1])
         if key in self.known:
-            self.state[key] = found = const(self.known[key], kind_of(leaf.type)[0])
-            self._asked.setdefault(key[0], []).append(key[1])
-            return found
+            put(self._kept, key, const(self.known[key], kind_of(leaf.type)[0]))
+            return
         name = f"{key[0]}[{key[1]}]"
         if key[0].endswith(CLOCK):
             own = var(name, INT, 0, AGE)
             late = add(self.dt, var(f"~rest:{name}", INT, 0, 1)) if self.parts else self.dt
-            now = least(add(own, late), AGE)
+            now = least(add(own, ite(self.begun, const(0), late)), AGE)
         else:
             own = now = var(name, *kind_of(leaf.type))
-        for lost in self._lost.get(key[0], ()):
-            now = ite(lost, self.unknown_of(leaf, self._lost_by[lost.id]), now)
-            self.written.add(key)
-        self._asked.setdefault(key[0], []).append(key[1])
-        self.vars[key], self.kinds[key], self.state[key] = own, leaf, now
-        return now
+        for where, site in self._lost.get(key[0], ()):
+            now = ite(where, self.unknown_of(leaf, site), now)
+            put(self.written, key, True)
+        put(self.vars, key, own)
+        put(self.kinds, key, leaf)
+        put(self._kept, key, now)
+
+    def _assign(self, key: Key, where: T, t: T) -> None:
+        """Set a place where the current instruction is reached and a truth holds; elsewhere it is kept."""
+        self.log.put(self._kept, key, ite(and_(self.active, where), t, self._kept[key]))
 
     def havoc(self, leaf: Leaf) -> None:
         """Let all elements of a leaf be anything where the current instruction is reached.
@@ -122,20 +146,19 @@ class TermPlaces(Interpreter):
         path = leaf.path.upper()
         for index in self._asked.get(path, ()):
             self.poke(leaf, index, self.unknown_of(leaf))
-        self._lost.setdefault(path, []).append(self.active)
-        self._lost_by[self.active.id] = self.lowered.sites[self.site]
+        self.log.append_at(self._lost, path, (self.active, self.lowered.sites[self.site]))
 
     def poke(self, leaf: Leaf, index: int, t: T, guard: T = TRUE) -> None:
         """Set a place where the guard holds, to a value of its type."""
         key = leaf.path.upper(), index
-        old = self.peek(leaf, index)
-        self.written.add(key)
+        here = self.value_here(leaf, index)
+        self.log.put(self.written, key, True)
         t = self._fitting(t, leaf, key)
         path = self.paths.path
         if path is not None:
-            path.written[key] = ite(guard, t, old)
+            path.written[key] = ite(guard, t, here)
         else:
-            self.state[key] = ite(and_(self.active, guard), t, old)
+            self._assign(key, guard, t)
 
     @staticmethod
     def _fitting(t: T, leaf: Leaf, key: Key) -> T:
@@ -190,9 +213,9 @@ class TermPlaces(Interpreter):
         return self.symbol(div(age, unit))
 
     def unknown(self, kind: str, lo: int = 0, hi: int = 0) -> T:
-        """Return a new variable for what is not modelled."""
-        found = var(f"?{len(self.havocs)}", kind, lo, hi)
-        self.havocs[found.val] = self.lowered.sites[self.site]
+        """Return a new variable for what is not modeled."""
+        found = var(f"?{next(self._unknowns)}", kind, lo, hi)
+        self.log.put(self.havocs, found.val, self.lowered.sites[self.site])
         return found
 
     def unknown_of(self, leaf: Leaf, site: Site | None = None) -> T:
@@ -200,7 +223,7 @@ class TermPlaces(Interpreter):
         is_clock = leaf.path.upper().endswith(CLOCK)
         found = self.unknown(*((INT, 0, AGE) if is_clock else kind_of(leaf.type)))
         if site is not None:
-            self.havocs[found.val] = site
+            self.log.put(self.havocs, found.val, site)
         return found
 
     def on_paths(self, run: Callable[[], Any]) -> T:
@@ -210,14 +233,18 @@ class TermPlaces(Interpreter):
     def merge_paths(self, run: Callable[[], Any]) -> list[Path]:
         """Run on every path and write what they write; return the paths."""
         paths = self.paths.walk(run)
-        for key in written_by(paths):
-            old = self.state[key]
-            now = merged(paths, lambda path, key=key, old=old: path.written.get(key, old))  # type: ignore[misc]
-            self.state[key] = ite(self.active, now, old)
+        self.write_paths(paths)
         bad = faults_of(paths)
         if bad is not FALSE:  # the scan ends there; here it goes on, which allows more
-            self.faults.append((self.site, and_(self.active, bad)))
+            self.log.add(self.faults, (self.site, and_(self.active, bad)))
         return paths
+
+    def write_paths(self, paths: list[Path]) -> None:
+        """Write what paths write."""
+        for key in written_by(paths):
+            old = self._kept[key]
+            now = merged(paths, lambda path, key=key, old=old: path.written.get(key, old))  # type: ignore[misc]
+            self._assign(key, TRUE, now)
 
     def here(self) -> T:
         """Return whether the current path is taken."""

@@ -8,11 +8,13 @@ number, such as `int`, `float`, `range` or a key of a dict, is refused.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NoReturn
+from typing import Any, NoReturn, Protocol
 
+from ...model.tags import Leaf
+from ...state.lowered import LoweredProgram
 from ..algebra.meaning import BOOL, F32, F64, INT
 from ..algebra.numbers import add, b2i, bitop, div, eq, fop, inv, le, lt, mul, rem, shr, sub, to_float, wrap
-from ..algebra.terms import T, and_, const, iff, mk, not_, or_
+from ..algebra.terms import TRUE, T, and_, const, iff, mk, not_, or_
 
 FLOATS = (F32, F64)
 
@@ -25,6 +27,27 @@ Decide = Callable[[T], bool]
 
 class UnmodelledError(Exception):
     """An instruction does something that has no terms; what it may write becomes unknown."""
+
+
+class TermScan(Protocol):
+    """What memory and faults ask of the scan's `TermPlaces`."""
+
+    lowered: LoweredProgram
+    paths: Any
+    log: Any
+    site: int
+
+    def symbol(self, t: T) -> Any:
+        """Return a term as a number."""
+
+    def value_here(self, leaf: Leaf, index: int) -> T:
+        """Return the term of a place where the current instruction is reached."""
+
+    def poke(self, leaf: Leaf, index: int, t: T, guard: T = TRUE) -> None:
+        """Set a place where the guard holds."""
+
+    def here(self) -> T:
+        """Return whether the current path is taken."""
 
 
 def truth_of(t: T) -> T:

@@ -46,8 +46,8 @@ MOST_TIMERS = 12
 
 MOST_SUGGESTED = 4000
 
-MOST_ROUNDS = 400
-"""Maximum questions of one search."""
+MOST_ROUNDS = 6_400
+"""Maximum questions of one search: a fuse, since the solver's models decide how many it takes."""
 
 BOUNDS = (1, 2, 5, 10, 100, 1000)
 
@@ -59,18 +59,29 @@ class Invariant(NamedTuple):
     text: str
 
 
-def invariants(system: System, cone: Mapping[str, T], steps: int) -> tuple[list[Invariant], int]:
-    """Return truths that hold from power-up on and follow from each other, and the solver's steps for them.
+class Invariants(NamedTuple):
+    """What was found, the work and the solver's steps for it, and whether a fuse has blown."""
+
+    found: list[Invariant]
+    work: int
+    steps: int
+    blown: bool
+
+
+def invariants(system: System, cone: Mapping[str, T], fuse: int) -> Invariants:
+    """Return truths that hold from power-up on and follow from each other, with their work and steps.
+
+    The questions depend on the solver's models, the terms and what is kept do not: work is the terms.
 
     Args:
         cone: the variables that count, the nearest first.
-        steps: limit of the solver, for one question.
+        fuse: see `Solver`; if it blows there are none.
     """
     seen = traces(system, cone)
     made = {each.term: each for each in _suggested(system, cone, seen) if each.term.op != "const"}
-    search = _Search(system, steps)
+    search = _Search(system, fuse)
     found = search.kept(list(made.values())[:MOST_SUGGESTED], first=True)
-    return search.kept(found, first=False), search.spent
+    return Invariants(search.kept(found, first=False), search.work, search.steps, search.blown)
 
 
 def traces(system: System, cone: Mapping[str, T]) -> dict[str, Array]:
@@ -176,9 +187,11 @@ class _Search:
     """Asks which candidates hold; runs of the solver are judged by computing all of them."""
 
     system: System
-    steps: int
-    spent: int = 0
+    fuse: int
+    work: int = 0
+    steps: int = 0
     rounds: int = 0
+    blown: bool = False
 
     def kept(self, candidates: list[Invariant], *, first: bool) -> list[Invariant]:
         """Return the candidates that the first scan keeps, or any scan after one that kept all of them."""
@@ -190,7 +203,7 @@ class _Search:
         return []
 
     def _round(self, candidates: list[Invariant], *, first: bool) -> list[Invariant]:
-        solver = Solver(self.steps)
+        solver = Solver(self.fuse)
         frame = Frame(self.system, solver, first=first)
         if not first:
             for each in candidates:
@@ -199,20 +212,21 @@ class _Search:
         made = [frame.term(each.term) for each in candidates]
         holds = Evaluator([each.term for each in candidates])
         left = list(range(len(candidates)))
+        self.work += solver.made  # before the questions: models decide how many there are
         while left:
             self.rounds += 1
             answer = solver.check(_some_broken(solver, [made[number] for number in left]))
             if answer == UNSAT:
                 break
             if answer != SAT or self.rounds > MOST_ROUNDS:
-                left = []
+                left, self.blown = [], True
                 break
             truths = holds(self._values(frame))
             after = [number for number in left if truths[number]]
             if len(after) == len(left):  # the solver sees a difference that computing does not
                 after = [number for number in left if solver.found(made[number], TRUE)]
             left = after
-        self.spent += solver.spent
+        self.steps += solver.steps
         return [candidates[number] for number in left]
 
     def _values(self, frame: Frame) -> dict[str, Any]:

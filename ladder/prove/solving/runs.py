@@ -10,7 +10,7 @@ import numpy as np
 from ..algebra.batch import LANES, Array, BatchEvaluator, dtype_of, filled, is_wide
 from ..algebra.meaning import BOOL, INT
 from ..algebra.terms import T
-from ..system import System
+from ..system import TURNED, System
 
 _NEAR = np.array([0, 1, 2, 3, 5, 10, 100, 1000])
 """Numbers that random values often are."""
@@ -72,7 +72,10 @@ class Runs:
                 continue
             v, before = self._cone[name], self._values.get(name)
             new = self._any(name, v, before)
-            found[name] = new if before is None else np.where(self._changing(), new, before)
+            if before is None or name == TURNED:
+                found[name] = new
+            else:
+                found[name] = np.where(self._changing(), new, before)
         return found
 
     def _rare_and_often(self) -> tuple[int, int]:
@@ -102,6 +105,8 @@ class Runs:
         """Return truths that are rare in some runs and frequent in others."""
         draw, (rare, often) = self._rng.getrandbits, self._chances[name]
         one, few = draw(LANES), draw(LANES) & draw(LANES)
+        if name == TURNED:
+            return few & draw(LANES) & draw(LANES) & draw(LANES) & rare
         return one & ~rare & ~often | one & few & rare | (one | ~few) & often
 
     def _real(self) -> float:

@@ -1,7 +1,8 @@
-"""Bitwuzla behind the few calls that proofs make, with limits that count steps.
+"""Bitwuzla behind the few calls that proofs make; it counts their work, the same in each version.
 
-The solver asks now and then whether to stop. It is deterministic, and so is the number of its questions: a
-limit on them gives the same verdict on every machine.
+Work is the number of terms that each question asks about. The solver's own steps, how often it asks whether
+to stop, are the same on every machine but not in every version: they are a fuse, far above what most
+questions take.
 """
 
 from __future__ import annotations
@@ -9,16 +10,18 @@ from __future__ import annotations
 import struct
 from collections.abc import Sequence
 from functools import cache
+from importlib.metadata import version
 from importlib.util import find_spec
 from typing import Any
 
+from ....io_images.installing import how_to_install
 from ..algebra.meaning import BOOL, F32, INT
 from ..algebra.terms import T
 from .smtlib import pattern_of
 from .translation import FIELDS, Sort, signed, width
 
-STEPS = 20_000
-"""Default limit of a question: how often the solver asks whether to stop. Some seconds of hard work."""
+FUSE = 320_000
+"""Default fuse of a question: how often the solver asks whether to stop. Sixteen times some seconds."""
 
 SAT, UNSAT, UNKNOWN = "sat", "unsat", "unknown"
 
@@ -27,7 +30,7 @@ class SolverMissingError(Exception):
     """Bitwuzla is not installed."""
 
     def __init__(self) -> None:
-        super().__init__("proofs need bitwuzla: pip install 'scanrack[prove]'")
+        super().__init__(f"proofs need bitwuzla: {how_to_install('prove')}")
 
 
 def is_installed() -> bool:
@@ -43,6 +46,11 @@ def library() -> Any:
     except ImportError:
         raise SolverMissingError from None
     return bitwuzla
+
+
+def fuse_text() -> str:
+    """Return the name of the fuse with the version of the solver: another one may get further."""
+    return f"the solver's fuse (bitwuzla {version('bitwuzla')})"
 
 
 @cache
@@ -89,33 +97,60 @@ _MEMBERS = {
 }
 
 
+class _Fuse:
+    """Counts the solver's steps. It knows no solver: bitwuzla keeps it, so a cycle would never be freed."""
+
+    __slots__ = ("left", "steps")
+
+    def __init__(self) -> None:
+        self.left = self.steps = 0
+
+    def __call__(self) -> bool:
+        self.left -= 1
+        self.steps += 1
+        return self.left < 0
+
+
 class Solver:
     """One session: variables and assertions stay, each question adds its own for a moment.
 
+    Its terms are numbers. Bitwuzla's objects stay in here and go in their order: up to 0.9.1 the process ends
+    with a segmentation fault if Python's collector clears a term's manager before the term.
+
     Args:
-        steps: limit of each question.
+        fuse: the solver's steps after which a question is given up.
+
+    Attributes:
+        made: terms made so far.
+        work: terms of the session, once for each question.
     """
 
-    def __init__(self, steps: int = STEPS) -> None:
+    def __init__(self, fuse: int = FUSE) -> None:
         module = library()
         self._manager = module.TermManager()
         options = module.Options()
         options.set(module.Option.PRODUCE_MODELS, True)
         self._solver = module.Bitwuzla(self._manager, options)
-        self._solver.configure_terminator(self._tired)
-        self._steps, self._left, self.spent = steps, 0, 0
+        self._fuse = _Fuse()
+        self._solver.configure_terminator(self._fuse)
+        self._most, self.made, self.work = fuse, 0, 0
         self._answers = {module.Result.SAT: SAT, module.Result.UNSAT: UNSAT}
         self._kinds = _kinds()
         modes = module.RoundingMode
         self._modes = {name: self._manager.mk_rm_value(getattr(modes, name)) for name in ("RNE", "RTZ")}
         self._bool_sort = self._manager.mk_bool_sort()
         self._sorts: dict[Sort, Any] = {}
-        self._values: dict[tuple[Sort, Any], Any] = {}
+        self._values: dict[tuple[Sort, Any], int] = {}
+        self._terms: list[Any] = []
 
-    def _tired(self) -> bool:
-        self._left -= 1
-        self.spent += 1
-        return self._left < 0
+    def __del__(self) -> None:
+        for each in ("_terms", "_modes", "_sorts", "_bool_sort", "_solver", "_manager"):
+            self.__dict__.pop(each, None)  # there are none if bitwuzla is not
+
+    @property
+    def steps(self) -> int:
+        """The solver's steps so far."""
+        return self._fuse.steps
 
     def _sort(self, sort: Sort) -> Any:
         known = self._sorts.get(sort)
@@ -128,44 +163,51 @@ class Solver:
             self._sorts[sort] = known
         return known
 
-    def declare(self, sort: Sort, name: str) -> Any:
-        """Return a new variable."""
-        return self._manager.mk_const(self._sort(sort), name)
+    def _number(self, term: Any) -> int:
+        self._terms.append(term)
+        return len(self._terms) - 1
 
-    def value(self, sort: Sort, value: Any) -> Any:
+    def declare(self, sort: Sort, name: str) -> int:
+        """Return a new variable."""
+        return self._number(self._manager.mk_const(self._sort(sort), name))
+
+    def value(self, sort: Sort, value: Any) -> int:
         """Return a constant; that of a bit vector is its signed value."""
-        if sort == BOOL:
-            return self._manager.mk_true() if value else self._manager.mk_false()
-        key = sort, value if isinstance(sort, int) else pattern_of(value, sort)
+        plain = sort == BOOL or isinstance(sort, int)
+        key = sort, value if plain else pattern_of(value, sort)
         known = self._values.get(key)
         if known is None:
-            known = self._values[key] = self._literal(*key)
+            known = self._values[key] = self._number(self._literal(*key))
         return known
 
     def _literal(self, sort: Sort, value: Any) -> Any:
         make = self._manager
+        if sort == BOOL:
+            return make.mk_true() if value else make.mk_false()
         if isinstance(sort, int):
             return make.mk_bv_value(self._sort(sort), str(value & (1 << sort) - 1), 10)
         pattern = make.mk_bv_value(make.mk_bv_sort(len(value)), value, 2)
         return make.mk_term(library().Kind.FP_TO_FP_FROM_BV, [pattern], list(FIELDS[sort]))
 
-    def apply(self, op: str, args: Sequence[Any], indices: Sequence[int] = ()) -> Any:
+    def apply(self, op: str, args: Sequence[Any], indices: Sequence[int] = ()) -> int:
         """Return an operation by its name in SMT-LIB; a rounding mode is given by its name."""
-        operands = [self._modes[each] if isinstance(each, str) else each for each in args]
-        return self._manager.mk_term(self._kinds[op], operands, list(indices))
+        self.made += 1
+        operands = [self._modes[each] if isinstance(each, str) else self._terms[each] for each in args]
+        return self._number(self._manager.mk_term(self._kinds[op], operands, list(indices)))
 
-    def state(self, formula: Any) -> None:
+    def state(self, formula: int) -> None:
         """Assert a truth for good."""
-        self._solver.assert_formula(formula)
+        self._solver.assert_formula(self._terms[formula])
 
-    def check(self, *formulas: Any) -> str:
-        """Ask whether all assertions and these truths can hold: sat, unsat, or unknown beyond the limit."""
-        self._left = self._steps
-        return self._answers.get(self._solver.check_sat(*formulas), UNKNOWN)
+    def check(self, *formulas: int) -> str:
+        """Ask whether all assertions and these truths can hold: sat, unsat, or unknown if the fuse blows."""
+        self.work += 1 + self.made
+        self._fuse.left = self._most
+        return self._answers.get(self._solver.check_sat(*[self._terms[each] for each in formulas]), UNKNOWN)
 
-    def found(self, made: Any, t: T) -> Any:
+    def found(self, made: int, t: T) -> Any:
         """Return the value of a term after sat; `t` says of which kind it is."""
-        value = self._solver.get_value(made)
+        value = self._solver.get_value(self._terms[made])
         if t.kind == BOOL:
             return bool(value.value())
         if t.kind == INT:

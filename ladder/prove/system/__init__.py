@@ -9,7 +9,7 @@
 | a bit of a number, if the program names it and does not write it | free, from the second scan on |
 | a number with the name of a module's inputs, as `I:2` or `Rack:3:I` | free |
 | named by `written_outside` | free, from the second scan on |
-| what an instruction that is not modelled leaves | free |
+| what an instruction that is not modeled leaves | free |
 
 States have their values after prescan before the first scan.
 
@@ -18,20 +18,41 @@ States have their values after prescan before the first scan.
 | `program` | a program as a system |
 | `transition` | a system without a program |
 | `outside` | what changes outside of a program's scan |
+| `happenings` | what may happen between two scans: the key is turned, power goes, a link is lost |
 | `held` | numbers and bits that are held: every proof about them assumes their values |
 """
 
-from .held import HeldNumber
+from .happenings import RUN_ONLY, Happenings
 from .outside import refuse
 from .program import Contract, ProgramSystem, Runnable
-from .transition import CLOCK, DT, FIRST_SCAN, TOLD, Key, ScanBounds, System, shown
+from .transition import (
+    CLOCK,
+    DT,
+    FIRST_SCAN,
+    OFF,
+    RETAINED,
+    THEN,
+    TOLD,
+    TURNED,
+    HeldNumber,
+    Key,
+    ScanBounds,
+    System,
+    shown,
+)
 
 __all__ = [
     "CLOCK",
     "DT",
     "FIRST_SCAN",
+    "OFF",
+    "RETAINED",
+    "RUN_ONLY",
+    "THEN",
     "TOLD",
+    "TURNED",
     "Contract",
+    "Happenings",
     "HeldNumber",
     "Key",
     "ProgramSystem",

@@ -8,28 +8,13 @@ A number of which only some bits are written keeps the others. A proof depends o
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..algebra.meaning import INT
 from ..algebra.terms import T, bits_of, reach
-
-if TYPE_CHECKING:
-    from .transition import Key, System
+from .transition import HeldNumber, Key, System
 
 MOST_BITS = 8
 """Bits that are listed each; of more the whole number is."""
-
-
-class HeldNumber(NamedTuple):
-    """A number, or one bit of it, with the value that a proof assumes."""
-
-    key: Key
-    bit: int | None
-    value: Any
-
-    def named(self, tag: str) -> str:
-        """Return its name, of the name of its tag."""
-        return tag if self.bit is None else f"{tag}.{self.bit}"
 
 
 def held_numbers(

@@ -8,14 +8,17 @@ from typing import Any, Protocol
 
 from ...model.errors import LadderError, LadderFault
 from ...model.tags import Leaf
+from ...run.edit import is_retained
 from ...run.engine import Engine
 from ...state.lowered import LoweredProgram
 from ..algebra import terms
 from ..algebra.meaning import BOOL, INT
-from ..algebra.numbers import bit, setbit
-from ..algebra.terms import FALSE, T, and_, var
+from ..algebra.numbers import add, bit, least, setbit
+from ..algebra.terms import FALSE, T, and_, const, ite, not_, or_, var
 from ..relation.noting import NotingMachine
-from .held import HeldNumber, held_bits, held_numbers
+from ..relation.places import AGE, kind_of
+from .happenings import Happenings
+from .held import held_bits, held_numbers
 from .outside import (
     INPUTS,
     is_length,
@@ -26,7 +29,22 @@ from .outside import (
     written_beside,
     written_bits,
 )
-from .transition import CLOCK, FIRST_SCAN, TOLD, Key, ScanBounds, System, name_of, shown
+from .transition import (
+    BEGUN,
+    CLOCK,
+    FIRST_SCAN,
+    OFF,
+    RETAINED,
+    THEN,
+    TOLD,
+    TURNED,
+    HeldNumber,
+    Key,
+    ScanBounds,
+    System,
+    name_of,
+    shown,
+)
 
 
 class Runnable(Protocol):
@@ -47,6 +65,7 @@ Contract = Callable[["ProgramSystem"], T]
 
 
 ANY_BOUNDS = ScanBounds()
+ANYTHING_USUAL = Happenings()
 
 
 class ProgramSystem(System):
@@ -59,6 +78,7 @@ class ProgramSystem(System):
         written_outside: tags that both the program and somebody outside write.
         assume: bits that are true after each scan of a run in question.
         contracts: truths of inputs that hold in each scan.
+        happenings: what may happen between two scans.
         beside: another problem, whose terms stay shared: to compare two programs.
 
     Raises:
@@ -74,6 +94,7 @@ class ProgramSystem(System):
         written_outside: Sequence[str] = (),
         assume: Sequence[Key] = (),
         contracts: Sequence[Contract] = (),
+        happenings: Happenings = ANYTHING_USUAL,
         beside: ProgramSystem | None = None,
     ) -> None:
         super().__init__()
@@ -92,7 +113,12 @@ class ProgramSystem(System):
             "written_outside": written_outside,
             "assume": assume,
             "contracts": contracts,
+            "happenings": happenings,
         }
+        self.happenings = happenings
+        self._lost = FALSE  # where the module whose contracts are made has lost its link
+        if happenings.retained_start:
+            self.next[BEGUN], self.initial[BEGUN] = var(RETAINED), False
         self._begin()
         self.machine = self._scanned({})
         self.lengths = self._constant_lengths()
@@ -105,32 +131,71 @@ class ProgramSystem(System):
         self.rungs = list(self.machine.rungs)
         self.machine.noting = False  # monitors are no part of the program
         self._run_monitors()
+        self.prescans = or_(
+            var(TURNED) if happenings.program_mode else FALSE,
+            var(RETAINED) if happenings.retained_start else FALSE,
+        )
+        if self.prescans is not FALSE:
+            self._prescan_behind()
         self.least_ms = bounds.low_ms
         self._settle()
         for each in assume:
             self.contract = and_(self.contract, self.after(each))
-        self.kept = [make(self) for make in contracts]
+        self.kept = [self._kept_by(number, make) for number, make in enumerate(contracts)]
         self._settle()
         self._open_bits()
         self._note_prescanned()
+
+    def _prescan_behind(self) -> None:
+        """Prescan behind the scan, for program mode and for a start with retained tags."""
+        machine, named = self.machine, named_bits(self.lowered)
+        written = machine.written  # by the scan: prescan has another list
+        blank = self.program.interpret().memory
+
+        def begins(key: Key, t: T) -> T:
+            leaf = machine.kinds.get(key)
+            if not self.happenings.retained_start or leaf is None or is_retained(self.lowered.layout, leaf):
+                return t
+            value = 0 if key[0].endswith(CLOCK) else blank.read(leaf, key[1])
+            return ite(var(RETAINED), const(value, t.kind), t)
+
+        def reads(key: Key, t: T) -> T:
+            path, v = key[0], machine.vars[key]
+            outside, given = path in self._outside, self._is_given(path, machine.kinds[key])
+            unwritten = key not in written and self._changes_outside(path, machine.kinds[key], v)
+            then = var(f"{THEN}{v.val}", v.kind, v.lo, v.hi)
+            if outside or given or (unwritten and not path.endswith(CLOCK)):
+                return then
+            for number in numbers_in(self._open_mask(key, v, named)):
+                t = setbit(t, number, bit(then, number), machine.kinds[key].type.wraps)
+            return t
+
+        machine.turn_key(self.prescans, begins, reads)
 
     def _scanned(self, known: Mapping[Key, Any]) -> NotingMachine:
         """Return the machine behind one scan."""
         machine = NotingMachine(self.lowered, (self.bounds.low_ms, self.bounds.high_ms), known)
         machine.parts = not self.bounds.whole
+        machine.begun = var(BEGUN) if self.happenings.retained_start else FALSE
         machine.scan_terms()
         return machine
 
     def _constant_lengths(self) -> dict[Key, Any]:
         """Return LEN of each CONTROL that nothing writes, in the program or outside: it bounds loops."""
-        machine, named = self.machine, named_bits(self.lowered)
+        machine, named, layout = self.machine, named_bits(self.lowered), self.lowered.layout
         found = {}
-        for key, v in machine.vars.items():
-            leaf, path = machine.kinds[key], key[0]
-            if not is_length(self.lowered.layout, path) or key in machine.written or key in named:
+        for leaf in [each for each in layout.leaves.values() if not each.root]:
+            path = leaf.path.upper()
+            if not is_length(layout, path) or path in self._outside:
                 continue
-            if path not in self._outside and not self._changes_outside(path, leaf, v):
-                found[key] = self.engine.memory.read(leaf, key[1])
+            for key in ((path, index) for index in range(leaf.size)):
+                v = var(name_of(key), *kind_of(leaf.type))
+                if (
+                    key not in machine.written
+                    and key not in named
+                    and not self._changes_outside(path, leaf, v)
+                ):
+                    found[key] = self.engine.memory.read(leaf, key[1])
         return found
 
     def _run_monitors(self) -> None:
@@ -195,8 +260,14 @@ class ProgramSystem(System):
 
     def _next(self, key: Key) -> T:
         if key == FIRST_SCAN and self.lowered.schedule is None:
-            return FALSE
-        return self._told(key, self.machine.state[key], self.open.get(key, 0))
+            return self.prescans
+        after = self.machine.state[key] if self.prescans is FALSE else self.machine.before_next(key)
+        if key[0].endswith(CLOCK):
+            off = (
+                and_(self.prescans, not_(var(RETAINED))) if self.happenings.retained_start else self.prescans
+            )
+            return ite(off, least(add(after, var(OFF, INT, 0, AGE)), AGE), after)
+        return self._told(key, after, self.open.get(key, 0))
 
     def _told(self, key: Key, after: T, mask: int) -> T:
         """Return a number after a scan with bits that somebody outside writes behind it."""
@@ -211,21 +282,27 @@ class ProgramSystem(System):
         """Free the bits of numbers that the program names as bits and does not write."""
         machine, named = self.machine, named_bits(self.lowered)
         for key, v in list(machine.vars.items()):
-            mask = named.get(key, 0)
             known = v.val in self.held or v.val in self.next
-            if not mask or not known or key[0].startswith(("~", "S:")) or machine.kinds[key].slot is not None:
-                continue
-            mask &= ~written_bits(machine.state[key], v)
+            mask = self._open_mask(key, v, named) if known else 0
             if mask:
                 self.open[key] = mask
                 self.held.discard(v.val)
                 self.next[v.val] = self._next(key)
 
+    def _open_mask(self, key: Key, v: T, named: Mapping[Key, int]) -> int:
+        """Return a mask of the bits of a number that the program names as bits and does not write."""
+        mask = named.get(key, 0)
+        if not mask or key[0].startswith(("~", "S:")) or self.machine.kinds[key].slot is not None:
+            return 0
+        return mask & ~written_bits(self.machine.state[key], v)
+
     def _give_role(self, key: Key, v: T) -> None:
         path, leaf = key[0], self.machine.kinds[key]
         is_state = key in self.machine.written or path.endswith(CLOCK)
+        if key in self.machine.prescanned_places and not self._changes_outside(path, leaf, v):
+            is_state = True  # what nothing else writes may still change with each prescan
         if key == FIRST_SCAN and self.lowered.schedule is None:
-            self.next[v.val], self.initial[v.val] = FALSE, True
+            self.next[v.val], self.initial[v.val] = self._next(key), True
             return
         value = 0 if path.endswith(CLOCK) else self.engine.memory.read(leaf, key[1])
         self.initial[v.val] = value
@@ -263,7 +340,7 @@ class ProgramSystem(System):
         """Return the term of a place after a scan."""
         known = self.machine.state.get(key)
         if known is None:
-            known = self.machine.peek(self.leaf(key), key[1])
+            known = self.machine.value_here(self.leaf(key), key[1])
             self._settle()
         return known
 
@@ -279,8 +356,18 @@ class ProgramSystem(System):
             name: tells it from others; the same name is the same term.
         """
         known = var(f"~was:{name}", value.kind, value.lo, value.hi)
+        broken = or_(self.prescans, self._lost)
+        if broken is not FALSE:  # what a module shows behind that may follow on anything
+            value = ite(broken, var(f"~any:{name}", value.kind, value.lo, value.hi), value)
         self.next[known.val], self.initial[known.val] = value, first
         return known
+
+    def _kept_by(self, number: int, make: Contract) -> T:
+        """Return the truth of each scan that a module keeps its contracts, or has lost its link."""
+        if self.happenings.lost_link:
+            self._lost = var(f"~lost:{number}")
+        kept, self._lost = or_(self._lost, make(self)), FALSE
+        return kept
 
     # --- what a verdict depends on
 

@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any, NamedTuple
 
 from ..algebra.terms import FALSE, TRUE, T, and_, variables
-
-if TYPE_CHECKING:
-    from .held import HeldNumber
 
 Key = tuple[str, int]
 """A place: path of the leaf in capitals, flat index."""
@@ -25,6 +22,33 @@ TOLD = "~told:"
 """Start of the name of a variable whose bits somebody outside writes into a number before the next scan."""
 
 FIRST_SCAN = ("S:FS", 0)
+
+TURNED = "~turned"
+"""Name of the variable that says, behind a scan, that the key is turned to program and back."""
+
+RETAINED = "~retained"
+"""Name of the variable that says, behind a scan, that the run ends and the next one begins with its tags."""
+
+BEGUN = "~begun"
+"""Name of the state that says that a scan is the first with retained tags: no time has passed before it."""
+
+THEN = "~then:"
+"""Start of the name of a variable that prescan reads in place of a value that may be written from outside."""
+
+OFF = "~off"
+"""Name of the variable with the ms that this takes."""
+
+
+class HeldNumber(NamedTuple):
+    """A number, or one bit of it, with the value that a proof assumes."""
+
+    key: Key
+    bit: int | None
+    value: Any
+
+    def named(self, tag: str) -> str:
+        """Return its name, of the name of its tag."""
+        return tag if self.bit is None else f"{tag}.{self.bit}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +68,7 @@ class ScanBounds:
     def __post_init__(self) -> None:
         if not 0 <= self.low_ms <= self.high_ms <= 86_400_000 or self.high_ms == 0:
             raise ValueError(
-                f"scan time from {self.low_ms} to {self.high_ms} ms; allowed are 1 ms to a day, least first"
+                f"scan time from {self.low_ms} to {self.high_ms} ms; must be 1 ms to a day, least first"
             )
 
     @classmethod
@@ -74,12 +98,12 @@ class System:
         contract: what holds in each scan of a run in question.
         kept: contracts of modules; each counts for what its module's inputs decide, see `narrowed`.
         deep: where the relation does not follow the program.
-        havocs: variables of what is not modelled, and what to blame.
+        havocs: variables of what is not modeled, and what to blame.
         key_of: the place of each variable that has one.
         likely: values that random scans give a free variable often, by its name.
         least_ms: least time between scans.
-        follows: whether `deep` never holds; None before it is known.
-        invariants: found so far, with the solver's steps, by contract and cone.
+        follows: the verdict whether `deep` never holds; None before it is known.
+        invariants: found so far, with their work, by contract and cone.
     """
 
     next: dict[str, T] = field(default_factory=dict)
@@ -93,7 +117,7 @@ class System:
     key_of: dict[str, Key] = field(default_factory=dict)
     likely: dict[str, Sequence[int]] = field(default_factory=dict)
     least_ms: int = 1
-    follows: bool | None = None
+    follows: Any = None
     invariants: dict[tuple[T, tuple[str, ...]], Any] = field(default_factory=dict)
 
     def role(self, name: str) -> str:
@@ -123,7 +147,7 @@ class System:
                 contract = and_(contract, each)
 
     def blame(self, cone: Iterable[str]) -> tuple[str, ...]:
-        """Return the instructions that are not modelled and decide a cone."""
+        """Return the instructions that are not modeled and decide a cone."""
         return tuple(dict.fromkeys(self.havocs[name] for name in cone if name in self.havocs))
 
     def held_numbers(self, cone: Iterable[str], roots: Sequence[T]) -> tuple[HeldNumber, ...]:

@@ -191,9 +191,12 @@ class Drive:
 
     def judge(self, now_ns: int) -> None:
         """Judge the inputs, before the logic."""
-        if self.late or (not self.link.look(now_ns) and self._quiet and self._in[0] == self.msw):
-            return
-        self._judge(now_ns)
+        link = self.link
+        if self._quiet and self._in[0] == self.msw and link.module.linked is not link.down:
+            return  # most scans: without a call
+        if not self.late:
+            link.look(now_ns)
+            self._judge(now_ns)
 
     def send(self, now_ns: int) -> None:
         """Write the words, after the logic; a RuntimeError if another writer has changed them."""

@@ -1,6 +1,6 @@
 """The kinds of commands: allowed states, condition of the end, how it yields. One row each.
 
-The rows and their behaviour are those of the function blocks in `ladder/blocks/axis3601.rung`.
+The rows and their behavior are those of the function blocks in `ladder/blocks/axis3601.rung`.
 """
 
 from __future__ import annotations

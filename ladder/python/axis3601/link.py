@@ -2,14 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from typing_extensions import override
 
+from ....io_images.times import seconds
 from ..sequences.parts import Slot
 from ..sequences.waits import Wait
 
 T_co = TypeVar("T_co", covariant=True)
+
+
+class _Faults:
+    """What a slot says of its link, in the words of a module."""
+
+    def __init__(self, slot: Any) -> None:
+        self._slot = slot
+
+    @property
+    def linked(self) -> bool:
+        return not getattr(self._slot, "fault", 0)
 
 
 class Link:
@@ -18,6 +30,9 @@ class Link:
     Args:
         number: of the slot.
         slot: with the attribute `fault`; without it the module always answers.
+
+    Attributes:
+        module: its `linked` says whether it answers; the slot's own module, if it can say so without a call.
     """
 
     def __init__(self, number: int = 0, slot: Slot | None = None) -> None:
@@ -26,11 +41,12 @@ class Link:
         self.changes = 0  # number of losses and returns
         self.lost_ns = 0  # time of the last loss, ns
         self.back_ns = 0  # time of the last return, ns
-        self._slot = slot
+        module = getattr(slot, "module", None)
+        self.module: Any = module if hasattr(module, "linked") else _Faults(slot)
 
     def look(self, now_ns: int) -> bool:
         """Read the connection fault; return whether it has changed."""
-        down = getattr(self._slot, "fault", 0) != 0
+        down = not self.module.linked
         if down is self.down:
             return False
         self.down = down
@@ -43,8 +59,8 @@ class Link:
 
     def __str__(self) -> str:
         """Describe the last loss."""
-        lost = f"the link to slot {self.number} was lost at {_seconds(self.lost_ns)}"
-        return lost if self.down else f"{lost} and came back at {_seconds(self.back_ns)}"
+        lost = f"the link to slot {self.number} was lost at {seconds(self.lost_ns)} s"
+        return lost if self.down else f"{lost} and came back at {seconds(self.back_ns)} s"
 
 
 class LinkedWait(Wait[T_co], Generic[T_co]):
@@ -73,12 +89,3 @@ class LinkedWait(Wait[T_co], Generic[T_co]):
     def call(self) -> str:
         """The call that made it, as text."""
         raise NotImplementedError(f"{type(self).__name__} has no call")
-
-
-def _seconds(time_ns: int) -> str:
-    """Return a virtual time.
-
-    >>> _seconds(1_204_000_000), _seconds(250_000)
-    ('1.204 s', '0.00025 s')
-    """
-    return f"{time_ns / 1e9:.6f}".rstrip("0").rstrip(".") + " s"

@@ -19,9 +19,3 @@ the matching `await`; it takes the locals, the iterators and the `with` blocks o
 wait. Whatever can't be taken over for certain is refused by name, before anything has changed.
 `docs/decisions/0017-edits-of-sequences.md` has the reasons.
 """
-
-from .editing import LogicEdit, edit_logic, plan_edit
-from .field_plan import EditRefusal
-from .fields import Fields
-
-__all__ = ["EditRefusal", "Fields", "LogicEdit", "edit_logic", "plan_edit"]

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ....io_images.site import sites_of
+from ....io_images.times import seconds
 from ..sequences.coroutine import Sequence
 from ..sequences.logic import Logic
 from ..sequences.parts import Part
@@ -63,7 +64,7 @@ class LogicEdit:
 
     def __str__(self) -> str:
         said = [f"{what}: {', '.join(names)}" for what, names in self.groups if names]
-        return "; ".join([f"edited at {self.now_ns / 1e9:g} s, {self.keeps}", *said])
+        return "; ".join([f"edited at {seconds(self.now_ns)} s, {self.keeps}", *said])
 
 
 @dataclass(slots=True)
@@ -170,7 +171,7 @@ def _sequences(
     there = {each.name for each in fresh._logic_sequences}
     unknown = [each for each in restart if each not in there]
     if unknown:
-        raise EditRefusal(f"there is no sequence {unknown[0]}: {', '.join(sorted(there))}")
+        raise EditRefusal(f"no sequence {unknown[0]}: {', '.join(sorted(there))}")
     moves: list[SequenceMove] = []
     errors: dict[str, NotPlacedError] = {}
     said = []

@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ..sequences.logic import Field, Logic, fields_of
+from ..sequences.logic import Field, Logic, fields_of, parts_of
+from ..sequences.signals import Signal
 
 
 class ForcedField:
@@ -94,6 +95,13 @@ class Fields:
         hold_forces(logic)
         self.on_outside()
 
+    def address_of(self, name: str) -> str | None:
+        """Return the address of an input or output of the program; None for any other name."""
+        logic = self._logic()
+        own = name.removeprefix(f"{type(logic).__name__.lower()}.")
+        signals = [each for each in parts_of(logic) if isinstance(each, Signal) and each.name == own]
+        return str(signals[0].at) if signals and signals[0].at is not None else None
+
     def unforce(self, name: str | None = None) -> None:
         """Release a field, or all; ValueError for one that is not forced."""
         logic = self._logic()
@@ -111,7 +119,7 @@ class Fields:
         known = fields_of(logic)
         own = type(logic).__name__.lower()
         if owner != own or field not in known:
-            raise ValueError(f"there is no field {name}: {', '.join(f'{own}.{each}' for each in known)}")
+            raise ValueError(f"no field {name}: {', '.join(f'{own}.{each}' for each in known)}")
         return field
 
     def _fitting(self, field: str, value: object) -> Field:

@@ -164,7 +164,7 @@ def _functions_of(frame: WaitingFrame, context: EditContext) -> tuple[FunctionTy
     if present is None or (present.__code__ is not frame.code and frame.code not in context.codes):
         raise ValueError("it still runs a program before this one: edit again once that is over")
     if edited is None:
-        raise ValueError(f"there is no {qualified} any more")
+        raise ValueError(f"{qualified} no longer exists")
     return present, edited
 
 

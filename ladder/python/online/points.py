@@ -177,7 +177,7 @@ def counterpart(point: Point, before: list[Point], after: list[Point]) -> Point:
         pairs = zip(point.steps, moved.steps, strict=True)
         old, new = next((one.head, two.head) for one, two in pairs if one.head != two.head)
         raise NoCounterpartError(f"`{old}`, which it is in, is now `{new}`")
-    raise NoCounterpartError(f"`{point.text}` is not at its place any more")
+    raise NoCounterpartError(f"`{point.text}` is no longer at its place")
 
 
 def _like(point: Point, points: list[Point]) -> int:

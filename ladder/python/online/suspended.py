@@ -16,6 +16,8 @@ from typing import Any
 
 from .held import entry_of, unwrapped
 
+_EXITS = ("__exit__", "__aexit__")
+
 Range = tuple[int, int, int, int]
 """First and last line, first and last column."""
 
@@ -66,6 +68,8 @@ class WaitingFrame:
             if hold is Hold.HANDLER:
                 found.append(present)
                 item, present = present, item
+            if hold is Hold.EXIT and not _is(hold, item):
+                item = _bound(stack.pop() if stack else None, item)
             if not _is(hold, item):
                 raise UnknownStackError
             if hold is not Hold.HANDLER:
@@ -73,11 +77,17 @@ class WaitingFrame:
         return found[::-1]
 
 
+def _bound(function: Any, owner: Any) -> Any:
+    """Return the exit of an object; the stack of Python 3.14 and later has its function below the object."""
+    is_exit = getattr(function, "__name__", "") in _EXITS and hasattr(function, "__get__")
+    return function.__get__(owner) if is_exit else None
+
+
 def _is(hold: Hold, item: Any) -> bool:
     if hold is Hold.ITERATOR:
         return hasattr(item, "__next__")
     if hold is Hold.EXIT:
-        return getattr(item, "__name__", "") in ("__exit__", "__aexit__") and hasattr(item, "__self__")
+        return getattr(item, "__name__", "") in _EXITS and hasattr(item, "__self__")
     return isinstance(item, BaseException)
 
 

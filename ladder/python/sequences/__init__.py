@@ -2,7 +2,6 @@
 
 | file | content |
 |---|---|
-| `durations` | times from text |
 | `waits` | awaitable conditions, times, edges |
 | `coroutine` | one sequence: a coroutine and its wait |
 | `branches` | several waits as one |

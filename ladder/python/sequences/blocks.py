@@ -27,7 +27,7 @@ from __future__ import annotations
 from typing_extensions import override
 
 from ....io_images.amci3601.parameters import require
-from .durations import duration_ns
+from ....io_images.times import parse_time
 from .parts import Clock, Level, Part, Slots
 
 LEAST, MOST = -(2**31), 2**31 - 1
@@ -72,7 +72,7 @@ class Timer(Block):
 
     def __init__(self, time: str) -> None:
         super().__init__()
-        self.preset_ns = duration_ns(time)  # its time; a change takes effect with the next call
+        self.preset_ns = parse_time(time)  # its time; a change takes effect with the next call
         self._clock: Clock | None = None
         self._since_ns: int | None = None
         self._elapsed_ns = 0

@@ -15,8 +15,8 @@ from typing import Any, Generic, TypeVar, overload
 
 from typing_extensions import override
 
+from ....io_images.times import parse_time
 from .coroutine import Sequence
-from .durations import duration_ns
 from .waits import Wait
 
 T = TypeVar("T")
@@ -227,7 +227,7 @@ class Within(Several[T], Generic[T]):
 
     def __init__(self, time: str, work: Wait[T] | Coroutine[Any, Any, T]) -> None:
         super().__init__((work,))
-        self.length_ns = duration_ns(time)
+        self.length_ns = parse_time(time)
         self.time = time
         self._over_ns = 0
 

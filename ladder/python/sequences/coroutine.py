@@ -12,6 +12,7 @@ swallows it, and faults the CPU.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Coroutine
 from pathlib import Path
 from types import FrameType, TracebackType
@@ -19,7 +20,7 @@ from typing import Any
 
 from .waits import Wait, stepping
 
-_OURS = f"{Path(__file__).parent}/"
+_OURS = f"{Path(__file__).parent}{os.sep}"
 
 
 class Abort(BaseException):

@@ -6,6 +6,7 @@ import inspect
 from collections.abc import Callable, Coroutine
 from typing import Any, overload
 
+from ....io_images.annotations import signature_of
 from .coroutine import Sequence
 from .parts import Part
 
@@ -52,7 +53,7 @@ def _check_method(function: Any) -> None:
         raise TypeError(f"{where}: {name} has a yield: a sequence is `async def` without yield")
     if not inspect.iscoroutinefunction(function):
         raise TypeError(f"{where}: {name} is not an `async def` method: a sequence is")
-    if len(inspect.signature(function).parameters) != 1:
+    if len(signature_of(function).parameters) != 1:
         raise TypeError(f"{where}: {name} takes arguments: a sequence takes self alone")
 
 
@@ -80,7 +81,7 @@ def _check_every_scan(function: Any) -> None:
     where = where_is(function)
     if not inspect.isfunction(function) or inspect.iscoroutinefunction(function):
         raise TypeError(f"{where}: every_scan must be a plain method, without async")
-    if inspect.isgeneratorfunction(function) or len(inspect.signature(function).parameters) != 1:
+    if inspect.isgeneratorfunction(function) or len(signature_of(function).parameters) != 1:
         raise TypeError(f"{where}: every_scan must be a plain method every_scan(self), without yield")
 
 

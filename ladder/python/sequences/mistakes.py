@@ -24,6 +24,7 @@ from functools import lru_cache
 from types import FunctionType
 from typing import Any, NamedTuple
 
+from ....io_images.annotations import declared
 from ....io_images.site import Site
 from .declaring import SequenceMethod
 from .parts import Part
@@ -119,7 +120,7 @@ def _fields(cls: type) -> frozenset[str] | None:
     """Return the declared names of a class and its bases, None if they can't be known."""
     names = set(dir(cls))
     for kind in cls.__mro__:
-        names.update(vars(kind).get("__annotations__", ()))
+        names.update(declared(vars(kind)))
         for each in SETTING_UP:
             function = vars(kind).get(each)
             if not isinstance(function, FunctionType):

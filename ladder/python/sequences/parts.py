@@ -6,6 +6,7 @@ of a rack before the first scan, and reset on each first scan.
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -15,7 +16,7 @@ from ....io_images.image import Image
 from ....io_images.module_words import PLAIN_WORDS, ModuleWords
 from ....io_images.site import Site, SiteError
 
-_OURS = f"{Path(__file__).parents[2]}/"
+_OURS = f"{Path(__file__).parents[2]}{os.sep}"
 
 Turn = Callable[[int], None]
 """A device's action in each scan, called with the virtual time, ns."""

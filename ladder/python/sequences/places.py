@@ -78,4 +78,4 @@ def _by_name(text: str, image: str, named: list[tuple[str, Address]]) -> Address
     if matches:
         raise ValueError(f"{text!r} is in several slots: write one of {', '.join(map(str, matches))}")
     names = dict.fromkeys(name for name, _ in named)
-    raise ValueError(f"there is no {KINDS[image]} {text!r}; {allowed(text, names)}")
+    raise ValueError(f"no {KINDS[image]} {text!r}; {allowed(text, names)}")

@@ -19,7 +19,7 @@ from typing import Any, Generic, NoReturn, TypeVar
 
 from typing_extensions import override
 
-from .durations import duration_ns
+from ....io_images.times import parse_time
 
 T_co = TypeVar("T_co", covariant=True)
 
@@ -188,7 +188,7 @@ class dwell(Wait[None]):  # noqa: N801
     __slots__ = ("_over_ns", "length_ns", "time")
 
     def __init__(self, time: str) -> None:
-        self.length_ns = duration_ns(time)
+        self.length_ns = parse_time(time)
         self.time = time
         self._over_ns = 0
 
@@ -212,7 +212,7 @@ class steady(Wait[None]):  # noqa: N801
     def __init__(self, condition: Condition, time: str, text: str = "") -> None:
         check_condition(condition, "steady")
         self.condition = condition
-        self.length_ns = duration_ns(time)
+        self.length_ns = parse_time(time)
         self.time = time
         self.text = text
         self._since_ns: int | None = None

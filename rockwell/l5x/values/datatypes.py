@@ -110,7 +110,7 @@ class Types:
         if made is None and key in _RENAMED:
             made = TYPES[_RENAMED[key]]
         if made is None:
-            raise UnknownTypeError(f"there is no data type {name}")
+            raise UnknownTypeError(f"no data type {name}")
         return made
 
     def _structure(self, record: DataTypeRecord) -> Structure:

@@ -62,7 +62,7 @@ def initial_of(
         return _decorated(inner, kind, dims, how)
     if "String" in found and isinstance(kind, Structure) and kind.is_string and not dims:
         return _cut(_quoted(found["String"]), kind) or None
-    for form in ("Message", "Alarm", "Axis"):
+    for form in ("Message", "Alarm", "Axis", "CoordinateSystem"):
         if form in found:
             return None if dims else _parameters(found[form], kind)
     if "L5K" in found:
@@ -185,7 +185,7 @@ def _array(element: Element, kind: DataType, dims: tuple[int, ...], how: ValueRe
         index = each.get("Index", "")
         at = position if position < row and index == f"[{position}]" else _flat(index, dims)
         if at is None:
-            how.say(f"there is no element {index}")
+            how.say(f"no element {index}")
             continue
         if isinstance(kind, Elementary):
             text = each.get("Value")

@@ -214,6 +214,13 @@ def _defined(element: Any, *path: str) -> Iterator[Any]:
     yield from (each for each in _children(element, *path) if each.get("Use") != "Reference")
 
 
+def _defined_routines(program: Any) -> Iterator[Any]:
+    """Yield the routines that a partial export defines: what is context without a content is only named."""
+    for each in _defined(program, "Routines", "Routine"):
+        if each.get("Use") != "Context" or any(str(part.tag).endswith("Content") for part in each):
+            yield each
+
+
 def _line_of_text(element: Any) -> int:
     """Return the line of an element's text, after white space."""
     text = element.text or ""
@@ -254,7 +261,7 @@ class _L5xReader:
         add_ons = [
             self._add_on(each)
             for group in controller.iterchildren("AddOnInstructionDefinitions")
-            for each in group.iterchildren("AddOnInstructionDefinition", "EncodedData")
+            for each in group.iterchildren("AddOnInstructionDefinition", "AddOnInstruction", "EncodedData")
             if each.get("Use") != "Reference"
         ]
         others = [
@@ -366,7 +373,7 @@ class _L5xReader:
             _is_true(get("Disabled", "")),
             get("Type") == "EquipmentPhase",
             tuple(map(self._tag, _defined(element, "Tags", "Tag"))),
-            tuple(self._routine(each, tested=tested) for each in _defined(element, "Routines", "Routine")),
+            tuple(self._routine(each, tested=tested) for each in _defined_routines(element)),
             tuple(map(_encoded, _children(element, "Routines", "EncodedData"))),
             _text(element.find("Description")),
             element.sourceline,
@@ -396,7 +403,6 @@ class _L5xReader:
             _text(element.find("Description")),
             tuple(rungs),
             tuple(lines),
-            element.get("Use", "Target") == "Target",
             element.sourceline,
             tested,
             tuple((kind, int(each.sourceline)) for kind, each in zip(types, contents, strict=True) if kind),

@@ -109,7 +109,6 @@ class RoutineRecord:
     comment: str
     rungs: tuple[L5xRungRecord, ...]
     lines: tuple[tuple[str, int], ...]  # of structured text, in a chart too: text and line
-    target: bool  # whether it is the exported object, not context
     line: int
     tests_edits: bool = False  # whether its program executes accepted edits
     texts: tuple[tuple[str, int], ...] = ()  # of structured text under edit: type and line of all texts

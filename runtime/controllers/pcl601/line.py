@@ -57,7 +57,7 @@ class Pcl601:
         timing: Timing = SERIAL_TIMING,
     ) -> None:
         if not 0 <= address <= 99:
-            raise SettingError("address", f"address {address}: allowed is 0 to 99")
+            raise SettingError("address", f"address {address}: must be 0 to 99")
         self.controller = Pcl601Controller(encoder, wiring)
         self.controller.values[Register.ADDRESS] = address
         self.controller.runner = runner

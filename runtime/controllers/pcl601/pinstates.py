@@ -19,7 +19,7 @@ LEVELS = {"ground": GROUND, "open": OPEN, "high": OPEN}
 def connect(pins: Pcl601Pins, name: str, state: str) -> None:
     """Set an input to a state in the notation above; ValueError for an unknown input or state."""
     if name not in INPUTS:
-        raise ValueError(f"there is no input {name}: allowed are {', '.join(INPUTS)}")
+        raise ValueError(f"no input {name}; choose from {', '.join(INPUTS)}")
     if name == "in1" and state.endswith("V"):
         pins.apply_volts(_volts(state))
     elif name == "in1" and state == "open":  # only input 1 lacks a pull-up
@@ -37,7 +37,7 @@ def _volts(state: str) -> Fraction:
     except (ValueError, ZeroDivisionError):
         volts = Fraction(-1)
     if not 0 <= volts <= FULL_SCALE_VOLTS:
-        raise ValueError(f"{state} is not a voltage: allowed is 0V to {FULL_SCALE_VOLTS}V")
+        raise ValueError(f"{state}: voltage must be 0V to {FULL_SCALE_VOLTS}V")
     return volts
 
 
@@ -57,4 +57,4 @@ def range_of(state: str) -> tuple[int | None, int | None]:
         return int(first) if first else None, int(last) if last else None
     except ValueError:
         allowed = "ground, open, high, 2.5V at in1, or positions such as 9000.. or ..-3000 or 5..10"
-        raise ValueError(f"{state!r} is not a state of an input: allowed are {allowed}") from None
+        raise ValueError(f"{state!r} is not a state of an input; choose from {allowed}") from None

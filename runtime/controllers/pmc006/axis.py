@@ -125,7 +125,7 @@ class SimulatedPmc006Axis:
 
     @property
     def against_limit(self) -> bool:
-        """Whether the selected direction leads towards an armed limit that is active [4.1.1, error 07]."""
+        """Whether the selected direction leads toward an armed limit that is active [4.1.1, error 07]."""
         stops = self._ext1, self._ext2
         return any(stop.armed and stop.active and stop.blocks == self.direction for stop in stops)
 

@@ -47,7 +47,7 @@ class Pmc006Controller:
     ) -> None:
         if address != FACTORY_ADDRESS and not BY_NAME["device_address"].allows(address):
             raise SettingError(
-                "address", f"address {address}: allowed is 1 to 120, or the factory's {FACTORY_ADDRESS}"
+                "address", f"address {address}: must be 1 to 120, or the factory's {FACTORY_ADDRESS}"
             )
         self.options = options or Pmc006ControllerOptions()
         self.memory = Memory()

@@ -44,7 +44,7 @@ class Memory:
                 raise ValueError(f"{name} is no parameter of the EEPROM; allowed: {', '.join(self._eeprom)}")
             row = BY_NAME[name]
             if not (row.allows(value) or value == row.default):
-                raise ValueError(f"{name} {value}: allowed is {row.allowed}")
+                raise ValueError(f"{name} {value}: must be {row.allowed}")
         self._eeprom |= kept
 
     def save(self) -> None:

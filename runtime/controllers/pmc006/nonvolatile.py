@@ -15,7 +15,7 @@ class Pmc006Memory(BaseModel):
     """The EEPROM of a controller.
 
     Attributes:
-        parameters: by name, as `scanrack pmc006 read` has them.
+        parameters: by name, as `scanrack device pmc006 read` has them.
         program: lines of the user program, `OP option data`.
     """
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import socket
 from collections.abc import Callable
 from contextlib import suppress
@@ -104,7 +103,7 @@ def checked_answer_s(seconds: float) -> float:
     """Return an answer time after a check of its range; ValueError if it is out of `ANSWER_RANGE_S`."""
     least, most = ANSWER_RANGE_S
     if not least <= seconds <= most:
-        raise ValueError(f"timeout {seconds:g} s: allowed is {least:g} to {most:g}")
+        raise ValueError(f"timeout {seconds:g} s: must be {least:g} to {most:g}")
     return seconds
 
 
@@ -135,7 +134,7 @@ class SerialLink(Link):
             self._port = serial.Serial(
                 path,
                 **settings(path, line_format),
-                exclusive=True if os.name == "posix" else None,
+                exclusive=True,
                 write_timeout=2.0,
             )
         except PORT_ERRORS as error:

@@ -30,7 +30,7 @@ from .link import (
 
 EXCEPTIONS = {
     1: "it does not know the function",
-    2: "there is no such register, or it cannot be written",
+    2: "no such register, or it can't be written",
     3: "the value is out of range",
     6: "a program is running, or the register is locked while the motor moves",
 }
@@ -112,7 +112,7 @@ class RtuLine(ModbusLine):
 
 
 class TcpLine(ModbusLine):
-    """Modbus TCP over a link; answers to earlier requests are recognised by their transaction and dropped.
+    """Modbus TCP over a link; answers to earlier requests are recognized by their transaction and dropped.
 
     Args:
         answer_s: how long an answer may take, 0.01 to 60 s.

@@ -36,5 +36,5 @@ def settable(rows: Mapping[str, SettableRow], name: str, value: int) -> Settable
     """
     row = known(rows, name, "set")
     if not row.allows(value):
-        raise ValueError(f"{name} {value}: allowed is {row.allowed}")
+        raise ValueError(f"{name} {value}: must be {row.allowed}")
     return row

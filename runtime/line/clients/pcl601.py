@@ -53,7 +53,7 @@ class Pcl601Client(MotionClient[Registers]):
 
     def __init__(self, line: ModbusLine, unit: int = 1) -> None:
         if not 1 <= unit <= 99:
-            raise ValueError(f"unit {unit}: allowed is 1 to 99")
+            raise ValueError(f"unit {unit}: must be 1 to 99")
         super().__init__(unit)
         self._line = line
 
@@ -127,7 +127,7 @@ class Pcl601Client(MotionClient[Registers]):
     def set_output(self, number: int, on: bool) -> None:
         """Switch an output, 1 to 8, and read it back; ValueError for an unknown output."""
         if not 1 <= number <= OUTPUT_COUNT:
-            raise ValueError(f"output {number}: allowed is 1 to {OUTPUT_COUNT}")
+            raise ValueError(f"output {number}: must be 1 to {OUTPUT_COUNT}")
         self._asked(pdus.write_output(number, on))
         if bool(self.outputs >> number - 1 & 1) != on:
             was, is_now = ("on", "off") if on else ("off", "on")
@@ -160,7 +160,7 @@ class Pcl601Client(MotionClient[Registers]):
             ValueError: 0, or too many steps.
         """
         if not 1 <= abs(steps) <= POSITION_LIMIT:
-            raise ValueError(f"{steps} steps: allowed is 1 to {POSITION_LIMIT} in either direction")
+            raise ValueError(f"{steps} steps: must be 1 to {POSITION_LIMIT} in either direction")
         self.set("direction", int(steps > 0))
         self.set("steps", abs(steps))
         return self._start(Code.GO).position + steps
@@ -185,7 +185,7 @@ class Pcl601Client(MotionClient[Registers]):
             StoppedError: it ended on a hard limit, or with an error.
         """
         if kind not in (0, 1):
-            raise ValueError(f"home type {kind}: allowed are 0 and 1")
+            raise ValueError(f"home type {kind}: must be 0 or 1")
         self._start(Code.HOME_TYPE_1 if kind else Code.HOME_TYPE_0)
         seen = self.watch(progress)
         with stopped_when_lost(self.stop):

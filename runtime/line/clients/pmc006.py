@@ -115,11 +115,13 @@ class Pmc006Client(MotionClient[ControllerView]):
         by_zero: also read the values of `BY_ZERO`.
     """
 
+    final = Status1.STALL
+
     def __init__(
         self, link: Link, address: int = 255, *, answer_s: float = ANSWER_S, by_zero: bool = False
     ) -> None:
         if not 1 <= address <= 120 and address != 255:
-            raise ValueError(f"address {address}: allowed is 1 to 120, or 255 as from the factory")
+            raise ValueError(f"address {address}: must be 1 to 120, or 255 as from the factory")
         super().__init__(address)
         self._link = link
         self._answer_s = checked_answer_s(answer_s)
@@ -215,7 +217,7 @@ class Pmc006Client(MotionClient[ControllerView]):
             ValueError: 0, or too many steps.
         """
         if not 1 <= abs(steps) <= BY_NAME["step"].high:  # type: ignore[operator]
-            raise ValueError(f"{steps} steps: allowed is 1 to {BY_NAME['step'].high} in either direction")
+            raise ValueError(f"{steps} steps: must be 1 to {BY_NAME['step'].high} in either direction")
         self.set("direction", int(steps > 0))
         return self._start(BY_NAME["step"], abs(steps)).position + steps
 
@@ -235,7 +237,7 @@ class Pmc006Client(MotionClient[ControllerView]):
         """
         row = BY_NAME["zero_back"]
         if not row.allows(stroke):
-            raise ValueError(f"stroke {stroke}: allowed is {row.allowed}")
+            raise ValueError(f"stroke {stroke}: must be {row.allowed}")
         search = _Search(self._on_switch)
         self._start(row, stroke, moves=False)  # short ones are over before a read; the switch shows the end
 

@@ -85,6 +85,7 @@ class MotionClient(ABC, Generic[SeenType]):
     """
 
     harmless: ClassVar[int] = 0  # error bits that a successful motion may leave
+    final: ClassVar[int] = 0  # error bits with which no motion may end, though they were there before
 
     def __init__(self, address: int) -> None:
         self.address = address
@@ -193,7 +194,7 @@ class MotionClient(ABC, Generic[SeenType]):
 
     def check_errors(self, what: str, seen: SeenType) -> None:
         """Raise StoppedError if a motion has ended with a new error."""
-        if fresh := seen.errors & ~self._errors_before & ~self.harmless:
+        if fresh := seen.errors & (~self._errors_before | self.final) & ~self.harmless:
             raise StoppedError(f"the {what} ended at {seen.position} with an error{self.reasons(fresh)}")
 
     def begin(self, name: str, send: Callable[[], object], *, moves: bool = True) -> SeenType:

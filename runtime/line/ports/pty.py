@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import select
+from importlib import import_module
+from typing import Any
 
 from typing_extensions import override
 
@@ -12,6 +14,8 @@ from .port import Port, Traffic
 
 CHUNK = 4096
 
+NO_PTY = "no pseudo-terminals on this system: use --tcp, or --serial with a pair of virtual ports"
+
 
 class PtyPort(Port):
     """A pseudo-terminal in raw mode; not on Windows.
@@ -19,15 +23,19 @@ class PtyPort(Port):
     Programs may open and close its path at any time: its other end is kept open here, so that it
     never hangs up. Speed and parity have no meaning on it; a program that requires even parity gets an
     error from the operating system and must be set to none.
+
+    Raises:
+        ValueError: the system has none.
     """
 
     def __init__(self) -> None:
-        import tty  # not on every system
-
-        self._own, self._kept = os.openpty()
-        tty.setraw(self._kept)
-        os.set_blocking(self._own, False)
-        self.name = os.ttyname(self._kept)
+        if not hasattr(os, "openpty"):
+            raise ValueError(NO_PTY)
+        system: Any = os  # type checkers know these functions on POSIX only
+        self._own, self._kept = system.openpty()
+        vars(import_module("tty"))["setraw"](self._kept)
+        system.set_blocking(self._own, False)
+        self.name: str = system.ttyname(self._kept)
         self.traffic = Traffic()
 
     @override

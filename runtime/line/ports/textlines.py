@@ -1,4 +1,4 @@
-"""Lines of text over TCP, each answered by a line."""
+"""Lines of text over TCP, each answered by a line, for those who begin with what admits them."""
 
 from __future__ import annotations
 
@@ -8,11 +8,20 @@ from collections.abc import Callable
 from .sockets import Listener
 
 LONGEST_LINE = 4096
-MOST_CLIENTS = 8
+
+MOST_CLIENTS, MOST_STRANGERS = 8, 8
+"""Clients that were admitted, and those that were not yet."""
+
+
+class EndOfTalkError(ValueError):
+    """An answer, the message, after which the connection ends."""
 
 
 class TextLinePort:
     """Answers lines of UTF-8 text; a longer line than `LONGEST_LINE` bytes ends its connection.
+
+    A client is a stranger until one of its lines is answered. Of too many strangers the one that came first
+    gives way, of too many clients the one that was silent longest: nobody keeps the next one out.
 
     Args:
         port: the port, 0 = any that is free.
@@ -24,32 +33,51 @@ class TextLinePort:
     def __init__(self, host: str, port: int) -> None:
         self._listener = Listener(host, port)
         self._pending: dict[socket.socket, bytes] = {}
+        self._admitted: set[socket.socket] = set()
         self.name = self._listener.name
 
-    def serve(self, answer: Callable[[str], str]) -> None:
-        """Answer the lines that have arrived."""
+    def serve(self, answer: Callable[[str, bool], str]) -> None:
+        """Answer the lines that have arrived.
+
+        Args:
+            answer: gets a line, and whether its client was admitted; an `EndOfTalkError` ends the connection.
+        """
         for connection, data in self._listener.wait(0):
             if data:
-                self._serve(connection, self._pending.get(connection, b"") + data, answer)
+                self._serve(connection, self._pending.pop(connection, b"") + data, answer)
             else:
                 self._end(connection)
-        for connection in list(self._listener.connections)[MOST_CLIENTS:]:
+        there = self._listener.connections
+        strangers = [each for each in there if each not in self._admitted]
+        clients = sorted(self._admitted, key=lambda each: there[each])
+        for connection in strangers[:-MOST_STRANGERS] + clients[:-MOST_CLIENTS]:
             self._end(connection)
 
     def close(self) -> None:
         """End all connections and stop listening."""
         self._listener.close()
 
-    def _serve(self, connection: socket.socket, data: bytes, answer: Callable[[str], str]) -> None:
+    def _serve(self, connection: socket.socket, data: bytes, answer: Callable[[str, bool], str]) -> None:
         *lines, rest = data.split(b"\n")
         if max(map(len, [*lines, rest])) > LONGEST_LINE:
             self._end(connection)
             return
-        self._pending[connection] = rest
-        said = "".join(answer(line.decode(errors="replace")) + "\n" for line in lines if line.strip())
-        if said and not self._listener.send(connection, said.encode()):
+        if rest:
+            self._pending[connection] = rest
+        said, ends = [], False
+        for line in filter(bytes.strip, lines):
+            try:
+                said.append(answer(line.decode(errors="replace"), connection in self._admitted))
+                self._admitted.add(connection)
+            except EndOfTalkError as end:
+                said.append(str(end))
+                ends = True
+                break
+        text = "".join(f"{each}\n" for each in said).encode()
+        if (text and not self._listener.send(connection, text)) or ends:
             self._end(connection)
 
     def _end(self, connection: socket.socket) -> None:
         self._pending.pop(connection, None)
+        self._admitted.discard(connection)
         self._listener.drop(connection)

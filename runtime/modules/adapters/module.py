@@ -178,7 +178,7 @@ class Adapter(Generic[Drive]):
         return self.machine
 
     def figures(self) -> tuple[int, int, int]:
-        """Return shaft position, encoder counts and energised inputs at the last `update`."""
+        """Return shaft position, encoder counts and energized inputs at the last `update`."""
         machine = self.machine
         return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
-from ....io_images.amci3601 import StatusMsw
+from ....io_images.amci3601 import StatusMsw, StatusView
 from ....io_images.amci3601.words import WORDS_3601
 from ....io_images.pmc006.frame import FACTORY_ADDRESS
 from ....io_images.site import SettingError
@@ -41,6 +41,8 @@ def adapter_record(
         name=name,
         make=make,
         words=lambda _options: WORDS_3601,
+        has_firmware=True,
+        status=lambda image, _words: StatusView(image),
         live=LivePort(opened=opened, factory_address=factory_address, highest_address=highest_address),
         traits=frozenset({Trait.MACHINE, Trait.LINE}),
         capabilities=lambda: "\n".join(_refusals(kind())) + "\n",

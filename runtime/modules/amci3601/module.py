@@ -47,6 +47,8 @@ class Amci3601:
 
     Attributes:
         trouble: the present fault without answers to the PLC, if any; see `inject`.
+        linked: whether the PLC reaches the module; one with a fatal error answers with MODULE_OK clear.
+            A plain field, since logic asks in every scan.
         events: in order of time; the caller empties it.
         before_change: called before any access to the module or its machine except `update`.
 
@@ -85,6 +87,7 @@ class Amci3601:
         self._segment: Segment | None = None
         self._steps = -1  # of the motion, as last reported
         self.trouble: ModuleFault | None = None
+        self.linked = True
         self.indicators = UNPOWERED
         self._power_up()
 
@@ -122,7 +125,7 @@ class Amci3601:
         """Remove and restore power; shaft and clock continue."""
         self.before_change()
         self._fall_silent()
-        self.trouble = None
+        self.trouble, self.linked = None, True
         self._power_up()
 
     def machine_at(self, now_ns: int) -> Machine:
@@ -131,15 +134,10 @@ class Amci3601:
         return self.machine
 
     def figures(self) -> tuple[int, int, int]:
-        """Return shaft position, encoder counts and energised inputs at the last `update`."""
+        """Return shaft position, encoder counts and energized inputs at the last `update`."""
         self.before_change()
         machine = self.machine_at(self._now_ns)
         return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
-
-    @property
-    def linked(self) -> bool:
-        """Whether the PLC reaches the module; one with a fatal error answers with MODULE_OK clear."""
-        return self.trouble is None or ANSWERS[self.trouble].linked
 
     @property
     def under_way(self) -> str | None:
@@ -158,6 +156,7 @@ class Amci3601:
         if self.trouble is ModuleFault.REMOVED:
             self.power_cycle()
         self.trouble = trouble
+        self.linked = trouble is None or ANSWERS[trouble].linked
         if trouble in (ModuleFault.REMOVED, ModuleFault.FATAL_ERROR):
             self._fall_silent()
         self.look_again()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ....io_images.amci3601 import StatusView
 from ....io_images.amci3601.firmware import Firmware
 from ....io_images.amci3601.words import WORDS_3601
 from ....io_images.site import SettingError
@@ -49,6 +50,8 @@ RECORD = ModuleRecord(
     name="amci3601",
     make=make,
     words=lambda _options: WORDS_3601,
+    has_firmware=True,
+    status=lambda image, _words: StatusView(image),
     traits=frozenset({Trait.FIRMWARE, Trait.STOPS_ANSWERING, Trait.MACHINE, Trait.SLIPS}),
     check_controller=check_controller,
     option_table=_option_table,

@@ -68,7 +68,8 @@ class GenericCard(Module):
         self._channels = self.options.channels(kind)
         self._driven: tuple[int, ...] | None = None
         self._output_words = [(at, mask, WORD_BITS * at) for at, mask in enumerate(kind.outputs)]
-        self._shown_words = range(len(kind.inputs or kind.outputs))
+        self._shown_words = range(len(kind.shown))
+        self._echo_shift = WORD_BITS * kind.echo_at
         for image, channel in self._channels:
             if image == "I":
                 self._take_signal(channel, Fraction(0))
@@ -96,7 +97,7 @@ class GenericCard(Module):
             self._put_level(name, self._energised(name, operated(now_ns)))
         self.lit = self._outputs(outputs) if self._runs else 0
         if not self.kind.analog:
-            self._show(self.lit if self.kind.echo else self._levels)
+            self._show(self._levels | self.lit << self._echo_shift if self.kind.echo else self._levels)
         elif self.kind.channels_out and (driven := self._driving(outputs)) != self._driven:
             self._drive(driven)
         return self._image
@@ -194,7 +195,7 @@ class GenericCard(Module):
     def _place(self, name: str) -> int:
         if name not in self.options.inputs:
             known = ", ".join(self.options.inputs) or "none"
-            raise ValueError(f"there is no input {name!r}: inputs are {known}")
+            raise ValueError(f"no input {name!r}: inputs are {known}")
         return self.options.inputs[name]
 
     def _outputs(self, outputs: Image) -> int:

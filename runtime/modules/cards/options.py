@@ -24,6 +24,7 @@ from ....io_images.cards import WORD_BITS, CardKind
 from ....io_images.image import WORD_MAX, WORD_MIN, WORDS
 from ....io_images.module_words import BitPlace, ModuleWords, numbers_of, terminals_in
 from ....io_images.signal_ranges import RANGES, RAW_LANDMARKS, SIGNAL_MAX, Channel
+from ....io_images.times import time_text
 from ...loop.options import Options
 from ...machine.spec import INPUT_NAMES
 
@@ -111,7 +112,7 @@ class Cam(_Row):
         if has_range is (self.switch is not None):
             raise ValueError("a cam has first or last (or both), or else a switch")
         if self.switch is not None and self.switch not in INPUT_NAMES:
-            raise ValueError(f"there is no switch {self.switch!r}: allowed are {', '.join(INPUT_NAMES)}")
+            raise ValueError(f"no switch {self.switch!r}; choose from {', '.join(INPUT_NAMES)}")
         if self.first is not None and self.last is not None and self.first > self.last:
             raise ValueError(f"first {self.first} lies after last {self.last}")
         return self
@@ -124,7 +125,7 @@ class CardOptions(Options):
         inputs: names of inputs by terminal, or of analog inputs by channel.
         outputs: names of outputs by terminal or channel.
         timeline: when inputs are operated, or analog inputs get a value.
-        normally_closed: inputs whose contacts are closed at rest: acting on one de-energises it.
+        normally_closed: inputs whose contacts are closed at rest: acting on one de-energizes it.
         cam: inputs that the machine of another slot operates.
         ranges: of an analog card: the range of a named channel, such as "4..20 mA"; with it the card
             converts, and shows over- and under-range.
@@ -156,7 +157,7 @@ class CardOptions(Options):
         by_hand = [press.input for press in self.timeline]
         for name in (*self.normally_closed, *by_hand, *by_machine):
             if name not in self.inputs:
-                raise ValueError(f"there is no input {name!r}: inputs are {known}")
+                raise ValueError(f"no input {name!r}: inputs are {known}")
         for name in by_machine:
             if name in by_hand or by_machine.count(name) > 1:
                 raise ValueError(f"cam: {name!r} is wired twice: one cam, or the timeline")
@@ -188,7 +189,7 @@ class CardOptions(Options):
             _check_choice(f"ranges: {name!r}", wanted, kind.ranges, kind.name)
             if name not in self.inputs and name not in self.outputs:
                 known = ", ".join((*self.inputs, *self.outputs)) or "none"
-                raise ValueError(f"ranges: there is no channel {name!r}: channels are {known}")
+                raise ValueError(f"ranges: no channel {name!r}: channels are {known}")
         for name, wanted in self.formats.items():
             _check_choice(f"formats: {name!r}", wanted, tuple(kind.formats), kind.name)
             if name not in self.ranges:
@@ -206,12 +207,11 @@ class CardOptions(Options):
             if abs(value) > SIGNAL_MAX:
                 unit = self.ranges[name].rpartition(" ")[2]
                 raise ValueError(
-                    f"{name!r}: {value} {unit} is not a signal of it: "
-                    f"allowed are -{SIGNAL_MAX} to {SIGNAL_MAX}"
+                    f"{name!r}: {value} {unit} is not a signal of it: must be -{SIGNAL_MAX} to {SIGNAL_MAX}"
                 )
         elif value != int(value) or not WORD_MIN <= value <= WORD_MAX:
             raise ValueError(
-                f"{name!r}: {value} is not a word: allowed are {WORD_MIN} to {WORD_MAX}, "
+                f"{name!r}: {value} is not a word: must be {WORD_MIN} to {WORD_MAX}, "
                 "or V and mA with a range in ranges"
             )
 
@@ -228,7 +228,7 @@ class CardOptions(Options):
 
     @property
     def at_rest(self) -> int:
-        """Mask of the inputs that are energised at rest."""
+        """Mask of the inputs that are energized at rest."""
         return sum(1 << self.inputs[name] for name in set(self.normally_closed))
 
     @property
@@ -266,7 +266,7 @@ def _digital_words(kind: CardKind, options: CardOptions) -> ModuleWords:
             "output": {name: BitPlace("O", *divmod(at, WORD_BITS)) for name, at in options.outputs.items()},
         },
         data_bits=kind.data_bits,
-        terminals={"I": kind.outputs if kind.echo else kind.inputs, "O": kind.outputs},
+        terminals={"I": kind.shown, "O": kind.outputs},
     )
 
 
@@ -310,10 +310,10 @@ def _check_presses(timeline: Sequence[InputPress]) -> None:
             continue
         end_ns = before.begin_ns + 1 if before.value is not None else before.end_ns
         if end_ns is None or press.begin_ns < end_ns:
-            until = "for good" if end_ns is None else f"until {end_ns / 1e6:g} ms"
+            until = "for good" if end_ns is None else f"until {time_text(end_ns)}"
             raise ValueError(
-                f"timeline: {press.input!r} is operated at {press.begin_ns / 1e6:g} ms, and it is already, "
-                f"from {before.begin_ns / 1e6:g} ms {until}: allowed is one at a time"
+                f"timeline: {press.input!r} is operated at {time_text(press.begin_ns)}, and it is already, "
+                f"from {time_text(before.begin_ns)} {until}: presses must not overlap"
             )
 
 

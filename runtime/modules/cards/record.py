@@ -69,7 +69,6 @@ def _record(kind: CardKind) -> ModuleRecord:
         name=kind.name,
         make=partial(make, kind),
         words=lambda options: CardOptions.of(options).words(kind),
-        has_firmware=False,
         status=CardView,
         family=kind.name.partition("-")[0] if "-" in kind.name else "",
         follows=lambda options: CardOptions.of(options).follows,

@@ -11,7 +11,7 @@
     number          1                2
     sign            a + b, -a        a - b, a
     row             a row of a table of refusals is taken out
-    order           two neighbouring rows of a table of refusals change places
+    order           two neighboring rows of a table of refusals change places
 
 Docstrings, annotations, messages, imports, asserts (they are for the type checker) and TYPE_CHECKING blocks
 have none.

@@ -49,7 +49,7 @@ class Trial:
         self.task = task
         self.report: dict[str, Any] = {"failed": [], "passed": []}
         self.report |= {"seconds": {}, "lines": {}, "rules": {}, "fired": {}}
-        self._traced = {path: path.removeprefix(task["root"] + "/scanrack/") for path in task["trace"]}
+        self._traced: dict[str, str] = task["trace"]  # the project's paths by those of the copy
         self._hits: dict[str, set[int]] = {}
         self._fired: set[str] = set()
         if self._traced:

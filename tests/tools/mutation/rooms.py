@@ -218,7 +218,7 @@ ROOMS: dict[str, Room] = {
     ),
     "watch": Room(
         ("front/watch",),
-        ("tests/unit/live",),
+        ("tests/unit/live", "tests/unit/share"),
         sources=EVERYTHING,
     ),
     "check": Room(
@@ -294,6 +294,88 @@ ROOMS: dict[str, Room] = {
             "tests/unit/pages/test_strategies_doc.py",
         ),
         without=("io_images/amci3601/rules/",),  # the room amci3601 has them
+    ),
+    "prove": Room(
+        ("ladder/prove", "front/jobs/prove"),
+        (
+            "tests/properties/test_proofs_hold.py",
+            "tests/properties/test_relation_lockstep.py",
+            "tests/unit/commands/test_cli_prove.py",
+            "tests/unit/prove",
+        ),
+        sources=EVERYTHING,
+    ),
+    "outside": Room(
+        ("runtime/outside",),
+        (
+            "tests/properties/test_tags_of_bytes.py",
+            "tests/unit/jobs/test_tags_from_outside.py",
+            "tests/unit/live/test_tag_*.py",
+            "tests/unit/outside",
+        ),
+        sources=PROGRAMS,
+    ),
+    "loop": Room(
+        ("runtime/loop",),
+        ("tests/unit/jobs/test_tag_bounds.py", "tests/unit/loop"),
+    ),
+    "machine": Room(
+        ("runtime/machine", "runtime/kinematics"),
+        (
+            "tests/properties/test_kinematics*.py",
+            "tests/properties/test_look_ahead.py",
+            "tests/properties/test_machine*.py",
+            "tests/unit/machine",
+        ),
+    ),
+    "modules": Room(
+        ("runtime/modules",),
+        ("tests/properties/test_broken_modules.py", "tests/unit/modules"),
+        without=(LAYER, "runtime/modules/adapters/", "runtime/modules/cards/"),  # rooms of their own
+    ),
+    "jobs": Room(
+        (
+            "front/jobs/captures",
+            "front/jobs/conform",
+            "front/jobs/drive",
+            "front/jobs/first",
+            "front/jobs/imports",
+            "front/jobs/load",
+            "front/jobs/record",
+            "front/jobs/replay",
+            "front/jobs/run",
+            "front/jobs/serve",
+            "front/jobs/start",
+        ),
+        (
+            "tests/unit/commands/test_cli_re*.py",
+            "tests/unit/commands/test_cli_run.py",
+            "tests/unit/commands/test_cli_serve.py",
+            "tests/unit/commands/test_conform_command.py",
+            "tests/unit/commands/test_drive*.py",
+            "tests/unit/commands/test_start.py",
+            "tests/unit/jobs",
+        ),
+        sources=EVERYTHING,
+    ),
+    "commands": Room(
+        ("front/commands", "front/terminal"),
+        ("tests/unit/commands", "tests/unit/front"),
+        sources=EVERYTHING,
+    ),
+    "lsp": Room(("front/lsp",), ("tests/unit/lsp",), sources=EVERYTHING),
+    "testing": Room(
+        ("front",),
+        ("tests/unit/testing",),
+        without=(
+            "front/__",
+            "front/commands/",
+            "front/jobs/",
+            "front/lsp/",
+            "front/terminal/",
+            "front/watch/",
+        ),
+        sources=EVERYTHING,
     ),
 }
 """The rooms by name; the first is the one that is measured without --room."""

@@ -1,7 +1,7 @@
 """Runs tests against mutants, in private copies of the project; the working tree is never touched.
 
 A mutant is tried with the tests that execute its line when nothing is wrong: first those with the
-mark of a rule that the mutated line names, then those that have killed its neighbours, then the quickest.
+mark of a rule that the mutated line names, then those that have killed its neighbors, then the quickest.
 Verdicts are kept in the cache directory. That a test has killed a mutant holds as long as that test's file
 and the sources are the same; that a mutant survived, as long as all tests are.
 """
@@ -29,7 +29,7 @@ from .plugin import NOT_THE_COPY, TASK
 
 FRONT = "front"
 """What is the package itself."""
-ROOMS = ("io_images", "ladder", "runtime", "traces")
+ROOMS = ("io_images", "ladder", "rockwell", "runtime", "traces")
 BESIDE = ("tests", "docs", "examples", "pyproject.toml")
 RULE_ID = re.compile(r"\b[A-Z]{2,4}-[A-Z]?\d\d\b")
 NO_TESTS = 5
@@ -63,11 +63,15 @@ class ProjectCopy:
         checked = py_compile.PycInvalidationMode.CHECKED_HASH  # a mutant may be as long and as old
         compileall.compile_dir(self.package, quiet=2, invalidation_mode=checked)
 
+    def file(self, path: str) -> Path:
+        """Return the copy of a file of the project; `front` is the package itself."""
+        return self.package / path.removeprefix(f"{FRONT}/")
+
     def run(self, task: dict[str, Any], files: Sequence[str], *, limit_s: float, first_only: bool) -> Run:
         """Run tests with the plugin; return what came of it."""
         task_file, report = self.place / "task.json", self.place / "report.json"
         report.unlink(missing_ok=True)
-        usual: dict[str, Any] = {"trace": [], "order": None, "seconds": {}}
+        usual: dict[str, Any] = {"trace": {}, "order": None, "seconds": {}}
         task = {**usual, **task, "root": str(self.place), "report": str(report)}
         task_file.write_text(json.dumps(task), encoding="utf-8")
         here = str(Path(__file__).parents[1])
@@ -91,6 +95,7 @@ class ProjectCopy:
                 text=True,
                 timeout=limit_s,
                 check=False,
+                encoding="utf-8",
             )
         except subprocess.TimeoutExpired:
             return Run(-1, {}, "the run has hung")
@@ -149,7 +154,7 @@ def baseline(copy: ProjectCopy, file: str, traced: Iterable[str]) -> Baseline:
     Raises:
         RuntimeError: the file can't be collected.
     """
-    paths = [str(copy.package / path) for path in traced]
+    paths = {str(copy.file(path)): path for path in traced}
     done = copy.run({"trace": paths}, [file], limit_s=STAGE_LIMIT_S, first_only=False)
     if done.status not in (0, 1, NO_TESTS) or not done.report:
         raise RuntimeError(f"{file} can't be run without a mutant:\n{done.said[-4000:]}")
@@ -233,7 +238,7 @@ class Trials:
         tests = self.choose(mutant)
         if not tests:
             return Verdict(False, "", "not reached", self._basis(""))
-        path = copy.package / mutant.path
+        path = copy.file(mutant.path)
         original = path.read_text(encoding="utf-8")
         path.write_text(mutant.apply(original), encoding="utf-8")
         try:
@@ -322,7 +327,7 @@ def tree_hash(folder: Path, *patterns: str) -> str:
 
 def source_hash(package: Path, patterns: Iterable[str]) -> str:
     """Return a hash of the files that match, but for the commands."""
-    paths = sorted(path for pattern in patterns for path in package.glob(pattern))
-    names = [path.relative_to(package).as_posix() for path in paths]
-    decisive = [name for name in names if not name.startswith("front/commands/")]
+    here = [pattern.removeprefix(f"{FRONT}/") for pattern in patterns]
+    names = sorted({path.relative_to(package).as_posix() for each in here for path in package.glob(each)})
+    decisive = [name for name in names if not name.startswith("commands/")]
     return digest(*(f"{name} {file_hash(package / name)}" for name in decisive))

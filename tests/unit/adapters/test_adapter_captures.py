@@ -31,7 +31,7 @@ def configured(controller: str) -> AdapterBench:
 
 
 def captured_encoder(phase: int, *, turning: bool) -> int:
-    """Turn the encoder by one count a millisecond up to 500, and energise the input there."""
+    """Turn the encoder by one count a millisecond up to 500, and energize the input there."""
     bench = AdapterBench(scan_ms=1).configured(*WITH_ENCODER)
     bench.run(phase)
     end_ns = bench.now_ns + 500 * MS

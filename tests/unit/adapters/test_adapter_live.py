@@ -46,7 +46,7 @@ LONG_MOVE = (2, 0, 60, 0, 2, 0, 50, 50)
 def served(*arguments: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
     """Serve a controller in a process of its own; yield where it is."""
     words = [sys.executable, "-m", "scanrack", "serve", *arguments, "--quiet"]
-    process = forked.start(words, stdout=subprocess.PIPE, text=True)
+    process = forked.start(words, stdout=subprocess.PIPE, text=True, encoding="utf-8")
     assert process.stdout is not None
     try:
         yield process.stdout.readline().split("  ")[0], process
@@ -255,8 +255,8 @@ def logic(scan):
 
 
 def rack_file(folder: Path, rest: str, module: str = "pcl601-adapter") -> str:
-    (folder / "logic.py").write_text(LOGIC)
-    (folder / "rack.toml").write_text(RACK.format(module=module, rest=rest))
+    (folder / "logic.py").write_text(LOGIC, encoding="utf-8")
+    (folder / "rack.toml").write_text(RACK.format(module=module, rest=rest), encoding="utf-8")
     return str(folder / "rack.toml")
 
 
@@ -287,7 +287,7 @@ def test_a_real_port_is_refused_where_it_must_be(
         ({"module": "amci3601", "port": "COM3"}, "only pcl601-adapter, pmc006-adapter can use one"),
         ({"module": "pcl601-adapter", "port": "tcp:5020"}, "over TCP it is tcp:HOST:PORT"),
         ({"module": "pcl601-adapter", "port": ""}, "a serial device such as"),
-        ({"module": "pcl601-adapter", "port": "COM3", "address": 100}, "allowed is 1 to 99"),
+        ({"module": "pcl601-adapter", "port": "COM3", "address": 100}, "must be 1 to 99"),
         ({"module": "pmc006-adapter", "port": "COM3", "address": 0}, "1 to 120, or 255"),
         ({"module": "pmc006-adapter", "address": 3}, "goes with a real port only"),
     ],
@@ -351,7 +351,7 @@ def test_a_run_in_real_time_moves_the_controller_of_another_process(path: str, t
     arguments = ["run", rack, "--realtime", "--live", "--for", "2 s", "--record", trace]
     result = CliRunner().invoke(build(), arguments)
     assert result.exit_code == 0, result.stderr
-    position = CliRunner().invoke(build(), ["pcl601", "--port", path, "read", "position"])
+    position = CliRunner().invoke(build(), ["device", "pcl601", "--port", path, "read", "position"])
     assert position.stdout == "1002000\n"
     again = CliRunner().invoke(build(), ["rerun", trace, "--trust"])
     assert again.exit_code == 2
@@ -370,7 +370,7 @@ FAULTING = SLEWING + "        raise ValueError\n"
 
 
 def position_at(path: str) -> int:
-    result = CliRunner().invoke(build(), ["pcl601", "--port", path, "read", "position"])
+    result = CliRunner().invoke(build(), ["device", "pcl601", "--port", path, "read", "position"])
     assert result.exit_code == 0, result.stderr
     return int(result.stdout)
 
@@ -386,9 +386,9 @@ def moves(path: str) -> bool:
 def running(folder: Path, path: str, logic: str) -> Iterator[subprocess.Popen[str]]:
     """Run a rack in a process of its own; yield it when the axis has moved."""
     rack = rack_file(folder, f'port = "{path}"')
-    (folder / "logic.py").write_text(logic)
+    (folder / "logic.py").write_text(logic, encoding="utf-8")
     words = [sys.executable, "-m", "scanrack", "run", rack, "--realtime", "--live", "--no-record"]
-    process = forked.start(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = forked.start(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8")
     assert process.stdout is not None
     try:
         assert process.stdout.readline() == "moving\n"
@@ -405,7 +405,7 @@ def test_a_run_that_is_asked_to_end_stops_the_motor(
 ) -> None:
     with running(tmp_path, path, SLEWING) as process:
         process.send_signal(number)
-        assert process.wait(5) == 130
+        assert process.wait(120) == 130
         assert position_at(path) > 1_000_000
         assert not moves(path)
 
@@ -413,7 +413,7 @@ def test_a_run_that_is_asked_to_end_stops_the_motor(
 @pytest.mark.slow
 def test_a_program_that_raises_stops_the_motor(path: str, tmp_path: Path) -> None:
     with running(tmp_path, path, FAULTING) as process:
-        assert process.wait(5) == 1
+        assert process.wait(120) == 1
         assert position_at(path) > 1_000_000
         assert not moves(path)
 
@@ -425,7 +425,7 @@ def test_killed_in_a_manual_move_the_axis_goes_on_until_the_next_configuration(
     """No controller has a watchdog: what the page says of a process that dies."""
     with running(tmp_path, path, SLEWING) as process:
         process.kill()
-        process.wait(5)
+        process.wait(120)
         assert moves(path)
     with opened("pcl601-adapter", path) as module:
         live = Live(module)

@@ -18,7 +18,7 @@ from scanrack.runtime.machine import Switch
 
 CW, CCW, HOME = InputBit.CW_LIMIT, InputBit.CCW_LIMIT, InputBit.HOME
 NORMALLY_CLOSED = (0x843E, 0x3F & ~(CW | CCW), 1, 0)
-"""The usual configuration, but both limits active when they are not energised."""
+"""The usual configuration, but both limits active when they are not energized."""
 
 CW_AT_4000 = Switch(CW, 4000, None, normally_closed=True)
 CCW_AT_4000 = Switch(CCW, None, -4000, normally_closed=True)

@@ -40,7 +40,7 @@ class Case:
     Attributes:
         row: name of the row.
         words: that are refused.
-        bits: error bits and acknowledgement, as they then are; left out for configurations.
+        bits: error bits and acknowledgment, as they then are; left out for configurations.
         options: of the adapter.
         configuration: before them.
         before: words that come first.

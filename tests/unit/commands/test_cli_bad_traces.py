@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import resource
 import subprocess
 import sys
 from collections.abc import Callable
@@ -62,7 +61,10 @@ BAD: dict[str, tuple[Callable[..., object], str]] = {
     "directory": (lambda path: path.mkdir(), "Is a directory"),
     "pipe": (a_pipe, "it is not a file"),
     "empty": (lambda path: path.write_bytes(b""), "it is not an MCAP file"),
-    "text": (lambda path: path.write_text("scan,position\n" * 99), "it is not an MCAP file"),
+    "text": (
+        lambda path: path.write_text("scan,position\n" * 99, encoding="utf-8"),
+        "it is not an MCAP file",
+    ),
     "magic only": (lambda path: path.write_bytes(b"\x89MCAP0\r\n"), "it has no header"),
     "foreign": (foreign, "it has no channel /scan; its topics are: /imu"),
     "cut in its head": (cut_in_its_head, "ends at byte"),
@@ -139,7 +141,7 @@ def test_a_damaged_trace_gives_what_is_whole_and_says_what_is_not(tmp_path: Path
     assert line.startswith(note)
     assert line.endswith(lost)
     if command == "csv":
-        rows = (tmp_path / "out.csv").read_text().splitlines()[1:]
+        rows = (tmp_path / "out.csv").read_text(encoding="utf-8").splitlines()[1:]
         assert [int(row.partition(",")[0]) for row in rows] == [*range(30), *range(60, 90)]
 
 
@@ -156,6 +158,8 @@ def test_a_file_that_may_not_grow_is_whole_up_to_there(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     limit = 200_000
 
+    resource = pytest.importorskip("resource")
+
     def limited() -> None:
         resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
 
@@ -165,8 +169,9 @@ def test_a_file_that_may_not_grow_is_whole_up_to_there(tmp_path: Path) -> None:
         preexec_fn=limited,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=120,
         check=False,
+        encoding="utf-8",
     )
     last = done.stderr.splitlines()[-1]
     assert f"{path}: File too large; it was cut back to its last whole record, at byte " in last
@@ -201,6 +206,7 @@ def test_a_disk_that_is_full_is_told_with_the_file_that_was_written(
     path = record(tmp_path / "good.mcap", idle(3_000))
     content = path.read_bytes()
     path.write_bytes(content[:-40])
+    resource = pytest.importorskip("resource")
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1_024, limits[1]))
     try:
@@ -214,7 +220,7 @@ def test_a_disk_that_is_full_is_told_with_the_file_that_was_written(
 
 def test_a_disk_without_any_room_is_told_in_one_line(tmp_path: Path) -> None:
     if not Path("/dev/full").exists():
-        pytest.skip("there is no /dev/full")
+        pytest.skip("no /dev/full")
     rack = Path(__file__).parents[3] / "examples" / "three_stations" / "line.toml"
     result = CliRunner().invoke(build(), ["run", str(rack), "--scans", "10", "--record", "/dev/full"])
     assert result.exit_code == 3

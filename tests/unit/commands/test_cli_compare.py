@@ -206,7 +206,7 @@ def test_a_mistake_is_told_in_one_line(pair: tuple[Path, Path], options: list[st
 
 
 def test_a_file_that_is_no_trace_is_told(pair: tuple[Path, Path], tmp_path: Path) -> None:
-    (tmp_path / "no.mcap").write_text("no trace")
+    (tmp_path / "no.mcap").write_text("no trace", encoding="utf-8")
     result = scanrack("compare", pair[0], tmp_path / "no.mcap")
     assert result.exit_code == 2
     assert "no.mcap: it is not an MCAP file" in result.stderr

@@ -1,4 +1,4 @@
-"""`scanrack ports` and `scanrack probe`: over pseudo-terminals with simulated controllers behind them."""
+"""`scanrack device list` and `scanrack device identify`: the serial ports, and what answers on one."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ def serving(units: list[Unit]) -> Iterator[str]:
         yield place
     finally:
         stop.ask()
-        thread.join(5)
+        thread.join(120)
 
 
 def probed(place: str, *options: str) -> tuple[int, str, str]:
-    result = CliRunner().invoke(build(), ["probe", place, *options])
+    result = CliRunner().invoke(build(), ["device", "identify", place, *options])
     return result.exit_code, result.stdout, result.stderr
 
 
@@ -88,7 +88,7 @@ def test_nobody_is_a_status_of_its_own() -> None:
     ],
 )
 def test_what_can_not_be_asked_is_told(arguments: list[str], status: int, said: str) -> None:
-    result = CliRunner().invoke(build(), ["probe", *arguments])
+    result = CliRunner().invoke(build(), ["device", "identify", *arguments])
     assert result.exit_code == status
     assert said in result.stderr
     assert len(result.stderr.splitlines()) == 1
@@ -139,8 +139,8 @@ def test_serial_devices_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
         SimpleNamespace(device="/dev/ttyS0", description="n/a", manufacturer=None),
     ]
     monkeypatch.setattr(discovery, "comports", lambda: ports)
-    result = CliRunner().invoke(build(), ["ports"])
+    result = CliRunner().invoke(build(), ["device", "list"])
     assert (result.exit_code, result.stdout) == (0, "/dev/ttyS0\n/dev/ttyUSB1  FT232R USB UART  FTDI\n")
     monkeypatch.setattr(discovery, "comports", list)
-    result = CliRunner().invoke(build(), ["ports"])
-    assert (result.exit_code, result.stderr) == (1, "scanrack: there is no serial device\n")
+    result = CliRunner().invoke(build(), ["device", "list"])
+    assert (result.exit_code, result.stderr) == (1, "scanrack: no serial device\n")

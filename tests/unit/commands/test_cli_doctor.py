@@ -50,7 +50,7 @@ def test_a_missing_extra_is_absent_and_names_its_remedy(monkeypatch: pytest.Monk
     monkeypatch.setattr(doctor, "_installed", lambda name: name != "polars")
     (frames,) = observed("extra frames")
     assert (frames.state, frames.says) == (Health.ABSENT, "polars missing")
-    assert frames.mend.startswith("pip install 'scanrack[frames]' for ")
+    assert frames.mend.startswith('pip install ".[frames]" in a checkout of scanrack for ')
     assert report()[0] == 0
 
 
@@ -60,7 +60,7 @@ def test_a_missing_package_or_a_foreign_python_is_broken(monkeypatch: pytest.Mon
     assert report()[0] == 1
     monkeypatch.undo()
     monkeypatch.setattr(sys, "version_info", (3, 9, 0))
-    assert observed("Python")[0].mend == "use Python 3.11 to 3.13"
+    assert observed("Python")[0].mend == "use Python 3.11 to 3.14"
     monkeypatch.undo()
 
 

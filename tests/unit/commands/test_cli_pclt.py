@@ -24,7 +24,7 @@ def test_the_five_samples_can_be_stored() -> None:
 def test_a_listing_has_addresses_and_sizes(tmp_path: Path) -> None:
     """MOVE takes 6 bytes, TEXT 2 and its characters, END 2: the table of docs/pcl601-programs.md."""
     file = tmp_path / "a.pclt"
-    file.write_text('move 4000 ; out\ntext "@1G"\nend\n')
+    file.write_text('move 4000 ; out\ntext "@1G"\nend\n', encoding="utf-8")
     lines = pclt("list", file).stdout.splitlines()
     assert lines == ["    0   6  MOVE 4000", '    6   5  TEXT "@1G"', "   11   2  END"]
 

@@ -9,8 +9,9 @@ from pathlib import Path
 import pytest
 from l5x_files import document, ladder, program, rung, tag, task
 from scanrack.commands import build
+from scanrack.commands.programs import prove as prove_command
 from scanrack.jobs.load.loading import SCENARIO_TRACE
-from scanrack.jobs.prove import proving
+from scanrack.jobs.prove import checking, proving
 from scanrack.ladder.prove.questions import Answers
 from scanrack.ladder.prove.system import ProgramSystem
 from typer.testing import CliRunner
@@ -48,7 +49,7 @@ ASSUMED = claim("with B off", 'never = "Fwd AND Rev"', 'assume = ["NOT B"]')
 @pytest.fixture
 def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "line.rung").write_text(LINE)
+    (tmp_path / "line.rung").write_text(LINE, encoding="utf-8")
     return tmp_path
 
 
@@ -59,7 +60,7 @@ def scanrack(*words: str) -> tuple[int, str]:
 
 
 def proved(properties: str, *words: str) -> tuple[int, str]:
-    Path("line.toml").write_text(RACK.format(properties=properties))
+    Path("line.toml").write_text(RACK.format(properties=properties), encoding="utf-8")
     return scanrack("prove", "line.toml", *words)
 
 
@@ -70,9 +71,35 @@ def test_what_holds_is_proved_with_its_assumptions(place: Path) -> None:
     assert [line.split("  ")[0] for line in said.splitlines()[:2]] == ["bounded", "with B off"]
     assert said.count("  proved  ") == 2
     assert "scans are 1 to 100 ms apart" in said
+    assert "the key stays in run" not in said  # it is turned in some runs
+    assert "    runs begin with power-up and initial values" in said
+    assert 'happens = ["program mode", "lost link"]' in said
     assert "    NOT B\n" in said
     assert "held, as nothing writes them: Dwell.PRE = 500, Limit = 5" in said
-    assert not (place / "line-prove").exists()
+    assert sorted(each.name for each in (place / "line-prove" / "bounded").iterdir()) == [
+        "proof.json",
+        "proof.smt2",
+    ]
+
+
+@pytest.mark.slow
+def test_other_solvers_check_each_proof(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    found = checking.solvers()
+    if not found:
+        pytest.skip("neither z3 nor cvc5 is there")
+    status, said = proved(HOLDS, "--check")
+    assert status == 0
+    for each in found:
+        assert f"{each.name} confirms it" in said
+    doubtful = checking.Solver("z9 1.0", lambda _script: "sat")
+    monkeypatch.setattr(prove_command, "solvers", lambda: [doubtful])
+    status, said = proved(HOLDS, "--check")
+    assert status == 3
+    assert re.search(r"bounded +unknown +z9 1.0 refuses the proof, \w+.*: sat", said)
+    monkeypatch.setattr(prove_command, "solvers", list)
+    status, said = proved(HOLDS, "--check")
+    assert status == 2
+    assert "--check needs another solver, z3 or cvc5: pip install" in said
 
 
 @pytest.mark.slow
@@ -90,7 +117,7 @@ def test_a_refuted_property_has_a_scenario_that_others_replay(place: Path) -> No
     assert "Local:1:I.Data[1] = 8 (IN_ESTOP)" in proved(BROKEN)[1]
     status, said = scanrack("why", scenario, "Fwd", "--at", "50")
     assert status == 0
-    assert "chain: Fwd on (0.5 s" in said
+    assert "Fwd is on since 0.5 s (scan 50)" in said
 
 
 @pytest.mark.slow
@@ -101,6 +128,8 @@ def test_two_runs_say_the_same_but_for_times(place: Path) -> None:
             assert row.pop("spent_ns") > 0
     assert first == second
     row = first["properties"][0]
+    assert any("runs begin with power-up" in each for each in row["assumed"])
+    assert any("runs begin with power-up" in each for each in first["assumed"])
     assert (row["verdict"], row["claim"], row["k"]) == ("refuted", "never Fwd AND Rev", 6)
     assert row["rack"]["forced"] == ["Local:1:I.Data[1]"]
     assert sum(each["ms"] for each in row["scans"]) >= 500
@@ -118,7 +147,7 @@ def test_a_state_is_reached_or_not(place: Path) -> None:
 
 def test_a_program_without_a_rack_has_the_claims_of_its_comments(place: Path) -> None:
     (place / "line.rung").write_text(
-        LINE.replace("XIC(Dwell.DN)", "// prove: never Fwd AND NOT A\nXIC(Dwell.DN)")
+        LINE.replace("XIC(Dwell.DN)", "// prove: never Fwd AND NOT A\nXIC(Dwell.DN)"), encoding="utf-8"
     )
     status, said = scanrack("prove", "line.rung")
     assert status == 0
@@ -134,12 +163,12 @@ def test_comments_of_exports_are_claims(place: Path) -> None:
     exported = document(
         tags=[tag("A", "BOOL"), tag("Fwd", "BOOL")], programs=[main], tasks=[task("T", "Main")]
     )
-    (place / "line.L5X").write_text(exported)
+    (place / "line.L5X").write_text(exported, encoding="utf-8")
     status, said = scanrack("prove", "line.L5X")
     assert (status, said.count("  proved  ")) == (0, 2)
     lines = ["SLOT 1 OTHER 3 10 25", 'LADDER 2 "MAIN"', "% prove: never B3/1 AND B3:0/2 %"]
     lines += ["SOR XIC I:2/3 OTE B3/1 EOR", "SOR XIC I:2/4 OTE B3/2 EOR"]
-    (place / "line.SLC").write_text("\n".join(lines))
+    (place / "line.SLC").write_text("\n".join(lines), encoding="utf-8")
     status, said = scanrack("prove", "line.SLC")
     assert (status, said.split("  ")[:2]) == (
         1,
@@ -152,7 +181,7 @@ def test_a_fault_stops_the_rack(place: Path) -> None:
     text = LINE.replace("TAG Count", "TAG List : DINT[4]\nTAG Count").replace(
         "END\n", "MOV(1,List[Count]);\nEND\n"
     )
-    (place / "line.rung").write_text(text)
+    (place / "line.rung").write_text(text, encoding="utf-8")
     status, said = proved("")
     assert status == 1
     # Count is 1 after the first scan, and 4 after the fourth, number 3
@@ -175,12 +204,13 @@ def test_numbers_that_change_from_outside_are_free(place: Path) -> None:
     ],
 )
 def test_what_no_proof_covers_is_refused_by_name(place: Path, program: str, says: str) -> None:
-    (place / "line.py").write_text("def logic(scan):\n    pass\n")
+    (place / "line.py").write_text("def logic(scan):\n    pass\n", encoding="utf-8")
     (place / "twice.rung").write_text(
         "CONTROLLER two\nPROGRAM Main MAIN Go FAULT Fault\nTAG A : BOOL\n"
-        "ROUTINE Go\nOTE(A);\nEND\nROUTINE Fault\nNOP();\nEND\nEND PROGRAM\n"
+        "ROUTINE Go\nOTE(A);\nEND\nROUTINE Fault\nNOP();\nEND\nEND PROGRAM\n",
+        encoding="utf-8",
     )
-    (place / "rack.toml").write_text(f'program = "{program}"\n{SLOT}')
+    (place / "rack.toml").write_text(f'program = "{program}"\n{SLOT}', encoding="utf-8")
     status, said = scanrack("prove", "rack.toml")
     assert status == 2
     assert says.upper() in said.upper()
@@ -196,7 +226,7 @@ def test_nothing_to_prove_says_what_to_write(place: Path) -> None:
 def test_built_in_questions_find_what_is_dead_and_what_faults(place: Path) -> None:
     more = "XIC(A)XIO(A)OTE(Rev);\nDIV(Count,Divisor,Count);\nEND\n"
     text = LINE.replace("END\n", more).replace("TAG Count", "TAG Divisor : DINT\nTAG Count")
-    (place / "line.rung").write_text(text)
+    (place / "line.rung").write_text(text, encoding="utf-8")
     status, said = proved("")
     assert status == 1
     assert "dead-rung   line.rung:16: routine Main, rung 4: no output of rung 4 ever has power" in said
@@ -204,17 +234,17 @@ def test_built_in_questions_find_what_is_dead_and_what_faults(place: Path) -> No
     fault = next(line for line in said.splitlines() if line.startswith("fault "))
     assert "rung 5" in fault
     scenario = fault.rpartition("   ")[2]
-    assert json.loads((place / scenario).read_text())["orders"] == []
+    assert json.loads((place / scenario).read_text(encoding="utf-8"))["orders"] == []
 
 
 def test_a_mistake_in_a_property_names_it(place: Path) -> None:
     status, said = proved(claim("typo", 'never = "Fdw"'))
     assert status == 2
-    assert "property 'typo': Fdw: there is no tag Fdw (did you mean Fwd?)" in said
+    assert "property 'typo': Fdw: no tag Fdw (did you mean Fwd?)" in said
 
 
 def test_two_programs_differ_where_the_edit_reaches(place: Path) -> None:
-    (place / "new.rung").write_text(LINE.replace("XIC(B)XIC(axis", "XIO(B)XIC(axis"))
+    (place / "new.rung").write_text(LINE.replace("XIC(B)XIC(axis", "XIO(B)XIC(axis"), encoding="utf-8")
     status, said = scanrack("prove", "line.rung", "line.rung")
     # Fwd, Rev, Count and the EN, TT, DN and ACC of the timer
     assert (status, said.splitlines()[0][:49]) == (0, "0 of 7 bits and numbers can differ, 0 in one scan")
@@ -235,7 +265,7 @@ def test_mistakes_of_a_comparison_are_named(place: Path) -> None:
         "scanrack: --only goes with two programs: scanrack prove OLD NEW --only TAGS\n",
     )
     status, said = scanrack("prove", "line.rung", "line.rung", "--only", "Revv")
-    assert (status, "--only Revv: there is no tag Revv (did you mean Rev?)" in said) == (2, True)
+    assert (status, "--only Revv: no tag Revv (did you mean Rev?)" in said) == (2, True)
     status, said = scanrack("prove", "line.rung", "line.rung", "--only", "Count.3")
     assert (status, "it is a bit of a number" in said) == (2, True)
 
@@ -244,7 +274,7 @@ def test_mistakes_of_a_comparison_are_named(place: Path) -> None:
 def test_the_page_draws_the_rungs_that_decide_with_their_power(place: Path) -> None:
     status, _ = proved(BROKEN + claim("<b>", 'never = "Count > 5"'), "--html", "page.html")
     assert status == 1
-    page = Path("page.html").read_text()
+    page = Path("page.html").read_text(encoding="utf-8")
     assert page.startswith("<!doctype html>")
     assert "&lt;b&gt;" in page
     assert "<b>" not in page.replace('<b class="', "")
@@ -252,7 +282,7 @@ def test_the_page_draws_the_rungs_that_decide_with_their_power(place: Path) -> N
     assert [name in page for name in (">Dwell<", ">Fwd<", ">Rev<", ">Count<")] == [True, True, True, False]
     assert "live" in page.partition("<svg")[2]
     assert scanrack("prove", "line.rung", "line.rung", "--html", "two.html")[0] == 0
-    assert "0 of 7 bits and numbers can differ" in Path("two.html").read_text()
+    assert "0 of 7 bits and numbers can differ" in Path("two.html").read_text(encoding="utf-8")
 
 
 COILS = (
@@ -265,7 +295,7 @@ COILS = (
 @pytest.mark.slow
 def test_coils_that_disagree_do_so_on_the_rack(place: Path) -> None:
     """B and Jog: the two rungs of Rev write different values."""
-    (place / "line.rung").write_text(COILS)
+    (place / "line.rung").write_text(COILS, encoding="utf-8")
     status, said = proved("", "--json")
     (found,) = [each for each in json.loads(said)["found"] if each["rule"] == "conflict"]
     assert status == 1
@@ -276,9 +306,9 @@ def test_coils_that_disagree_do_so_on_the_rack(place: Path) -> None:
 @pytest.mark.slow
 def test_what_differs_does_so_on_the_rack(place: Path) -> None:
     """The dwell is 200 ms less: both racks have the same orders, and Fwd comes earlier on one of them."""
-    Path("other.rung").write_text(LINE)
-    Path("line.toml").write_text(RACK.format(properties=""))
-    Path("line.rung").write_text(LINE.replace("TON(Dwell,500,0)", "TON(Dwell,300,0)"))
+    Path("other.rung").write_text(LINE, encoding="utf-8")
+    Path("line.toml").write_text(RACK.format(properties=""), encoding="utf-8")
+    Path("line.rung").write_text(LINE.replace("TON(Dwell,500,0)", "TON(Dwell,300,0)"), encoding="utf-8")
     status, said = scanrack("prove", "other.rung", "line.toml", "--json")
     changed = {each["tag"]: each["rack"] for each in json.loads(said)["changed"]}
     assert status == 1
@@ -290,13 +320,85 @@ def test_nothing_is_asked_about_the_inside_of_shipped_blocks(
 ) -> None:
     asked = []
 
-    def ask(problem: ProgramSystem, routines: set[str]) -> Answers:
+    def ask(problem: ProgramSystem, routines: set[str], seen: object) -> Answers:
         asked.append((routines, "MC_HOME.LOGIC" in problem.lowered.routines))
         return Answers()
 
     monkeypatch.setattr(proving, "ask", ask)
     block = "USE axis3601\nTAG Drive : AXIS_3601\nTAG Home : MC_Home\n"
     call = "XIC(A)MC_Home(Home,Drive,A,-1,2000,10,10);\nEND\n"
-    (place / "line.rung").write_text(LINE.replace("TAG A ", block + "TAG A ").replace("END\n", call))
+    (place / "line.rung").write_text(
+        LINE.replace("TAG A ", block + "TAG A ").replace("END\n", call), encoding="utf-8"
+    )
     proved("")
     assert asked == [({"MAIN"}, True)]
+
+
+LATCH = """\
+PROGRAM line
+TAG Start : BOOL
+TAG Run : BOOL
+TAG Valve : BOOL
+TAG Lost : BOOL
+TAG Count : DINT
+SLOT axis : 1
+ROUTINE Main
+XIC(Valve)XIO(Run)OTE(Lost);
+[XIC(Start),XIC(Run)]OTE(Run);
+XIC(Run)OTL(Valve);
+XIO(Run)OTU(Valve);
+END
+"""
+
+
+@pytest.mark.slow
+def test_a_scenario_turns_the_key_and_the_rack_does_it(place: Path) -> None:
+    (place / "line.rung").write_text(LATCH, encoding="utf-8")
+    claims = claim("valve", 'never = "Lost"')
+    status, said = proved(claims)
+    assert status == 1
+    assert said.startswith("valve  refuted   scan 2 ")
+    assert "the key was turned to program and back to run" in said
+    assert re.search(r"on the rack: scan \d+, as its modules answer", said)
+    scenario = place / "line-prove" / "valve" / "scenario.json"
+    modes = re.findall(r'"mode": "(\w+)"', scenario.read_text(encoding="utf-8"))
+    assert modes == ["program", "run"]
+    status, said = scanrack("fuzz", "line.toml", "--scenario", str(scenario))
+    assert status == 1, said
+    assert proved("happens = []\n" + claims)[0] == 0
+
+
+SLOW = """\
+PROGRAM line
+TAG Go : BOOL
+TAG T : TIMER
+TAG Over : BOOL
+SLOT axis : 1
+ROUTINE Main
+XIC(Go)TON(T,100,0);
+GRT(T.ACC,150)OTE(Over);
+END
+"""
+
+
+@pytest.mark.slow
+def test_what_only_longer_scans_than_the_racks_break_says_so_first(place: Path) -> None:
+    (place / "line.rung").write_text(SLOW, encoding="utf-8")
+    status, said = proved(claim("over", 'never = "Over"'))
+    assert status == 1
+    assert "over  refuted   only with scans longer than the rack's: with scans of 10 ms it is proved" in said
+
+
+@pytest.mark.slow
+def test_what_the_rack_does_on_its_own_is_no_finding(place: Path) -> None:
+    """Thirty seconds of a timer are three thousand scans: no search goes as far."""
+    late = LINE.replace("XIC(A)TON(Dwell,500,0);", "TON(Dwell,1000,0)XIC(Dwell.DN)CTU(Long,3,0);")
+    late = late.replace("TAG A :", "TAG Long : COUNTER\nTAG A :").replace(
+        "END\n", "XIC(Long.DN)OTE(A);\nEND\n"
+    )
+    late = late.replace("TON(Dwell", "XIO(Dwell.DN)TON(Dwell")
+    (place / "line.rung").write_text(late, encoding="utf-8")
+    status, said = proved("")
+    assert status == 0
+    assert "Long is never done" not in said
+    assert "are open" not in said

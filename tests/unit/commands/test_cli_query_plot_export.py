@@ -59,18 +59,18 @@ def test_query_that_finds_nothing_ends_with_1(path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("query", "{}", "rose(slot1.in.X)"), "column 6: there is no signal 'slot1.in.X'"),
+        (("query", "{}", "rose(slot1.in.X)"), "column 6: no signal 'slot1.in.X'"),
         (("query", "{}", "scan > 1", "--show", "slot1.in.positon"), "did you mean slot1.in.position"),
         (("query", "none.mcap", "scan > 1"), "none.mcap: No such file or directory"),
         (("plot", "{}", "--out", "{}.gif"), "the file's suffix says what to draw: .png, .svg, .html"),
         (("plot", "{}", "--slot", 2), "no card with names in slot 2; there is one in 1"),
         (("plot", "{}", "--scans", "500:"), "no scan in scans from 500; it holds scans 0 to 99"),
         (("plot", "{}", "--time", "3s:1s"), "it ends before it begins"),
-        (("plot", "{}", "--time", "3"), "allowed are A:B, A: and :B"),
+        (("plot", "{}", "--time", "3"), "must be A:B, A: or :B"),
         (("plot", "{}", "--time", "1:2"), "write a number and a unit"),
         (("export", "{}", "--csv", "{}"), "is the trace itself: choose another file"),
         (("export", "{}"), "nothing to write: give --csv, --parquet, --vcd"),
-        (("export", "{}", "--csv", "{}.csv", "--signal", "slot9.*"), "there is no signal 'slot9.*'"),
+        (("export", "{}", "--csv", "{}.csv", "--signal", "slot9.*"), "no signal 'slot9.*'"),
         (("export", "{}", "--csv", "{}.csv", "--scans", "200:"), "no scan in scans from 200"),
     ],
 )
@@ -109,7 +109,7 @@ def test_export_writes_several_files_of_a_slice(path: Path, tmp_path: Path) -> N
     status, out, _ = run("export", path, "--csv", csv, "--vcd", vcd, *arguments)
     assert status == 0
     assert [line.partition(", ")[0] for line in out.splitlines()] == [f"{csv}: 11 scans", f"{vcd}: 11 scans"]
-    rows = csv.read_text().splitlines()
+    rows = csv.read_text(encoding="utf-8").splitlines()
     assert rows[0] == "scan,time_ns,slot1.in.position"
     assert (rows[1], rows[-1]) == ("10,20000000,10", "20,40000000,20")
 
@@ -138,5 +138,7 @@ def test_a_missing_library_is_named_with_its_extra(
     command, option, target = arguments
     status, _, err = run(command, path, option, tmp_path / target)
     assert status == 2
-    assert err == f"scanrack: {library} is not installed: pip install 'scanrack[{extra}]'\n"
+    assert (
+        err == f'scanrack: {library} is not installed: pip install ".[{extra}]" in a checkout of scanrack\n'
+    )
     assert list(tmp_path.iterdir()) == []

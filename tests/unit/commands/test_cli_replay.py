@@ -80,9 +80,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def write(folder: Path, *, speed: int = 2000, limit: int = 9000, more: str = "") -> None:
-    (folder / "rack.toml").write_text(RACK.format(program="line.py", limit=limit, more=more))
-    (folder / "line.py").write_text(PROGRAM)
-    (folder / "speeds.py").write_text(f"SPEED = {speed}\n")
+    (folder / "rack.toml").write_text(
+        RACK.format(program="line.py", limit=limit, more=more), encoding="utf-8"
+    )
+    (folder / "line.py").write_text(PROGRAM, encoding="utf-8")
+    (folder / "speeds.py").write_text(f"SPEED = {speed}\n", encoding="utf-8")
     sys.modules.pop("speeds", None)
 
 
@@ -123,7 +125,7 @@ def test_an_unchanged_rack_answers_as_recorded(
 
 def test_a_changed_program_is_told_by_the_scan_in_which_it_decides_otherwise(folder: Path) -> None:
     trace = record(folder)
-    (folder / "other.py").write_text(PROGRAM.replace("speed=SPEED", "speed=1500"))
+    (folder / "other.py").write_text(PROGRAM.replace("speed=SPEED", "speed=1500"), encoding="utf-8")
     result = scanrack("replay", trace, "--into", "program", "--program", "other.py")
     assert result.exit_code == 1
     assert "slot 1 out  programmed_speed      2,000   1,500  words 4 and 5: 2 0 / 1 500" in result.output
@@ -148,7 +150,7 @@ def test_a_changed_machine_is_told_with_the_rule_that_it_breaks(folder: Path) ->
 
 def test_a_program_that_faults_is_told(folder: Path) -> None:
     trace = record(folder)
-    (folder / "other.py").write_text("def logic(scan):\n    assert scan.number < 50\n")
+    (folder / "other.py").write_text("def logic(scan):\n    assert scan.number < 50\n", encoding="utf-8")
     result = scanrack("replay", trace, "--into", "program", "--program", "other.py", "--to-the-end")
     assert result.exit_code == 1
     assert "the replay faulted in" in result.stderr
@@ -167,8 +169,8 @@ def test_counts_and_time_may_be_off_by_the_tolerance(folder: Path) -> None:
 def test_recorded_stimuli_take_the_place_of_the_machines_own(folder: Path) -> None:
     """The timeline of the other rack file is another one; the recorded one acts."""
     trace = record(folder)
-    text = (folder / "rack.toml").read_text()
-    (folder / "other.toml").write_text(text.replace("at_s = 0.303,", "at_s = 0.2,"))
+    text = (folder / "rack.toml").read_text(encoding="utf-8")
+    (folder / "other.toml").write_text(text.replace("at_s = 0.303,", "at_s = 0.2,"), encoding="utf-8")
     assert scanrack("replay", trace, "--rack", "other.toml").exit_code == 1
     assert scanrack("replay", trace, "--rack", "other.toml", "--stimuli", "recorded").exit_code == 0
 
@@ -193,13 +195,13 @@ def test_a_trace_that_begins_in_mid_life_is_said_to(folder: Path) -> None:
         (["--slot", "3"], "--slot 3: the trace has slot 1"),
         (["--program", "line.py"], "--program goes with --into program or rack"),
         (["--rack", "two.toml"], "the trace has slot 1, the rack slot 1, 2: they have to be the same"),
-        (["--rack", "none.toml"], "there is no such rack file"),
+        (["--rack", "none.toml"], "no such rack file"),
     ],
 )
 def test_what_does_not_fit_is_told_in_one_line(folder: Path, options: list[str], says: str) -> None:
     trace = record(folder)
-    two = (folder / "rack.toml").read_text() + '[[slot]]\nnumber = 2\nmodule = "amci3601"\n'
-    (folder / "two.toml").write_text(two)
+    two = (folder / "rack.toml").read_text(encoding="utf-8") + '[[slot]]\nnumber = 2\nmodule = "amci3601"\n'
+    (folder / "two.toml").write_text(two, encoding="utf-8")
     result = scanrack("replay", trace, *options)
     assert result.exit_code == 2
     assert says in result.stderr
@@ -222,7 +224,7 @@ def test_all_files_of_a_run_come_out_of_its_trace(folder: Path) -> None:
     for name in ("line.py", "rack.toml", "speeds.py"):
         assert (folder / "out" / name).read_bytes() == (folder / name).read_bytes()
     assert scanrack("show", trace, "--extract", "out").exit_code == 0, "the same files are no harm"
-    (folder / "out" / "line.py").write_text("mine")
+    (folder / "out" / "line.py").write_text("mine", encoding="utf-8")
     refused = scanrack("show", trace, "--extract", "out")
     assert (refused.exit_code, "out/line.py is there already" in refused.stderr) == (2, True)
 
@@ -243,7 +245,7 @@ def test_python_of_a_trace_is_not_run_without_trust(folder: Path, monkeypatch: p
 def test_python_of_a_trace_is_run_if_it_is_that_of_the_current_folder(folder: Path) -> None:
     trace = record(folder)
     assert scanrack("rerun", trace).exit_code == 0
-    (folder / "speeds.py").write_text("SPEED = 2001\n")
+    (folder / "speeds.py").write_text("SPEED = 2001\n", encoding="utf-8")
     refused = scanrack("rerun", trace)
     assert refused.exit_code == 2
     assert [line.split()[0] for line in refused.stderr.splitlines()[1:-1]] == ["speeds.py"]
@@ -252,9 +254,9 @@ def test_python_of_a_trace_is_run_if_it_is_that_of_the_current_folder(folder: Pa
 def test_a_rerun_in_a_process_of_its_own_uses_the_files_of_the_trace(folder: Path) -> None:
     """Not those of the current folder, which have changed."""
     trace = record(folder)
-    (folder / "speeds.py").write_text("SPEED = 700\n")
+    (folder / "speeds.py").write_text("SPEED = 700\n", encoding="utf-8")
     command = [sys.executable, "-m", "scanrack", "rerun", str(trace), "--trust"]
-    result = forked.run(command, capture_output=True, text=True, check=False, cwd=folder)
+    result = forked.run(command, capture_output=True, text=True, check=False, cwd=folder, encoding="utf-8")
     assert (result.returncode, result.stderr) == (0, ""), result.stdout
 
 
@@ -264,7 +266,8 @@ def test_a_rack_in_python_with_its_logic_inside_is_rerun(folder: Path) -> None:
         "def step(scan):\n"
         "    scan.slot[1].outputs[3] = scan.number % 7\n"
         "def made():\n"
-        "    return RackSpec(program=step, slot=[SlotSpec(number=1, module='amci3601')])\n"
+        "    return RackSpec(program=step, slot=[SlotSpec(number=1, module='amci3601')])\n",
+        encoding="utf-8",
     )
     assert scanrack("run", "press.py:made", "--scans", "30", "-q", "--record", "press.mcap").exit_code == 0
     result = scanrack("rerun", "press.mcap")
@@ -279,7 +282,8 @@ def test_what_a_program_imports_stays_beside_it(folder: Path, monkeypatch: pytes
     (cell / "line.py").write_text(
         "from scanrack.runtime.config.rackspec import RackSpec, SlotSpec\n"
         "def rack():\n"
-        "    return RackSpec(program='../line.py', slot=[SlotSpec(number=1, module='amci3601')])\n"
+        "    return RackSpec(program='../line.py', slot=[SlotSpec(number=1, module='amci3601')])\n",
+        encoding="utf-8",
     )
     assert scanrack("run", "cell/line.py", "--scans", "30", "-q", "--record", "line.mcap").exit_code == 0
     with open_trace(folder / "line.mcap") as trace:
@@ -288,7 +292,7 @@ def test_what_a_program_imports_stays_beside_it(folder: Path, monkeypatch: pytes
     assert "speeds.py" not in names
     monkeypatch.chdir(elsewhere)
     command = [sys.executable, "-m", "scanrack", "rerun", str(folder / "line.mcap"), "--trust"]
-    result = forked.run(command, capture_output=True, text=True, check=False)
+    result = forked.run(command, capture_output=True, text=True, check=False, encoding="utf-8")
     assert (result.returncode, result.stderr) == (0, ""), result.stdout
 
 
@@ -296,8 +300,8 @@ def test_rungs_are_rerun_without_further_ado(folder: Path, monkeypatch: pytest.M
     (folder / "line.rung").write_text(
         "PROGRAM blink\nTAG T : TIMER := {\"PRE\": 20}\nROUTINE Main\nXIO(T.DN)TON(T,?,?);\n"
         "XIC(T.DN)OTE(Local:1:O.Data[0].14);\nEND\n"
-    )  # fmt: skip
-    (folder / "rack.toml").write_text(RACK.format(program="line.rung", limit=9000, more=""))
+    , encoding="utf-8")  # fmt: skip
+    (folder / "rack.toml").write_text(RACK.format(program="line.rung", limit=9000, more=""), encoding="utf-8")
     assert scanrack("run", "rack.toml", "--scans", "60", "-q", "--record", "rungs.mcap").exit_code == 0
     elsewhere = folder / "elsewhere"
     elsewhere.mkdir()
@@ -327,10 +331,10 @@ def test_a_file_that_leads_out_of_its_folder_is_refused(tmp_path: Path, name: st
 
 def test_a_replay_that_faults_early_is_not_the_same(folder: Path) -> None:
     """Even if every scan before was: the rest is missing. Its outputs are zero, as recorded in scan 0."""
-    (folder / "rack.toml").write_text(RACK.format(program="still.py", limit=9000, more=""))
-    (folder / "still.py").write_text("def logic(scan):\n    pass\n")
+    (folder / "rack.toml").write_text(RACK.format(program="still.py", limit=9000, more=""), encoding="utf-8")
+    (folder / "still.py").write_text("def logic(scan):\n    pass\n", encoding="utf-8")
     assert scanrack("run", "rack.toml", "--scans", "60", "-q", "--record", "still.mcap").exit_code == 0
-    (folder / "other.py").write_text("def logic(scan):\n    assert scan.number < 50\n")
+    (folder / "other.py").write_text("def logic(scan):\n    assert scan.number < 50\n", encoding="utf-8")
     result = scanrack("replay", "still.mcap", "--into", "program", "--program", "other.py")
     assert result.exit_code == 1
     assert "only in still.mcap: 9 scans" in result.output
@@ -338,9 +342,9 @@ def test_a_replay_that_faults_early_is_not_the_same(folder: Path) -> None:
 
 
 def test_a_run_that_faulted_faults_again_and_is_the_same(folder: Path) -> None:
-    (folder / "rack.toml").write_text(RACK.format(program="fault.py", limit=9000, more=""))
+    (folder / "rack.toml").write_text(RACK.format(program="fault.py", limit=9000, more=""), encoding="utf-8")
     (folder / "fault.py").write_text(
-        "def logic(scan):\n    scan.slot[1].outputs[5] = 7\n    assert scan.number < 50\n"
+        "def logic(scan):\n    scan.slot[1].outputs[5] = 7\n    assert scan.number < 50\n", encoding="utf-8"
     )
     assert scanrack("run", "rack.toml", "--scans", "99", "-q", "--record", "fault.mcap").exit_code == 1
     for command in (["rerun"], ["replay"], ["replay", "--into", "program"], ["replay", "--into", "rack"]):
@@ -354,7 +358,7 @@ def test_power_links_torn_updates_and_the_key_come_again(folder: Path) -> None:
         '[[incident]]\nat_s = 0.2\nwhat = "power-cycle"\n'
         '[[incident]]\nat_s = 0.4\nwhat = "program-mode"\nfor_ms = 60\n'
     )
-    (folder / "rack.toml").write_text(text)
+    (folder / "rack.toml").write_text(text, encoding="utf-8")
     trace = folder / "line.mcap"
     assert scanrack("run", "rack.toml", "--scans", SCANS, "-q", "--record", trace).exit_code == 0
     for into in ("module", "program", "rack"):
@@ -391,7 +395,7 @@ def test_scans_as_irregular_as_those_of_a_real_plc_are_replayed_at_their_times(f
     result = scanrack("replay", "plc.mcap")
     assert (result.output, result.exit_code) == ("plc.mcap and replay show the same: 200 scans\n", 0)
     other = scanrack("replay", "plc.mcap", "--into", "program", "--program", "none.py")
-    assert "there is no such program file" in other.stderr
+    assert "no such program file" in other.stderr
 
 
 def test_scans_that_are_missing_are_told(folder: Path) -> None:

@@ -1,7 +1,6 @@
 """`scanrack run --retain FILE`: tags from run to run, in the trace as well; warnings of a ladder program."""
 
 import json
-import sys
 
 import pytest
 from scanrack import open_trace
@@ -165,7 +164,6 @@ def test_the_file_that_a_link_leads_to_takes_the_tags(line):
     assert (line / "tags").is_symlink()
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no advisory locks")
 def test_a_second_run_with_the_same_file_is_refused(line):
     job = load_job(str(line / "line.toml"))
     with RetainedMemory(job, line / "tags.json"):

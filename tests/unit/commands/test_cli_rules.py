@@ -88,14 +88,14 @@ def test_the_count_tells_how_many_no_image_can_show():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--id", "CMD-99"), "unknown rule 'CMD-99' (did you mean CMD-29?): allowed are CMD-01 to CMD-36"),
-        (("--id", "CMX"), "unknown rule 'CMX' (did you mean CMD?): allowed are IOM, HWS,"),
+        (("--id", "CMD-99"), "unknown rule 'CMD-99' (did you mean CMD-29?); choose from CMD-01 to CMD-36"),
+        (("--id", "CMX"), "unknown rule 'CMX' (did you mean CMD?); choose from IOM, HWS,"),
         (
             ("--bit", "COMAND_ERROR"),
-            "unknown status bit 'COMAND_ERROR' (did you mean COMMAND_ERROR?): allowed",
+            "unknown status bit 'COMAND_ERROR' (did you mean COMMAND_ERROR?); choose from",
         ),
-        (("--bit", "7"), "unknown status bit '7': allowed are MOVING_CW, MOVING_CCW,"),
-        (("--firmware", "3.0"), "unknown 3601 firmware '3.0': allowed are 2.0, 2.1, 2.2, 3.1, 4.1"),
+        (("--bit", "7"), "unknown status bit '7'; choose from MOVING_CW, MOVING_CCW,"),
+        (("--firmware", "3.0"), "unknown 3601 firmware '3.0'; choose from 2.0, 2.1, 2.2, 3.1, 4.1"),
     ],
 )
 def test_refusals(arguments, message):

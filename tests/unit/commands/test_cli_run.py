@@ -262,7 +262,7 @@ def test_a_trace_that_cannot_be_written(folder):
 
 
 BAD_INPUT = {
-    "no rack file": (["lime.toml"], "lime.toml: there is no such rack file"),
+    "no rack file": (["lime.toml"], "lime.toml: no such rack file"),
     "no kind of rack file": (["line.txt"], "line.txt: a rack is a .toml or a .py file, or an"),
     "no time": (["line.toml", "--for", "10"], "'10' is not a time: write a number and a unit"),
     "no length": (["line.toml", "--for", "0 s"], "'0 s' is not a time to run for: it must be more than 0"),
@@ -303,12 +303,12 @@ def test_a_mistake_in_the_rack_file_leaves_an_old_trace_alone(folder):
         (
             '"line.py"',
             '"lime.py"',
-            'line.toml:1: program = "lime.py": lime.py: there is no such program file',
+            'line.toml:1: program = "lime.py": lime.py: no such program file',
         ),
         (
             '"line.py"',
             '"line.py:cycle"',
-            'line.toml:1: program = "line.py:cycle": line.py: there is no function cycle among logic',
+            'line.toml:1: program = "line.py:cycle": line.py: no function cycle among logic',
         ),
     ],
 )
@@ -356,7 +356,8 @@ def test_a_rack_in_python(folder):
 
 def test_a_rack_in_python_may_name_its_program_and_its_function(folder):
     (folder / "racks.py").write_text(
-        PYTHON_RACK.replace("program=logic", 'program="line.py"').replace("rack()", "small()")
+        PYTHON_RACK.replace("program=logic", 'program="line.py"').replace("rack()", "small()"),
+        encoding="utf-8",
     )
     done = scanrack("racks.py:small")
     assert done.exit_code == 0, done.output
@@ -367,7 +368,7 @@ def test_a_rack_in_python_may_name_its_program_and_its_function(folder):
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [
-        ("number=1", "number=0", "rack.py: number = 0: allowed is 1 or more"),
+        ("number=1", "number=0", "rack.py: number = 0: must be 1 or more"),
         (
             "    machine =",
             "    1 / 0\n    machine =",
@@ -378,7 +379,7 @@ def test_a_rack_in_python_may_name_its_program_and_its_function(folder):
         (
             "def rack()",
             "def racks()",
-            "rack.py: there is no function rack among logic, racks; did you mean racks?",
+            "rack.py: no function rack among logic, racks; did you mean racks?",
         ),
         ("def rack()", "def rack(path)", "rack.py:12: rack(path) can't be called as rack()"),
         ("import RackSpec", "import RackSpecs", "rack.py:5: the program can't be loaded: ImportError: "),

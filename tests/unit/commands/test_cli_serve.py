@@ -11,7 +11,7 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 
 import forked
@@ -24,6 +24,7 @@ from scanrack.jobs.run.served_units import pcl601_units, pmc006_units
 from scanrack.jobs.serve.control import ControlChannel
 from scanrack.jobs.serve.line import ServedLine, answering, begin, wire
 from scanrack.runtime.controllers.pmc006.pins import Pin
+from scanrack.runtime.line.ports.textlines import EndOfTalkError
 from scanrack.runtime.line.rtu import frame
 from scanrack.runtime.loop.pace import Clock
 from scanrack.traces.read.reader import open_trace
@@ -36,12 +37,12 @@ READ_POSITION = BY_NAME["read_position"].code
 def serving(*arguments: str) -> Iterator[str]:
     """Serve; yield where. It is ended by the signal of Ctrl-C, and has to end without a word."""
     words = [sys.executable, "-m", "scanrack", "serve", *arguments]
-    process = forked.start(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = forked.start(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8")
     try:
         assert process.stdout is not None
         yield process.stdout.readline().split("  ")[0]
         process.send_signal(signal.SIGINT)
-        assert process.communicate(timeout=10) == ("", "")
+        assert process.communicate(timeout=120) == ("", "")
         assert process.returncode == 130
     finally:
         process.kill()
@@ -49,14 +50,15 @@ def serving(*arguments: str) -> Iterator[str]:
 
 
 @contextmanager
-def serving_with_control(*arguments: str) -> Iterator[tuple[str, str]]:
-    """Serve with a control channel; yield where both are."""
+def serving_with_control(*arguments: str) -> Iterator[tuple[str, str, str]]:
+    """Serve with a control channel; yield where both are, and its key."""
     words = [sys.executable, "-m", "scanrack", "serve", *arguments, "--control", "0"]
-    process = forked.start(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = forked.start(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8")
     try:
         assert process.stdout is not None
         line = process.stdout.readline()
-        yield line.split("  ")[0], line.split("control at ")[1].split(";")[0]
+        control, key = line.split("control at ")[1].split("; key ")
+        yield line.split("  ")[0], control, key.split(";")[0]
     finally:
         process.kill()
         process.communicate()
@@ -64,7 +66,7 @@ def serving_with_control(*arguments: str) -> Iterator[tuple[str, str]]:
 
 def read(terminal: int, count: int) -> bytes:
     data = b""
-    while len(data) < count and select.select([terminal], [], [], 5.0)[0]:
+    while len(data) < count and select.select([terminal], [], [], 120)[0]:
         data += os.read(terminal, count)
     return data
 
@@ -81,7 +83,7 @@ def test_a_pmc006_answers_on_a_pseudo_terminal_and_ends_by_ctrl_c() -> None:
 def test_a_pmc006_answers_over_tcp_on_the_loopback_address() -> None:
     with serving("pmc006", "--tcp", "0", "--address", "7") as place:
         host, port = place.split(":")
-        with socket.create_connection((host, int(port)), timeout=5) as client:
+        with socket.create_connection((host, int(port)), timeout=120) as client:
             client.sendall(command(7, READ_POSITION))
             assert client.recv(8) == reply(7, 0)
     assert host == "127.0.0.1"
@@ -102,7 +104,9 @@ def test_a_3601_is_remote_io_over_modbus_tcp(tmp_path: Path) -> None:
         "--silence",
         "5000",
     ]
-    process = forked.start([*words, "--record", str(trace)], stdout=subprocess.PIPE, text=True)
+    process = forked.start(
+        [*words, "--record", str(trace)], stdout=subprocess.PIPE, text=True, encoding="utf-8"
+    )
     try:
         assert process.stdout is not None
         said = process.stdout.readline()
@@ -118,7 +122,7 @@ def test_a_3601_is_remote_io_over_modbus_tcp(tmp_path: Path) -> None:
                 client.sendall(bytes.fromhex("0009 0000 0006 01 04 000a 0001"))
                 age_ms = client.recv(100)[10]
         process.send_signal(signal.SIGINT)
-        process.communicate(timeout=10)
+        process.communicate(timeout=120)
         assert process.returncode == 130
     finally:
         process.kill()
@@ -130,7 +134,7 @@ def test_a_3601_is_remote_io_over_modbus_tcp(tmp_path: Path) -> None:
 @contextmanager
 def connected(place: str) -> Iterator[socket.socket]:
     host, port = place.rsplit(":", 1)
-    with socket.create_connection((host, int(port)), timeout=10) as client:
+    with socket.create_connection((host, int(port)), timeout=120) as client:
         yield client
 
 
@@ -139,16 +143,17 @@ def test_a_test_sets_faults_and_inputs_by_the_control_channel() -> None:
     read_one = bytes.fromhex("0001 0000 0006 01 03 0005 0001")
     options = ("--tcp", "0", "--line-time", "--gateway-ms", "50")
     with (
-        serving_with_control("pcl601", *options) as (place, control),
+        serving_with_control("pcl601", *options) as (place, control, key),
         connected(place) as client,
         connected(control) as test,
-        test.makefile("rw") as lines,
+        test.makefile("rw", encoding="utf-8") as lines,
     ):
 
         def told(**order: object) -> dict[str, object]:
             print(json.dumps(order), file=lines, flush=True)
             return dict(json.loads(lines.readline()))
 
+        assert told(key=key) == {"ok": True}
         assert told(fault="silence=on") == {"ok": True}
         client.sendall(read_one)
         assert client.recv(100).hex(" ") == "00 01 00 00 00 03 01 83 0b"
@@ -163,20 +168,88 @@ def test_a_test_sets_faults_and_inputs_by_the_control_channel() -> None:
         assert refused == "'2:reset' is no fault of a unit: it has to be FAULT, or ADDRESS:FAULT"
 
 
+@pytest.fixture
+def channel() -> Iterator[ControlChannel]:
+    with closing(ControlChannel(ServedLine(pcl601_units([], [], 1.0)), Clock(), 0)) as made:
+        yield made
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("drop", "drop: it is not JSON"),
-        ("[" * 4000, "it is not JSON"),
         ('{"fault": 1}', 'it has to be {"fault": TEXT}'),
         ('{"fault": "reset", "pin": "in1=high"}', 'it has to be {"fault": TEXT}'),
-        ('{"state": 9}', "there is no unit at address 9: there is 1"),
-        ('{"pin": "in9=high"}', "there is no input in9"),
+        ('{"state": 9}', "no unit at address 9: there is 1"),
+        ('{"pin": "in9=high"}', "no input in9"),
     ],
 )
-def test_orders_that_the_control_channel_refuses(text: str, said: str) -> None:
-    with closing(ControlChannel(ServedLine(pcl601_units([], [], 1.0)), Clock(), 0)) as channel:
-        assert said in json.loads(channel.answer(text))["error"]
+def test_orders_that_the_control_channel_refuses(channel: ControlChannel, text: str, said: str) -> None:
+    assert said in json.loads(channel.answer(text, known=True))["error"]
+
+
+@pytest.mark.parametrize("known", [True, False])
+@pytest.mark.parametrize("text", ["drop", "[" * 4000, "POST / HTTP/1.1"])
+def test_a_line_that_is_not_json_ends_the_control_channel(
+    channel: ControlChannel, text: str, known: bool
+) -> None:
+    with pytest.raises(EndOfTalkError, match="it is not JSON"):
+        channel.answer(text, known)
+
+
+@pytest.mark.parametrize("text", ['{"pin": "in3=ground"}', '{"key": ""}', '{"key": 1}', '{"key": "é"}', "7"])
+def test_the_control_channel_asks_for_its_key_first(channel: ControlChannel, text: str) -> None:
+    with pytest.raises(EndOfTalkError, match="the first line has to be"):
+        channel.answer(text, known=False)
+
+
+def played(channel: ControlChannel, client: socket.socket, lines: str) -> list[dict[str, object]]:
+    """Send lines and return the answers; the connection has ended if the last one is empty."""
+    client.sendall(lines.encode())
+    client.settimeout(0.05)
+    said = b""
+    for _ in range(20):
+        channel.look()
+        try:
+            more = client.recv(4096)
+        except TimeoutError:
+            continue
+        except ConnectionError:
+            more = b""
+        said += more
+        if not more:
+            return [*map(json.loads, said.splitlines()), {}]
+        if said.count(b"\n") == lines.count("\n"):
+            break
+    return list(map(json.loads, said.splitlines()))
+
+
+BODY = '{"fault": "silence=on"}\n{"pin": "in3=ground"}\n'
+POST = f"POST / HTTP/1.1\r\nHost: x\r\nOrigin: http://elsewhere\r\nContent-Type: text/plain\r\n\r\n{BODY}"
+
+
+def test_a_page_of_somebody_else_orders_nothing(channel: ControlChannel) -> None:
+    """Its request reaches every port of this machine: the two lines of its body are orders."""
+    with connected(channel.name) as client:
+        *answers, last = played(channel, client, POST)
+    assert (len(answers), last) == (1, {})
+    assert "it is not JSON" in str(answers[0]["error"])
+    with connected(channel.name) as client:
+        key, state = played(channel, client, f'{{"key": "{channel.key}"}}\n{{"state": 1}}\n')
+    assert key == {"ok": True}
+    assert isinstance(state["state"], dict)
+    assert state["state"]["inputs"] == 0
+
+
+@pytest.mark.parametrize("admitted", [True, False])
+def test_idle_connections_keep_nobody_out(channel: ControlChannel, admitted: bool) -> None:
+    with ExitStack() as idle:
+        for _ in range(100):
+            client = idle.enter_context(connected(channel.name))
+            channel.look()
+            if admitted:
+                assert played(channel, client, f'{{"key": "{channel.key}"}}\n') == [{"ok": True}]
+        client = idle.enter_context(connected(channel.name))
+        assert played(channel, client, f'{{"key": "{channel.key}"}}\n') == [{"ok": True}]
 
 
 @pytest.mark.parametrize(
@@ -190,11 +263,11 @@ def test_orders_that_the_control_channel_refuses(text: str, said: str) -> None:
         (["--pty", "--speed", "0"], "speed 0 is not allowed: it must be above 0"),
         (["--pty", "--address", "x"], "--address x: an address is a number"),
         (["--pty", "--address", "1-3"], "a PMC006 is alone on its line"),
-        (["--pty", "--address", "121"], "address 121: allowed is 1 to 120"),
+        (["--pty", "--address", "121"], "address 121: must be 1 to 120"),
         (["--pty", "--whole"], "--whole: pmc006 does not have it"),
         (["--pty", "--fault", "drop"], "'' is no number of replies"),
         (["--pty", "--gateway-ms", "0"], "--gateway-ms 0: it has to be above 0"),
-        (["--serial", "/dev/null", "--line-time"], "--line-time: on a serial port characters take"),
+        (["--serial", "/dev/null", "--line-time"], "--line-time: no effect on serial ports"),
         (["--pty", "--program", "nothing"], "nothing: No such file or directory"),
     ],
 )
@@ -211,7 +284,7 @@ def test_what_cannot_be_served(arguments: list[str], said: str) -> None:
         ([], "amci3601: give --tcp [HOST:]PORT"),
         (["--tcp", "0", "--pty"], "--pty: amci3601 does not have it"),
         (["--tcp", "0", "--address", "1"], "--address: amci3601 does not have it"),
-        (["--tcp", "0", "--slot", "2"], "--slot 2: there is no amci3601"),
+        (["--tcp", "0", "--slot", "2"], "--slot 2: no amci3601"),
         (["none.toml", "--tcp", "0"], "none.toml"),
     ],
 )
@@ -223,8 +296,8 @@ def test_how_a_3601_cannot_be_served(arguments: list[str], said: str) -> None:
 
 def test_programs_find_their_units_by_axis(tmp_path: Path) -> None:
     first, second = tmp_path / "a.pclt", tmp_path / "b.pclt"
-    first.write_text(".axis 2\n.autostart on\nLABEL A\nGOTO A\nEND\n")
-    second.write_text(".axis 1\nEND\n")
+    first.write_text(".axis 2\n.autostart on\nLABEL A\nGOTO A\nEND\n", encoding="utf-8")
+    second.write_text(".axis 1\nEND\n", encoding="utf-8")
     units = pcl601_units([1, 2, 3], [first, second], 1.0)
     assert [unit.status()["program"] for unit in units] == ["stored", "running", "-"]
 
@@ -238,7 +311,7 @@ def test_programs_find_their_units_by_axis(tmp_path: Path) -> None:
 )
 def test_a_program_for_no_unit_is_refused(text: str, said: str, tmp_path: Path) -> None:
     file = tmp_path / "a.pclt"
-    file.write_text(text)
+    file.write_text(text, encoding="utf-8")
     with pytest.raises(ValueError, match=said):
         pcl601_units([1, 2], [file], 1.0)
 
@@ -289,12 +362,12 @@ def test_an_input_of_one_of_several_units_is_wired_by_its_address() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("in7=ground", "there is no input in7: allowed are in1, in2"),
-        ("in2=warm", "'warm' is not a state of an input: allowed are ground, open"),
+        ("in7=ground", "no input in7; choose from in1, in2"),
+        ("in2=warm", "'warm' is not a state of an input; choose from ground, open"),
         ("in2=..", "'..' is not a state of an input"),
         ("in2=1..x", "'1..x' is not a state of an input"),
-        ("in1=6V", "6V is not a voltage: allowed is 0V to 5V"),
-        ("in1=fullV", "fullV is not a voltage"),
+        ("in1=6V", "6V: voltage must be 0V to 5V"),
+        ("in1=fullV", "fullV: voltage must be"),
         ("in2=2V", "'2V' is not a state of an input"),
         ("in2", "'in2' wires no input: it has to be NAME=STATE"),
         ("9:in2=ground", "'9:in2=ground' wires no input"),
@@ -309,9 +382,9 @@ def test_inputs_of_a_pmc006() -> None:
     units = pmc006_units([], [], 1.0)
     wire(units, "ext1=low")
     assert units[0].values()["levels"] & Pin.EXT1 == 0
-    with pytest.raises(ValueError, match="'ground' is not a state of an input: allowed are high and low"):
+    with pytest.raises(ValueError, match="'ground' is not a state of an input: must be high or low"):
         wire(units, "ext1=ground")
-    with pytest.raises(ValueError, match="there is no input in1: allowed are ext2, ext1"):
+    with pytest.raises(ValueError, match="no input in1; choose from ext2, ext1"):
         wire(units, "in1=low")
 
 
@@ -349,7 +422,7 @@ def test_a_recording_that_cannot_be_written_is_told() -> None:
 def test_programs_are_started_in_ascii_mode_as_by_smc60win(tmp_path: Path) -> None:
     """Text is refused (256) unless the line is in AA ASCII."""
     file = tmp_path / "a.pclt"
-    file.write_text('.axis 0\nTEXT "@1B100"\nEND\n')
+    file.write_text('.axis 0\nTEXT "@1B100"\nEND\n', encoding="utf-8")
     for ascii_mode, said, error in ((True, b"@1B100\r", "0"), (False, b"", "256")):
         units = pcl601_units([0, 1], [file], 1.0)
         begin(units, ascii_mode=ascii_mode, start=True)

@@ -36,8 +36,10 @@ def folder(tmp_path_factory):
 def shell(folder, line):
     """Run a line of bash; return the statuses of its last pipe, and what went to standard error."""
     script = f'{line.replace("scanrack", SCANRACK)}; echo "${{PIPESTATUS[*]}}" >statuses'
-    done = subprocess.run(["bash", "-c", script], cwd=folder, capture_output=True, text=True, timeout=60)
-    return (folder / "statuses").read_text().split(), done.stderr
+    done = subprocess.run(
+        ["bash", "-c", script], cwd=folder, capture_output=True, text=True, timeout=120, encoding="utf-8"
+    )
+    return (folder / "statuses").read_text(encoding="utf-8").split(), done.stderr
 
 
 CLOSED = "scanrack: standard output can't be written: Bad file descriptor\n"
@@ -47,7 +49,7 @@ LINES = {
     "no standard input": (
         "scanrack drive amci3601 <&-",
         "2",
-        "scanrack: there are no requests: standard input is closed\n",
+        "scanrack: no requests: standard input is closed\n",
     ),
     "a full disk behind a summary": ("scanrack run line.toml --no-record >/dev/full", "3", FULL),
     "a full disk behind a picture": ("scanrack ladder line.rung >/dev/full", "3", FULL),
@@ -113,9 +115,9 @@ def test_a_circle_of_links_is_told_in_one_line(folder, command, extra, monkeypat
 @pytest.mark.parametrize(
     ("typed", "told"),
     [
-        ("shwo", "there is no command 'shwo': did you mean show?"),
-        ("exprot", "there is no command 'exprot': did you mean export?"),
-        ("xyz", "there is no command 'xyz': there are new, run, watch, "),
+        ("shwo", "no command 'shwo': did you mean show?"),
+        ("exprot", "no command 'exprot': did you mean export?"),
+        ("xyz", "no command 'xyz'; choose from new, run, watch, "),
     ],
 )
 def test_a_command_that_is_not_there(typed, told):

@@ -107,8 +107,8 @@ def test_an_until_that_is_met_drops_the_rest_of_the_encoder_counts():
 REFUSED = [
     ("not json", "not a JSON object"),
     ("[1]", "not a JSON object"),
-    ({"foo": 1}, "foo: unknown key; allowed are new, power_cycle, plc_mode"),
-    ({"new": {"firmwre": "4.1"}}, "new.firmwre: unknown key; allowed are firmware"),
+    ({"foo": 1}, "foo: unknown key; choose from new, power_cycle, plc_mode"),
+    ({"new": {"firmwre": "4.1"}}, "new.firmwre: unknown key; choose from firmware"),
     ({"new": {"firmware": "9.9"}}, 'new.firmware: "9.9" is not allowed'),
     ({"new": {"scan_ms": 0.3}}, "new.scan_ms: 0.3 is not allowed: must be a multiple of 0.25"),
     ({"new": {"machine": {"home": [5, 1]}}}, "new.machine.home: [5, 1] is not allowed"),
@@ -169,6 +169,9 @@ def test_two_processes_answer_byte_for_byte_the_same():
         )
     )
     command = [sys.executable, "-m", "scanrack", "drive", "amci3601"]
-    runs = [forked.run(command, input=lines, capture_output=True, text=True, check=True) for _ in range(2)]
+    runs = [
+        forked.run(command, input=lines, capture_output=True, text=True, check=True, encoding="utf-8")
+        for _ in range(2)
+    ]
     assert runs[0].stdout == runs[1].stdout
     assert len(runs[0].stdout.splitlines()) == 4

@@ -68,15 +68,15 @@ def test_a_program_runs_when_it_is_told_to() -> None:
 @pytest.mark.parametrize(
     ("request_", "said"),
     [
-        ({"new": {"address": 121}}, "new: address 121: allowed is 1 to 120, or the factory's 255"),
+        ({"new": {"address": 121}}, "new: address 121: must be 1 to 120, or the factory's 255"),
         ({"new": {"program": "RIT 0 1"}}, "new: program: line 1: RIT is not a user instruction"),
-        ({"new": {"speed": 1}}, "new.speed: unknown key; allowed are address, program"),
-        ({"env": {"ext1": "up"}}, 'env.ext1: "up" is not allowed: allowed are "low", "high"'),
-        ({"env": {"ext1": {"else": "low"}}}, 'env.ext1: allowed are "low", "high"'),
-        ({"env": {"fset": {"high_when_pos_le": 1.5}}}, 'env.fset: allowed are "low", "high"'),
-        ({"env": {"ext2": {"high_when_pos_le": 1, "else": "high"}}}, 'env.ext2: allowed are "low"'),
+        ({"new": {"speed": 1}}, "new.speed: unknown key; choose from address, program"),
+        ({"env": {"ext1": "up"}}, 'env.ext1: "up" is not allowed: must be "low", "high"'),
+        ({"env": {"ext1": {"else": "low"}}}, 'env.ext1: must be "low", "high"'),
+        ({"env": {"fset": {"high_when_pos_le": 1.5}}}, 'env.fset: must be "low", "high"'),
+        ({"env": {"ext2": {"high_when_pos_le": 1, "else": "high"}}}, 'env.ext2: must be "low"'),
         ({"reset": True}, "no reset button"),
-        ({"observe": ["position"]}, "allowed are physical_position, gpio8, coil_duty"),
+        ({"observe": ["position"]}, "choose from physical_position, gpio8, coil_duty"),
         ({"tx": "a5 0"}, "bytes in hex"),
     ],
 )

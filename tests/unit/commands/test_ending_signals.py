@@ -1,6 +1,8 @@
 """SIGTERM and SIGHUP end every command as Ctrl-C does: one message, a whole trace."""
 
 import contextlib
+import os
+import re
 import signal
 import subprocess
 import sys
@@ -42,6 +44,7 @@ def started(folder: Path, *arguments: str, before: str = "pass") -> Iterator[sub
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        encoding="utf-8",
     )
     try:
         yield process
@@ -69,7 +72,7 @@ def test_a_simulated_run_in_real_time_keeps_every_scan(folder: Path, number: sig
         assert process.stdout is not None
         assert process.stdout.readline() == "twenty\n"
         process.send_signal(number)
-        _, err = process.communicate(timeout=30)
+        _, err = process.communicate(timeout=120)
     with open_trace(folder / "run.mcap") as trace:
         scans = [scan.scan for scan in trace.scans()]
         assert trace.notes == []
@@ -86,9 +89,83 @@ def test_a_served_controller_leaves_a_whole_recording(folder: Path, number: sign
         assert process.stdout is not None
         assert "Ctrl-C ends" in process.stdout.readline()
         process.send_signal(number)
-        _, err = process.communicate(timeout=30)
+        _, err = process.communicate(timeout=120)
     assert (process.returncode, err) == (130, "")
     assert stock_count(folder / "line.mcap") >= 1
+
+
+SLOW = """\
+import time
+
+def logic(scan):
+    if scan.number == 20:
+        print("twenty", flush=True)
+    if scan.number > 20:
+        time.sleep(SECONDS)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [*ENDING, signal.SIGINT])
+@pytest.mark.parametrize("command", ["replay", "rerun"])
+def test_a_replay_that_is_stopped_has_no_answer(folder: Path, command: str, number: signal.Signals) -> None:
+    """What was compared so far is no difference: it was exit status 1, which means one."""
+    (folder / "line.py").write_text(SLOW.replace("SECONDS", "0"), "utf-8")
+    run = CliRunner().invoke(
+        build(),
+        ["run", str(folder / "line.toml"), "--scans", "5000", "--record", str(folder / "run.mcap"), "-q"],
+    )
+    assert run.exit_code == 0, run.output
+    (folder / "line.py").write_text(SLOW.replace("SECONDS", "0.01"), "utf-8")
+    words = {
+        "replay": ("replay", "run.mcap", "--into", "program", "--program", "line.py", "-q"),
+        "rerun": ("rerun", "run.mcap", "--trust", "-q"),
+    }
+    with started(folder, *words[command]) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "twenty\n"
+        process.send_signal(number)
+        out, err = process.communicate(timeout=120)
+    who = "Ctrl-C" if number is signal.SIGINT else number.name
+    assert (process.returncode, out) == (130, "")
+    assert f"stopped by {who}" in err
+
+
+IN_TERMINALS = {
+    "run": ("run", "line.toml", "--realtime", "--record", "run.mcap"),
+    "run with a server": (
+        "run",
+        "served.toml",
+        "--realtime",
+        "--record",
+        "run.mcap",
+        "--server",
+        "ethernet-ip:0",
+    ),
+    "serve": ("serve", "pmc006", "--tcp", "0"),
+    "watch": ("watch", "line.toml", "--record", "run.mcap"),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals")
+@pytest.mark.parametrize("command", IN_TERMINALS)
+def test_a_terminal_that_is_closed_ends_a_command_with_130(folder: Path, command: str) -> None:
+    """Progress and state are written to it all the time: these writes fail before the signal is handled."""
+    (folder / "served.toml").write_text(RACK.replace("line.py", "line.rung"), "utf-8")
+    (folder / "line.rung").write_text("PROGRAM p\nTAG Run : BOOL\nROUTINE Main\nOTE(Run);\nEND\n", "utf-8")
+    import pty  # where there are some
+
+    pid, terminal = pty.fork()
+    if not pid:
+        os.chdir(folder)
+        words = [sys.executable, "-P", "-m", "scanrack", *IN_TERMINALS[command]]
+        os.execve(sys.executable, words, {**os.environ, "TERM": "xterm", "COLUMNS": "120"})
+    shown = b""
+    while not re.search(rb"Ctrl-C ends|\d\d/\?", shown):
+        shown += os.read(terminal, 4096)
+    os.close(terminal)
+    assert os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 130, shown
 
 
 def test_a_signal_that_is_ignored_stays_ignored(folder: Path) -> None:
@@ -101,7 +178,7 @@ def test_a_signal_that_is_ignored_stays_ignored(folder: Path) -> None:
         with pytest.raises(subprocess.TimeoutExpired):
             process.wait(0.3)
         process.send_signal(signal.SIGTERM)
-        _, err = process.communicate(timeout=30)
+        _, err = process.communicate(timeout=120)
     assert process.returncode == 130
     assert "stopped by SIGTERM" in err
 
@@ -114,7 +191,7 @@ def test_where_ctrl_c_is_ignored_sigterm_still_ends(folder: Path) -> None:
         assert process.stdout is not None
         process.stdout.readline()
         process.send_signal(signal.SIGTERM)
-        _, err = process.communicate(timeout=30)
+        _, err = process.communicate(timeout=120)
     assert (process.returncode, err) == (130, "scanrack: stopped by SIGTERM\n")
 
 

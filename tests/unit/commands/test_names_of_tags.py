@@ -193,7 +193,7 @@ def test_forces_go_by_the_programs_own_name(place: Path) -> None:
         assert bench.program.forces == {r"\A.Step": 9, "Ps[1].Count": 7, r"\D.Alone": 5}
         bench.scan(3)
         assert (bench.program.tags["Alone"], bench.program.tags[r"\a.STEP"]) == (5, 9)
-        assert "because it is forced" in bench.why("ALONE")
+        assert "forced to 5" in bench.why("ALONE")
         bench.unforce(r"\D.Alone")
         with pytest.raises(ValueError, match=r"Step is ambiguous"):
             bench.force("Step", 1)

@@ -19,6 +19,7 @@ import typer
 from captured import conversation, modbus_tcp, pcap
 from scanrack.commands import build
 from scanrack.jobs.fuzz import folder_lock
+from scanrack.traces.export.formats import FORMATS
 from typer.testing import CliRunner
 
 INPUTS = {
@@ -29,8 +30,8 @@ INPUTS = {
     "fuzz begin_with", "check rack",
     "prove rack", "prove new",
     "serve program", "serve rack", "import capture", "conform plan", "conform source",
-    "pclt check files", "pclt list file", "pcl601 program write file",
-    "pmc006 program check file", "pmc006 program write file",
+    "pclt check files", "pclt list file", "device pcl601 program write file",
+    "device pmc006 program check file", "device pmc006 program write file",
 }  # fmt: skip
 """Parameters that name files to be read."""
 
@@ -49,8 +50,9 @@ WORDS = {
     "conform path", "conform counter", "conform wire", "conform scene", "conform scan",
     "serve serial",
     "serve tcp", "serve address", "serve pin", "serve machine", "serve thumbwheel", "serve fault",
-    "pcl601 read name", "pcl601 set name", "pmc006 read name", "pmc006 set name", "probe port",
-    "probe address", "rules ids", "rules bit", "rules firmware",
+    "device pcl601 read name", "device pcl601 set name",
+    "device pmc006 read name", "device pmc006 set name", "device identify port",
+    "device identify address", "rules ids", "rules bit", "rules firmware",
 }  # fmt: skip
 """Parameters of type str that name no file."""
 
@@ -81,10 +83,12 @@ OUTPUTS = {
     "watch record": Output("watch line.toml --for 10ms --record {}", "new.mcap", RUN),
     "plot out": Output("plot run.mcap -q --out {}", "new.html", ("run.mcap",)),
     "share out": Output("share run.mcap --out {}", "new.html", ("run.mcap",)),
-    "export csv": Output("export run.mcap -q --csv {}", "new.csv", ("run.mcap",)),
-    "export parquet": Output("export run.mcap -q --parquet {}", "new.parquet", ("run.mcap",)),
-    "export vcd": Output("export run.mcap -q --vcd {}", "new.vcd", ("run.mcap",)),
-    "export mcap": Output("export run.mcap -q --mcap {}", "new.mcap", ("run.mcap",)),
+    **{
+        f"export {each.name}": Output(
+            f"export run.mcap -q {each.option} {{}}", f"new.{each.name}", ("run.mcap",)
+        )
+        for each in FORMATS
+    },
     "import out": Output("import talk.pcap --out {}", "new.mcap", ("talk.pcap",)),
     "import simulated_to": Output(
         "import talk.pcap --out a.mcap --simulated {}", "new.mcap", ("talk.pcap", "a.mcap")
@@ -113,7 +117,7 @@ DEFAULTS = {
     "conform": Output("conform --from run.mcap -q", "conform.json", (), "conform.json"),
     "fuzz": Output("fuzz line.toml --runs 1 -j 1 -q", "line-fuzz", (), "line-fuzz"),
     "prove": Output("prove claims.toml -q", "claims-prove", (), "claims-prove"),
-    "schema": Output("schema --write", "rack.schema.json", (), "rack.schema.json"),
+    "editor schema": Output("editor schema --write", "rack.schema.json", (), "rack.schema.json"),
 }
 """Outputs that no option names."""
 
@@ -170,16 +174,20 @@ def _is_enum(kind: object) -> bool:
 def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a rack of Python, one of rungs, and recordings."""
     folder = tmp_path_factory.mktemp("made")
-    (folder / "line.toml").write_text(RACK.format("line.py") + UNIT)
-    (folder / "named.toml").write_text('trace = "named.trace"\n' + RACK.format("line.py"))
-    (folder / "line.py").write_text("import lib\n\n\ndef logic(scan):\n    lib.step(scan)\n")
-    (folder / "lib.py").write_text("def step(scan):\n    pass\n")
-    (folder / "unit.pclt").write_text("END\n")
+    (folder / "line.toml").write_text(RACK.format("line.py") + UNIT, encoding="utf-8")
+    (folder / "named.toml").write_text('trace = "named.trace"\n' + RACK.format("line.py"), encoding="utf-8")
+    (folder / "line.py").write_text(
+        "import lib\n\n\ndef logic(scan):\n    lib.step(scan)\n", encoding="utf-8"
+    )
+    (folder / "lib.py").write_text("def step(scan):\n    pass\n", encoding="utf-8")
+    (folder / "unit.pclt").write_text("END\n", encoding="utf-8")
     talk = [(True, modbus_tcp(1, "06 0005 0064")), (False, modbus_tcp(1, "06 0005 0064"))]
     (folder / "talk.pcap").write_bytes(pcap(conversation(talk)))
-    (folder / "rungs.toml").write_text(RACK.format("line.rung"))
-    (folder / "claims.toml").write_text(f"{RACK.format('line.rung')}{CLAIM}")
-    (folder / "line.rung").write_text("PROGRAM line\nTAG A : BOOL\nROUTINE Main\nOTE(A);\nEND\n")
+    (folder / "rungs.toml").write_text(RACK.format("line.rung"), encoding="utf-8")
+    (folder / "claims.toml").write_text(f"{RACK.format('line.rung')}{CLAIM}", encoding="utf-8")
+    (folder / "line.rung").write_text(
+        "PROGRAM line\nTAG A : BOOL\nROUTINE Main\nOTE(A);\nEND\n", encoding="utf-8"
+    )
     with pytest.MonkeyPatch.context() as here:
         here.chdir(folder)
         assert scanrack("run named.toml --scans 50 -q --record run.mcap") == (0, "")
@@ -222,15 +230,15 @@ def test_a_file_in_use_is_never_replaced(folder: Path, name: str) -> None:
 def test_a_file_of_another_kind_is_never_replaced(folder: Path, output: Output) -> None:
     target = folder / output.target.format(output.name)
     if target.suffix:
-        target.write_text("Call the customer about the feeder.\n")
+        target.write_text("Call the customer about the feeder.\n", encoding="utf-8")
     else:
         target.mkdir()
-        (target / "state.txt").write_text("mine")
+        (target / "state.txt").write_text("mine", encoding="utf-8")
     before = content(folder)
     status, said = scanrack(output.words.format(target.name))
     if output.words.startswith("show"):
         assert status == 0  # its own files stand beside the others
-        assert (target / "state.txt").read_text() == "mine"
+        assert (target / "state.txt").read_text(encoding="utf-8") == "mine"
         return
     assert status == 2
     assert target.name in said
@@ -248,11 +256,11 @@ def test_a_new_file_is_written_and_replaced_by_its_like(folder: Path, name: str)
 
 def test_an_extracted_file_replaces_nothing(folder: Path) -> None:
     (folder / "out").mkdir()
-    (folder / "out" / "lib.py").write_text("mine")
+    (folder / "out" / "lib.py").write_text("mine", encoding="utf-8")
     status, said = scanrack("show run.mcap --extract out")
     assert status == 2
     assert "lib.py is there already" in said
-    assert (folder / "out" / "lib.py").read_text() == "mine"
+    assert (folder / "out" / "lib.py").read_text(encoding="utf-8") == "mine"
 
 
 def test_the_folder_of_a_campaign_is_known_by_its_files(folder: Path) -> None:

@@ -97,15 +97,15 @@ WORDS = {
     "prove small.rung": 0,
     "drive pcl601": 0,
     "serve pcl601 --program missing": 2,
-    "pcl601 --tcp 127.0.0.1:1 status": 1,
-    "pmc006 --port missing status": 1,
-    "ports": 0,
-    "probe tcp:127.0.0.1:1": 1,
+    "device pcl601 --tcp 127.0.0.1:1 status": 1,
+    "device pmc006 --port missing status": 1,
+    "device list": 0,
+    "device identify tcp:127.0.0.1:1": 1,
     "pclt check missing.pclt": 2,
     "check feeder.toml": 0,
     "check line.toml": 0,
-    "schema --write": 0,
-    "lsp": 0 if find_spec("pygls") else 2,  # an editor that ends at once
+    "editor schema --write": 0,
+    "editor lsp": 0 if find_spec("pygls") else 2,  # an editor that ends at once
     "doctor": 0,
     "rules amci3601": 0,
     "new project --from feeder": 0,
@@ -139,7 +139,9 @@ def test_no_command_runs_a_module_of_the_current_folder(place: Path, tmp_path: P
     driver = tmp_path / "driver.py"  # its folder takes the place of that of the command's script
     driver.write_text(DRIVER, encoding="utf-8")
     asked = json.dumps([words.split() for words in WORDS])
-    done = subprocess.run([sys.executable, driver], cwd=place, input=asked, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, driver], cwd=place, input=asked, capture_output=True, text=True, encoding="utf-8"
+    )
     assert not (place / "ran").exists(), (place / "ran").read_text(encoding="utf-8")
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
@@ -170,7 +172,7 @@ def test_a_helper_has_the_path_and_the_limits_of_this_process(
 ) -> None:
     told = "import sys\nfrom scanrack.traces.format.limits import limits\n"
     (tmp_path / "asked.py").write_text(
-        f"{told}def main(*words): print(sys.path, limits(), words, sys.flags.safe_path)\n"
+        f"{told}def main(*words): print(sys.path, limits(), words, sys.flags.safe_path)\n", encoding="utf-8"
     )
     path = [str(tmp_path), *filter(None, sys.path)]
     monkeypatch.setattr(sys, "path", ["", *path])

@@ -66,7 +66,9 @@ sys.__stdout__.flush()
 
 def imported(*words: str) -> set[str]:
     """Return the modules that a command imports."""
-    done = subprocess.run([sys.executable, "-c", SCRIPT, *words], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT, *words], capture_output=True, text=True, check=True, encoding="utf-8"
+    )
     status, modules = json.loads(done.stdout)
     assert not status, done.stderr
     return {".".join(parts[:count]) for each in modules for parts in [each.split(".")] for count in (1, 2, 3)}

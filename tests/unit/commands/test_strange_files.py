@@ -9,7 +9,7 @@ from pathlib import Path
 import forked
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.replay.replaying import lost_edits
+from scanrack.jobs.record.order_repeater import lost_edits
 from scanrack.terminal.terminal import LINE_MOST, MESSAGE_LINES, say
 from scanrack.traces.read.reader import TraceEvent
 from typer.testing import CliRunner, Result
@@ -63,13 +63,17 @@ COMMANDS = {
 
 def write_racks(place: Path) -> None:
     for suffix in ("py", "rung", "st", "steps", "L5X", "SLC"):
-        (place / f"with_{suffix}.toml").write_text(RACK.format(f"line.{suffix}"))
-    (place / "good.rung").write_text("PROGRAM p\nTAG Run : BOOL\nROUTINE Main\nOTE(Run);\nEND\n")
-    (place / "good.toml").write_text(RACK.format("good.rung"))
-    (place / "with_unit.toml").write_text(f'{RACK.format("good.rung")}[[unit]]\nprogram = "unit.pclt"\n')
+        (place / f"with_{suffix}.toml").write_text(RACK.format(f"line.{suffix}"), encoding="utf-8")
+    (place / "good.rung").write_text(
+        "PROGRAM p\nTAG Run : BOOL\nROUTINE Main\nOTE(Run);\nEND\n", encoding="utf-8"
+    )
+    (place / "good.toml").write_text(RACK.format("good.rung"), encoding="utf-8")
+    (place / "with_unit.toml").write_text(
+        f'{RACK.format("good.rung")}[[unit]]\nprogram = "unit.pclt"\n', encoding="utf-8"
+    )
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no FIFOs")
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no FIFOs")
 @pytest.mark.parametrize("words", COMMANDS)
 @pytest.mark.parametrize("kind", ["fifo", "device"])
 def test_what_is_no_file_is_refused_at_once(place: Path, words: str, kind: str) -> None:
@@ -101,8 +105,8 @@ def test_a_link_to_a_file_of_another_kind_is_not_shown(place: Path, name: str) -
 def test_a_stored_program_of_a_unit_has_its_suffix(place: Path) -> None:
     write_racks(place)
     (place / "shadow").write_text(f"{SECRET}\n", encoding="utf-8")
-    rack = (place / "with_unit.toml").read_text().replace("unit.pclt", "shadow")
-    (place / "with_unit.toml").write_text(rack)
+    rack = (place / "with_unit.toml").read_text(encoding="utf-8").replace("unit.pclt", "shadow")
+    (place / "with_unit.toml").write_text(rack, encoding="utf-8")
     result = scanrack("run with_unit.toml")
     assert result.exit_code == 2
     assert 'with_unit.toml:6: unit.program = "shadow": a stored program is a .pclt file' in result.stderr
@@ -120,7 +124,7 @@ def logic(scan):
 def test_a_text_without_an_end_is_shortened(place: Path, text: str, loading: bool) -> None:
     program = RAISES.format(text)
     (place / "line.py").write_text(program + "logic(None)\n" * loading, encoding="utf-8")
-    (place / "rack.toml").write_text(RACK.format("line.py"))
+    (place / "rack.toml").write_text(RACK.format("line.py"), encoding="utf-8")
     result = scanrack("run rack.toml --record t.mcap")
     assert result.exit_code == 2 if loading else 1
     assert len(result.output) < 20_000
@@ -156,8 +160,8 @@ def logic(scan):
 @pytest.mark.slow
 def test_a_thread_that_goes_on_is_named_and_ended(place: Path) -> None:
     (place / "line.py").write_text(GOES_ON, encoding="utf-8")
-    (place / "rack.toml").write_text(RACK.format("line.py"))
+    (place / "rack.toml").write_text(RACK.format("line.py"), encoding="utf-8")
     words = [sys.executable, "-m", "scanrack", "run", "rack.toml", "--for", "20ms", "--no-record", "--quiet"]
-    done = forked.run(words, capture_output=True, text=True, timeout=300)
+    done = forked.run(words, capture_output=True, text=True, timeout=300, encoding="utf-8")
     assert done.returncode == 0
     assert done.stderr == "scanrack: the program's thread goes on and is ended in 2 s: pump\n"

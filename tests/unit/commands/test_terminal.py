@@ -105,13 +105,16 @@ def test_messages_make_them_visible(trace: Path, command: str) -> None:
 
 def test_mistakes_in_files_make_them_visible(tmp_path: Path) -> None:
     rack = tmp_path / "rack.toml"
-    rack.write_text('program = "line.py"\n"\\u001b[2J" = 1\n[[slot]]\nnumber = 1\nmodule = "\\u001b[2J"\n')
+    rack.write_text(
+        'program = "line.py"\n"\\u001b[2J" = 1\n[[slot]]\nnumber = 1\nmodule = "\\u001b[2J"\n',
+        encoding="utf-8",
+    )
     for command in (["run", rack], ["why", rack, "T"], ["fuzz", rack], ["ladder", rack]):
         result = scanrack(*command)
         assert result.exit_code == 2
         assert clean(result), command
     rungs = tmp_path / "bad.rung"
-    rungs.write_text("PROGRAM p\nROUTINE Main\n// \x1b[2J\nXIC(\x1b[2J)NOP();\nEND\n")
+    rungs.write_text("PROGRAM p\nROUTINE Main\n// \x1b[2J\nXIC(\x1b[2J)NOP();\nEND\n", encoding="utf-8")
     assert clean(scanrack("xref", rungs, "\x1b[2J"))
 
 

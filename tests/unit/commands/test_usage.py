@@ -6,21 +6,22 @@ from types import ModuleType
 
 import pytest
 from scanrack import __main__
-from scanrack.commands import COMMANDS, build
+from scanrack.commands import COMMANDS, KEPT, RENAMED, build
 from scanrack.commands.recordings import rerun_job
 from scanrack.terminal import status
 from typer.testing import CliRunner
 
 LINES = {
     "run line.toml --tagz": "no such option: --tagz; did you mean --tag? ('scanrack run --help'{})",
-    "pcl601 move -100": "-100 looks like an option; put -- before a negative number: "
-    "scanrack pcl601 move -- -100 ('scanrack pcl601 move --help'{})",
-    "serve pcl602": "controller: 'pcl602' is not one of 'amci3601', 'pcl601', 'pmc006' "
+    "device pcl601 move -100": "-100 looks like an option; put -- before a negative number: "
+    "scanrack device pcl601 move -- -100 ('scanrack device pcl601 move --help'{})",
+    "serve pcl602": "DEVICE: 'pcl602' is not one of 'amci3601', 'pcl601', 'pmc006' "
     "('scanrack serve --help'{})",
     "run line.toml --scans x": "--scans: a whole number is needed ('scanrack run --help'{})",
     "watch line.toml --port -1": "--port: 0 or more is allowed ('scanrack watch --help'{})",
-    "watch a.mcap --scans 4": "--scans is for a rack that runs; a.mcap is a recording",
-    "run press.py": "press.py: there is no function rack in it; "
+    "watch a.mcap --scans 4": "--scans needs a running rack; a.mcap is a trace",
+    "watch nosuch --speed max": "nosuch: No such file or directory",
+    "run press.py": "press.py: no function rack in it; "
     'a program is run by a rack file that names it: program = "press.py"',
 }
 """What is typed, and what is said; the page lists what there is."""
@@ -45,6 +46,7 @@ def test_what_is_wrong_is_one_line_of_ours(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     Path("press.py").write_text(PRESS, encoding="utf-8")
+    Path("a.mcap").write_bytes(b"")
     said = LINES[line].format(" lists what there is")
     assert run(*line.split()) == (2, "", f"scanrack: {said}\n")
 
@@ -56,6 +58,23 @@ def test_h_is_help(command: str) -> None:
     assert short == long
     assert short[0] == 0
     assert short[1].startswith(f"Usage: scanrack {command}".strip())
+
+
+@pytest.mark.parametrize("name", RENAMED)
+def test_an_old_name_works_and_says_the_new_one(name: str) -> None:
+    new = " ".join(RENAMED[name])
+    old, now = run(name, "--help"), run(*RENAMED[name], "--help")
+    assert old[:2] == (0, now[1].replace(f"Usage: scanrack {new} ", f"Usage: scanrack {name} "))
+    said = f"scanrack: 'scanrack {name}' is now 'scanrack {new}'; the next release drops the old name\n"
+    assert old[2] == ("" if name in KEPT else said)
+    assert name not in COMMANDS
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_page_begins_as_the_list_of_commands_has_it(command: str) -> None:
+    _, page, _ = run(command, "--help")
+    said = " ".join(page.split("\n\n")[1].split())
+    assert said.startswith(COMMANDS[command].sentence.removesuffix("."))
 
 
 def test_a_command_without_words_prints_its_page() -> None:

@@ -117,12 +117,14 @@ def test_times_and_limits_are_those_that_are_checked() -> None:
 def test_the_command_writes_it_beside_and_a_rack_file_may_name_it(tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     rack = tmp_path / "rack.toml"
-    rack.write_text(f"{HINT}\n{RACK}")
+    rack.write_text(f"{HINT}\n{RACK}", encoding="utf-8")
     before = rack.read_bytes()
-    done = CliRunner().invoke(build(), ["schema", "--write"])
+    done = CliRunner().invoke(build(), ["editor", "schema", "--write"])
     assert done.exit_code == 0
     assert HINT in done.output
     assert json.loads((tmp_path / "rack.schema.json").read_text("utf-8")) == rack_schema()
     assert rack.read_bytes() == before
     assert load_rack_file(rack).spec.name == "feeder"
-    assert json.loads(CliRunner().invoke(build(), ["schema", "--draft4"]).output) == rack_schema(draft4=True)
+    assert json.loads(CliRunner().invoke(build(), ["editor", "schema", "--draft4"]).output) == rack_schema(
+        draft4=True
+    )

@@ -63,9 +63,9 @@ def test_a_rerun_of_foreign_python_needs_trust(folder, monkeypatch):
     [
         ('XRP = "falsch"', "line.toml:3: stubs.XRP = \"falsch\": 'falsch' is not a stub"),
         ('JMP = "false"', 'line.toml:3: stubs.JMP = "false": JMP decides what runs next'),
-        ('XRP = "none.py:xrp"', "there is no such program file"),
-        ('missing_tags = "invent"', 'stubs.missing_tags = "invent": allowed is "declare"'),
-        ("XRP = 3", "line.toml:3: stubs.XRP = 3: allowed is text in quotes, or a table"),
+        ('XRP = "none.py:xrp"', "no such program file"),
+        ('missing_tags = "invent"', 'stubs.missing_tags = "invent": must be "declare"'),
+        ("XRP = 3", "line.toml:3: stubs.XRP = 3: must be text in quotes, or a table"),
     ],
 )
 def test_a_mistake_is_at_its_line(folder, given, says):

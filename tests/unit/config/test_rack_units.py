@@ -29,9 +29,9 @@ SAMPLE_3 = Path(__file__).parents[3] / "examples/pcl601/sample3.pclt"
 
 
 def run(folder: Path, rack: str) -> Result:
-    (folder / "logic.py").write_text("def logic(scan):\n    pass\n")
+    (folder / "logic.py").write_text("def logic(scan):\n    pass\n", encoding="utf-8")
     (folder / "sample3.pclt").write_bytes(SAMPLE_3.read_bytes())
-    (folder / "rack.toml").write_text(rack)
+    (folder / "rack.toml").write_text(rack, encoding="utf-8")
     trace = str(folder / "run.mcap")
     return CliRunner().invoke(build(), ["run", str(folder / "rack.toml"), "--record", trace, "--quiet"])
 
@@ -65,8 +65,8 @@ def test_a_unit_runs_its_program_beside_the_rack_and_is_recorded(tmp_path: Path)
     ("was", "now", "said"),
     [
         ("sample3", "sample9", "sample9.pclt: No such file or directory"),
-        ('"..-3000"', '"near"', "'near' is not a state of an input: allowed are ground, open"),
-        ("home =", "door =", "there is no input door: allowed are in1, in2"),
+        ('"..-3000"', '"near"', "'near' is not a state of an input; choose from ground, open"),
+        ("home =", "door =", "no input door; choose from in1, in2"),
         ("start =", "begin =", "unknown key"),
         ("[[unit]]", "[[unit]]\n[[unit]]", "address 1 is used twice"),
         ('program = "sample3.pclt"\n', "", "start needs a program"),

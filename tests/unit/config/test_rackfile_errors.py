@@ -4,7 +4,6 @@
 
 import pytest
 from scanrack.runtime.config import rackfile
-from scanrack.runtime.config.quantities import parse_time
 from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
 
 GOOD = """\
@@ -65,81 +64,81 @@ MISTAKES = {
         "seed = 3",
         "sead = 3",
         9,
-        "sead: unknown key; did you mean seed? Allowed are program, name, scan_ms, controller, rpi_ms, "
-        "watchdog_ms, run_for_s, trace, keep_traces, tags, stubs, axes, prove, fuzz, server, seed, mode, slot,",
+        "sead: unknown key; did you mean seed? Choose from program, name, scan_ms, controller, rpi_ms, "
+        "watchdog_ms, run_for_s, trace, keep_traces, tags, stubs, axes, prove, fuzz, server, seed, mode, modules, slot,",
     ),
     "unknown key of a slot": (
         'firmware = "4.1"',
         'firmwear = "4.1"',
         15,
-        "slot.firmwear: unknown key; did you mean firmware? Allowed are number, module, firmware, needs_firmware, "
+        "slot.firmwear: unknown key; did you mean firmware? Choose from number, module, firmware, needs_firmware, "
         "options, machine, wiring, port, address",
     ),
     "unknown key of a machine": (
         "slips = [{ at = 100, steps = 5 }]",
         "slip = [{ at = 100, steps = 5 }]",
         25,
-        "slot.machine.slip: unknown key; did you mean slips? Allowed are switches, timeline, encoder, slips, "
+        "slot.machine.slip: unknown key; did you mean slips? Choose from switches, timeline, encoder, slips, "
         "jams, stations",
     ),
     "unknown key of a switch": (
         '  { input = "home", first = 3000, last = 3500 },',
         '  { input = "home", first = 3000, lst = 3500 },',
         22,
-        "slot.machine.switches.lst: unknown key; did you mean last? Allowed are input, first, last, "
+        "slot.machine.switches.lst: unknown key; did you mean last? Choose from input, first, last, "
         "normally_closed",
     ),
     "unknown key of a jam": (
         "jams = [{ at = 20000, direction = 1 }]",
         "jams = [{ at = 20000, direction = 1, hard = true }]",
         26,
-        "slot.machine.jams.hard: unknown key; allowed are at, direction",
+        "slot.machine.jams.hard: unknown key; choose from at, direction",
     ),
-    "unknown key of a force": ("value = 1", "value = 1\nbit = 3", 50, "force.bit: unknown key; allowed are"),
-    "wrong type, number": ("scan_ms = 2.0", 'scan_ms = "2 ms"', 3, 'scan_ms = "2 ms": allowed is a number'),
+    "unknown key of a force": ("value = 1", "value = 1\nbit = 3", 50, "force.bit: unknown key; choose from"),
+    "wrong type, number": ("scan_ms = 2.0", 'scan_ms = "2 ms"', 3, 'scan_ms = "2 ms": must be a number'),
     "wrong type, whole number": (
         "number = 2",
         "number = 2.5",
         44,
-        "slot.number = 2.5: allowed is a whole number",
+        "slot.number = 2.5: must be a whole number",
     ),
-    "wrong type, text": ('name = "line"', "name = 7", 1, "name = 7: allowed is text in quotes"),
-    "wrong type, path": ('program = "line.py"', "program = 7", 2, "program = 7: allowed is a path in quotes"),
+    "wrong type, text": ('name = "line"', "name = 7", 1, "name = 7: must be text in quotes"),
+    "wrong type, path": ('program = "line.py"', "program = 7", 2, "program = 7: must be a path in quotes"),
     "wrong type, yes or no": (
         '  { input = "cw_limit", first = 9000, normally_closed = false },',
         '  { input = "cw_limit", first = 9000, normally_closed = 0 },',
         23,
-        "slot.machine.switches.normally_closed = 0: allowed is true or false",
+        "slot.machine.switches.normally_closed = 0: must be true or false",
     ),
     "wrong type, array": (
         "jams = [{ at = 20000, direction = 1 }]",
         "jams = 20000",
         26,
-        "slot.machine.jams = 20000: allowed is an array",
+        "slot.machine.jams = 20000: must be an array",
     ),
     "wrong type, table": (
         "[slot.machine.encoder]\ncounts_per_step = 0.5\ndirection = -1",
         "encoder = 3",
         28,
-        "slot.machine.encoder = 3: allowed is a table",
+        "slot.machine.encoder = 3: must be a table",
     ),
     "a firmware that is a number": (
         'firmware = "4.1"',
         "firmware = 4.1",
         15,
-        'slot.firmware = 4.1: allowed is text in quotes, such as "4.1"',
+        'slot.firmware = 4.1: must be text in quotes, such as "4.1"',
     ),
     "options that are no table": (
         "[slot.options]\ninput_scan_us = 250",
         "options = 5",
         17,
-        "slot.options = 5: allowed is a table",
+        "slot.options = 5: must be a table",
     ),
     "a period out of range": (
         "scan_ms = 2.0",
         "scan_ms = 0.009",
         3,
-        "scan_ms = 0.009: allowed is 0.01 to 1000",
+        "scan_ms = 0.009: must be 0.01 to 1000",
     ),
     "a period that is not a whole number of ns": (
         "scan_ms = 2.0",
@@ -151,9 +150,9 @@ MISTAKES = {
         "scan_ms = 2.0",
         "scan_ms = nan",
         3,
-        "scan_ms = NaN: allowed is a number",
+        "scan_ms = NaN: must be a number",
     ),
-    "an RPI out of range": ("rpi_ms = 2", "rpi_ms = 1001", 5, "rpi_ms = 1001: allowed is 0.01 to 1000"),
+    "an RPI out of range": ("rpi_ms = 2", "rpi_ms = 1001", 5, "rpi_ms = 1001: must be 0.01 to 1000"),
     "an RPI without a CompactLogix": (
         'controller = "compactlogix"',
         'controller = "micrologix"',
@@ -164,40 +163,40 @@ MISTAKES = {
         "watchdog_ms = 500",
         "watchdog_ms = -1",
         6,
-        "watchdog_ms = -1: allowed is 0 to 3600000",
+        "watchdog_ms = -1: must be 0 to 3600000",
     ),
     "a run of no time": (
         "run_for_s = 10",
         "run_for_s = 0",
         7,
-        "run_for_s = 0: allowed is 0.00001 to 1000000000",
+        "run_for_s = 0: must be 0.00001 to 1000000000",
     ),
-    "a seed out of range": ("seed = 3", "seed = -3", 9, "seed = -3: allowed is 0 or more"),
+    "a seed out of range": ("seed = 3", "seed = -3", 9, "seed = -3: must be 0 or more"),
     "a mode that is none": (
         'mode = "run"',
         'mode = "running"',
         10,
-        "mode = \"running\": allowed is 'run', 'program' or 'test'",
+        "mode = \"running\": must be 'run', 'program' or 'test'",
     ),
     "a controller that is none": (
         'controller = "compactlogix"',
         'controller = "slc"',
         4,
-        "controller = \"slc\": allowed is 'micrologix' or 'compactlogix'",
+        "controller = \"slc\": must be 'micrologix' or 'compactlogix'",
     ),
-    "a slot out of range": ("number = 2", "number = 0", 44, "slot.number = 0: allowed is 1 or more"),
+    "a slot out of range": ("number = 2", "number = 0", 44, "slot.number = 0: must be 1 or more"),
     "a slot used twice": ("number = 2", "number = 1", 44, "slot.number = 1: slot 1 is used twice"),
     "a module that is none": (
         'number = 2\nmodule = "amci3601"',
         'number = 2\nmodule = "amci3602"',
         45,
-        'slot.module = "amci3602": did you mean amci3601? Allowed are amci3601',
+        'slot.module = "amci3602": did you mean amci3601? Choose from amci3601',
     ),
     "a firmware that is none": (
         'firmware = "4.1"',
         'firmware = "4.2"',
         15,
-        "slot.firmware = \"4.2\": unknown 3601 firmware '4.2': allowed are 2.0, 2.1, 2.2, 3.1, 4.1",
+        "slot.firmware = \"4.2\": unknown 3601 firmware '4.2'; choose from 2.0, 2.1, 2.2, 3.1, 4.1",
     ),
     "an option that is none": (
         "input_scan_us = 250",
@@ -222,26 +221,26 @@ MISTAKES = {
         'firmware = "4.1"',
         'wiring = "diag"',
         15,
-        "slot.wiring = \"diag\": allowed is 'diagnostic'",
+        "slot.wiring = \"diag\": must be 'diagnostic'",
     ),
     "an input that is none, switch": (
         '  { input = "home", first = 3000, last = 3500 },',
         '  { input = "hone", first = 3000, last = 3500 },',
         22,
-        'slot.machine.switches.input = "hone": did you mean home? Allowed are capture, external, home, estop, '
+        'slot.machine.switches.input = "hone": did you mean home? Choose from capture, external, home, estop, '
         "cw_limit, ccw_limit",
     ),
     "an input that is none, timeline": (
         'input = "estop"',
         'input = "e_stop"',
         34,
-        'slot.machine.timeline.input = "e_stop": did you mean estop? Allowed are',
+        'slot.machine.timeline.input = "e_stop": did you mean estop? Choose from',
     ),
     "an input that is not a name": (
         'input = "external"',
         "input = 2",
         39,
-        "slot.machine.stations.input = 2: allowed are capture, external",
+        "slot.machine.stations.input = 2: choose from capture, external",
     ),
     "a range the wrong way round": (
         '  { input = "home", first = 3000, last = 3500 },',
@@ -265,7 +264,7 @@ MISTAKES = {
         "pulse_ms = 20",
         "pulse_ms = -20",
         41,
-        "slot.machine.stations.pulse_ms = -20: allowed is 0 to 1000000000",
+        "slot.machine.stations.pulse_ms = -20: must be 0 to 1000000000",
     ),
     "a time that is not a whole number of ns": (
         "for_ms = 50",
@@ -277,7 +276,7 @@ MISTAKES = {
         "for_ms = 50",
         'energised = "on"',
         35,
-        'slot.machine.timeline.energised = "on": allowed is true, false or "wired"',
+        'slot.machine.timeline.energised = "on": must be true, false or "wired"',
     ),
     "a wired button": (
         "for_ms = 50",
@@ -289,7 +288,7 @@ MISTAKES = {
         "counts_per_step = 0.5",
         'counts_per_step = "4/0"',
         29,
-        'slot.machine.encoder.counts_per_step = "4/0": allowed is a number, or a fraction such as "4/3"',
+        'slot.machine.encoder.counts_per_step = "4/0": must be a number, or a fraction such as "4/3"',
     ),
     "a ratio out of range": (
         "counts_per_step = 0.5",
@@ -313,7 +312,7 @@ MISTAKES = {
         'address = "slot1.status.IN_CAPTURE"',
         'address = "I:3.0/14"',
         48,
-        'force.address = "I:3.0/14": slot 3 is empty; allowed are 1, 2',
+        'force.address = "I:3.0/14": slot 3 is empty; choose from 1, 2',
     ),
     "a force on a bit that is none": (
         'address = "slot1.status.IN_CAPTURE"',
@@ -350,7 +349,7 @@ MISTAKES = {
         "[[force]]",
         "[prove]\nscan_ms = [5, 2]\n[[force]]",
         48,
-        "prove.scan_ms: allowed is shortest and longest, whole milliseconds from 1 to 1000",
+        "prove.scan_ms: must be shortest and longest, whole milliseconds from 1 to 1000",
     ),
     "two claims of a property": (
         "[[force]]",
@@ -368,7 +367,7 @@ MISTAKES = {
         "[[force]]",
         '[[prove.property]]\nname = "one"\nnever = " "\n[[force]]',
         49,
-        'prove.property.never = " ": allowed is a condition of structured text',
+        'prove.property.never = " ": must be a condition of structured text',
     ),
     "two properties of one name": (
         "[[force]]",
@@ -432,15 +431,9 @@ def test_an_array_without_entries_is_told_beside_the_mistakes_of_another(tmp_pat
     with pytest.raises(RackFileError) as caught:
         load_rack_file(path)
     assert str(caught.value).splitlines() == [
-        f"{path}:2: slot: allowed is an array of 1 or more",
+        f"{path}:2: slot: must be an array of 1 or more",
         f"{path}:3: force.address: this key is missing",
     ]
-
-
-@pytest.mark.parametrize("text", ["10 weeks", "10", "s"])
-def test_what_is_no_time_is_told_with_the_units(text):
-    with pytest.raises(ValueError, match=r"is not a time: write a number and a unit .*'10 s'"):
-        parse_time(text)
 
 
 def test_an_old_firmware_behind_a_micrologix(tmp_path):
@@ -455,7 +448,7 @@ def test_an_old_firmware_behind_a_micrologix(tmp_path):
 
 
 def test_a_file_that_is_not_there(tmp_path):
-    with pytest.raises(RackFileError, match=r"lime.toml: there is no such rack file$"):
+    with pytest.raises(RackFileError, match=r"lime.toml: no such rack file$"):
         load_rack_file(tmp_path / "lime.toml")
 
 
@@ -474,8 +467,8 @@ def test_a_file_that_is_no_text(tmp_path):
 def test_a_value_that_only_later_turns_out_to_be_wrong(tmp_path):
     path = tmp_path / "line.toml"
     path.write_text(GOOD, "utf-8")
-    refusal = load_rack_file(path).refusal("program", "there is no such program file")
-    assert str(refusal) == f'{path}:2: program = "line.py": there is no such program file'
+    refusal = load_rack_file(path).refusal("program", "no such program file")
+    assert str(refusal) == f'{path}:2: program = "line.py": no such program file'
 
 
 def test_of_many_mistakes_the_first_are_explained(tmp_path):

@@ -14,7 +14,7 @@ from scanrack.runtime.loop.cpu import CpuFault, CpuMode
 from scanrack.runtime.machine import EncoderSpec, Jam, MachineSpec, Slip, Station, Switch, TimelineEntry
 from scanrack.runtime.modules.amci3601 import Amci3601
 from scanrack.runtime.modules.record import ModuleRecord
-from scanrack.runtime.modules.registry import MODULES
+from scanrack.runtime.modules.registry import MODULES, OWN
 
 MS = 1_000_000
 
@@ -205,7 +205,8 @@ def test_a_rack_in_python_may_bring_its_own_modules(monkeypatch):
             made.append(given)
             self.events = []
 
-    monkeypatch.setitem(MODULES, "probe", ModuleRecord(name="probe", make=cast(Any, Probe)))
+    monkeypatch.setattr(MODULES, "_known", dict(OWN))
+    MODULES.add(ModuleRecord(name="probe", make=cast(Any, Probe), has_firmware=True))
     spec = RackSpec(program="-", seed=5, slot=(SLOT, SlotSpec(number=2, module="probe", firmware="1")))
     rack = build_rack(spec)
     assert isinstance(rack.slots[2].module, Probe)

@@ -44,7 +44,7 @@ def test_what_is_not_refused_runs(folder):
 
 def test_without_it_the_rack_is_refused(folder):
     (folder / "line.toml").write_text(RACK.format(""), encoding="utf-8")
-    with pytest.raises(RackFileError, match="rung 0, column 1: there is no routine"):
+    with pytest.raises(RackFileError, match="rung 0, column 1: no routine"):
         load_job("line.toml")
 
 
@@ -60,7 +60,7 @@ def test_a_printed_rack_runs(folder):
 @pytest.mark.parametrize(
     ("program_name", "given", "says"),
     [
-        ("line.L5X", 'refused = "skip"\n', 'line.toml:3: stubs.refused = "skip": allowed is "empty"'),
+        ("line.L5X", 'refused = "skip"\n', 'line.toml:3: stubs.refused = "skip": must be "empty"'),
         ("line.rung", EMPTY, 'line.toml:3: stubs.refused = "empty": only an export'),
     ],
 )

@@ -35,7 +35,9 @@ def test_the_names_are_those_that_a_type_checker_imports_and_no_private_one():
 
 def test_importing_it_imports_nothing_else():
     code = "import sys, scanrack; print([name for name in sys.modules if name.startswith('scanrack.')])"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, encoding="utf-8"
+    )
     assert done.stdout.strip() == "[]"
 
 
@@ -50,7 +52,9 @@ def test_the_version_is_that_of_the_distribution():
 
 
 def test_the_package_is_a_command():
-    done = subprocess.run([sys.executable, "-m", "scanrack", "--version"], capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-m", "scanrack", "--version"], capture_output=True, text=True, encoding="utf-8"
+    )
     assert (done.returncode, done.stdout) == (0, f"scanrack {scanrack.__version__}\n")
 
 
@@ -60,7 +64,9 @@ def test_a_first_program_needs_the_front_door_only(tmp_path):
     example = Path(__file__).parents[3] / "examples/first"
     for name in ("first.py", "rack.toml"):
         (tmp_path / name).write_text((example / name).read_text(encoding="utf-8"), encoding="utf-8")
-    done = subprocess.run([sys.executable, "first.py"], cwd=tmp_path, capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "first.py"], cwd=tmp_path, capture_output=True, text=True, encoding="utf-8"
+    )
     assert (done.returncode, done.stderr) == (0, "")
     assert done.stdout.splitlines() == [
         "50 scans, 0 moves, the last scan at 98000000 ns",
@@ -74,7 +80,9 @@ def test_a_function_of_this_process_runs_in_place_of_a_racks_program(tmp_path):
     def logic(scan: scanrack.LogicScan) -> None:
         scan.slot[1].outputs[4] = 7
 
-    (tmp_path / "rack.toml").write_text('program = "none.rung"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n')
+    (tmp_path / "rack.toml").write_text(
+        'program = "none.rung"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n', encoding="utf-8"
+    )
     rack = scanrack.load_rack(tmp_path / "rack.toml", logic)
     assert scanrack.run(rack, scans=3, trace=tmp_path / "t.mcap").scans == 3
     with scanrack.open_trace(tmp_path / "t.mcap") as trace:

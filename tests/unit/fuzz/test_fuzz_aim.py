@@ -9,7 +9,7 @@ from textwrap import dedent
 
 import pytest
 from planted_programs import version_of
-from scanrack.io_images.amci3601.bits import InputBit
+from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, PresetPosition
 from scanrack.jobs.fuzz import Scenario, SearchReport, TrialBench, search
 from scanrack.jobs.fuzz.aim.branches import NAME, branches_noted
 from scanrack.jobs.fuzz.aim.corpus import Corpus, Entry, trim
@@ -21,6 +21,7 @@ from scanrack.jobs.fuzz.aim.times import times_of
 from scanrack.jobs.fuzz.campaign.campaign import _round
 from scanrack.jobs.fuzz.campaign.fresh import in_fresh_process
 from scanrack.jobs.fuzz.campaign.state import State
+from scanrack.jobs.fuzz.explain.changes import changes_in
 from scanrack.jobs.fuzz.scenarios.kinds import Kind, kinds_for
 from scanrack.jobs.fuzz.scenarios.parts import timed_parts
 from scanrack.jobs.fuzz.scenarios.scenario import Press
@@ -44,6 +45,33 @@ def test_a_timer_of_700_scans_is_an_edge_and_its_done_bit_a_thin_state(tmp_path)
     assert [700, 1402] in done
     assert [700, 1402] in edges.groups["thin"].values()
     assert [700, 1402] in edges.groups["path"].values(), "the rungs that ask for it"
+
+
+def a_preset(scan):
+    """Configure the module in scans 0 to 3, and preset its position to 3,000 in scan 10."""
+    used = InputBit.HOME | InputBit.CW_LIMIT
+    words = Configuration(inputs_used=used, step_and_direction=True, starting_speed=500)
+    command = PresetPosition(3_000) if scan.number == 10 else Idle()
+    scan.slot[1].outputs.load((words if scan.number < 4 else command).to_image())
+
+
+PRESETTING = TrialBench(SPEC, lambda: a_preset, (), 40)
+
+
+def test_the_thousands_of_a_position_take_a_step_in_the_scan_after_its_preset():
+    """3,000 is 3 in the upper word and 0 in the lower one, before it is 0 in both."""
+    assert probed(PRESETTING).groups["number"] == {0: [11]}
+
+
+def test_a_scan_is_told_by_what_began_came_on_and_went_off_in_it():
+    """The home input is on for 4 scans of 2 ms; the module shows each level one scan later."""
+    held = Scenario(presses=(Press(1, InputBit.HOME, True, 20 * SPEC.scan_ns, 4 * SPEC.scan_ns),))
+    told = {scan: changes_in(PRESETTING, held, scan) for scan in range(19, 27)}
+    assert {scan: lines for scan, lines in told.items() if lines} == {
+        20: ("0.04 s: input home of slot 1 is on for 8 ms",),
+        21: ("IN_HOME of slot 1 came on",),
+        25: ("IN_HOME of slot 1 went off",),
+    }
 
 
 def test_times_are_aimed_at_edges():

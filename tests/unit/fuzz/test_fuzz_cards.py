@@ -54,9 +54,12 @@ def test_a_push_is_written_and_read_again(tmp_path: Path) -> None:
     assert told(PUSHED) == ["0.02 s: input home of slot 2 is operated for 10 ms"]
     file = tmp_path / "rack.toml"
     file.write_text(
-        'program = "p"\n[[slot]]\nnumber = 2\nmodule = "1769-IQ16"\n[slot.options]\ninputs = { home = 1 }\n'
+        'program = "p"\n[[slot]]\nnumber = 2\nmodule = "1769-IQ16"\n[slot.options]\ninputs = { home = 1 }\n',
+        encoding="utf-8",
     )
-    text = rack_text(file, parse_rack_file(file.read_text(), file).spec, PUSHED, 100, tmp_path)
+    text = rack_text(
+        file, parse_rack_file(file.read_text(encoding="utf-8"), file).spec, PUSHED, 100, tmp_path
+    )
     (slot,) = tomllib.loads(text)["slot"]
     assert slot["options"]["timeline"] == [{"at_ms": 20, "input": "home", "for_ms": 10}]
     parse_rack_file(text, file)

@@ -45,9 +45,9 @@ ORDERS = (
 
 
 def replayed(folder: Path, orders: tuple[GivenOrder, ...], more: str = "") -> tuple[int, str]:
-    (folder / "line.rung").write_text(LINE)
-    (folder / "line.toml").write_text(RACK.format(more=more))
-    (folder / "s.json").write_text(json.dumps(Scenario(orders=orders).to_json()))
+    (folder / "line.rung").write_text(LINE, encoding="utf-8")
+    (folder / "line.toml").write_text(RACK.format(more=more), encoding="utf-8")
+    (folder / "s.json").write_text(json.dumps(Scenario(orders=orders).to_json()), encoding="utf-8")
     words = [
         "fuzz",
         str(folder / "line.toml"),
@@ -85,7 +85,7 @@ def test_orders_survive_json_and_are_told_in_words() -> None:
     ("row", "says"),
     [
         ({"at_ns": -1, "do": "write", "tag": "A", "value": 1}, "at_ns, a whole number from 0"),
-        ({"at_ns": 0, "do": "pause"}, "there is no order 'pause': allowed are write, force, unforce"),
+        ({"at_ns": 0, "do": "pause"}, "no action 'pause'; choose from write, force, unforce"),
         ({"at_ns": 0, "do": "write", "tag": "A"}, "write needs value"),
     ],
 )
@@ -97,4 +97,4 @@ def test_an_order_that_is_none_is_refused(row: dict[str, object], says: str) -> 
 def test_an_order_that_can_not_be_carried_out_is_a_mistake(tmp_path: Path) -> None:
     status, said = replayed(tmp_path, (GivenOrder(0, Write("Q", 1)),))
     assert status == 2
-    assert "there is no tag Q" in said
+    assert "no tag Q" in said

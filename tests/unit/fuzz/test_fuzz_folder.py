@@ -115,3 +115,21 @@ def test_a_value_of_another_type_is_refused_or_of_no_consequence(state):
                 assert {each.broken.key for each in again.found.values()} <= set(again.folders)
                 assert State.from_json(json.loads(json.dumps(again.to_json()))) == again
                 assert all(name == str(name) and "/" not in name for name in again.folders.values())
+
+
+def failure(parts, after):
+    """Return a failure whose scenario has a number of presses."""
+    presses = tuple(Press(1, InputBit.HOME, True, 2_000_000 * at, 2_000_000) for at in range(parts))
+    broken = BrokenInvariant("name", "It holds.", 3, 6_000_000, "it is false")
+    return Counterexample(Scenario(presses=presses), broken, after)
+
+
+def test_a_known_failure_is_news_again_only_with_a_smaller_scenario():
+    state = State()
+    first, equal, larger, smaller = failure(2, 1), failure(2, 5), failure(3, 6), failure(1, 7)
+    assert state.note([first]) == [first]
+    assert state.note([equal, larger]) == []
+    assert list(state.found.values()) == [first]
+    assert state.note([smaller]) == [smaller]
+    assert list(state.found.values()) == [smaller]
+    assert list(state.folders.values()) == ["name"]

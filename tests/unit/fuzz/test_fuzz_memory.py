@@ -87,12 +87,12 @@ GOOD = Recipe(ESTOP, ORIGIN).text()
         ("[" * 2_000, "brackets"),
         ("[]", "an object is needed, not []"),
         ("nothing", "Expecting value"),
-        ("{}", "scans = None: allowed are 1 to 1,000,000,000,000,000"),
+        ("{}", "scans = None: must be 1 to 1,000,000,000,000,000"),
         (GOOD.replace("50,", "true,"), "scans = True"),
         (GOOD.replace("50,", "1e400,"), "scans = inf"),
         (GOOD.replace('"0.2.0"', "[1]"), "version = [1]: a text is needed"),
         (GOOD.replace("presses", "presents"), "unknown key presents"),
-        (GOOD.replace('"slot":1', '"slot":9'), "there is no slot 9; the rack has 1"),
+        (GOOD.replace('"slot":1', '"slot":9'), "no slot 9; the rack has 1"),
         (GOOD.replace("60000000", "-1"), "presses.0.at_ns = -1"),
     ],
     ids=lambda text: text[:12] if len(text) < 40 else "",
@@ -219,7 +219,7 @@ def test_the_rack_file_says_how_it_is_searched_and_the_options_come_first(rack):
     rack.write_text(text + '\n[fuzz]\nseed = 7\nonly = ["weather"]\n', encoding="utf-8")
     wrong = CliRunner().invoke(build(), ["fuzz", str(rack)])
     assert wrong.exit_code == 2
-    assert "unknown kind 'weather': allowed are inputs" in wrong.stderr
+    assert "unknown kind 'weather'; choose from inputs" in wrong.stderr
     rack.write_text(text + "\n[fuzz]\nsed = 7\n", encoding="utf-8")
     assert "sed" in CliRunner().invoke(build(), ["fuzz", str(rack)]).stderr
     rack.write_text(text + '\n[fuzz]\nonly = ["power"]\nwithout = ["power"]\n', encoding="utf-8")

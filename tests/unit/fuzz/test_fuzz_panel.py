@@ -46,7 +46,7 @@ NEVER = "from scanrack import never\n@never\ndef bad(now):\n    return now.tags[
 @pytest.fixture
 def setup(tmp_path):
     for name, text in (("line.rung", LINE), ("rack.toml", RACK), ("must.py", NEVER)):
-        (tmp_path / name).write_text(text)
+        (tmp_path / name).write_text(text, encoding="utf-8")
     return Setup(str(tmp_path / "rack.toml"), (tmp_path / "must.py",), (), 100, frozenset({Kind.INPUTS}))
 
 

@@ -49,7 +49,14 @@ def folder(tmp_path):
 def started(folder, *words, cwd=None):
     """Start a campaign in a process of its own."""
     command = [sys.executable, "-m", "scanrack", "fuzz", str(folder / "line.toml"), *words]
-    return forked.start(command, cwd=cwd or folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return forked.start(
+        command,
+        cwd=cwd or folder,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
+    )
 
 
 def finished(process):
@@ -74,13 +81,16 @@ def has_tasks(folder, tasks):
 
 def children(process):
     return [
-        int(child) for child in Path(f"/proc/{process.pid}/task/{process.pid}/children").read_text().split()
+        int(child)
+        for child in Path(f"/proc/{process.pid}/task/{process.pid}/children")
+        .read_text(encoding="utf-8")
+        .split()
     ]
 
 
 def is_alive(pid):
     try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+        return Path(f"/proc/{pid}/stat").read_text(encoding="utf-8").rpartition(")")[2].split()[0] != "Z"
     except FileNotFoundError:
         return False
 

@@ -149,7 +149,7 @@ def test_torn_updates_belong_to_a_controller_that_does_not_wait(spec):
 @pytest.mark.parametrize(
     ("given", "says"),
     [
-        ({"press": []}, "unknown key press; allowed are firmware, presses"),
+        ({"press": []}, "unknown key press; choose from firmware, presses"),
         ({"presses": [{"slot": 1}]}, "input"),
         ({"incidents": [{"at_ns": 0, "what": "flood"}]}, "flood"),
         (

@@ -13,7 +13,7 @@ from scanrack.jobs.fuzz.campaign.state import read_state
 pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
 pytestmark = pytest.mark.extra("cluster")
 
-PATIENCE_S = 90
+PATIENCE_S = 120
 HELPED = """
 import helper
 

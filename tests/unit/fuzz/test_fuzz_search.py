@@ -128,9 +128,9 @@ def test_a_campaign_goes_on_where_it_left_off(rack, tmp_path):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (("--check", "no-smoke"), "unknown check 'no-smoke': allowed are no-command-error"),
-        (("--only", "weather"), "unknown kind 'weather': allowed are inputs"),
-        (("--invariants", "nowhere.py"), "nowhere.py: there is no such file"),
+        (("--check", "no-smoke"), "unknown check 'no-smoke'; choose from no-command-error"),
+        (("--only", "weather"), "unknown kind 'weather'; choose from inputs"),
+        (("--invariants", "nowhere.py"), "nowhere.py: no such file"),
         (("--scenario", "nowhere.json"), "nowhere.json"),
         (("--time", "5"), "'5' is not a time"),
     ],

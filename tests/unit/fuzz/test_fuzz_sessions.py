@@ -217,8 +217,8 @@ def test_a_program_that_does_not_do_the_same_twice_is_told(line):
     assert result.exit_code == 2
     first, second = result.stderr.splitlines()
     uses = "uses state of the process (line.py:5)"  # it asks whether a file exists
-    assert first == (f"scanrack: the program {uses}: it may not do the same twice in the same surroundings")
-    assert "the program does not do the same twice in the same surroundings" in second
+    assert first == (f"scanrack: the program {uses}: results may differ between identical runs")
+    assert "results differ between identical runs" in second
     assert second.endswith(f"It {uses}.")
 
 
@@ -260,7 +260,7 @@ def test_a_program_that_was_late_once_is_not_broken_one_that_always_is(line, whe
         ),
         (
             {"presses": [{"slot": 1, "input": "nix"}]},
-            "presses.0.input = 'nix': allowed are capture",
+            "presses.0.input = 'nix': choose from capture",
         ),
         ({"presses": [{"slot": 1}]}, "key presses.0.input is missing"),
         ([1], "an object with firmware, presses"),
@@ -282,9 +282,9 @@ def test_a_scenario_that_does_not_fit_is_refused_with_its_file(line, tmp_path, s
         (
             "amci3601",
             ("--only", "line"),
-            "--only line: it can't happen to what is in this rack; possible are ",
+            "--only line: not applicable to this rack; choose from ",
         ),
-        ("pcl601-adapter", ("--only", "firmware"), "possible are inputs, machine, power, mode, torn, line"),
+        ("pcl601-adapter", ("--only", "firmware"), "choose from inputs, machine, power, mode, torn, line"),
         (
             "amci3601",
             ("--only", "link", "--without", "link"),

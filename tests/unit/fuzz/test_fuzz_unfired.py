@@ -80,6 +80,17 @@ def test_a_rule_of_old_firmware_is_excluded_by_the_firmware():
     assert reason("CMD-14", manual)[0] is Hindrance.APART
 
 
+@pytest.mark.parametrize(
+    ("rule", "commands", "oldest"),
+    [
+        ("CMD-14", given(CommandMsw.MANUAL_CW), Firmware(2, 2)),  # up to 3.1: 2.2 is the last that has it
+        ("CMD-20", given(second=CommandLsw.STORE_MIN_REG), Firmware(4, 1)),  # from 3.1 on
+    ],
+)
+def test_the_oldest_firmware_itself_is_tried(rule, commands, oldest):
+    assert reason(rule, commands, oldest)[0] is Hindrance.APART
+
+
 def test_of_two_modules_the_one_that_came_furthest_gives_the_reason():
     here = given(HOMES, configurations=[LIMITS])
     assert reason("INP-02", given(), others=[here])[0] is Hindrance.SURROUNDINGS

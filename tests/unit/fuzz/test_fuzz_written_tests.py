@@ -82,7 +82,7 @@ def test_a_run_that_breaks_something_is_left_out(line, tmp_path):
 
 def test_a_folder_with_something_in_it_is_left_alone(line, tmp_path):
     (tmp_path / "reached").mkdir()
-    (tmp_path / "reached" / "notes.txt").write_text("mine")
+    (tmp_path / "reached" / "notes.txt").write_text("mine", encoding="utf-8")
     with pytest.raises(OwnedError, match="has something in it"):
         line(ALL)
     assert [each.name for each in (tmp_path / "reached").iterdir()] == ["notes.txt"]
@@ -95,7 +95,9 @@ def test_the_written_tests_pass_and_fail_once_the_program_has_lost_a_rung(line, 
     assert subprocess.run(command, cwd=tmp_path, capture_output=True, check=False).returncode == 0
     lost = RUNGS.replace("XIC(Local:1:I.Data.0)OTE(Lamp);\n", "XIC(Local:1:I.Data.2)OTE(Lamp);\n")
     (tmp_path / "line.rung").write_text(lost, encoding="utf-8")
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        command, cwd=tmp_path, capture_output=True, text=True, check=False, encoding="utf-8"
+    )
     assert done.returncode == 1
     assert "Main: OTE(Lamp)" in done.stdout
 

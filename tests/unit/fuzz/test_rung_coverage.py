@@ -119,7 +119,7 @@ def test_a_bench_that_nobody_observes_notes_nothing(project):
 def test_the_option_writes_the_page_of_two_processes(project):
     pytest.importorskip("xdist", reason="pytest-xdist is not installed")
     words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rung-coverage", "-n", "2"]
-    done = subprocess.run(words, cwd=project, capture_output=True, text=True, check=False)
+    done = subprocess.run(words, cwd=project, capture_output=True, text=True, check=False, encoding="utf-8")
     assert done.returncode == 0, done.stdout + done.stderr
     assert "line.rung: 1 of 2 lines have gaps" in done.stdout
     page = (project / "rung-coverage.html").read_text(encoding="utf-8")
@@ -131,10 +131,11 @@ def test_the_option_writes_the_page_of_two_processes(project):
 def test_without_the_option_nothing_of_scanrack_is_imported(tmp_path):
     (tmp_path / "test_it.py").write_text(
         "import sys\n\ndef test_it():\n"
-        "    assert not [name for name in sys.modules if name.startswith('scanrack.jobs')]\n"
+        "    assert not [name for name in sys.modules if name.startswith('scanrack.jobs')]\n",
+        encoding="utf-8",
     )
     words = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-c", "/dev/null", "test_it.py"]
-    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False, encoding="utf-8")
     assert done.returncode == 0, done.stdout + done.stderr
 
 

@@ -140,3 +140,13 @@ def test_each_limit_holds(kind: TextKind) -> None:
     if limits.size < 1 << 24:
         with pytest.raises(TextLimitError, match=f"of more than {limits.size:,} characters"):
             check_text("\n" * (limits.size + 1), kind)
+
+
+@pytest.mark.parametrize("kind", [TextKind.PLAN, TextKind.RETAINED, TextKind.STATE])
+def test_a_number_has_as_many_digits_as_python_converts(kind: TextKind) -> None:
+    """These kinds have longer names and texts than that."""
+    check_text(f"\n{'1' * 4300}\n{'a' * 4301}\n", kind)
+    for sign in ("", "-"):
+        with pytest.raises(TextLimitError, match="a number of more than 4,300 digits") as refused:
+            check_text(f"\n{sign}{'1' * 4301}\n", kind)
+        assert refused.value.line == 2

@@ -177,7 +177,7 @@ def test_one_slot_of_several(tmp_path: Path) -> None:
 def test_replies_that_tell_nothing(tmp_path: Path, reply: bytes) -> None:
     code, said = imported(tmp_path, [(True, unconnected(READ_ALL)), (False, unconnected(reply))])
     assert code == 2
-    assert "there is no exchange at port 502" in said
+    assert "no exchange at port 502" in said
 
 
 def test_every_beginning_of_a_message_and_every_single_byte_changed(tmp_path: Path) -> None:

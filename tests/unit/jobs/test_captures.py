@@ -139,7 +139,7 @@ def test_a_log_of_frames_becomes_a_trace(tmp_path: Path) -> None:
         f"12:00:00.250 TX: {frame(1, READ_BASE).hex(' ')}",
         f"12:00:00,257 rx: {frame(1, BASE_500).hex()}",
     ]
-    log.write_text("\n".join(lines))
+    log.write_text("\n".join(lines), encoding="utf-8")
     out = tmp_path / "line.mcap"
     done = CliRunner().invoke(build(), ["import", str(log), "--rtu-over-tcp", "--out", str(out)])
     assert (done.exit_code, done.stderr) == (0, "scanrack: note: lines that are no frames: 1\n")
@@ -152,9 +152,9 @@ def test_a_log_of_frames_becomes_a_trace(tmp_path: Path) -> None:
     [
         ([], b"nonsense", "it is not a capture; a log of frames is one of a serial line"),
         (["--as", "pmc006"], b"nonsense", "it is neither a capture nor a log of frames"),
-        ([], pcap([])[:30], "there is no exchange at port 502"),
-        (["--port", "503"], pcap(conversation(TALK)), "there is no exchange at port 503; its ports are 502"),
-        (["--unit", "9"], pcap(conversation(TALK)), "there is no unit 9; it has 1"),
+        ([], pcap([])[:30], "no exchange at port 502"),
+        (["--port", "503"], pcap(conversation(TALK)), "no exchange at port 503; its ports are 502"),
+        (["--unit", "9"], pcap(conversation(TALK)), "no unit 9; it has 1"),
         (
             [],
             pcap(conversation([*TALK, (True, modbus_tcp(5, "03 0005 0001", unit=4))])),

@@ -137,7 +137,7 @@ LADDER = [
     (30, "Late", "Late off @20 < T.DN off @20 < Run off @20 < Stop on @20 input"),
     (30, "Stop", "Stop on @20 input"),
     (30, "slot2.input.stop", "slot2.input.stop on @20 input"),
-    (3, "Late", "Late off @0 power-up"),
+    (3, "Late", "Late off @0 never < T.DN off @0 never < Run off @0 never < Start off @0 input"),
 ]
 
 
@@ -229,9 +229,16 @@ def test_the_command_prints_the_chain_and_its_data(made, tmp_path):
     made("line.rung", RUNGS, 1)
     words = ["why", str(tmp_path / "rack.toml"), "Lamp", "--scans", "30"]
     said = CliRunner().invoke(build(), words).output
-    assert said.splitlines()[-1] == (
-        "chain: Lamp off (0.04 s, Main rung 1: XIC(Run)) <- Run off (0.04 s, rung 0: XIO(Stop)) <- "
-        "Stop on (0.04 s, slot 2 input 1: The stop input is energised.)"
+    assert said.splitlines() == [
+        "after 30 scans, 0.058 s:",
+        "Lamp is off since 0.04 s (scan 20): Main rung 1: XIC(Run)",
+        "  because Run is off since 0.04 s: Main rung 0: XIO(Stop)",
+        "Cause: Stop is on since 0.04 s: slot 2 input 1 (stop): The stop input is energised.",
+    ]
+    deep = CliRunner().invoke(build(), [*words, "--deep"]).output
+    assert deep.splitlines()[-1] == (
+        "Lamp off (0.04 s, Main rung 1: XIC(Run)) <- Run off (0.04 s, rung 0: XIO(Stop)) <- "
+        "Stop on (0.04 s, slot 2 input 1 (stop): The stop input is energised.)"
     )
     asked = json.loads(CliRunner().invoke(build(), [*words, "--json"]).output)
     assert asked["since"] == {
@@ -240,6 +247,7 @@ def test_the_command_prints_the_chain_and_its_data(made, tmp_path):
     assert [(each["kind"], each["causes"]) for each in asked["chain"]] == [
         ("rung", [[1]]), ("rung", [[2]]), ("input", []),
     ]  # fmt: skip
+    assert [each["name"] for each in asked["path"]] == ["Lamp", "Run", "Stop"]
     operands = {each["name"]: (each["value"], each["changed"]) for each in asked["chain"][0]["operands"]}
     assert operands == {"Run": (False, True), "Guard": (True, False)}
 
@@ -276,7 +284,9 @@ def test_what_it_would_take_names_terminals_and_is_confirmed_by_a_run(made, tmp_
     bench.scan(remedies.found[0].scans)
     assert bench["Lamp"]
     words = ["why", str(tmp_path / "rack.toml"), "Lamp", "--scans", "30", "--want", "on"]
-    assert CliRunner().invoke(build(), words).output.splitlines()[-1] == str(remedies)
+    assert CliRunner().invoke(build(), words).output.splitlines()[-1] == (
+        "Lamp comes on 0.26 s after this: open stop (slot 2), then press start (slot 2) for 60 ms"
+    )
     asked = json.loads(CliRunner().invoke(build(), [*words, "--json"]).output)
     assert [each["name"] for each in asked["takes"]["sets"][0]["inputs"]] == ["Start", "Stop"]
 
@@ -299,7 +309,14 @@ inputs = { tank = 0 }
 """
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="a Python program is copied by a fork")
+@pytest.fixture(params=["as this system does", "without fork"])
+def tried(request, monkeypatch):
+    """How sets of inputs are tried."""
+    if request.param == "without fork":
+        monkeypatch.delattr(os, "fork", raising=False)
+
+
+@pytest.mark.usefixtures("tried")
 @pytest.mark.parametrize(("scans", "what", "wanted", "inputs", "after"), PYTHON_TAKES)
 def test_what_it_would_take_of_python_is_confirmed_by_a_run(made, scans, what, wanted, inputs, after):
     program = LINES.replace("    count = 0", "    count = level = 0")
@@ -315,10 +332,14 @@ def test_what_it_would_take_of_python_is_confirmed_by_a_run(made, scans, what, w
     assert again[what] == remedies.wanted
 
 
-def test_what_it_would_take_is_not_asked_of_inputs(made):
+def test_of_an_input_it_is_said_what_its_owner_can_do(made):
     bench = made("line.py", LINES, 3)
-    with pytest.raises(ValueError, match=r"slot2\.input\.start is an input: what it would take is asked of"):
-        bench.what_would("slot2.input.start")
+    remedies = bench.what_would("slot2.input.start", "on")
+    assert str(remedies) == (
+        "slot2.input.start is an input itself, slot 2 input 0: switch it there (timeline of the rack file, a "
+        "button of the page, set_input of a bench), or force it"
+    )
+    assert (remedies.found, remedies.tried) == ((), 0)
     with pytest.raises(ValueError, match=r"state\.count is 0: give the value that it should have"):
         bench.what_would("state.count")
 
@@ -392,7 +413,8 @@ BESIDE = [
     (32, "Bad", "Bad off @25 < axis.I.Fault = 0 @25 incident"),
     (22, "High", "High on @20 < Level = 12500 @20 input"),
     (22, "Level", "Level = 12500 @20 input"),
-    (22, "axis.status.MODULE_OK", "axis.status.MODULE_OK on @0 module"),
+    (10, "axis.status.MODULE_OK", "axis.status.MODULE_OK on @0 module"),
+    (22, "axis.status.MODULE_OK", "axis.status.MODULE_OK on @15 incident"),
 ]  # fmt: skip
 
 
@@ -419,6 +441,7 @@ TAKES = [
 ]  # fmt: skip
 
 
+@pytest.mark.usefixtures("tried")
 @pytest.mark.parametrize(("what", "wanted", "expected"), TAKES)
 def test_what_it_would_take_of_an_analog_input_and_of_a_module(beside, what, wanted, expected):
     beside.scan(22)

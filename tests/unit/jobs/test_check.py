@@ -254,7 +254,6 @@ SEQUENCES_SOUND = [
     ("self.lamp = bool(self.stop)", "setattr(self, 'lamp', bool(self.stop))"),
     ("await self.start.rises", "while not self.start: await dwell('10 ms')"),
     ("await self.start.rises", "while not self.start: break"),
-    ("await self.start.rises", "while self.axis.position < 0 and self.start: self.axis.halt()"),
     ("for target in (0, 4000)", "for target in (self.stop, 4000)"),
     (
         "class Line(Logic)",
@@ -276,7 +275,9 @@ def test_what_may_be_meant_so_in_sequences_is_no_mistake(check, old, new):
 
 
 def test_the_file_of_a_base_class_is_read_too(check, tmp_path):
-    (tmp_path / "base_line.py").write_text(SEQUENCES.replace("target, speed=5000", "target, speed=499"))
+    (tmp_path / "base_line.py").write_text(
+        SEQUENCES.replace("target, speed=5000", "target, speed=499"), encoding="utf-8"
+    )
     program = "import base_line\n\n\nclass Line(base_line.Line):\n    pass\n"
     _, findings, _ = check(".py", program)
     assert [each[:2] for each in findings] == [("out-of-range", "base_line.py:17")]
@@ -343,8 +344,15 @@ def test_a_block_with_a_velocity_out_of_range_and_a_search(tmp_path):
     folder = tmp_path / "feeder"
     shutil.copytree(EXAMPLES / "feeder", folder)
     rungs, rack = folder / "feeder.rung", folder / "feeder.toml"
-    rungs.write_text(rungs.read_text().replace("OutGo,6000,4000", "OutGo,6000,4000000"))
-    rack.write_text(rack.read_text().replace('    { input = "home", first = -1500, last = -1300 },\n', ""))
+    rungs.write_text(
+        rungs.read_text(encoding="utf-8").replace("OutGo,6000,4000", "OutGo,6000,4000000"), encoding="utf-8"
+    )
+    rack.write_text(
+        rack.read_text(encoding="utf-8").replace(
+            '    { input = "home", first = -1500, last = -1300 },\n', ""
+        ),
+        encoding="utf-8",
+    )
     done = CliRunner().invoke(build(), ["check", str(rack)])
     assert done.exit_code == 1
     assert [line.removeprefix(str(folder)).split(": ")[:2] for line in done.stdout.splitlines()[:2]] == [
@@ -370,7 +378,45 @@ def test_structured_text_is_read_too(check):
     assert [each[:2] for each in findings if each[0] != "unused-terminal"] == [
         ("command-held", "line.rung:4"),
         ("out-of-range", "line.rung:7"),
+        ("refused-command", "line.rung:5"),
     ]
+
+
+ENDLESS = """CONTROLLER line
+INSTRUCTION Less
+INOUT Count : DINT
+ROUTINE Logic
+SUB(Count,1,Count);
+END
+END INSTRUCTION
+TAG Left : DINT := 3
+TAG Spare : DINT
+TAG One : Less
+TASK Cycle : CONTINUOUS RUNS Main
+PROGRAM Main MAIN Start
+ROUTINE Start ST
+WHILE Left > 0 DO CALL END_WHILE;
+END
+ROUTINE Sub
+SUB(Left,1,Left);
+END
+END PROGRAM
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("call", "found"),
+    [
+        ("JSR(Sub);", []),
+        ("Less(One,Left);", []),
+        ("GSV(Task,Cycle,Priority,Left);", []),
+        ("Spare := Left;", ["never-waits"]),
+    ],
+)
+def test_a_loop_ends_if_it_calls_what_may_end_it(check, call, found):
+    _, findings, _ = check(".rung", ENDLESS.replace("CALL", call))
+    assert [rule for rule, _, _ in findings if rule == "never-waits"] == found
 
 
 def test_a_configuration_that_cannot_be_seen_is_said(check):
@@ -433,3 +479,17 @@ def test_a_terminal_that_the_card_does_not_have(check, old, new, says):
     texts = [each[2] for each in findings if each[0] == "no-place"]
     assert len(texts) == bool(says)
     assert not says or says in texts[0]
+
+
+def test_an_expression_that_the_check_cannot_follow_is_said_not_to_be_read(tmp_path):
+    """Python compiles and runs it; its module `ast` raises a RecursionError where it prints it."""
+    total = f"{'1+' * 900}1"
+    (tmp_path / "line.py").write_text(
+        f"TOTAL = {total}\ndef logic(scan):\n    return {total}\n", encoding="utf-8"
+    )
+    (tmp_path / "rack.toml").write_text(
+        'program = "line.py"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n', encoding="utf-8"
+    )
+    result = CliRunner().invoke(build(), ["check", str(tmp_path / "rack.toml")])
+    assert "nested too deep: only the rack file is checked" in result.output
+    assert result.exit_code == 0, result.exception

@@ -111,8 +111,8 @@ def test_words_behind_an_offset(program, expected, tmp_path):
     A command whose target is written, and not its first word, is given where it is copied. Which word an
     index reaches is not known, so none of them is a constant.
     """
-    (tmp_path / "rack.toml").write_text(RACK)
-    (tmp_path / "line.rung").write_text(program)
+    (tmp_path / "rack.toml").write_text(RACK, encoding="utf-8")
+    (tmp_path / "line.rung").write_text(program, encoding="utf-8")
     done = CliRunner().invoke(build(), ["check", str(tmp_path / "rack.toml"), "--json"])
     findings = json.loads(done.stdout)["findings"]
     found = [(each["rule"], each["line"]) for each in findings]

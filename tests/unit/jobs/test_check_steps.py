@@ -16,6 +16,13 @@ PLANTED = {
         "EQU(State,30)XIC(feed.status.MOVING_CW)MOV(10,State);",
         "move-interrupted",
     ),
+    "a coil that is always on": (
+        "feeder.rung",
+        FEEDER.replace("TAG Faulted", "TAG Always : BOOL\nTAG Faulted"),
+        WAITS,
+        "OTE(Always);\nEQU(State,30)XIC(Always)MOV(10,State);",
+        "move-interrupted",
+    ),
     "a bit that stays": (
         "packer.py",
         PACKER,

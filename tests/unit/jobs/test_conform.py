@@ -137,8 +137,8 @@ def test_a_trace_is_taken_in_scenes_from_configuration_to_configuration(tmp_path
         run = JobRun(job, ports, RunOptions(trace=tmp_path / "run.mcap", handled=True))
         with run.cpu:
             run.cpu.run(400)
-    firmware, scenes = scenes_of(tmp_path / "run.mcap", 1)
-    assert (firmware, len(scenes)) == ("4.1", 2)
+    firmware, scenes, notes = scenes_of(tmp_path / "run.mcap", 1)
+    assert (firmware, len(scenes), notes) == ("4.1", 2, [])
     found = [search(each.moments, Amci3601, Timing(scan_ns=0)) for each in scenes]
     assert [each.explains_all for each in found] == [True, True]
     assert sum(each.reads for each in found) > 300
@@ -168,7 +168,7 @@ def test_a_step_that_never_ends_stops_the_axis() -> None:
     short = ScenePlan(plan.name, plan.scenes, plan.timing, 100 * MS, plan.firmware)
     module = Amci3601()
     scene = play(short.scenes[0], SimulatedPath(module, plan.timing), short)
-    assert scene.note.startswith("a step took longer than 0.1 s")
+    assert scene.note.startswith("a step took longer than 100 ms")
     assert module.under_way is None
 
 
@@ -201,6 +201,26 @@ def test_moments_survive_a_file() -> None:
 def test_a_plan_that_can_not_be_used_is_refused_by_scene_and_line(text: str, says: str) -> None:
     with pytest.raises(ValueError, match=says):
         parse_plan(text, "p.toml")
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("a." * 20_000 + "a = 1", "p.toml:1: a name of more than 16 parts"),
+        ("\na = " + "[" * 100, "p.toml:2: brackets that are nested deeper than 32"),
+        ("a = ", "p.toml: Invalid value"),
+    ],
+)
+def test_a_plan_has_the_limits_of_other_texts(text: str, says: str) -> None:
+    """A key of 40 kB took 1.6 GB."""
+    with pytest.raises(ValueError, match=says):
+        parse_plan(text, "p.toml")
+
+
+def test_a_plan_that_is_no_text_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "p.toml").write_bytes(b"\xff")
+    with pytest.raises(ValueError, match=r"p\.toml: it is not text in UTF-8: invalid start byte"):
+        load_plan(str(tmp_path / "p.toml"))
 
 
 @pytest.mark.parametrize("name", BUILT_IN)

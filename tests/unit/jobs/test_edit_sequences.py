@@ -82,8 +82,8 @@ SCANS = 500
 @pytest.fixture
 def line(tmp_path: Path) -> Iterator[tuple[Path, JobRun, Editions]]:
     """Run the program for a second: the axis runs, the sequence waits for the button."""
-    (tmp_path / "rack.toml").write_text(RACK)
-    (tmp_path / "line.py").write_text(PROGRAM)
+    (tmp_path / "rack.toml").write_text(RACK, encoding="utf-8")
+    (tmp_path / "line.py").write_text(PROGRAM, encoding="utf-8")
     job = load_job(str(tmp_path / "rack.toml"))
     editions = Editions(tmp_path / "editions", str(tmp_path / "rack.toml"))
     with ExitStack() as ports:
@@ -96,7 +96,7 @@ def line(tmp_path: Path) -> Iterator[tuple[Path, JobRun, Editions]]:
 def save(line: tuple[Path, JobRun, Editions], text: str, restart: str = "") -> None:
     """Save another program, and order it before the next scan; `restart`: sequences that begin anew."""
     folder, run, editions = line
-    (folder / "line.py").write_text(text)
+    (folder / "line.py").write_text(text, encoding="utf-8")
     job = load_job(str(folder / "rack.toml"))
     number = run.program.edits + 1
     editions.keep(number, edition_of(job), job)
@@ -135,7 +135,7 @@ def test_a_line_ahead_moves_the_line_that_waits_and_no_field(line: tuple[Path, J
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ('Input("start")', 'Input("strat")', r"line\.py:6: start: there is no input 'strat'"),
+        ('Input("start")', 'Input("strat")', r"line\.py:6: start: no input 'strat'"),
         ("Axis3601(1", "Axis3601(2", "slot 2 has .*, which does not have a 3601's words"),
     ],
 )

@@ -39,7 +39,7 @@ class Edited:
 
     def __init__(self, folder, record):
         self.folder, self.rack = folder, folder / "rack.toml"
-        self.rack.write_text(RACK)
+        self.rack.write_text(RACK, encoding="utf-8")
         self.ports = ExitStack()
         self.editions = Editions(folder / "copies", str(self.rack))
         self.write(program(1, 10))
@@ -50,7 +50,7 @@ class Edited:
         self.hands = self.run.hands
 
     def write(self, text):
-        (self.folder / "cycle.py").write_text(text)
+        (self.folder / "cycle.py").write_text(text, encoding="utf-8")
 
     def edit(self, text, restart=""):
         self.write(text)

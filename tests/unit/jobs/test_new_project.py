@@ -23,7 +23,7 @@ EXAMPLES = Path(__file__).parents[3] / "examples"
 def test_a_new_program_homes_moves_and_passes_its_test(tmp_path, logic):
     folder = tmp_path / "mine"
     rack, *others = new_project(folder, logic)
-    assert tomllib.loads(rack.read_text())["name"] == "mine"
+    assert tomllib.loads(rack.read_text(encoding="utf-8"))["name"] == "mine"
     assert {each.name for each in folder.iterdir()} == {rack.name, *(each.name for each in others)}
     tests = runpy.run_path(str(folder / "test_line.py"))
     (test,) = (each for name, each in tests.items() if name.startswith("test_"))
@@ -53,18 +53,18 @@ def test_examples_are_those_of_the_repository(tmp_path):
 
 
 def test_nothing_is_overwritten(tmp_path):
-    (tmp_path / "line.py").write_text("mine")
+    (tmp_path / "line.py").write_text("mine", encoding="utf-8")
     with pytest.raises(ProjectError, match=r"has line\.py in it: a new project takes a new or empty folder"):
         new_project(tmp_path)
     with pytest.raises(ProjectError, match="is a file"):
         new_project(tmp_path / "line.py")
     assert [each.name for each in tmp_path.iterdir()] == ["line.py"]
-    assert (tmp_path / "line.py").read_text() == "mine"
+    assert (tmp_path / "line.py").read_text(encoding="utf-8") == "mine"
 
 
 def test_a_folder_may_be_called_anything(tmp_path):
     rack, *_ = new_project(tmp_path / 'a "b"\\c')
-    assert tomllib.loads(rack.read_text())["name"] == "a bc"
+    assert tomllib.loads(rack.read_text(encoding="utf-8"))["name"] == "a bc"
 
 
 def test_the_command_says_what_is_there_and_how_to_go_on(tmp_path, monkeypatch):
@@ -77,5 +77,5 @@ def test_the_command_says_what_is_there_and_how_to_go_on(tmp_path, monkeypatch):
     rungs = CliRunner().invoke(build(), ["new", "rungs", "--logic", "ladder"])
     assert (rungs.exit_code, str(Path("rungs/line.rung")) in rungs.stdout) == (0, True)
     unknown = CliRunner().invoke(build(), ["new", "other", "--from", "feeders"])
-    assert (unknown.exit_code, "there are feeder, first" in unknown.stderr) == (2, True)
+    assert (unknown.exit_code, "choose from feeder, first" in unknown.stderr) == (2, True)
     assert not (tmp_path / "other").exists()

@@ -135,15 +135,15 @@ BAD_WORDS = {
     "half a bit": (lambda: Image().set_bit(0, 1.5, True), "no such bit: word 0, bit 1.5"),  # type: ignore[arg-type]
     "a kind as text": (
         lambda: Move("ABSOLUTE", 1, 1, 1, 1),  # type: ignore[arg-type]
-        "kind 'ABSOLUTE' is not allowed: allowed are MoveKind.ABSOLUTE, MoveKind.RELATIVE",
+        "kind 'ABSOLUTE' is not allowed; choose from MoveKind.ABSOLUTE, MoveKind.RELATIVE",
     ),
     "a shape as text": (
         lambda: Move(MoveKind.ABSOLUTE, 1, 1, 1, 1, shape="s"),  # type: ignore[arg-type]
-        "shape 's' is not allowed: allowed are Acceleration.CONSTANT",
+        "shape 's' is not allowed; choose from Acceleration.CONSTANT",
     ),
     "a direction as text": (
         lambda: Manual("cw", 1),  # type: ignore[arg-type]
-        "direction 'cw' is not allowed: allowed are Direction.CW, Direction.CCW",
+        "direction 'cw' is not allowed; choose from Direction.CW, Direction.CCW",
     ),
     "a search anywhere": (lambda: FindHome("cw", 1, 1, 1), "direction 'cw' is not allowed"),  # type: ignore[arg-type]
     "a profile anywhere": (lambda: RunBlend(None), "direction None is not allowed"),  # type: ignore[arg-type]
@@ -151,7 +151,7 @@ BAD_WORDS = {
     "segments as text": (lambda: BlendHeader(("s", "s"), 1), "acceleration type 's' is not allowed"),  # type: ignore[arg-type]
     "a target as text": (
         lambda: Move(MoveKind.ABSOLUTE, "5", 1, 1, 1),  # type: ignore[arg-type]
-        "target position '5' is not allowed: allowed are whole numbers, -8388608 to 8388607",
+        "target position '5' is not allowed: must be a whole number, -8388608 to 8388607",
     ),
     "half a step": (lambda: Manual(Direction.CW, 0.5), "programmed speed 0.5 is not allowed"),  # type: ignore[arg-type]
 }
@@ -190,9 +190,9 @@ def test_what_is_not_there_is_told_with_what_there_is(tmp_path):
     (tmp_path / "line.rung").write_text(LADDER, encoding="utf-8")
     (tmp_path / "line.toml").write_text(RACK.replace("line.py", "line.rung"), encoding="utf-8")
     bench = open_bench(tmp_path / "line.toml")
-    with pytest.raises(ValueError, match=r"there is no tag Lmap \(did you mean Lamp\?\)"):
+    with pytest.raises(ValueError, match=r"no tag Lmap \(did you mean Lamp\?\)"):
         bench["Lmap"]
-    with pytest.raises(ValueError, match=r"there is no tag Motor \(tags are Lamp\)"):
+    with pytest.raises(ValueError, match=r"no tag Motor \(tags are Lamp\)"):
         bench["Motor"]
     with pytest.raises(ValueError, match="slot 2 is empty: modules sit in 1"):
         bench.slot[2]

@@ -76,10 +76,10 @@ def test_a_rung_is_a_drawing() -> None:
 def test_a_bench_shows_scan_status_events_words_and_power() -> None:
     with open_bench(FEEDER) as bench:
         bench.scan(100)
-        assert repr(bench) == "<Bench 'feeder': scan 100, 0.198 s>"
+        assert repr(bench) == "<Bench 'feeder': after 100 scans, 0.198 s>"
         body = checked(bench._repr_html_())
     text = "".join(body.itertext())
-    assert "scan 100, 0.198 s" in text
+    assert "after 100 scans, 0.198 s" in text
     assert "in position_msw" in text
     assert "out command_msw" in text
     assert "CONFIG_ERROR" in text

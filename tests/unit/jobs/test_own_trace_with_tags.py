@@ -33,14 +33,19 @@ module = "amci3601"
 
 def scanrack(*words: str, folder: Path) -> subprocess.CompletedProcess[str]:
     return forked.run(
-        [sys.executable, "-m", "scanrack", *words], cwd=folder, capture_output=True, text=True, timeout=60
+        [sys.executable, "-m", "scanrack", *words],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        encoding="utf-8",
     )
 
 
 @pytest.mark.slow
 def test_a_rerun_of_ones_own_program_with_recorded_tags_needs_no_trust(tmp_path: Path) -> None:
-    (tmp_path / "line.py").write_text(PROGRAM)
-    (tmp_path / "line.toml").write_text(RACK)
+    (tmp_path / "line.py").write_text(PROGRAM, encoding="utf-8")
+    (tmp_path / "line.toml").write_text(RACK, encoding="utf-8")
     assert scanrack("run", "line.toml", folder=tmp_path).returncode == 0
     again = scanrack("rerun", "line.mcap", folder=tmp_path)
     assert "--trust" not in again.stderr

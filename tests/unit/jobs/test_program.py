@@ -75,7 +75,7 @@ def test_an_object_that_can_be_called_is_a_program(write, tmp_path):
 
 
 def test_a_missing_file(tmp_path):
-    assert refusal("lime.py", tmp_path) == f"{tmp_path / 'lime.py'}: there is no such program file"
+    assert refusal("lime.py", tmp_path) == f"{tmp_path / 'lime.py'}: no such program file"
 
 
 def test_a_folder_is_no_program(tmp_path):
@@ -95,6 +95,13 @@ def test_a_syntax_error_has_its_line(write, tmp_path):
     assert refusal("line.py", tmp_path) == f"{path}:4: the program has a syntax error: expected ':'"
 
 
+@pytest.mark.parametrize("text", ["(" * 500, "-" * 100_000 + "1", "1+" * 100_000 + "1"])
+def test_what_is_nested_too_deep_for_python_is_refused(write, tmp_path, text):
+    """Python raises a SyntaxError, a MemoryError or a RecursionError, by version and kind."""
+    path = write("line.py", f"a = {text}")
+    assert refusal("line.py", tmp_path).startswith(f"{path}:1: the program has ")
+
+
 def test_an_error_while_loading_has_the_line_of_the_program(write, tmp_path):
     path = write("line.py", "import json\n\nTABLE = json.loads('[1,')\n")
     told = f"{path}:3: the program can't be loaded: JSONDecodeError: "
@@ -106,13 +113,13 @@ def test_no_such_function(write, tmp_path):
         "line.py", "import os\nfrom json import loads\ndef logics(scan): pass\ndef other(scan): pass\n"
     )
     assert refusal("line.py", tmp_path) == (
-        f"{path}: there is no function logic among logics, other; did you mean logics?"
+        f"{path}: no function logic among logics, other; did you mean logics?"
     )
 
 
 def test_no_function_at_all(write, tmp_path):
     path = write("line.py", "x = 1\n")
-    assert refusal("line.py", tmp_path) == f"{path}: there is no function logic in it"
+    assert refusal("line.py", tmp_path) == f"{path}: no function logic in it"
 
 
 def test_a_name_that_is_no_function(write, tmp_path):

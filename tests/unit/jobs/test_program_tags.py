@@ -43,7 +43,7 @@ END
 
 def rack(tmp_path: Path, program: str, tags: str) -> Path:
     (tmp_path / "rack.toml").write_text(
-        f"program = '{program}'\ntags = {tags}\n[[slot]]\nnumber = 1\nmodule = 'amci3601'\n"
+        f"program = '{program}'\ntags = {tags}\n[[slot]]\nnumber = 1\nmodule = 'amci3601'\n", encoding="utf-8"
     )
     return tmp_path / "rack.toml"
 
@@ -97,7 +97,7 @@ def logic(scan):
 
 
 def test_tags_of_a_ladder_program(tmp_path: Path) -> None:
-    (tmp_path / "line.rung").write_text(LADDER)
+    (tmp_path / "line.rung").write_text(LADDER, encoding="utf-8")
     trace = run(
         rack(tmp_path, "line.rung", '["Run", "fill", "Level", "Go"]'), "--tag", "Step", "--tag", "Counts"
     )
@@ -116,7 +116,7 @@ def test_tags_of_a_ladder_program(tmp_path: Path) -> None:
 
 
 def test_texts_are_codes_and_messages(tmp_path: Path) -> None:
-    (tmp_path / "line.rung").write_text(LADDER)
+    (tmp_path / "line.rung").write_text(LADDER, encoding="utf-8")
     tags, events = recorded(run(rack(tmp_path, "line.rung", '["Name", "Recipes[1]"]')))
     texts = [fields for topic, fields in events if topic == "/texts"]
     assert [each["text"] for each in texts if each["tag"] == "Name"] == ["water", ""]
@@ -164,7 +164,7 @@ END PROGRAM
 
 
 def test_tags_of_a_controllers_program(tmp_path: Path) -> None:
-    (tmp_path / "plant.rung").write_text(CONTROLLER)
+    (tmp_path / "plant.rung").write_text(CONTROLLER, encoding="utf-8")
     trace = run(rack(tmp_path, "plant.rung", r"""['\Main.*', "Run"]"""))
     tags, _ = recorded(trace)
     assert tags["main_step"].tolist() == list(range(1, 101))
@@ -172,7 +172,7 @@ def test_tags_of_a_controllers_program(tmp_path: Path) -> None:
 
 
 def test_tags_of_a_python_program(tmp_path: Path) -> None:
-    (tmp_path / "line.py").write_text(PYTHON)
+    (tmp_path / "line.py").write_text(PYTHON, encoding="utf-8")
     tags, events = recorded(run(rack(tmp_path, "line.py", '["line"]')))
     assert sorted(tags) == ["line_count", "line_lamp", "line_level", "line_recipe", "line_step"]
     assert tags["line_count"][:3].tolist() == [1, 2, 3]
@@ -195,7 +195,7 @@ def test_tags_of_a_python_program(tmp_path: Path) -> None:
     [("line.cuont", "did you mean line.count?"), ("logic", "is function"), ("exit()", "no tag matches")],
 )
 def test_a_name_that_can_not_be_recorded_is_refused(tmp_path: Path, pattern: str, says: str) -> None:
-    (tmp_path / "line.py").write_text(PYTHON)
+    (tmp_path / "line.py").write_text(PYTHON, encoding="utf-8")
     path = rack(tmp_path, "line.py", f'["{pattern}"]')
     result = CliRunner().invoke(build(), ["run", str(path), "--scans", "1", "-q"])
     assert result.exit_code == 2
@@ -203,7 +203,7 @@ def test_a_name_that_can_not_be_recorded_is_refused(tmp_path: Path, pattern: str
 
 
 def test_a_trace_without_tags_is_that_of_a_rack_file_without_the_key(tmp_path: Path) -> None:
-    (tmp_path / "line.py").write_text(PYTHON)
+    (tmp_path / "line.py").write_text(PYTHON, encoding="utf-8")
     path = rack(tmp_path, "line.py", "[]")
     with open_trace(run(path)) as trace:
         assert trace.head.tags is None
@@ -222,7 +222,7 @@ def test_texts_have_codes_of_their_own_up_to_a_bound() -> None:
 
 
 def test_a_bench_records_the_program_it_runs_also_after_an_edit(tmp_path: Path) -> None:
-    (tmp_path / "line.rung").write_text(LADDER)
+    (tmp_path / "line.rung").write_text(LADDER, encoding="utf-8")
     path = rack(tmp_path, "line.rung", '["Level", "Counts", "Step", "Name"]')
     bench = open_bench(path, tmp_path / "bench.mcap")
     bench.scan(10)

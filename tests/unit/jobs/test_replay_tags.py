@@ -32,9 +32,9 @@ RELEASE = 8, Unforce("all")
 
 @pytest.fixture
 def rack(tmp_path: Path) -> Path:
-    (tmp_path / "line.rung").write_text(LADDER)
+    (tmp_path / "line.rung").write_text(LADDER, encoding="utf-8")
     rack = tmp_path / "rack.toml"
-    rack.write_text("program = 'line.rung'\n[[slot]]\nnumber = 1\nmodule = 'amci3601'\n")
+    rack.write_text("program = 'line.rung'\n[[slot]]\nnumber = 1\nmodule = 'amci3601'\n", encoding="utf-8")
     return rack
 
 
@@ -98,7 +98,7 @@ def test_what_a_bench_writes_is_not_recorded_and_a_note_says_so(rack: Path) -> N
 
 def test_a_program_without_the_tag_refuses_the_order(rack: Path) -> None:
     other = rack.with_name("other.rung")
-    other.write_text(LADDER.replace("Run", "Going"))
+    other.write_text(LADDER.replace("Run", "Going"), encoding="utf-8")
     trace = session(rack, FORCE_RUN)
     said = scanrack("replay", trace, "--into", "program", "--program", other, "--to-the-end", status=1)
     assert "note: the order before scan 3 is not carried out: " in said
@@ -106,7 +106,7 @@ def test_a_program_without_the_tag_refuses_the_order(rack: Path) -> None:
 
 def test_a_program_in_python_has_no_tags_to_set(rack: Path) -> None:
     other = rack.with_name("other.py")
-    other.write_text("def logic(scan):\n    pass\n")
+    other.write_text("def logic(scan):\n    pass\n", encoding="utf-8")
     trace = session(rack, FORCE_RUN)
     said = scanrack("replay", trace, "--into", "program", "--program", other, "--to-the-end", status=1)
     assert "not carried out: Run: the program has no tags that can be set" in said

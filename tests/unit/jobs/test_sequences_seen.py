@@ -114,31 +114,28 @@ def test_why_says_where_they_wait_and_for_which_line_the_axis_sends(rack, trace)
     assert "line.py:24 in cycle, sent by axis for axis.move_to(400)" in answer
     by_rack = invoke("why", rack, "slot1.command.ABSOLUTE_MOVE", "--at", "50").stdout
     assert by_rack.splitlines() == [
-        "after 51 scans, 0.1 s: slot1.command.ABSOLUTE_MOVE is 1 since scan 50 (0.1 s): line.py:24 in cycle, "
-        "sent by axis for axis.move_to(400)",
-        "    await self.axis.move_to(400, speed=5000, acceleration=100, deceleration=100)",
-        "chain: slot1.command.ABSOLUTE_MOVE on (0.1 s, line.py:24: "
-        "await self.axis.move_to(400, speed=5000, acceleration=100, deceleration=100)) "
-        "<- cycle (0.1 s, line.py:23: start rises is over) "
-        "<- start on (0.1 s, slot 1 input IN_CAPTURE: The capture input is energised.)",
+        "after 51 scans, 0.1 s:",
+        "slot1.command.ABSOLUTE_MOVE is on since 0.1 s (scan 50): line.py:24: await self.axis.move_to(400, "
+        "speed=500...",
+        "  because cycle went on at 0.1 s: line.py:23: start rises is over",
+        "Cause: start is on since 0.1 s: slot 1 input IN_CAPTURE: The capture input is energised.",
     ]
     by_trace = invoke("why", trace, "slot1.command.ABSOLUTE_MOVE", "--at", "50", "--trust").stdout
-    assert by_trace.partition(": ")[2] == by_rack.partition(": ")[2]
+    assert by_trace.partition("\n")[2] == by_rack.partition("\n")[2]
     of_trace = invoke("why", trace, "--at", "52", "--trust").stdout
     assert of_trace.partition("\n")[2] == answer.partition("\n")[2]
 
 
 def test_why_knows_the_names_of_the_class(rack, trace):
     cycle = invoke("why", rack, "cycle", "--at", "52").stdout.splitlines()
-    assert cycle[0].endswith("cycle waits at line 24 of line.py for axis.move_to(400) since 0.1 s")
-    assert cycle[1].strip() == "await self.axis.move_to(400, speed=5000, acceleration=100, deceleration=100)"
-    assert cycle[2].startswith("  axis (slot 1): moving CW, accelerating, at ")
+    assert cycle[1].startswith("cycle waits for axis.move_to(400) since 0.1 s (scan 50): line.py:24: await")
+    assert cycle[2].startswith("Cause: axis: slot 1: moving CW, accelerating, at ")
     assert invoke("why", trace, "line.cycle", "--at", "52", "--trust").stdout.splitlines()[1:] == cycle[1:]
     waiting = invoke("why", rack, "cycle", "--at", "40").stdout.splitlines()
-    assert waiting[2] == "  start is 0 since scan 8 (0.016 s)"  # scan 1 to 7: the configuration is mirrored
-    assert "start is 1 since scan 50 (0.1 s)" in invoke("why", rack, "line.start", "--at", "52").stdout
+    assert waiting[2].startswith("Cause: start is off since 0.016 s")  # before, the configuration is mirrored
+    assert "start is on since 0.1 s (scan 50)" in invoke("why", rack, "line.start", "--at", "52").stdout
     axis = invoke("why", rack, "axis", "--at", "52").stdout
-    assert "axis (slot 1): moving CW" in axis
+    assert "axis: slot 1: moving CW" in axis
     assert "no tag matches 'axi'" in invoke("why", rack, "axi").stderr
 
 
@@ -176,7 +173,7 @@ def test_fields_of_the_class_are_recorded_like_tags(rack, tmp_path):
     found = invoke("query", path, "rose(line.count == 1)").stdout.splitlines()[1].split()[0]
     with open_trace(path) as opened:
         assert int(found) == sequence_steps(opened)["cycle"][-1].scan  # the scan in which it is over
-    assert invoke("why", rack, "line.count").stdout.splitlines()[1].strip() == "self.count += 1"
+    assert ": self.count += 1" in invoke("why", rack, "line.count").stdout.splitlines()[1]
     refused = invoke("run", rack, "--tag", "count", "--record", tmp_path / "no.mcap")
     assert (refused.exit_code, "did you mean line.count?" in refused.stderr) == (2, True)
 
@@ -243,14 +240,12 @@ def test_what_an_axis_reads_is_not_what_the_line_has_read(rack, tmp_path):
     (tmp_path / "line.py").write_text(LAMP, encoding="utf-8")
     rack.write_text(RACK + CARD, encoding="utf-8")
     assert invoke("why", rack, "lamp", "--at", "52").stdout.splitlines() == [
-        "after 53 scans, 0.104 s: lamp is 1 since scan 50 (0.1 s): line.py:17 in every_scan",
-        "    self.lamp = self.start",
-        "  inside of if self.start and not self.lamp [self.start = True, self.lamp = False]",
-        "  read before it in that scan: slot 1: IN_CAPTURE 1",
-        "chain: lamp on (0.1 s, line.py:17: self.lamp = self.start) "
-        "<- start on (0.1 s, slot 1 input IN_CAPTURE: The capture input is energised.)",
+        "after 53 scans, 0.104 s:",
+        "lamp is on since 0.1 s (scan 50): line.py:17: self.lamp = self.start "
+        "[self.start = True, self.lamp = False,...",
+        "Cause: start is on since 0.1 s: slot 1 input IN_CAPTURE: The capture input is energised.",
     ]
     trace = tmp_path / "lamp.mcap"
     assert invoke("run", rack, "--record", trace, "-q").exit_code == 0
     by_address = invoke("why", trace, "Local:2:O.Data.3", "--at", "52", "--trust").stdout
-    assert "Local:2:O.Data.3 is 1 since scan 50 (0.1 s): line.py:17 in every_scan" in by_address
+    assert "Local:2:O.Data.3 is on since 0.1 s (scan 50): line.py:17: self.lamp = self.start" in by_address

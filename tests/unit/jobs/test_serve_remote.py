@@ -122,7 +122,7 @@ def test_the_cpu_waits_in_program_mode_for_the_first_write() -> None:
 @pytest.mark.parametrize(
     ("slot", "silence", "said"),
     [
-        (2, 500.0, "--slot 2: there is no amci3601; the rack has one in slot 1"),
+        (2, 500.0, "--slot 2: no amci3601; the rack has one in slot 1"),
         (None, 0.0, "--silence 0: it has to be above 0, at most 3,600,000"),
     ],
 )
@@ -133,7 +133,7 @@ def test_what_can_not_be_served(slot: int | None, silence: float, said: str) -> 
 
 def test_a_rack_with_two_stepper_modules_needs_the_slot(tmp_path: Path) -> None:
     slots = "".join(f'[[slot]]\nnumber = {n}\nmodule = "amci3601"\n' for n in (1, 3))
-    (tmp_path / "two.toml").write_text('program = "none.py"\n' + slots)
+    (tmp_path / "two.toml").write_text('program = "none.py"\n' + slots, encoding="utf-8")
     rack = str(tmp_path / "two.toml")
     with remote_job(rack, 3, 500, whole=False) as (_, plc):
         assert plc.slot == 3

@@ -24,9 +24,10 @@ END
 
 def run(tmp_path: Path, tags: str, *options: str) -> tuple[int, str]:
     """Run three scans; return exit status and standard error."""
-    (tmp_path / "wide.rung").write_text(WIDE)
+    (tmp_path / "wide.rung").write_text(WIDE, encoding="utf-8")
     (tmp_path / "rack.toml").write_text(
-        f"program = 'wide.rung'\ntags = {tags}\n[[slot]]\nnumber = 1\nmodule = '1769-IQ16'\n"
+        f"program = 'wide.rung'\ntags = {tags}\n[[slot]]\nnumber = 1\nmodule = '1769-IQ16'\n",
+        encoding="utf-8",
     )
     words = ["run", tmp_path / "rack.toml", "--scans", 3, "--record", tmp_path / "wide.mcap", *options]
     result = CliRunner().invoke(build(), [str(word) for word in words])
@@ -52,7 +53,7 @@ def test_above_a_thousand_values_a_run_tells_what_they_cost(tmp_path: Path) -> N
     ],
 )
 def test_more_than_a_scan_may_have_is_refused(tmp_path: Path, tags: str, has: str) -> None:
-    allowed = "allowed are 10,000 values and 65,536 bytes a scan: name fewer of them"
+    allowed = "must be at most 10,000 values and 65,536 bytes a scan: name fewer of them"
     assert run(tmp_path, tags) == (2, f"scanrack: the tags have {has}; {allowed}\n")
     assert not (tmp_path / "wide.mcap").exists()
 

@@ -85,7 +85,8 @@ def record(folder: Path, program: str, tags: str, acts: Any, suffix: str = "rung
     """Return the recorded tags of what a bench does."""
     (folder / f"line.{suffix}").write_text(program, encoding="utf-8")
     (folder / "rack.toml").write_text(
-        f"program = 'line.{suffix}'\ntags = {tags}\n[[slot]]\nnumber = 1\nmodule = 'amci3601'\n"
+        f"program = 'line.{suffix}'\ntags = {tags}\n[[slot]]\nnumber = 1\nmodule = 'amci3601'\n",
+        encoding="utf-8",
     )
     with open_bench(folder / "rack.toml", record=folder / "run.mcap") as bench:
         acts(bench)
@@ -182,9 +183,9 @@ def logic(scan):
 
 
 def test_values_of_python_that_do_not_fit_are_0_with_one_event_each(tmp_path: Path) -> None:
-    (tmp_path / "line.py").write_text(NOT_FITTING)
+    (tmp_path / "line.py").write_text(NOT_FITTING, encoding="utf-8")
     (tmp_path / "rack.toml").write_text(
-        "program = 'line.py'\ntags = ['line']\n[[slot]]\nnumber = 1\nmodule = 'amci3601'\n"
+        "program = 'line.py'\ntags = ['line']\n[[slot]]\nnumber = 1\nmodule = 'amci3601'\n", encoding="utf-8"
     )
     words = ["run", tmp_path / "rack.toml", "--scans", 10, "--record", tmp_path / "run.mcap", "-q"]
     result = CliRunner().invoke(build(), [str(word) for word in words])

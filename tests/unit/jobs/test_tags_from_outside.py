@@ -50,9 +50,9 @@ def recorded(
     folder: Path, acts: Callable[[Bench], None], program: str = LADDER, tags: str = '["*"]', name: str = "run"
 ) -> Path:
     """Record what a bench does; return the trace."""
-    (folder / "line.rung").write_text(program)
+    (folder / "line.rung").write_text(program, encoding="utf-8")
     (folder / "rack.toml").write_text(
-        f"program = 'line.rung'\ntags = {tags}\n[[slot]]\nnumber = 1\nmodule = 'amci3601'\n"
+        f"program = 'line.rung'\ntags = {tags}\n[[slot]]\nnumber = 1\nmodule = 'amci3601'\n", encoding="utf-8"
     )
     trace = folder / f"{name}.mcap"
     with open_bench(folder / "rack.toml", record=trace) as bench:
@@ -186,10 +186,12 @@ def test_after_a_fault_of_python_the_row_is_that_of_the_broken_off_scan(tmp_path
         "    global count, behind\n"
         "    count += 1\n"
         "    1 / (count - 3)\n"
-        "    behind += 1\n"
+        "    behind += 1\n",
+        encoding="utf-8",
     )
     (tmp_path / "rack.toml").write_text(
-        'program = "line.py"\ntags = ["count", "behind"]\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
+        'program = "line.py"\ntags = ["count", "behind"]\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n',
+        encoding="utf-8",
     )
     trace = tmp_path / "run.mcap"
     scanrack("run", tmp_path / "rack.toml", "--scans", 9, "--record", trace, "-q", status=1)

@@ -103,7 +103,7 @@ def test_a_move_its_target_and_the_bit_that_stays_on(bench):
     ended = bench.scans - 1
     bench.scan(2)
     assert state(bench) == [
-        f"at rest at 1,000, MOVE_COMPLETE since scan {ended} ({ended * 0.002:g} s); ABSOLUTE_MOVE is still "
+        f"at rest at 1,000, MOVE_COMPLETE since scan {ended:,} ({ended * 0.002:g} s); ABSOLUTE_MOVE is still "
         "on since scan 4 (0.008 s): the next command needs a bit that goes from 0 to 1"
     ]
 
@@ -158,7 +158,7 @@ def test_a_trace_that_does_not_say_what_made_it_answers_from_its_images(tmp_path
     assert result.exit_code == 0, result.output
     assert "slot 1: moving CW, at 0: ABSOLUTE_MOVE since scan 2 (0.004 s)" in result.stdout
     bit = CliRunner().invoke(build(), ["why", str(path), "slot1.command.ABSOLUTE_MOVE"])
-    assert "slot1.command.ABSOLUTE_MOVE is 1 since scan 2 (0.004 s)." in bit.stdout
+    assert "slot1.command.ABSOLUTE_MOVE is on since 0.004 s (scan 2)" in bit.stdout
 
 
 def test_a_lost_link_is_named_with_its_instant(bench):

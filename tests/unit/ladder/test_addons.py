@@ -224,7 +224,7 @@ def test_in_python_it_is_called_like_any_instruction():
         ("Counting(Count,1,1,Result,Noted[3]);", "index 3 is outside"),
         ("Counting(Count,1,1,Result,Lamp);", "Log of Counting is a DINT, Lamp is a BOOL; pass a tag"),
         ("Counting(Count,1,1,Result,S:FS);", "Log of Counting is a DINT, S:FS is a BOOL"),
-        ("Counting(Nobody,1,1,Result,Noted[0]);", "there is no tag Nobody"),
+        ("Counting(Nobody,1,1,Result,Noted[0]);", "no tag Nobody"),
     ],
 )
 def test_mistakes_in_calls(rung, message):
@@ -239,7 +239,7 @@ LOGIC = "ROUTINE Logic\n{}END\n"
 @pytest.mark.parametrize(
     ("name", "body", "message"),
     [
-        ("A", LOGIC.format("XIC(Other)OTE(Other);\n"), "there is no parameter or local tag Other"),
+        ("A", LOGIC.format("XIC(Other)OTE(Other);\n"), "no parameter or local tag Other"),
         ("A", LOGIC.format("JSR(Main,0);\n"), "JSR is not allowed in an add-on instruction"),
         ("A", "INPUT B : DINT\n", "add-on A has no routine Logic"),
         ("A", f"INPUT B : DINT\nLOCAL b : DINT\n{LOGIC.format('')}", "b is declared twice"),

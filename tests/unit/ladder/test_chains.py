@@ -8,6 +8,9 @@ causes that were all needed, `|` those of which each would have done.
 import pytest
 from chain_text import after as program_after
 from chain_text import text_of
+from scanrack.jobs.why.chains.partners import _named
+from scanrack.ladder.debug.chains import DEEPEST
+from scanrack.ladder.debug.links import CauseLink, linked
 from scanrack.ladder.files.rungfile import parse_program, parse_structured
 
 TAGS = """PROGRAM p
@@ -115,7 +118,7 @@ ROWS = {
     ),
     "latched again once the unlatch lets go": (
         "XIC(Start)OTL(Lamp);XIC(Stop)OTU(Lamp);XIC(Lamp)OTE(Horn);", "2 Start Stop 3 -Stop 2", "Horn",
-        "Horn on @5 < Lamp on @5 < Start on @2 operator",
+        "Horn on @5 < Lamp on @5 < Stop off @5 operator",
     ),
     "a one-shot latches": (
         "XIC(Start)ONS(Seen)OTL(Lamp);", "2 Start 3", "Lamp", "Lamp on @2 < Start on @2 operator",
@@ -332,3 +335,37 @@ def test_a_chain_as_text_has_branches():
         "  <- Start on (0.02 s, set from outside of the program)",
         "  <- and Guard on (0.02 s, set from outside of the program)",
     ]
+
+
+BLINK = "XIO(Lamp)OTE(Run);XIC(Run)OTE(Lamp);"
+"""Both change in each scan: Lamp by Run, and Run by the Lamp of the scan before."""
+
+
+@pytest.mark.slow
+def test_a_chain_of_5_000_links_is_bounded_in_links_and_not_by_pythons_stack():
+    chains = after(BLINK, "2500").chains()
+    chains.most = 6_000
+    chain = chains.of_tag("Lamp", 2_499)
+    assert chain is not None
+    links = list(chain.walk())
+    assert [(link.name, link.scan) for link in links[:5_000]] == [
+        (name, scan) for scan in range(2_499, -1, -1) for name in ("Lamp", "Run")
+    ]
+    assert (chain.first.kind, len(chain.as_json())) == ("power-up", 5_001)
+    assert f"{chain}".count(" <- ") == 5_000
+
+
+def test_the_bound_of_links_is_of_links():
+    chain = after(BLINK, "300").chain("Lamp")
+    assert chain is not None
+    links = list(chain.walk())
+    assert [link.kind for link in links] == ["rung"] * DEEPEST + ["unknown"]
+    assert links[-1].text == f"more than {DEEPEST} links"
+
+
+def test_links_of_another_rack_are_named_in_a_chain_of_5_000():
+    chain = CauseLink("input", "Start", True, 0, 0)
+    for scan in range(1, 5_000):
+        chain = linked([(chain,)], kind="rung", name="Run", value=True, scan=scan, now_ns=0)
+    named = list(_named(chain, "press", {}).walk())
+    assert [each.name for each in named] == ["press: Run"] * 4_999 + ["press: Start"]

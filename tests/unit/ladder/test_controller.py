@@ -228,7 +228,7 @@ END PROGRAM
 @pytest.mark.parametrize(
     ("tasks", "text", "remedy"),
     [
-        ("TASK A : CONTINUOUS RUNS P9", "there is no program P9", "programs are P1"),
+        ("TASK A : CONTINUOUS RUNS P9", "no program P9", "programs are P1"),
         (
             "TASK A : CONTINUOUS RUNS P1\nTASK B : EVENT RUNS p1",
             "program p1 is in task A already",
@@ -249,7 +249,7 @@ def test_tasks_that_do_not_fit(tasks, text, remedy):
     ("line", "text"),
     [
         ("TASK A : PERIODIC 0 ms RUNS P1", "rate 0 ns"),
-        ("TASK A : PERIODIC 10 ms PRIORITY 16 RUNS P1", "priority 16; allowed are 1 to 15"),
+        ("TASK A : PERIODIC 10 ms PRIORITY 16 RUNS P1", "priority 16; must be 1 to 15"),
         ("TASK A : CONTINUOUS PREEMPT RUNS P1", "does not preempt itself"),
     ],
 )
@@ -366,4 +366,4 @@ def test_the_commands_take_full_names(tmp_path):
     assert "def jsr__Main_Step(now, given):" in said("ladder", file, "--source")
     assert r"\Filter.Step, rung 0" in said("xref", file, "Count")
     why = said("why", rack_file, r"\Main.Count", "--at", "0.05 s")
-    assert r"is 6 since scan 5 (0.05 s): ADD(Own,1,Own) in routine \Main.Step, rung 1" in why
+    assert r"is 6 since 0.05 s (scan 5): \Main.Step rung 1: ADD(Own,1,Own)" in why

@@ -132,11 +132,11 @@ def test_with_preempt_it_runs_at_the_end_of_the_rung():
 @pytest.mark.parametrize(
     ("rung", "says"),
     [
-        ("EVENT(C);", "there is no event task C; event tasks are Bell"),
+        ("EVENT(C);", "no event task C; event tasks are Bell"),
         ("GSV(Axis,A,Position,Seen);", "A has no attribute Position here"),
         (
             "SSV(Task,C,Rate,Seen);",
-            "there is no attribute RATE of TASK here; there are OVERLAPCOUNT, DISABLEUPDATEOUTPUTS",
+            "no attribute RATE of TASK here; choose from OVERLAPCOUNT, DISABLEUPDATEOUTPUTS",
         ),
         ("GSV(Task,C,Rate,Go);", "Go is a BOOL, a tag with bytes is needed"),
     ],
@@ -200,7 +200,7 @@ END PROGRAM
         tags = engine.tags
         assert (tags["Fans[0]"], tags["Fans[1]"], tags["Ups"], tags["Read"]) == (0, 7, 0, 3)
     wrong = text.replace("FanSpeeds", "Fans")
-    with pytest.raises(BuildError, match="no attribute FANS of HARDWARESTATUS here; there are FANSPEEDS"):
+    with pytest.raises(BuildError, match="no attribute FANS of HARDWARESTATUS here; choose from FANSPEEDS"):
         parse_program(wrong).build()
 
 

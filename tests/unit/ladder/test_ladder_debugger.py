@@ -80,7 +80,7 @@ def test_a_breakpoint_on_a_rung_is_met_when_it_becomes_true(filling):
     ("routine", "rung", "says"),
     [
         ("Main", 5, "routine Main has no rung 5: 0 to 4"),
-        ("Mane", 0, "there is no routine Mane; there are Main"),
+        ("Mane", 0, "no routine Mane; choose from Main"),
     ],
 )
 def test_a_breakpoint_needs_a_rung(filling, routine, rung, says):
@@ -223,6 +223,27 @@ def test_an_element_is_named_with_its_subscript(filling):
     assert filling.why("W").startswith("W[3] is 7 since scan 6")
 
 
+NO_NUMBER = """PROGRAM p
+TAG A : REAL := -1.0
+TAG X : REAL
+TAG Y : REAL
+ROUTINE Main
+LN(A,X);
+ADD(X,1.0,Y);
+END
+"""
+
+
+def test_what_stays_no_number_does_not_change():
+    """NaN is not equal to NaN, and a logarithm of -1 is written in each scan."""
+    debugger = Debugger(parse_program(NO_NUMBER))
+    debugger.break_on("X")
+    assert [each.scan for each in debugger.scan(10)] == [0]
+    assert debugger.scan(3 * EVERY) == ()
+    assert [change and change.scan for change in map(debugger.last_change, "XY")] == [0, 0]
+    assert debugger.why("Y").startswith("Y is nan since scan 0")
+
+
 # --- forces
 
 
@@ -266,7 +287,7 @@ def test_bits_of_a_word_are_forced_one_by_one(filling):
 @pytest.mark.parametrize(
     ("tag", "value", "says"),
     [
-        ("Rum", 1, "there is no tag Rum"),
+        ("Rum", 1, "no tag Rum"),
         ("W", 1, "W is not one value"),
         ("W[I]", 1, r"W\[I\] is not one value with a fixed place"),
         ("axis.command.HOLD_MOVE", 1, "is an image: force it at the CPU"),

@@ -132,9 +132,9 @@ def test_what_does_not_fit_is_told_and_keeps_its_initial_value():
     first.tags.Size = 9
     program = parse_program(AFTER)
     assert retain(program.engine, retained_text(first.engine)) == [
-        "Gone is not a tag of the program any more",
-        "Name is not a tag of the program any more",
-        "Share is not a tag of the program any more",
+        "Gone is no longer a tag of the program",
+        "Name is no longer a tag of the program",
+        "Share is no longer a tag of the program",
         "Size is DINT, in the file INT",
         "Fresh is not in the file",
         "Firsts is not in the file",

@@ -113,7 +113,7 @@ def test_tags_of_modules_are_declared_and_copied_whole():
 
 
 def test_a_tag_of_a_module_that_is_not_declared_is_named():
-    with pytest.raises(LadderError, match="there is no tag Rack:4:I"):
+    with pytest.raises(LadderError, match="no tag Rack:4:I"):
         engines("XIC(Rack:4:I.0)OTE(N.0);", MODULES)
 
 

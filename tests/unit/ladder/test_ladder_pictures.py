@@ -9,7 +9,7 @@ from scanrack.jobs.load.program import load_program
 from scanrack.ladder import Program
 from scanrack.ladder.build.text import parse_rung
 from scanrack.ladder.draw import captions_of, routine_text, routines_svg, rung_text
-from scanrack.ladder.model.tree import Routine
+from scanrack.ladder.model.routine import Routine
 from typer.testing import CliRunner
 
 SEAL_IN = "[XIC(Start),XIC(Run)]XIO(Stop)OTE(Run);"
@@ -188,8 +188,8 @@ def test_the_command_draws_prints_and_writes(line, tmp_path):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (("--routine", "Nowhere"), "there is no routine Nowhere in program Line; there are Main"),
-        (("--rung", 7), "there is no rung 7; they are numbered from 0 to 0"),
+        (("--routine", "Nowhere"), "no routine Nowhere in program Line; choose from Main"),
+        (("--rung", 7), "no rung 7; they are numbered from 0 to 0"),
     ],
 )
 def test_the_command_refuses_what_is_not_there(line, words, says):

@@ -27,7 +27,7 @@ from scanrack.ladder import (
     Structure,
 )
 from scanrack.ladder.files.rungfile import parse_program, program_text, read_program, write_program
-from scanrack.ladder.model.tree import Routine
+from scanrack.ladder.model.routine import Routine
 
 
 def test_python_and_text_make_the_same_rungs():
@@ -295,19 +295,20 @@ def test_errors_in_program_files(text, message):
 
 
 def test_a_rung_file_is_a_program_for_a_rack(tmp_path):
-    (tmp_path / "line.rung").write_text(IMAGES)
+    (tmp_path / "line.rung").write_text(IMAGES, encoding="utf-8")
     loaded = load_program("line.rung", tmp_path)
     outputs = Image()
     loaded.function(rack_scan(Image([0x4000]), outputs, first=True))
     assert outputs[3] == -5
-    (tmp_path / "bad.rung").write_text("PROGRAM p\nROUTINE Main\nXIC(A)OTE(B);\nEND\n")
-    with pytest.raises(ProgramError, match=r"bad.rung:3: routine Main, rung 0: XIC\(A\): there is no tag A"):
+    (tmp_path / "bad.rung").write_text("PROGRAM p\nROUTINE Main\nXIC(A)OTE(B);\nEND\n", encoding="utf-8")
+    with pytest.raises(ProgramError, match=r"bad.rung:3: routine Main, rung 0: XIC\(A\): no tag A"):
         load_program("bad.rung", tmp_path)
 
 
 def test_a_fault_points_at_the_line_of_the_rung(tmp_path):
     (tmp_path / "line.rung").write_text(
-        "PROGRAM p\nTAG D : INT[2]\nTAG N : DINT := 5\nROUTINE Main\nNOP();\nMOV(1,D[N]);\nEND\n"
+        "PROGRAM p\nTAG D : INT[2]\nTAG N : DINT := 5\nROUTINE Main\nNOP();\nMOV(1,D[N]);\nEND\n",
+        encoding="utf-8",
     )
     program = read_program(tmp_path / "line.rung")
     with pytest.raises(LadderFault) as caught:
@@ -315,8 +316,8 @@ def test_a_fault_points_at_the_line_of_the_rung(tmp_path):
     places = [(str(each.path), each.lineno + 1) for each in caught.traceback]
     assert (str(tmp_path / "line.rung"), 6) in places
     assert str(caught.value) == (
-        "program p, routine Main, rung 1, MOV(1,D[N]): D[N]: subscript 5 is out of range, "
-        "allowed are 0 to 1 (major fault, type 4 code 20)"
+        "program p, routine Main, rung 1, MOV(1,D[N]): D[N]: subscript 5 is out of range; "
+        "must be 0 to 1 (major fault, type 4 code 20)"
     )
 
 

@@ -21,7 +21,7 @@ SLOT axis : 1"""
 @pytest.mark.parametrize(
     ("rung", "text", "remedy"),
     [
-        ("XIC(Rum)OTE(Run);", "there is no tag Rum", "did you mean Run"),
+        ("XIC(Rum)OTE(Run);", "no tag Rum", "did you mean Run"),
         ("XIC(Level)OTE(Run);", "Level is a REAL, a bit is needed", "compare the number"),
         ("XIC(N)OTE(Run);", "N is a DINT, a bit is needed", "tag.3"),
         ("XIC(Level.3)OTE(Run);", "Level is REAL and has no bits", "bit of an integer"),
@@ -34,8 +34,8 @@ SLOT axis : 1"""
         ("XIC(T.XX)OTE(Run);", "TIMER has no member XX", "members are EN, TT, DN, PRE, ACC"),
         ("XIC(axis.status.MOVING)OTE(Run);", "not a bit of axis.status", "did you mean MOVING_CW"),
         ("XIC(Go);", "the rung has no output", "coil"),
-        ("JMP(Nowhere);", "there is no label NOWHERE", "add LBL"),
-        ("JSR(Nowhere,0);", "there is no routine NOWHERE", "routines are Main"),
+        ("JMP(Nowhere);", "no label NOWHERE", "add LBL"),
+        ("JSR(Nowhere,0);", "no routine NOWHERE", "routines are Main"),
         ("XIC(Go)LBL(Here)OTE(Run);", "LBL(HERE) is not first", "put it first"),
         ("MCR()OTE(Run);", "MCR is not last", "rung of its own"),
         ("AND(Level,1,N);", "Level is a REAL, an integer is needed", "DINT"),
@@ -93,7 +93,7 @@ def test_all_problems_are_told_at_once():
     ("text", "column", "expected", "found"),
     [
         ("XIC(Start", 10, ", or ) in XIC", "the end of the text"),
-        ("XIC(Go)FOO(a)OTE(Run)", 8, "an instruction; there is no FOO", "FOO"),
+        ("XIC(Go)FOO(a)OTE(Run)", 8, "an instruction; FOO is unknown", "FOO"),
         ("XIC(Go)[XIC(Run)OTE(X)", 23, "an instruction, , or ] of the branch", "the end of the text"),
         ("XIC()OTE(Run)", 1, "1 operands of XIC", "0"),
         ("MOV(1,2,3)", 1, "2 operands of MOV", "3"),
@@ -214,7 +214,7 @@ def test_a_slash_behind_a_data_file_means_a_bit_unless_it_divides(text):
         (lambda: make("XIC"), "XIC takes 1 operands, 0 are given"),
         (lambda: make("MOV", True, "N"), "True is not an operand"),
         (lambda: make("MOV", None, "N"), "None is not an operand"),
-        (lambda: make("MVO", 1, "N"), "there is no instruction MVO"),
+        (lambda: make("MVO", 1, "N"), "no instruction MVO"),
     ],
 )
 def test_instructions_made_in_python_are_refused_like_those_of_text(made, said):

@@ -73,11 +73,13 @@ def test_a_picture_shows_presets_and_accumulators_as_they_stand(running):
 def test_the_command_shows_them_at_a_time(tmp_path):
     tmp_path.joinpath("line.rung").write_text(
         "PROGRAM line\nSLOT card : 1\nTAG T : TIMER\nROUTINE Main\n"
-        "XIC(card.status.MODULE_OK)TON(T,1000,0);\nEND\n"
+        "XIC(card.status.MODULE_OK)TON(T,1000,0);\nEND\n",
+        encoding="utf-8",
     )
     rack = tmp_path / "line.toml"
     rack.write_text(
-        'program = "line.rung"\nscan_ms = 2\n[[slot]]\nnumber = 1\nmodule = "amci3601"\nfirmware = "4.1"\n'
+        'program = "line.rung"\nscan_ms = 2\n[[slot]]\nnumber = 1\nmodule = "amci3601"\nfirmware = "4.1"\n',
+        encoding="utf-8",
     )
     drawn = CliRunner().invoke(build(), ["ladder", str(rack), "--at", "200 ms"]).stdout
     accumulated = next(line for line in drawn.splitlines() if "Accum" in line)

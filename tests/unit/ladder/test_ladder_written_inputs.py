@@ -76,8 +76,8 @@ def test_why_names_the_rung_that_wrote_an_input(folder):
     rack.write_text(RACK.format(controller="micrologix"), encoding="utf-8")
     with open_bench(rack) as bench:
         bench.scan(3)
-        assert "OTE(Local:1:I.Data[5].3)" in bench.why("Local:1:I.Data[5].3")
-        assert "because the module says so" in bench.why("Local:1:I.Data[0].0")
+        assert "Main rung " in bench.why("Local:1:I.Data[5].3")
+        assert "slot 1: it waits for a configuration" in bench.why("Local:1:I.Data[0].0")
 
 
 def test_without_a_rack_it_stays_for_good():

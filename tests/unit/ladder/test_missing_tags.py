@@ -80,7 +80,7 @@ def test_a_tag_of_a_program_is_its_own_and_a_missing_one_the_controllers():
 
 
 def test_without_it_a_missing_tag_is_refused():
-    with pytest.raises(BuildError, match="there is no tag A"):
+    with pytest.raises(BuildError, match="no tag A"):
         parse_program("PROGRAM p\nROUTINE Main\nXIC(A)OTE(B);\nEND\n").build()
 
 

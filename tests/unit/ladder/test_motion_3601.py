@@ -296,7 +296,7 @@ def test_an_axis_that_an_add_on_instruction_gets(rig):
             RACK,
             "Feed is a 3601, which can't do MAG; a 3601 does MSO, MSF",
         ),
-        ("NOP();", RACK.replace("axes.Feed", "axes.Feeed"), "axis Feeed: there is no tag Feeed"),
+        ("NOP();", RACK.replace("axes.Feed", "axes.Feeed"), "axis Feeed: no tag Feeed"),
         ("NOP();", RACK.replace("axes.Feed", "axes.Go"), "Go is not an axis; name a tag of type AXIS_"),
         ("NOP();", RACK.replace("slot = 1\ncounts", "slot = 2\ncounts"), "axes.Feed.slot = 2: this slot is"),
         (

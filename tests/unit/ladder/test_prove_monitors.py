@@ -95,7 +95,7 @@ def test_claims_have_the_place_of_their_rung() -> None:
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("Fdw AND B", "property 'asked': Fdw AND B: there is no tag Fdw (did you mean Fwd?); declare it"),
+        ("Fdw AND B", "property 'asked': Fdw AND B: no tag Fdw (did you mean Fwd?); declare it"),
         ("A; B := 1", "property 'asked': A; B := 1: expected an operator or ), found ;"),
         (
             "N",
@@ -145,7 +145,7 @@ def test_bits_that_structured_text_sets_in_a_monitor_are_claims(tmp_path: Path) 
     text = LINE.split("ROUTINE Never")[0].replace("TAG T : TIMER", "TAG Both : BOOL\nTAG More : DINT")
     text += "ROUTINE Never ST\nMore := N + 1;\nBoth := Fwd AND Rev;\nEND\n"
     file = tmp_path / "line.rung"
-    file.write_text(text)
+    file.write_text(text, encoding="utf-8")
     found = monitored(read_program(file))
     assert next((each.claim.name, each.claim.text) for each in found.properties) == ("Never line 2", "Both")
 

@@ -5,9 +5,11 @@ that leaves the engine at another scan than it says: a test turns red.
 """
 
 import pytest
-from scanrack.ladder.debug.replay import Replayer, ScanInputs, snapshot
+from scanrack.ladder.debug.replay import Replayer, Source
+from scanrack.ladder.debug.stretch import ScanInputs
 from scanrack.ladder.debug.watching import WatchedEngine
 from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.state.snapshots import snapshot
 
 COUNTING = """PROGRAM counting
 TAG Start : BOOL
@@ -21,7 +23,7 @@ END
 SCANS, EVERY = 20, 6
 
 
-class Kept:
+class Kept(Source):
     """A source in memory; `missing` scans have no inputs."""
 
     def __init__(self, snapshots, entries, missing=()):
@@ -96,7 +98,7 @@ def test_the_last_change_is_found_and_the_engine_is_where_it_says(replay):
 def test_nothing_is_run_across_a_gap(replay):
     replayer, _, counts = replay(missing=[8])
     assert not replayer.show(10)
-    with pytest.raises(ValueError, match="scan 9 can't be repeated any more"):
+    with pytest.raises(ValueError, match="scan 9 can no longer be repeated"):
         replayer.again(9)
     assert list(replayer.walk(4, 15)) == [scan * 10_000_000 for scan in range(4, 8)]
     assert replayer.engine.tags["Count"] == counts[7]

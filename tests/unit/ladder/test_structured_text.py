@@ -210,7 +210,7 @@ def test_statements_know_their_lines():
         ("IF A THEN", 1, 10, "END_IF"),
         ("IF A THEN END_IF", 1, 17, ";"),
         ("END_IF;", 1, 1, "a statement or the end"),
-        ("foo(1);", 1, 1, "an instruction; there is no foo"),
+        ("foo(1);", 1, 1, "an instruction; foo is unknown"),
         ("X := foo(1);", 1, 6, "a function"),
         ("X := (1;", 1, 8, "an operator or )"),
         ("X := 'a$q';", 1, 6, "escapes"),
@@ -251,7 +251,7 @@ END_IF;
 
 def test_a_file_of_structured_text_declares_its_tags_first(tmp_path):
     path = tmp_path / "some name.st"
-    path.write_text(FILE)
+    path.write_text(FILE, encoding="utf-8")
     program = read_program(path)
     program.tags.Go = True
     program.step()
@@ -269,10 +269,10 @@ def test_a_file_of_structured_text_declares_its_tags_first(tmp_path):
 
 def test_a_file_of_statements_alone_is_a_program(tmp_path):
     path = tmp_path / "3-axes.st"
-    path.write_text("Local:1:O.Data[0].3 := S:FS;")
+    path.write_text("Local:1:O.Data[0].3 := S:FS;", encoding="utf-8")
     assert read_program(path).name == "3_axes"
-    path.write_text("X := 1;")
-    with pytest.raises(ProgramError, match=r"3-axes\.st:1: routine Main, line 1: there is no tag X"):
+    path.write_text("X := 1;", encoding="utf-8")
+    with pytest.raises(ProgramError, match=r"3-axes\.st:1: routine Main, line 1: no tag X"):
         load_program(str(path))
 
 
@@ -331,8 +331,8 @@ def test_a_routine_of_structured_text_from_python():
         ("EXIT;", "EXIT is outside of a loop"),
         ("MOV(N,N);", "MOV is not an instruction of structured text; write an assignment"),
         ("XIC(A);", "XIC is not an instruction of structured text; write a condition"),
-        ("JSR(Nowhere);", "there is no routine NOWHERE"),
-        ("Q := 1;", "there is no tag Q"),
+        ("JSR(Nowhere);", "no routine NOWHERE"),
+        ("Q := 1;", "no tag Q"),
     ],
 )
 def test_what_the_language_does_not_allow_is_refused_with_its_line(statement, says):

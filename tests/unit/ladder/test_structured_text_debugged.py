@@ -148,8 +148,8 @@ module = "amci3601"
 
 
 def test_a_rack_runs_a_file_of_structured_text(tmp_path):
-    (tmp_path / "line.st").write_text(PULSES)
-    (tmp_path / "line.toml").write_text(RACK)
+    (tmp_path / "line.st").write_text(PULSES, encoding="utf-8")
+    (tmp_path / "line.toml").write_text(RACK, encoding="utf-8")
     job = load_job(str(tmp_path / "line.toml"))
     rack = build_rack(job.spec)
     with build_cpu(job.spec, job.logic, rack) as cpu:

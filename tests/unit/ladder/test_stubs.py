@@ -145,7 +145,7 @@ def test_a_python_program_takes_stubs(tmp_path):
         "@program.routine\ndef Main(rung):\n    rung('XRP(1)OTE(Out);')\nprogram.stub('XRP', 'true')\n",
         encoding="utf-8",
     )
-    with pytest.raises(ProgramError, match="there is no XRP"):
+    with pytest.raises(ProgramError, match="XRP is unknown"):
         load_program("line.py", tmp_path)
 
 
@@ -168,5 +168,5 @@ def test_functions_come_from_files(tmp_path):
     assert program.tags.N == 5
     with pytest.raises(LadderError, match="the stub of XRP is Python: it is not rung text"):
         program_text(program)
-    with pytest.raises(ProgramError, match="there is no function yrp among xrp; did you mean xrp"):
+    with pytest.raises(ProgramError, match="no function yrp among xrp; did you mean xrp"):
         load_stubs({"XRP": "plant.py:yrp"}, tmp_path)

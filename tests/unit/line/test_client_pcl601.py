@@ -74,13 +74,13 @@ def test_a_new_address_is_followed() -> None:
 def test_mistakes_are_told_before_anything_is_sent() -> None:
     client, link = client_of(Pcl601())
     for call, said in (
-        (lambda: client.set("base_speed", 5001), "base_speed 5001: allowed is 1 to 5000"),
+        (lambda: client.set("base_speed", 5001), "base_speed 5001: must be 1 to 5000"),
         (lambda: client.set("busy", 1), "busy can't be set: can be steps, accel"),
         (lambda: client.read("nothing"), "nothing can't be read: can be command, steps"),
-        (lambda: client.start_move(0), "0 steps: allowed is 1 to 8388607"),
-        (lambda: client.home(2), "home type 2: allowed are 0 and 1"),
-        (lambda: client.set_output(9, True), "output 9: allowed is 1 to 8"),
-        (lambda: Pcl601Client(RtuLine(link), 100), "unit 100: allowed is 1 to 99"),
+        (lambda: client.start_move(0), "0 steps: must be 1 to 8388607"),
+        (lambda: client.home(2), "home type 2: must be 0 or 1"),
+        (lambda: client.set_output(9, True), "output 9: must be 1 to 8"),
+        (lambda: Pcl601Client(RtuLine(link), 100), "unit 100: must be 1 to 99"),
     ):
         with pytest.raises(ValueError, match=said):
             call()
@@ -233,7 +233,7 @@ def test_an_answer_may_take_longer() -> None:
     client = Pcl601Client(RtuLine(BusLink(faulty), 0.4))
     assert (client.position, client.position, client.faults) == (0, 0, 0)
     for line in (RtuLine, TcpLine):
-        with pytest.raises(ValueError, match=r"timeout 61 s: allowed is 0\.01 to 60"):
+        with pytest.raises(ValueError, match=r"timeout 61 s: must be 0\.01 to 60"):
             line(BusLink(faulty), 61)
 
 
@@ -372,7 +372,7 @@ def scanrack(*arguments: str) -> Result:
 def test_the_commands_over_modbus_tcp_and_a_pseudo_terminal() -> None:
     device = Pcl601(timing=PORT_TIMING)
     with served_on_modbus_tcp(device) as port:
-        at = "pcl601", "--tcp", f"127.0.0.1:{port}"
+        at = "device", "pcl601", "--tcp", f"127.0.0.1:{port}"
         assert scanrack(*at, "set", "accel", "90000").exit_code == 0
         assert scanrack(*at, "move", "--speed", "9000", "300").output == "300\n"
         assert scanrack(*at, "read", "max_speed").output == "9000\n"
@@ -381,12 +381,12 @@ def test_the_commands_over_modbus_tcp_and_a_pseudo_terminal() -> None:
         assert "1.00" in shown
         assert scanrack(*at, "--timeout", "1.5", "read", "firmware").output == "1.00\n"
         refused = scanrack(*at, "--timeout", "0", "status")
-        assert (refused.exit_code, "timeout 0 s: allowed" in refused.output) == (2, True)
+        assert (refused.exit_code, "timeout 0 s: must be" in refused.output) == (2, True)
         outcomes = [scanrack(*at, "output", "2", flag).exit_code for flag in ("--on", "--off", "--on")]
         assert outcomes == [0, 0, 0]
         assert device.controller.outputs == 0b10
     with served_on_pty(device) as path:
-        at = "pcl601", "--port", path
+        at = "device", "pcl601", "--port", path
         assert scanrack(*at, "move", "--", "-100").output == "200\n"
         refused = scanrack(*at, "program", "run")
         assert refused.exit_code == 1
@@ -396,10 +396,10 @@ def test_the_commands_over_modbus_tcp_and_a_pseudo_terminal() -> None:
 
 
 def test_commands_that_cannot_work_say_so(tmp_path: Path) -> None:
-    assert "give one of --port DEV and --tcp HOST:PORT" in scanrack("pcl601", "status").output
-    nobody = scanrack("pcl601", "--tcp", "127.0.0.1:1", "status")
+    assert "give one of --port DEV and --tcp HOST:PORT" in scanrack("device", "pcl601", "status").output
+    nobody = scanrack("device", "pcl601", "--tcp", "127.0.0.1:1", "status")
     assert (nobody.exit_code, "127.0.0.1:1 can't be reached" in nobody.output) == (1, True)
     program = tmp_path / "home.pclt"
-    program.write_text("END\n")
-    written = scanrack("pcl601", "program", "write", str(program))
+    program.write_text("END\n", encoding="utf-8")
+    written = scanrack("device", "pcl601", "program", "write", str(program))
     assert (written.exit_code, "is not documented" in written.output) == (2, True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
@@ -111,8 +112,8 @@ def test_a_new_address_is_followed_even_if_that_exchange_fails(fault: Fault) -> 
 @pytest.mark.parametrize(
     ("name", "value", "said"),
     [
-        ("start_speed", 64, "start_speed 64: allowed is 65 to 30000"),
-        ("microstepping", 3, "microstepping 3: allowed is 0, 2, 4"),
+        ("start_speed", 64, "start_speed 64: must be 65 to 30000"),
+        ("microstepping", 3, "microstepping 3: must be 0, 2, 4"),
         ("nothing", 3, "nothing can't be set: can be accel_coefficient"),
     ],
 )
@@ -122,7 +123,7 @@ def test_mistakes_are_told_before_anything_is_sent(name: str, value: int, said: 
         client.set(name, value)
     with pytest.raises(ValueError, match="accel_coefficient can't be read: can be"):
         client.read("accel_coefficient")
-    with pytest.raises(ValueError, match="0 steps: allowed is 1"):
+    with pytest.raises(ValueError, match="0 steps: must be 1"):
         client.start_move(0)
     with pytest.raises(ValueError, match="not an action that may be carried out twice"):
         client.do("step", 5)
@@ -223,6 +224,23 @@ def test_a_stall_on_the_last_step_is_no_success() -> None:
         client.move(700, stall_at_the_end)
 
 
+@pytest.mark.parametrize("seen", ["before the start", "at the first look"])
+def test_a_stall_in_the_status_at_the_end_is_no_success(seen: str) -> None:
+    """As for `home`: the manual does not say when a controller clears the bit [status register 1, bit 4]."""
+    controller = Pmc006Controller()
+    client, _ = client_of(controller)
+    controller.axis.stalled = seen == "before the start"
+    begin = controller.axis._begin
+
+    def begins(*motion: Any) -> None:
+        begin(*motion)
+        controller.axis.stalled = True
+
+    controller.axis._begin = begins  # type: ignore[method-assign, assignment]
+    with pytest.raises(StoppedError, match="the move ended at 700 with an error: STALL"):
+        client.move(700)
+
+
 @pytest.mark.parametrize("asked", [14, 40])
 @pytest.mark.parametrize("home", [False, True])
 def test_a_motion_that_can_no_longer_be_watched_is_stopped(asked: int, home: bool) -> None:
@@ -261,7 +279,7 @@ def test_an_answer_may_take_longer() -> None:
     faulty = FaultyDevice(Pmc006(Pmc006Controller()), {0: Fault.DELAYED, 1: Fault.DELAYED})  # 0.26 s
     client = Pmc006Client(BusLink(faulty), answer_s=0.4)
     assert (client.position, client.position, client.faults) == (0, 0, 0)
-    with pytest.raises(ValueError, match=r"timeout 0 s: allowed is 0\.01 to 60"):
+    with pytest.raises(ValueError, match=r"timeout 0 s: must be 0\.01 to 60"):
         Pmc006Client(BusLink(faulty), answer_s=0)
 
 
@@ -367,7 +385,7 @@ def test_the_commands_through_a_pseudo_terminal(tmp_path: Path) -> None:
     controller = Pmc006Controller(address=9)
     controller.set_pin(Pin.EXT1, Contact(high=-101))
     with served_on_pty(Pmc006(controller)) as path:
-        at = "pmc006", "--port", path, "--address", "9"
+        at = "device", "pmc006", "--port", path, "--address", "9"
         assert scanrack(*at, "set", "zero_back_speed", "5000").exit_code == 0
         assert scanrack(*at, "move", "--speed", "9000", "300").output == "300\n"
         assert scanrack(*at, "home", "--stroke", "2000").output == "0\n"
@@ -383,7 +401,7 @@ def test_the_commands_through_a_pseudo_terminal(tmp_path: Path) -> None:
         refused = scanrack(*at, "set", "start_speed", "12")
         assert (refused.exit_code, refused.output) == (
             2,
-            "scanrack: start_speed 12: allowed is 65 to 30000\n",
+            "scanrack: start_speed 12: must be 65 to 30000\n",
         )
         controller.memory["free_run"] = 1
         refused = scanrack(*at, "move", "5")
@@ -393,18 +411,21 @@ def test_the_commands_through_a_pseudo_terminal(tmp_path: Path) -> None:
 
 
 def test_commands_that_cannot_work_say_so(tmp_path: Path) -> None:
-    nowhere = scanrack("pmc006", "--port", str(tmp_path / "tty"), "status")
+    nowhere = scanrack("device", "pmc006", "--port", str(tmp_path / "tty"), "status")
     assert nowhere.exit_code == 1
     assert "tty can't be opened: No such file or directory" in nowhere.output
-    assert "give one of --port DEV and --tcp HOST:PORT" in scanrack("pmc006", "status").output
-    nobody = scanrack("pmc006", "--tcp", "127.0.0.1:1", "status")
+    assert "give one of --port DEV and --tcp HOST:PORT" in scanrack("device", "pmc006", "status").output
+    nobody = scanrack("device", "pmc006", "--tcp", "127.0.0.1:1", "status")
     assert (nobody.exit_code, "127.0.0.1:1 can't be reached" in nobody.output) == (1, True)
     listing = tmp_path / "loop.pmc"
-    listing.write_text("ROT 0 100\nWAIT 1 1\nJMP 0 77\n")
-    checked = scanrack("pmc006", "program", "check", str(listing))
+    listing.write_text("ROT 0 100\nWAIT 1 1\nJMP 0 77\n", encoding="utf-8")
+    checked = scanrack("device", "pmc006", "program", "check", str(listing))
     assert "  0  ROT 0 100\n  1  WAIT 1 1\n" in checked.output
     assert "line 3: JMP 0 77: the manual's table has 0 to 50 only" in checked.output
-    written = scanrack("pmc006", "program", "write", str(listing))
+    written = scanrack("device", "pmc006", "program", "write", str(listing))
     assert (written.exit_code, "are not documented" in written.output) == (2, True)
-    listing.write_text("ROT 0 0\n")
-    assert "loop.pmc: line 1: ROT data 0" in scanrack("pmc006", "program", "check", str(listing)).output
+    listing.write_text("ROT 0 0\n", encoding="utf-8")
+    assert (
+        "loop.pmc: line 1: ROT data 0"
+        in scanrack("device", "pmc006", "program", "check", str(listing)).output
+    )

@@ -115,9 +115,9 @@ def test_a_reset_forgets_what_was_written() -> None:
         ("crc=9999999", "'9999999' is no number of replies"),
         ("delay=60001", "delay=60001: it has to be 0 to 60,000 ms"),
         ("delay=x", "delay=x: it has to be 0 to 60,000 ms"),
-        ("silence", "'silence' is no fault: allowed are drop=N"),
-        ("reset=1", "'reset=1' is no fault"),
-        ("", "'' is no fault"),
+        ("silence", "'silence' is not a fault; choose from drop=N"),
+        ("reset=1", "'reset=1' is not a fault"),
+        ("", "'' is not a fault"),
     ],
 )
 def test_what_is_no_fault(text: str, said: str) -> None:

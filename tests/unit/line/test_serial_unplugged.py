@@ -29,7 +29,7 @@ if sys.platform != "win32":
 UNPLUGGED = termios.error(errno.EIO, "Input/output error")
 """What tcdrain and tcsetattr raise, by way of pyserial, and what is not an OSError."""
 
-PATIENCE_S = 5.0
+PATIENCE_S = 120
 """The longest that a test waits for another thread."""
 
 

@@ -62,7 +62,7 @@ def test_a_normally_closed_limit_leaves_the_hard_limit_open(tmp_path: Path) -> N
 
 @pytest.mark.parametrize("steps_ms", [1, 37, 1000], ids=["each ms", "each 37 ms", "at once"])
 def test_people_act_at_their_times_however_often_the_line_is_looked_at(tmp_path: Path, steps_ms: int) -> None:
-    """Input 3 is grounded while the external input is energised, from 120 ms to 130 ms; the motor begins at 0
+    """Input 3 is grounded while the external input is energized, from 120 ms to 130 ms; the motor begins at 0
     and stops at the end of travel at 3,000 steps: 1 s is before that at no speed above 500 steps/s.
     """
     on = '{ at_s = 0.12, input = "external", energised = true }'
@@ -97,7 +97,7 @@ def test_other_pins_are_wired_by_hand(tmp_path: Path) -> None:
     ("text", "said"),
     [
         ("m.toml", "of several units it has to be ADDRESS:FILE"),
-        ("7:m.toml", "there is no unit 7; there is 1, 2"),
+        ("7:m.toml", "no unit 7; there is 1, 2"),
         ("1:none.toml", "none.toml"),
         ("1:two.toml", "2 of its slots have an amci3601; it has to be one"),
         ("1:card.toml", "none of its slots has a pcl601-adapter or an amci3601"),
@@ -108,10 +108,13 @@ def test_what_is_no_machine_of_a_unit(tmp_path: Path, monkeypatch, text: str, sa
     monkeypatch.chdir(tmp_path)
     rack(tmp_path)
     slot = '[[slot]]\nnumber = {}\nmodule = "{}"\n'
-    Path("two.toml").write_text(PROGRAM + slot.format(1, "amci3601") + slot.format(2, "amci3601"))
-    Path("card.toml").write_text(PROGRAM + slot.format(1, "1762-IQ8"))
+    Path("two.toml").write_text(
+        PROGRAM + slot.format(1, "amci3601") + slot.format(2, "amci3601"), encoding="utf-8"
+    )
+    Path("card.toml").write_text(PROGRAM + slot.format(1, "1762-IQ8"), encoding="utf-8")
     Path("slips.toml").write_text(
-        PROGRAM + slot.format(1, "amci3601") + "[slot.machine]\nslips = [{ at = 100, steps = 3 }]\n"
+        PROGRAM + slot.format(1, "amci3601") + "[slot.machine]\nslips = [{ at = 100, steps = 3 }]\n",
+        encoding="utf-8",
     )
     with pytest.raises(ValueError, match=said):
         on_machines(pcl601_units([1, 2], [], 1.0), [text])

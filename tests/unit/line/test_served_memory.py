@@ -161,7 +161,7 @@ def test_two_services_do_not_share_a_memory(tmp_path: Path) -> None:
 def test_what_is_stored_survives_a_kill(tmp_path: Path) -> None:
     file = tmp_path / "memory.json"
     words = [sys.executable, "-m", "scanrack", "serve", "pcl601", "--tcp", "0", "--memory", str(file)]
-    process = forked.start(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    process = forked.start(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8")
     try:
         assert process.stdout is not None
         host, port = process.stdout.readline().split("  ")[0].split(":")

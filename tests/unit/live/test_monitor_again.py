@@ -1,6 +1,7 @@
-"""A monitor that is started again shows the session at once, however long it has run.
+"""A monitor beside a session: started again it shows it at once, and a pause comes with its scan.
 
-Broken on purpose: all events of the recording read at the start: a test turns red.
+Broken on purpose: all events of the recording read at the start; rows that are read before a pause only: a
+test turns red.
 """
 
 import socket
@@ -16,6 +17,45 @@ from scanrack.watch.monitors.session_monitor import SessionMonitor, SessionProgr
 PRESSED = 50
 
 
+class ToldSession(LiveSession):
+    """A session whose messages come to a monitor, too."""
+
+    def tell(self, message):
+        super().tell(message)
+        self.tap.tell(message)
+
+
+def setup_of(session, trace, started):
+    ran = SessionProgram(0, str(FEEDER.parent), "feeder.toml", "feeder.rung")
+    about = SessionFacts("0", "feeder", str(FEEDER), "rack", False, False, None)
+    return Setup(session.ring.shape, about, "", "", 0, (1,), str(trace), (ran,), started=started)
+
+
+def test_a_pause_is_shown_with_the_last_scan_before_it(tmp_path, monkeypatch):
+    """Also of a session that runs on while the monitor reads."""
+    session = ToldSession([(PRESSED, {"do": "pause"})])
+    take = session.ring.take
+
+    def take_and_run_on(place):
+        monkeypatch.undo()
+        taken = take(place)
+        session.play()
+        return taken
+
+    monkeypatch.setattr(session.ring, "take", take_and_run_on)
+    mine, theirs = socket.socketpair()
+    with theirs, Connection(mine.detach()) as pipe:
+        monitor, page = (
+            SessionMonitor(setup_of(session, tmp_path / "none.mcap", 0), session.ring, pipe),
+            Page(),
+        )
+        monitor.join(page)
+        monitor.tick()
+        frame = monitor.frame(page)
+    (answer,) = session.answers
+    assert (frame["state"], frame["scan"]) == ("paused", answer["scan"] - 1)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("scans", [6_000, 20_000])
 def test_its_first_picture_takes_a_few_chunks(tmp_path, monkeypatch, scans):
@@ -23,9 +63,7 @@ def test_its_first_picture_takes_a_few_chunks(tmp_path, monkeypatch, scans):
     press = {"do": "press", "slot": 1, "name": "capture", "on": True}
     session = LiveSession([(PRESSED, press)], trace)
     session.play(scans)
-    ran = SessionProgram(0, str(FEEDER.parent), "feeder.toml", "feeder.rung")
-    about = SessionFacts("0", "feeder", str(FEEDER), "rack", False, False, None)
-    setup = Setup(session.ring.shape, about, "", "", 0, (1,), str(trace), (ran,), started=1)
+    setup = setup_of(session, trace, 1)
     for _ in range(8):  # what the monitor before has read is overwritten
         session.ring.messages.write(b'{"values":{"scan":0,"values":{}}}' + b" " * (1 << 17))
     mine, theirs = socket.socketpair()

@@ -46,9 +46,9 @@ def test_an_order_is_made_of_its_message_and_makes_it_again(said, order):
 BAD: list[tuple[object, str]] = [
     (None, "an order is an object"),
     ([], "an order is an object"),
-    ({}, "there is no order None"),
-    ({"do": "explode"}, "there is no order 'explode': allowed are mode, pause"),
-    ({"do": ["mode"]}, "there is no order"),
+    ({}, "no action None"),
+    ({"do": "explode"}, "no action 'explode'; choose from mode, pause"),
+    ({"do": ["mode"]}, "no action"),
     ({"do": "mode"}, "mode needs mode"),
     ({"do": "mode", "mode": "off"}, "mode: mode 'off' is not allowed: run, program, test"),
     ({"do": "mode", "mode": {}}, "mode: mode {} is not allowed"),
@@ -98,7 +98,7 @@ def test_every_order_can_be_named():
         ('{"\\udfff": 1}', "half of a surrogate pair"),
         ("[" * 10 + "]" * 10, "nested too deep"),
         ("[" * 980 + "]" * 980, "nested too deep"),
-        ("[" * 30_000, "nested too deep"),
+        ("[" * 30_000 + "]" * 30_000, "nested too deep"),  # `json` refuses it before Python 3.14
     ],
 )
 def test_what_json_can_say_and_no_page_can_show_is_refused(text, says):

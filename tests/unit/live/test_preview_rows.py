@@ -62,8 +62,8 @@ def test_mistakes_come_one_by_one_with_their_lines():
         parse_program(text, file="line.rung").build()
     found = mistakes_of(refused.value, Path("line.rung"))
     assert [(each["line"], each["text"].partition(" (")[0]) for each in found] == [
-        (4, "XIC(A): there is no tag A"),
-        (5, "OTE(B): there is no tag B"),
+        (4, "XIC(A): no tag A"),
+        (5, "OTE(B): no tag B"),
     ]
 
 

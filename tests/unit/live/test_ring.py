@@ -5,6 +5,7 @@ import os
 import numpy as np
 import pytest
 from scanrack.runtime.live.ring import MESSAGE_BYTES, Records, Ring, row_type
+from scanrack.runtime.live.shared_memory import SharedMemory
 
 
 @pytest.fixture
@@ -57,7 +58,9 @@ def test_a_row_that_is_half_written_is_left_out(ring):
 def test_another_opening_of_the_file_sees_the_same(ring):
     put(ring, 7)
     ring.messages.write(b"hello")
-    other = Ring.opened(ring.shape, os.dup(ring.file))
+    place = ring.memory.place
+    again = os.dup(place) if isinstance(place, int) else place
+    other = Ring.opened(ring.shape, SharedMemory(ring.memory.size, again))
     other.orders = 3
     assert other.take(0).rows["scan"].tolist() == [7]
     assert other.messages.read(0)[0] == [b"hello"]

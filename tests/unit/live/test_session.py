@@ -104,20 +104,20 @@ def test_a_breakpoint_on_a_rung_is_met_and_can_be_taken_away():
 
 REFUSED = [
     ({"do": "press", "slot": 9, "name": "home", "on": True}, "slot 9 is empty: modules sit in 1"),
-    ({"do": "press", "slot": 1, "name": "door", "on": True}, "there is no input 'door'"),
-    ({"do": "write", "tag": "Nothing", "value": 1}, "there is no tag Nothing"),
+    ({"do": "press", "slot": 1, "name": "door", "on": True}, "no input 'door'"),
+    ({"do": "write", "tag": "Nothing", "value": 1}, "no tag Nothing"),
     ({"do": "write", "tag": "Homing", "value": "yes"}, "Homing"),
     ({"do": "write", "tag": "Local:1:O.Data[0]", "value": 1}, "force it instead"),
     ({"do": "force", "tag": "Local:1:I.Data[0]", "value": 70_000}, "a word is -32768 to 65535"),
     ({"do": "force", "tag": "Local:1:I.Data[0].3", "value": 0.5}, "takes whole numbers"),
     ({"do": "unforce", "tag": "Homing"}, "Homing is not forced"),
     ({"do": "breakpoint", "at": "Main.99"}, "has no rung 99"),
-    ({"do": "breakpoint", "at": "Nowhere.1"}, "there is no routine Nowhere"),
-    ({"do": "unbreak", "at": "Main.1"}, "there is no breakpoint at Main.1"),
+    ({"do": "breakpoint", "at": "Nowhere.1"}, "no routine Nowhere"),
+    ({"do": "unbreak", "at": "Main.1"}, "no breakpoint at Main.1"),
     ({"do": "incident", "slot": 1, "kind": "line-down"}, "line-down can't happen to Amci3601"),
     ({"do": "incident", "slot": 1, "kind": "torn-update"}, "late_words and torn-update go together"),
     ({"do": "reload"}, "can't be edited while it runs"),
-    ({"do": "nonsense"}, "there is no order 'nonsense'"),
+    ({"do": "nonsense"}, "no action 'nonsense'"),
 ]
 
 
@@ -219,9 +219,12 @@ def test_a_refused_order_is_not_recorded(tmp_path):
 def test_a_fault_of_the_cpu_is_shown_until_the_session_ends(tmp_path):
     rack = tmp_path / "bad.toml"
     rack.write_text(
-        'program = "bad.py"\nscan_ms = 2\n[[slot]]\nnumber = 1\nmodule = "amci3601"\nfirmware = "4.1"\n'
+        'program = "bad.py"\nscan_ms = 2\n[[slot]]\nnumber = 1\nmodule = "amci3601"\nfirmware = "4.1"\n',
+        encoding="utf-8",
     )
-    (tmp_path / "bad.py").write_text("def logic(scan):\n    assert scan.number < 5, 'on purpose'\n")
+    (tmp_path / "bad.py").write_text(
+        "def logic(scan):\n    assert scan.number < 5, 'on purpose'\n", encoding="utf-8"
+    )
     session = LiveSession([(6, {"do": "go"})], rack=rack)
     with pytest.raises(CpuFault, match="on purpose"):
         session.play()

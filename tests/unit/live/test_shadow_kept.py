@@ -33,7 +33,7 @@ def test_notes_of_inputs_are_bounded():
 
 
 def test_each_program_of_a_session_has_values_of_its_own():
-    programs = Stretches([], Timeline(RecentRows(row_type(0, 0)), None), ValueHistory(2_000_000))
+    programs = Stretches({}, Timeline(RecentRows(row_type(0, 0)), None), ValueHistory(2_000_000))
     programs.kept(1).take(Values(256, {"a": 1}, 1))  # its notes may come before the edited program
     begins, edited = programs.add(0, None, None), programs.add(200, None, None)
     assert (begins.kept.scans, edited.kept.scans) == ([], [256])

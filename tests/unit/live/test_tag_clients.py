@@ -24,7 +24,7 @@ class Dialler:
     """A client at a port."""
 
     def __init__(self, port: int) -> None:
-        self.socket = socket.create_connection(("127.0.0.1", port), timeout=60)
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=120)
 
     def register(self) -> Dialler:
         """Begin a session."""

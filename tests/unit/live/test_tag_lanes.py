@@ -18,6 +18,7 @@ def test_a_number_has_a_point_at_each_change():
 def test_a_text_has_a_point_at_each_change_and_none_where_nothing_changes():
     assert points_of(TIMES[:3], ["wait", "move", "move"], "wait") == [[2, "move"]]
     assert points_of(TIMES[:3], ["wait"] * 3, "wait") == []
+    assert points_of(TIMES[:3], [float("nan") for _ in range(3)], float("nan")) == []
 
 
 def test_what_is_not_known_is_null():

@@ -42,7 +42,7 @@ class Dialled:
     """A client at a port."""
 
     def __init__(self, port: int) -> None:
-        self.socket = socket.create_connection(("127.0.0.1", port), timeout=60)
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=120)
         self.socket.sendall(frame(0x65, b"\1\0\0\0"))
         self._handle = struct.unpack_from("<I", take(self.socket), 4)[0]
 

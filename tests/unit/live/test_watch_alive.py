@@ -90,7 +90,8 @@ def test_a_tag_is_forced_and_shown(session):
         await page.ask("unforce", tag="Homing")
         return why
 
-    assert on_a_page(session, force)["text"] == "Homing is 1 because it is forced."
+    assert on_a_page(session, force)["text"].startswith("Homing is on since ")
+    assert on_a_page(session, force)["text"].rpartition(": ")[2].startswith("forced to 1 since ")
 
 
 def test_why_find_and_xref_answer(session):
@@ -103,10 +104,10 @@ def test_why_find_and_xref_answer(session):
         ]
 
     why, find, xref, unknown = on_a_page(session, ask)
-    assert "Awake is 1" in why["text"]
+    assert "Awake is on since" in why["text"]
     assert {each["rung"] for each in find["hits"]} >= {None, "Main.12"}
     assert {each["rung"] for each in xref["hits"]} == {"Main.12"}
-    assert "there is no tag Nothing" in unknown["refused"]
+    assert "no tag Nothing" in unknown["refused"]
 
 
 def test_a_past_scan_is_shown_to_the_page_that_asks_and_to_no_other(session):
@@ -168,7 +169,7 @@ def test_pages_that_never_read_keep_nobody_waiting(session):
 @pytest.mark.slow
 def test_a_session_ends_by_itself_after_its_scans():
     with watched("--scans", "50", "--speed", "max") as session:
-        assert session.process.wait(30) == 0
+        assert session.process.wait(120) == 0
 
 
 @pytest.mark.slow

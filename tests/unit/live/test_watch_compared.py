@@ -70,7 +70,7 @@ def other(seen: Opened, scan: int) -> Any:
 def test_recordings_of_the_folder_are_offered_and_no_other_file(seen: Opened, folder: Path) -> None:
     assert asked(seen, "recordings")["recordings"] == ["two.mcap"]
     for name in ("one.mcap", "../compared0/two.mcap", "count.toml", str(folder / "two.mcap"), 7, "none.mcap"):
-        assert "there is no recording" in asked(seen, "compare", **{"with": name})["refused"]
+        assert "no recording" in asked(seen, "compare", **{"with": name})["refused"]
     assert seen.page.compared is None
 
 

@@ -30,9 +30,9 @@ async def told(page, key):
 
 def edited(folder, old, new):
     path = folder / "feeder.rung"
-    text = path.read_text()
+    text = path.read_text(encoding="utf-8")
     assert old in text
-    path.write_text(text.replace(old, new))
+    path.write_text(text.replace(old, new), encoding="utf-8")
 
 
 def test_a_saved_program_goes_on_with_its_values(feeder):
@@ -119,18 +119,19 @@ def test_a_program_that_has_not_changed_is_no_edit(feeder):
 
 def test_a_python_program_begins_anew_and_says_so(tmp_path):
     (tmp_path / "rack.toml").write_text(
-        'program = "count.py"\nscan_ms = 2\n[[slot]]\nnumber = 1\nmodule = "amci3601"\nfirmware = "4.1"\n'
+        'program = "count.py"\nscan_ms = 2\n[[slot]]\nnumber = 1\nmodule = "amci3601"\nfirmware = "4.1"\n',
+        encoding="utf-8",
     )
     program = tmp_path / "count.py"
     text = (
         "class State:\n    count: int = 0\n\n\nstate = State()\n\n\ndef logic(scan):\n    state.count += 1\n"
     )
-    program.write_text(text)
+    program.write_text(text, encoding="utf-8")
 
     async def edit(session):
         async with page_of(session) as page:
             await page.until(lambda seen: seen.frame.get("tags", {}).get("state.count", 0) > 500)
-            program.write_text(text.replace("+= 1", "-= 1"))
+            program.write_text(text.replace("+= 1", "-= 1"), encoding="utf-8")
             news = await told(page, "edited")
             await page.until(lambda seen: seen.frame.get("tags", {}).get("state.count", 0) < -5)
             return news

@@ -33,9 +33,9 @@ def feeder(tmp_path):
 
 async def saved(page, path, old, new):
     """Save an edit; return what the page is told of it."""
-    text = path.read_text()
+    text = path.read_text(encoding="utf-8")
     assert old in text
-    path.write_text(text.replace(old, new))
+    path.write_text(text.replace(old, new), encoding="utf-8")
     while "edited" not in (message := await page.hear()):
         assert "mistake" not in message, message
     return message["edited"]
@@ -85,7 +85,7 @@ async def twice_edited(page, folder):
     path = folder / "feeder.rung"
     await page.until(lambda seen: "scan" in seen.frame)
     first = await after(page, 300)
-    path.write_text(path.read_text().replace(*DECLARED))
+    path.write_text(path.read_text(encoding="utf-8").replace(*DECLARED), encoding="utf-8")
     await saved(page, path, *ONE)
     second = await after(page, 300)
     await saved(page, path, *TWO)
@@ -190,7 +190,7 @@ def test_a_monitor_that_dies_behind_an_edit_comes_back_whatever_the_file_is_now(
     async def work(session):
         async with page_of(session) as page:
             await twice_edited(page, feeder)
-            (feeder / "feeder.rung").write_text("NONSENSE")
+            (feeder / "feeder.rung").write_text("NONSENSE", encoding="utf-8")
             while "mistake" not in await page.hear():
                 pass
         os.kill(session.monitor, signal.SIGKILL)
@@ -224,16 +224,16 @@ def logic(scan):
 
 
 def test_edits_of_a_python_program_and_its_modules_run_again(tmp_path, monkeypatch):
-    (tmp_path / "rack.toml").write_text(RACK)
-    (tmp_path / "step.py").write_text("STEP = 1\n")
+    (tmp_path / "rack.toml").write_text(RACK, encoding="utf-8")
+    (tmp_path / "step.py").write_text("STEP = 1\n", encoding="utf-8")
     program, record = tmp_path / "count.py", tmp_path / "session.mcap"
-    program.write_text(PROGRAM)
+    program.write_text(PROGRAM, encoding="utf-8")
 
     async def work(session):
         async with page_of(session) as page:
             await page.until(lambda seen: seen.frame.get("tags", {}).get("state.count", 0) > 300)
             first = page.frame["scan"]
-            (tmp_path / "step.py").write_text("STEP = -3\n")
+            (tmp_path / "step.py").write_text("STEP = -3\n", encoding="utf-8")
             await saved(page, program, "state.count += STEP", "state.count += STEP * 2")
             await page.until(lambda seen: seen.frame.get("tags", {}).get("state.count", 0) < -60)
             last = page.frame["scan"]

@@ -25,7 +25,7 @@ def stations(tmp_path):
     for name in ("stations.toml", "stations.py"):
         shutil.copy(EXAMPLES / name, tmp_path)
     rack = tmp_path / "stations.toml"
-    rack.write_text(rack.read_text().replace("run_for_s", "# run_for_s"))
+    rack.write_text(rack.read_text(encoding="utf-8").replace("run_for_s", "# run_for_s"), encoding="utf-8")
     return tmp_path
 
 
@@ -38,9 +38,9 @@ async def told(page, key):
 
 def saved(folder, old, new):
     path = folder / "stations.py"
-    text = path.read_text()
+    text = path.read_text(encoding="utf-8")
     assert old in text
-    path.write_text(text.replace(old, new))
+    path.write_text(text.replace(old, new), encoding="utf-8")
 
 
 def test_a_session_with_edits_of_sequences_and_forces_runs_again(stations):
@@ -62,7 +62,7 @@ def test_a_session_with_edits_of_sequences_and_forces_runs_again(stations):
             await page.until(lambda seen: seen.frame["scan"] > begun + 300)
             saved(stations, "while self.laps == 0:", "for _ in range(99):")
             mistake = await told(page, "mistake")
-            assert "is not at its place any more" in mistake["text"]
+            assert "is no longer at its place" in mistake["text"]
             assert (mistake["restart"], mistake["line"] is None) == (["cycle"], False)
             assert "refused" not in await page.ask("reload", restart="cycle")
             assert "begin anew: cycle" in (await told(page, "edited"))["text"]

@@ -59,7 +59,7 @@ def test_the_line_that_changed_a_value_is_named(asked, recording, columns):
     assert answer["id"] == 7
     assert answer["ok"]
     assert answer["scan"] == SCANS - 1
-    assert "line.step is 'move' since scan" in answer["text"]
+    assert "line.step is 'move' since 1.504 s" in answer["text"]
 
 
 @pytest.mark.slow

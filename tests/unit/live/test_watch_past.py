@@ -143,7 +143,7 @@ def test_a_recording_takes_no_orders_and_does_not_run_foreign_python(tmp_path):
     with watched(rack=path, cwd=tmp_path) as session:
         pause, live = asyncio.run(look(session))
     assert "it takes no orders" in pause["refused"]
-    assert "this is a recording" in live["refused"]
+    assert "nothing is running" in live["refused"]
 
 
 def test_what_is_no_trace_is_refused(tmp_path):
@@ -183,10 +183,11 @@ def logic(scan):
 
 
 def test_a_recording_of_a_python_program_shows_the_tags_that_were_recorded(tmp_path):
-    (tmp_path / "line.py").write_text(PROGRAM)
+    (tmp_path / "line.py").write_text(PROGRAM, encoding="utf-8")
     rack = tmp_path / "line.toml"
     rack.write_text(
-        'program = "line.py"\nscan_ms = 2\ntags = ["line.*"]\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
+        'program = "line.py"\nscan_ms = 2\ntags = ["line.*"]\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n',
+        encoding="utf-8",
     )
     path = tmp_path / "line.mcap"
     done = CliRunner().invoke(build(), ["run", str(rack), "--record", str(path), "-q", "--scans", "500"])

@@ -38,8 +38,8 @@ def think(tags):
 
 @pytest.fixture
 def rack(tmp_path):
-    (tmp_path / "mixed.toml").write_text(RACK)
-    (tmp_path / "mixed.py").write_text(PROGRAM)
+    (tmp_path / "mixed.toml").write_text(RACK, encoding="utf-8")
+    (tmp_path / "mixed.py").write_text(PROGRAM, encoding="utf-8")
     return tmp_path / "mixed.toml"
 
 

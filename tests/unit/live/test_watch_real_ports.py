@@ -36,13 +36,13 @@ WAITS: list[tuple[str, dict[str, object]]] = [
 def rack(tmp_path):
     """A rack file whose module is on the port of a PCL601 in a process of its own."""
     words = [sys.executable, "-m", "scanrack", "serve", "pcl601", "--tcp", "0", "--rtu-over-tcp", "--quiet"]
-    process = forked.start(words, stdout=subprocess.PIPE, text=True)
+    process = forked.start(words, stdout=subprocess.PIPE, text=True, encoding="utf-8")
     try:
         assert process.stdout is not None
         place = process.stdout.readline().split("  ")[0]
-        (tmp_path / "still.py").write_text(PROGRAM)
+        (tmp_path / "still.py").write_text(PROGRAM, encoding="utf-8")
         path = tmp_path / "rack.toml"
-        path.write_text(RACK.format(f"tcp:{place}"))
+        path.write_text(RACK.format(f"tcp:{place}"), encoding="utf-8")
         yield path
     finally:
         process.kill()
@@ -76,18 +76,18 @@ async def give(page, command, *parameters):
     ],
 )
 def test_what_a_real_controller_does_not_do_is_refused_before_the_port_is_opened(tmp_path, options, says):
-    (tmp_path / "still.py").write_text(PROGRAM)
+    (tmp_path / "still.py").write_text(PROGRAM, encoding="utf-8")
     rack = tmp_path / "rack.toml"
-    rack.write_text(RACK.format("/dev/nothing-here"))
+    rack.write_text(RACK.format("/dev/nothing-here"), encoding="utf-8")
     done = CliRunner().invoke(build(), ["watch", str(rack), *options])
     assert done.exit_code == 2
     assert says in " ".join(done.stderr.split())
 
 
 def test_a_port_that_cannot_be_opened_ends_the_command_with_its_reason(tmp_path):
-    (tmp_path / "still.py").write_text(PROGRAM)
+    (tmp_path / "still.py").write_text(PROGRAM, encoding="utf-8")
     rack = tmp_path / "rack.toml"
-    rack.write_text(RACK.format("/dev/nothing-here"))
+    rack.write_text(RACK.format("/dev/nothing-here"), encoding="utf-8")
     done = CliRunner().invoke(build(), ["watch", str(rack), "--live"])
     assert done.exit_code == 2
     assert "/dev/nothing-here can't be opened" in " ".join(done.stderr.split())
@@ -101,7 +101,7 @@ def test_without_control_a_page_looks_and_changes_nothing(rack):
             hello = page.hello
             refused = [await page.ask(order, **fields) for order, fields in WAITS]
             refused.append(await page.ask("force", tag="Local:1:O.Data[0]", value=2))
-            (rack.parent / "still.py").write_text(PROGRAM + "\n# saved\n")
+            (rack.parent / "still.py").write_text(PROGRAM + "\n# saved\n", encoding="utf-8")
             begun = page.frame["scan"]
             await page.until(lambda seen: seen.frame["scan"] > begun + 500)  # a second: three looks at a file
             assert not [each for each in page.frame["events"] if each["kind"] == "edit"]
@@ -133,7 +133,7 @@ def test_with_control_a_page_moves_the_axis_and_time_goes_on(rack):
             await give(page, 2, 0, 2, 0, 5, 0, 50, 50)
             await until_bit(page, "MOVE_COMPLETE")
             await page.until(lambda seen: seen.frame["values"]["1"]["position"] == 2000)
-            (rack.parent / "still.py").write_text(PROGRAM + "\n# saved\n")
+            (rack.parent / "still.py").write_text(PROGRAM + "\n# saved\n", encoding="utf-8")
             while "edited" not in await page.hear():
                 pass
             return refused
@@ -158,7 +158,7 @@ def test_a_branch_of_a_recording_of_real_ports_is_refused(rack):
             return [await page.ask("branch", scan=10), await page.ask("look", scan=5)]
 
     with watched("--live", "--record", record, "--scans", "300", rack=rack) as session:
-        assert session.process.wait(60) == 0
+        assert session.process.wait(120) == 0
     with watched("--trust", rack=record) as session:
         refused, looked = asyncio.run(branch(session))
     assert "is a real one" in refused["refused"]

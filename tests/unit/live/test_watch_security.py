@@ -125,6 +125,7 @@ def test_a_message_of_100_kb_closes_the_socket_and_nothing_else(session):
     asyncio.run(send())
 
 
+@pytest.mark.slow
 def test_the_ninth_page_is_sent_away(session):
     async def open_nine():
         pages = [page_of(session) for _ in range(8)]

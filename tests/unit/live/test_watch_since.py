@@ -64,11 +64,13 @@ def test_tags_bits_and_words_say_since_when(wanted):
 def test_values_of_python_say_since_when(tmp_path):
     (tmp_path / "rack.toml").write_text(
         'program = "steps.py"\nscan_ms = 2\ntags = ["state.step"]\n'
-        '[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n'
+        '[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n',
+        encoding="utf-8",
     )
     (tmp_path / "steps.py").write_text(
         "class State:\n    step: int = 0\n    other: int = 0\n\n\nstate = State()\n\n\n"
-        "def logic(scan):\n    state.step = scan.number // 100\n"
+        "def logic(scan):\n    state.step = scan.number // 100\n",
+        encoding="utf-8",
     )
 
     async def ask(session):

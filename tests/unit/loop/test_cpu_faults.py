@@ -178,7 +178,7 @@ def test_a_mistake_below_the_program_is_shown_in_the_program(rack):
 
     with pytest.raises(CpuFault) as caught:
         Cpu(rack, logic).run(1)
-    assert caught.value.fault.text == "ValueError: word 70000 is out of range: allowed are -32768 to 65535"
+    assert caught.value.fault.text == "ValueError: word 70000 is out of range: must be -32768 to 65535"
     assert caught.value.fault.where == f"{__file__}:{line_of(logic, '70_000')}"
 
 

@@ -119,17 +119,17 @@ def test_program_mode_forces_inputs_only(rack, module, diary):
 @pytest.mark.parametrize(
     ("address", "told"),
     [
-        ("I:2.0/14", "slot 2 is empty; allowed are 1"),
-        ("Local:3:O.Data[1]", "slot 3 is empty; allowed are 1"),
-        ("I:1.8", "there is no word 8, words are 0 to 7"),
-        ("Local:1:I.Data[0].16", "there is no bit 16, bits are 0 to 15"),
+        ("I:2.0/14", "slot 2 is empty; choose from 1"),
+        ("Local:3:O.Data[1]", "slot 3 is empty; choose from 1"),
+        ("I:1.8", "no word 8, words are 0 to 7"),
+        ("Local:1:I.Data[0].16", "no bit 16, bits are 0 to 15"),
         (
             "N7:0",
             "not an address: write it like Local:1:I.Data[0].14, I:1.0/14 or slot1.status.MOVE_COMPLETE",
         ),
         ("slot1.status.MOVE_COMPLET", "did you mean MOVE_COMPLETE?"),
         ("slot1.command.MOVE_COMPLETE", "slot 1 has no command bit 'MOVE_COMPLETE'"),
-        ("slot1.state.MOVE_COMPLETE", "did you mean status? Allowed are command, status"),
+        ("slot1.state.MOVE_COMPLETE", "did you mean status? Choose from command, status"),
     ],
 )
 def test_what_does_not_exist_is_refused_with_what_does(rack, address, told):

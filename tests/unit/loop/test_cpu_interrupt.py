@@ -54,8 +54,9 @@ def test_a_second_ctrl_c_breaks_out_of_the_logic():
         [sys.executable, "-c", textwrap.dedent(script)],
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=120,
         check=True,
+        encoding="utf-8",
     )
     assert done.stdout.split("\n") == ["closed", "interrupted True", ""]
 

@@ -16,6 +16,22 @@ from scanrack.runtime.loop.pace import Watchdog
 MS = 1_000_000
 
 
+@pytest.fixture(params=["interval timer", "thread"])
+def ticks(request, monkeypatch):
+    """The timer that this system has, and what Windows has instead."""
+    if request.param == "interval timer":
+        yield
+        return
+    monkeypatch.delattr(signal, "setitimer")
+    previous = signal.getsignal(signal.SIGABRT)
+    yield
+    for each in threading.enumerate():
+        if each.name == "watchdog":
+            each.join()
+    signal.signal(signal.SIGABRT, previous)
+
+
+@pytest.mark.usefixtures("ticks")
 def test_an_endless_loop_ends(rack, module, diary):
     def logic(scan):
         while scan.number == 2:
@@ -131,6 +147,7 @@ def test_no_watchdog_at_the_prompt_of_a_debugger(rack, monkeypatch):
     assert (cpu.fault, cpu.scan) == (None, 3)
 
 
+@pytest.mark.usefixtures("ticks")
 def test_a_real_debugger_stops_the_timer(rack, monkeypatch):
     """A script of commands for pdb, one of which lasts longer than the watchdog."""
     commands = io.StringIO("import time\ntime.sleep(0.3)\ncontinue\n")
@@ -147,9 +164,9 @@ def test_a_real_debugger_stops_the_timer(rack, monkeypatch):
     assert (cpu.fault, cpu.scan, commands.read()) == (None, 3, "")
 
 
-def test_without_a_timer_a_scan_with_a_breakpoint_has_no_limit(rack, monkeypatch):
+def test_in_another_thread_a_scan_with_a_breakpoint_has_no_limit(rack, monkeypatch):
     prompt = debugger(scripted_clock(monkeypatch))
-    monkeypatch.setattr(pace, "_timer_usable", lambda: False)
+    monkeypatch.setattr(pace, "_in_main_thread", lambda: False)
     monkeypatch.setattr(sys, "breakpointhook", prompt)
     signal.signal(signal.SIGALRM, signal.SIG_IGN)
     try:

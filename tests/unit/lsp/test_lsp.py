@@ -139,7 +139,7 @@ def line_of(text: str, part: str) -> int:
 
 
 def test_mistakes_of_unsaved_rungs_are_at_their_lines(client: Client, feeder: Path) -> None:
-    text = feeder.read_text()
+    text = feeder.read_text(encoding="utf-8")
     assert client.show(feeder) == []
     wrong = text.replace("XIC(Feeding)XIO(OutGo)OTE", "XIC(Feeding)XIO(OutGoo)OTE")
     ((line, rule, said),) = client.show(feeder, wrong)
@@ -148,21 +148,23 @@ def test_mistakes_of_unsaved_rungs_are_at_their_lines(client: Client, feeder: Pa
     ((line, rule, said),) = client.show(feeder, text.replace("TAG Awake", "TAG Spare : DINT\nTAG Awake"))
     assert (line, rule) == (line_of(text, "TAG Awake"), "unused-tag")
     assert client.show(feeder, text) == []
-    assert feeder.read_text() == text
+    assert feeder.read_text(encoding="utf-8") == text
 
 
 def test_a_rack_file_has_all_its_mistakes_and_is_checked_with_an_unsaved_program(
     client: Client, feeder: Path
 ) -> None:
     rack = feeder.with_suffix(".toml")
-    text = rack.read_text()
+    text = rack.read_text(encoding="utf-8")
     wrong = text.replace('"home"', '"hme"').replace("scan_ms = 2", "scan_ms = -2")
     assert [line for line, _, _ in client.show(rack, wrong)] == [
         line_of(wrong, "scan_ms"),
         line_of(wrong, '"hme"'),
     ]
     assert client.show(rack, text) == []
-    client.show(feeder, feeder.read_text().replace("TAG Awake", "TAG Spare : DINT\nTAG Awake"))
+    client.show(
+        feeder, feeder.read_text(encoding="utf-8").replace("TAG Awake", "TAG Spare : DINT\nTAG Awake")
+    )
     client.tell("textDocument/didSave", textDocument={"uri": rack.as_uri()})
     assert client.marked(rack, client.versions[rack]) == []  # its remark stands in the other file
 
@@ -184,9 +186,9 @@ def test_test_routines_are_built_with_the_program_of_their_rack(client: Client, 
     assert client.show(tests, text) == []
     ((line, rule, said),) = client.show(tests, text.replace("ASSERT(Homing)", "ASSERT(Hoping)"))
     assert (line, rule) == (3, "read")
-    assert "there is no tag Hoping" in said
+    assert "no tag Hoping" in said
     ((line, _, said),) = client.show(tests, "\nTEST feeder.toml\nTAG A : BOOL\n")
-    assert (line, said) == (2, "there is no routine whose name begins with test_")
+    assert (line, said) == (2, "no routine whose name begins with test_")
 
 
 PYTHON = """\
@@ -208,7 +210,7 @@ def test_opening_a_file_of_a_stranger_runs_nothing(client: Client, tmp_path: Pat
         "line.rung": "PROGRAM a\nTAG Go : BOOL\nROUTINE Main\nXIC(Go)OTE(Go);\nEND\n",
         "racked.py": f"{PYTHON}\ndef rack(): ...\n",
     }.items():
-        (tmp_path / name).write_text(text)
+        (tmp_path / name).write_text(text, encoding="utf-8")
     for each in sorted(tmp_path.iterdir()):
         client.show(each)
     assert not (tmp_path / "ran").exists()
@@ -220,8 +222,8 @@ def test_a_trusted_folder_runs_its_program_in_a_process_of_its_own(
 ) -> None:
     monkeypatch.setattr(launcher, "subprocess", subprocess)  # a thread of a forked process has no others
     program, rack = tmp_path / "line.py", tmp_path / "line.toml"
-    rack.write_text(RACK)
-    program.write_text("raise SystemError('saved')\n")
+    rack.write_text(RACK, encoding="utf-8")
+    program.write_text("raise SystemError('saved')\n", encoding="utf-8")
     ((line, _, said),) = trusting.show(program, PYTHON + "\nsays = 1 / 0\n")
     assert (tmp_path / "ran").exists()
     assert "division by zero" in said
@@ -229,7 +231,7 @@ def test_a_trusted_folder_runs_its_program_in_a_process_of_its_own(
 
 
 def test_what_an_instruction_and_a_tag_mean(client: Client, feeder: Path) -> None:
-    text = feeder.read_text()
+    text = feeder.read_text(encoding="utf-8")
     client.show(feeder)
     said = client.at("hover", feeder, text, "IN_ESTOP)TO")["contents"]["value"]
     assert "TON(Timer, Preset, Accum)" in said
@@ -240,7 +242,7 @@ def test_what_an_instruction_and_a_tag_mean(client: Client, feeder: Path) -> Non
 
 
 def test_completion_of_rungs_offers_instructions_tags_and_members(client: Client, feeder: Path) -> None:
-    text = feeder.read_text() + "XIC("
+    text = feeder.read_text(encoding="utf-8") + "XIC("
     client.show(feeder, text)
     offered = client.offered(feeder, text, "END\nXIC(")
     assert offered["OutGo"]["detail"] == "BOOL"
@@ -253,7 +255,7 @@ def test_completion_of_rungs_offers_instructions_tags_and_members(client: Client
 
 def test_completion_of_a_rack_file_offers_keys_and_values(client: Client, feeder: Path) -> None:
     rack = feeder.with_suffix(".toml")
-    text = rack.read_text()
+    text = rack.read_text(encoding="utf-8")
     client.show(rack)
     assert client.offered(rack, text, "run_for_s = 20\n").keys() >= {"scan_ms", "slot", "axes"}
     assert client.offered(rack, text, 'module = "').keys() >= {'"amci3601"', '"1762-IQ16"'}

@@ -1,4 +1,4 @@
-"""The extension of VS Code: what it names exists, its schema is ours, and its grammars colour all."""
+"""The extension of VS Code: what it names exists, its schema is ours, and its grammars color all."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ IF Delay.DN THEN Level[0] [:=] 16#FF; END_IF;
 
 
 def colours(folder: Path, scope: str, *files: Path) -> list[tuple[int, str, str]]:
-    """Return line, text and innermost scope of each token, as VS Code colours it."""
+    """Return line, text and innermost scope of each token, as VS Code colors it."""
     node = shutil.which("node")
     if node is None:
         pytest.skip("node is not installed")
     words = [node, str(READER), str(folder), scope, *map(str, files)]
-    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    done = subprocess.run(words, capture_output=True, text=True, check=False, encoding="utf-8")
     if done.returncode == MISSING:
         pytest.skip(
             "vscode-textmate and vscode-oniguruma are not installed where node finds them (NODE_PATH)"
@@ -69,7 +69,7 @@ def test_what_the_description_names_is_there() -> None:
 
 def test_its_schema_is_that_of_this_version() -> None:
     written = json.loads((FOLDER / "rack.schema.json").read_text("utf-8"))
-    assert written == rack_schema(draft4=True), "in editors/vscode: scanrack schema --draft4 --write"
+    assert written == rack_schema(draft4=True), "python -m tests.tools.generate schema"
 
 
 def test_it_is_not_in_the_wheel() -> None:
@@ -82,7 +82,7 @@ def test_npm_packs_it() -> None:
     if npm is None:
         pytest.skip("npm is not installed")
     words = [npm, "pack", "--dry-run", "--json", "--offline"]
-    done = subprocess.run(words, cwd=FOLDER, capture_output=True, text=True, check=True)
+    done = subprocess.run(words, cwd=FOLDER, capture_output=True, text=True, check=True, encoding="utf-8")
     (packed,) = json.loads(done.stdout)
     names = {each["path"] for each in packed["files"]}
     assert {path.removeprefix("./") for path in paths(PACKAGE)} <= names
@@ -108,8 +108,8 @@ def test_rungs_have_colours() -> None:
 @pytest.mark.slow
 def test_steps_and_structured_text_have_colours(tmp_path: Path) -> None:
     steps, block = tmp_path / "a.steps", tmp_path / "b.st"
-    steps.write_text(STEPS)
-    block.write_text(BLOCK)
+    steps.write_text(STEPS, encoding="utf-8")
+    block.write_text(BLOCK, encoding="utf-8")
     found = colours(FOLDER / "syntaxes", "source.steps", steps)
     assert [text for _, text, scope in found if scope == "source.steps"] == []
     first = {text: scope for _, text, scope in reversed(found)}

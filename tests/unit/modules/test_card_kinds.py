@@ -71,6 +71,41 @@ def test_terminals_may_be_any_bits_of_words() -> None:
         GenericCard(CardOptions(inputs={"odd": 3}), kind)
 
 
+BOTH = CardKind("6 and 20", inputs=(0x003F,), outputs=(0xFFFF, 0x000F), echo=True, echo_at=2)
+"""Six inputs in word 0, nothing in word 1, and the echo of 20 outputs in words 2 and 3."""
+
+
+@pytest.mark.parametrize("kind", [*KINDS.values(), BOTH], ids=lambda kind: kind.name)
+def test_inputs_and_echoed_outputs_show_together(kind: CardKind) -> None:
+    """All inputs are on and every output word is written: neither hides the other, in either mode."""
+    numbers = range(kind.channels_in) if kind.analog else terminals_in(kind.inputs)
+    module = GenericCard(CardOptions(inputs={f"in{at}": at for at in numbers}), kind)
+    for at in numbers:
+        if kind.analog:
+            module.set_value(f"in{at}", 100 + at)
+        else:
+            module.set_input(f"in{at}", True)
+    written = [0x1234, 0x5678, 0x0F0F, 0x00FF, 0, 0, 0, 0]
+    read = [*range(100, 100 + kind.channels_in)] if kind.analog else [*kind.inputs]
+    for running in (True, False):
+        module.plc_run(running)
+        in_force = [word & mask for word, mask in zip(written, kind.outputs, strict=False)]
+        in_force = (written[: kind.channels_out] if kind.analog else in_force) if kind.echo else []
+        shown = [*read, *[0] * 8][:8]
+        shown[kind.echo_at : kind.echo_at + len(in_force)] = in_force if running else [0] * len(in_force)
+        assert [word & 0xFFFF for word in module.update(0, Image(written))] == shown
+
+
+def test_the_echo_of_a_card_with_inputs_has_words_names_and_terminals_of_its_own() -> None:
+    assert BOTH.shown == (0x003F, 0, 0xFFFF, 0x000F)
+    assert dict(BOTH.members())["ReadBack"] == ("I", 2, None)
+    words = CardOptions(inputs={"start": 5}, outputs={"lamp": 17}).words(BOTH)
+    assert words.terminals_instead("I", 0, 6) == "inputs 0 to 5, 32 to 51"
+    assert [words.terminals_instead("I", 0, 5), words.terminals_instead("I", 3, 3)] == ["", ""]
+    with pytest.raises(ValueError, match="both: echo_at = 0: words 0 to 1 are inputs"):
+        CardKind("both", inputs=(0xFFFF, 0x00FF), outputs=(0xFFFF,), echo=True)
+
+
 def test_an_analog_input_and_an_output_of_one_number_are_two_channels() -> None:
     """Channel 0 of either image: 4 to 20 mA come in, 0 to 10 V go out, each with range bits of its own."""
     kind = CardKind(
@@ -118,7 +153,7 @@ def test_terminal_20_is_bit_20_of_a_dint_and_bit_4_of_word_1() -> None:
     words = {2: words_of("1769-IQ32", wired(gate=20))}
     for text in ("Local:2:I.Data.20", "I:2.1/4", "Local:2:I.Data[1].4", "slot2.input.gate"):
         assert parse_address(text, words) == Address(2, "I", 1, 4)
-    with pytest.raises(ValueError, match="there is no bit 32, bits are 0 to 31"):
+    with pytest.raises(ValueError, match="no bit 32, bits are 0 to 31"):
         parse_address("Local:2:I.Data.32", words)
     with pytest.raises(ValueError, match="has 32 bits"):
         parse_address("Local:2:I.Data", words)
@@ -190,7 +225,7 @@ def test_a_compact_output_card_repeats_the_outputs_in_force() -> None:
         (
             "1769-IQ16",
             {"inputs": {"a": 0}, "cam": [{"input": "a", "slot": 1, "switch": "hom"}]},
-            "there is no switch 'hom'",
+            "no switch 'hom'",
         ),
         (
             "1769-IQ16",
@@ -273,7 +308,7 @@ def test_a_cam_is_closed_while_the_shaft_is_in_its_range(module: str) -> None:
 
 
 def test_a_card_sees_a_switch_of_the_machine_in_the_instant_of_the_scan() -> None:
-    """Capture is energised from 41.3 to 61.3 ms: in the scans at 42 to 60 ms, which are 21 to 30."""
+    """Capture is energized from 41.3 to 61.3 ms: in the scans at 42 to 60 ms, which are 21 to 30."""
     shown = [each[2] >> 4 & 1 for each in images(1)]
     assert [scan for scan, level in enumerate(shown) if level] == list(range(21, 31))
 

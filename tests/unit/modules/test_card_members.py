@@ -7,8 +7,11 @@ from pathlib import Path
 
 import pytest
 from scanrack.io_images.addresses import parse_address
-from scanrack.io_images.cards import KINDS, MEMBERS, member_of
+from scanrack.io_images.cards import KINDS, MEMBERS, CardKind, member_of
 from scanrack.jobs.bench.opening import open_bench
+from scanrack.ladder.model.operands import Place
+from scanrack.ladder.model.resolver import Resolver
+from scanrack.ladder.model.tags import Layout
 from scanrack.runtime.modules.cards.options import CardOptions
 from scanrack.traces.query import query
 from scanrack.traces.read.reader import open_trace
@@ -72,13 +75,27 @@ def test_addresses_of_members() -> None:
     }.items():
         assert str(parse_address(text, words)) == place
     for text, says in {
-        "Local:2:I.ReadBack.32": "there is no bit 32, bits are 0 to 31",
-        "Local:4:I.Ch2DataEcho.16": "there is no bit 16, bits are 0 to 15",
+        "Local:2:I.ReadBack.32": "no bit 32, bits are 0 to 31",
+        "Local:4:I.Ch2DataEcho.16": "no bit 16, bits are 0 to 15",
         "Local:3:I.Ch1Overrang": "did you mean Ch1Overrange?",
         "Local:3:I.Ch1Overrange.1": "nothing can follow a bit",
     }.items():
         with pytest.raises(ValueError, match=re.escape(says)):
             parse_address(text, words)
+
+
+def test_a_read_back_behind_inputs_has_the_same_word_in_addresses_and_in_rungs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Bit 18 of an echo in words 2 and 3 is bit 2 of word 3."""
+    kind = CardKind("both", inputs=(0x003F,), outputs=(0xFFFF, 0x000F), echo=True, echo_at=2)
+    monkeypatch.setitem(MEMBERS, kind.name, tuple(kind.members()))
+    words = {2: CardOptions().words(kind)}
+    assert str(parse_address("Local:2:I.ReadBack.18", words)) == "Local:2:I.Data[3].2"
+    assert str(parse_address("Local:2:I.ReadBack", words)) == "Local:2:I.Data[2]"
+    place = Resolver(Layout([], cards={2: kind.name})).named("Local:2:I.ReadBack.18")
+    assert isinstance(place, Place)
+    assert place.address == "Local:2:I.Data[3].2"
 
 
 PROGRAM = """PROGRAM members

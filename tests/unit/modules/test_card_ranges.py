@@ -43,7 +43,7 @@ A = {"inputs": {"a": 0}}
             r"a 1762-OF4 has 0..10 V, 4..20 mA, 0..20",
         ),
         ("1769-IQ16", {**A, "ranges": {"a": "0..5 V"}}, "a 1769-IQ16 has no channels"),
-        ("1769-IF4", {**A, "ranges": {"b": "0..5 V"}}, "there is no channel 'b': channels are a"),
+        ("1769-IF4", {**A, "ranges": {"b": "0..5 V"}}, "no channel 'b': channels are a"),
         ("1769-IF4", {**A, "formats": {"a": "raw"}}, "formats: 'a' has no range: name one in ranges"),
         (
             "1762-IF4",
@@ -58,12 +58,12 @@ A = {"inputs": {"a": 0}}
         (
             "1769-IF4",
             {**A, "ranges": {"a": "4..20 mA"}, "timeline": at(31)},
-            "'a': 31 mA is not a signal of it: allowed are -30 to 30",
+            "'a': 31 mA is not a signal of it: must be -30 to 30",
         ),
         (
             "1769-IF4",
             {**A, "timeline": at(1.5)},
-            "1.5 is not a word: allowed are -32768 to 32767, or V and mA",
+            "1.5 is not a word: must be -32768 to 32767, or V and mA",
         ),
     ],
 )
@@ -78,7 +78,7 @@ def test_a_value_of_a_test_is_checked_too() -> None:
     module.set_value("b", 6240)
     assert list(module.update(0, Image()))[:2] == [31_206, 6240]
     for name, value in (("a", 31), ("b", 0.5), ("b", 40_000)):
-        with pytest.raises(ValueError, match="allowed are"):
+        with pytest.raises(ValueError, match="must be"):
             module.set_value(name, value)
 
 
@@ -128,8 +128,8 @@ END
 
 
 def test_a_program_reads_number_and_range_bits_and_a_trace_names_them(tmp_path: Path) -> None:
-    (tmp_path / "rack.toml").write_text(RACK)
-    (tmp_path / "tank.rung").write_text(RUNGS)
+    (tmp_path / "rack.toml").write_text(RACK, encoding="utf-8")
+    (tmp_path / "tank.rung").write_text(RUNGS, encoding="utf-8")
 
     def scanrack(*words: object) -> str:
         result = CliRunner().invoke(build(), [str(word) for word in words])
@@ -145,8 +145,8 @@ def test_a_program_reads_number_and_range_bits_and_a_trace_names_them(tmp_path: 
 
 
 def test_a_test_gives_an_input_a_value(tmp_path: Path) -> None:
-    (tmp_path / "rack.toml").write_text(RACK)
-    (tmp_path / "tank.rung").write_text(RUNGS)
+    (tmp_path / "rack.toml").write_text(RACK, encoding="utf-8")
+    (tmp_path / "tank.rung").write_text(RUNGS, encoding="utf-8")
     with open_bench(tmp_path / "rack.toml") as bench:
         bench.scan(2)
         assert not bench["Alarm"]
@@ -162,8 +162,8 @@ def test_a_test_gives_an_input_a_value(tmp_path: Path) -> None:
 
 def test_a_module_without_analog_inputs_says_so(tmp_path: Path) -> None:
     slot = "[[slot]]\nnumber = 1\nmodule = 'amci3601'\n"
-    (tmp_path / "rack.toml").write_text(RACK.partition("[[slot]]")[0] + slot)
-    (tmp_path / "tank.rung").write_text(RUNGS.replace("I:2", "I:1"))
+    (tmp_path / "rack.toml").write_text(RACK.partition("[[slot]]")[0] + slot, encoding="utf-8")
+    (tmp_path / "tank.rung").write_text(RUNGS.replace("I:2", "I:1"), encoding="utf-8")
     with open_bench(tmp_path / "rack.toml") as bench, pytest.raises(ValueError, match="has no analog inputs"):
         bench.slot[1].set_value("level", 1)
 

@@ -32,7 +32,7 @@ PRESS = "timeline = [{ at_ms = 10, input = 'start'%s }, { at_ms = 20, input = 's
     [
         (('firmware = "3.0"',), 'firmware = "3.0": a 1769-IQ16 has no firmware here: leave the key out'),
         (options(PRESS % ""), "'start' is operated at 20 ms, and it is already, from 10 ms for good"),
-        (options(PRESS % ", for_ms = 11"), "it is already, from 10 ms until 21 ms: allowed is one at a time"),
+        (options(PRESS % ", for_ms = 11"), "it is already, from 10 ms until 21 ms: presses must not overlap"),
         (options("outputs = { start = 0 }"), "'start' is the name of an input and of an output"),
         (
             options('cam = [{ input = "start", slot = 1, switch = "cw_limit" }]'),
@@ -53,7 +53,7 @@ def test_presses_one_after_the_other_and_a_switch_that_is_there_are_taken(tmp_pa
 
 @pytest.mark.parametrize("head", ['program = "x.rung"\ncontroller = "micrologix"', 'program = "x.SLC"'])
 def test_a_1769_card_does_not_fit_a_micrologix(tmp_path: Path, head: str) -> None:
-    says = 'module = "1769-IQ16": this card does not fit a MicroLogix: allowed are 1762-IQ8, 1762-IQ16'
+    says = 'module = "1769-IQ16": this card does not fit a MicroLogix; choose from 1762-IQ8, 1762-IQ16'
     with pytest.raises(RackFileError, match=re.escape(says)):
         load_rack_file(rack(tmp_path, head=head))
     load_rack_file(rack(tmp_path, head=head, module="1762-IQ16"))
@@ -61,6 +61,6 @@ def test_a_1769_card_does_not_fit_a_micrologix(tmp_path: Path, head: str) -> Non
 
 @pytest.mark.parametrize("head", ['program = "x.rung"\ncontroller = "compactlogix"', 'program = "x.L5X"'])
 def test_a_1762_card_does_not_fit_a_compactlogix(tmp_path: Path, head: str) -> None:
-    with pytest.raises(RackFileError, match=re.escape("does not fit a CompactLogix: allowed are 1769-IQ16")):
+    with pytest.raises(RackFileError, match=re.escape("does not fit a CompactLogix; choose from 1769-IQ16")):
         load_rack_file(rack(tmp_path, head=head, module="1762-IQ8"))
     load_rack_file(rack(tmp_path, head=head))

@@ -15,7 +15,7 @@ from scanrack.runtime.modules.amci3601 import Amci3601, Amci3601Options
         ({"input_scan": 250}, r"option input_scan: .* no such option; did you mean input_scan_us\?"),
         (
             {"turbo": True},
-            r"option turbo: .* no such option; allowed are input_scan_us, .*, home_reversal_dwell_ms",
+            r"option turbo: .* no such option; choose from input_scan_us, .*, home_reversal_dwell_ms",
         ),
         ({"input_scan_us": 49}, "option input_scan_us: 49 is out of range: 50 to 250000"),
         ({"input_scan_us": 250_001}, "option input_scan_us: 250001 is out of range: 50 to 250000"),

@@ -85,3 +85,19 @@ def test_what_does_not_fit_is_refused_and_changes_nothing(
     assert status in (0x10, 0xF0)
     assert {path: value for path, value in memory.snapshot().items() if path in before} == before
     assert client.rack.debugger.tags["T4:0.PRE"] == 500
+
+
+def test_a_field_goes_on_in_the_next_element_of_a_file_of_timers(client: Client) -> None:
+    """From the preset of the first timer: two words of it, then the three words of the second."""
+    first, second = (execute(client, READ, size, 4, 0x86, *at)[1] for size, at in ((4, (0, 1)), (6, (1, 0))))
+    assert second[2:] == bytes.fromhex("1400 0300")
+    assert execute(client, READ, 10, 4, 0x86, 0, 1) == (0, first + second)
+
+
+@pytest.mark.parametrize(("command", "function"), [(0x06, 0x00), (0x0F, 0x03)])
+def test_only_function_3_of_command_6_is_the_status_of_the_processor(
+    client: Client, command: int, function: int
+) -> None:
+    asked = message(0x4B, b"\x20\x67\x24\x01", REQUESTOR + struct.pack("<BBHB", command, 0, 9, function))
+    _, reply = client.ask(asked)
+    assert reply[len(REQUESTOR) :] == bytes((command | 0x40, 0x10, 9, 0))  # 10h: illegal command

@@ -183,7 +183,7 @@ def test_a_row_without_a_place_is_named(bench: Bench) -> None:
     assert made.problems == [
         "[server.modbus] coils[0], tag aDint: its type is DINT: coils take BOOL",
         "[server.modbus] coils[1], tag Flags: it takes 64 addresses from 65500 on: the last one is 65535",
-        "[server.modbus] holding_registers[0], tag Missing: there is no tag 'Missing'",
+        "[server.modbus] holding_registers[0], tag Missing: no tag 'Missing'",
         "[server.modbus] holding_registers[1], tag aBool: its type is BOOL: holding_registers take an "
         "integer or a REAL",
         "[server.modbus] holding_registers[2], tag Fill: its type is TIMER: give a member of it",
@@ -216,3 +216,9 @@ def test_data_files_are_mapped_by_their_addresses(tmp_path: Path) -> None:
 def test_other_bytes_end_the_client(bench: Bench) -> None:
     with pytest.raises(BrokenClientError):
         ModbusSession(bench.map).receive(b"GET / HTTP/1.1\r\n")
+
+
+def test_a_mask_reaches_the_second_register_of_a_value(bench: Bench) -> None:
+    """Register 1 has the low word of aDint, which is 123,456 = 1 E240h."""
+    assert bench.ask(struct.pack(">BHHH", 0x16, 1, 0, 5)) == struct.pack(">BHHH", 0x16, 1, 0, 5)
+    assert (bench.words(3, 0, 2), bench.tags["aDint"]) == ((1, 5), 0x10005)

@@ -23,17 +23,18 @@ OPTIONS = [
 COMMAND_NAMES = {words.split()[-1] for words, _ in OPTIONS}
 OPTION = re.compile(r"(?<![\w-])--[a-z][\w-]*")
 QUOTED = re.compile(r"""["'](?:scanrack )?([a-z]\w*)\b""")
+MODULES = {"pcl601": ".wire.pcl601", "pmc006": ".wire.pmc006", "list": ".wire.discovery"}
+"""Where a group within a group stands."""
+
 SHARED = {"--json", "--quiet", "--replace"}
 """Options declared once for many commands."""
 
 UNTRIED = {
     "compare --tolerance-counts",
-    "pcl601 home --type",
-    "plot --title",
-    "pmc006 set --save",
+    "device pcl601 home --type",
+    "device pmc006 set --save",
     "replay --tolerance-counts",
     "serve --ascii",
-    "serve --machine",
     "serve --pin",
     "serve --start",
     "watch --open",
@@ -49,7 +50,7 @@ def test_the_page_has_every_command_and_option() -> None:
 
 
 def test_an_option_that_the_page_lacks_is_named() -> None:
-    row = "| `--limit` | Most rows and most events to print. | all |"
+    row = "| `--limit` | Maximum rows and events. | all |"
     assert missing(page().replace(f"{row}\n", "", 1)) == [f"missing: scanrack show TRACE: {row}"]
 
 
@@ -75,7 +76,9 @@ def given_in_tests() -> list[tuple[set[str], set[str]]]:
 
 def tried(words: str, option: str) -> bool:
     """Whether a test gives an option to its command."""
-    command = {words.split()[-1], resolve_name(COMMANDS[words.split()[0]].module, "scanrack.commands")}
+    first, *within = words.split()
+    module = COMMANDS[first].module if not within else MODULES.get(within[0], COMMANDS[first].module)
+    command = {words.split()[-1], resolve_name(module, "scanrack.commands")}
     return any(option in options and command & commands for options, commands in given_in_tests())
 
 

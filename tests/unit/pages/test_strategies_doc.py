@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from amounts import amount
+from hypothesis import settings
 from scanrack.io_images import strategies as images
 
 TEXT = (Path(__file__).parents[3] / "docs" / "strategies.md").read_text(encoding="utf-8")
@@ -37,7 +39,7 @@ def test_examples_of_the_page_hold(page, name):
 
 def test_the_broken_gateway_of_the_page_is_found_out(page):
     with pytest.raises(AssertionError) as caught:
-        page["test_the_gateway"]()
+        settings(max_examples=amount(100))(page["test_the_gateway"])()
     notes = "".join(caught.value.__notes__)
     found = re.search(r"Image\(\[(.*?)\]\)", notes)
     assert found is not None

@@ -35,9 +35,9 @@ END
 
 @pytest.fixture
 def job(tmp_path: Path) -> Job:
-    (tmp_path / "doors.rung").write_text(DOORS)
+    (tmp_path / "doors.rung").write_text(DOORS, encoding="utf-8")
     slot = '[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
-    (tmp_path / "doors.toml").write_text(f'program = "doors.rung"\nscan_ms = 10\n{slot}')
+    (tmp_path / "doors.toml").write_text(f'program = "doors.rung"\nscan_ms = 10\n{slot}', encoding="utf-8")
     return load_job(str(tmp_path / "doors.toml"))
 
 

@@ -68,10 +68,10 @@ class Shown:
 def of_a_run(scan_ms, folder):
     """The images of a feeder behind a CompactLogix, its emergency stop pressed in a stroke."""
     (folder / "feeder.rung").write_bytes((FEEDER / "feeder.rung").read_bytes())
-    text = (FEEDER / "feeder.toml").read_text()
+    text = (FEEDER / "feeder.toml").read_text(encoding="utf-8")
     head = f'controller = "compactlogix"\nrpi_ms = 3\nscan_ms = {scan_ms}'
     text = text.replace("scan_ms = 2", head).replace("at_s = 8.0", "at_s = 1.0")
-    (folder / "feeder.toml").write_text(text)
+    (folder / "feeder.toml").write_text(text, encoding="utf-8")
     with ExitStack() as ports:
         run = JobRun(load_job(str(folder / "feeder.toml")), ports, RunOptions())
         images = Images(run.cpu.rack.slots[1])
@@ -106,15 +106,17 @@ def test_outputs_wait_for_one_exchange_and_count_in_the_next():
 
 
 def verdict_of(rack, folder):
-    (folder / "remembers.rung").write_text(REMEMBERS)
+    (folder / "remembers.rung").write_text(REMEMBERS, encoding="utf-8")
     lost = "axis.command.ABSOLUTE_MOVE AND axis.status.POSITION_INVALID"
     claim = f'[[prove.property]]\nname = "lost"\nnever = "{lost}"\n'
-    (folder / "rack.toml").write_text(f'program = "remembers.rung"\n{rack}\n{claim}{MODULE}')
+    (folder / "rack.toml").write_text(
+        f'program = "remembers.rung"\n{rack}\n{claim}{MODULE}', encoding="utf-8"
+    )
     subject = subject_of(str(folder / "rack.toml"))
     return prove(subject.problem, subject.program.properties[0].bit)
 
 
-AT_RPI = 'controller = "compactlogix"\nrpi_ms = 5\nscan_ms = 2\n[prove]\nscan_ms = '
+AT_RPI = 'controller = "compactlogix"\nrpi_ms = 5\nscan_ms = 2\n[prove]\nhappens = []\nscan_ms = '
 
 
 def test_scans_up_to_the_rpi_prove_what_needs_two_images(tmp_path):

@@ -12,7 +12,7 @@ from scanrack.ladder.prove.claims import Claim, ClaimKind
 from scanrack.ladder.prove.contracts import KeptBy
 from scanrack.ladder.prove.induction import VerdictKind, prove
 from scanrack.ladder.prove.monitors import monitored
-from scanrack.ladder.prove.system import ProgramSystem
+from scanrack.ladder.prove.system import RUN_ONLY, Happenings, ProgramSystem
 
 pytestmark = pytest.mark.extra("prove")
 
@@ -31,15 +31,31 @@ END
 """Keeps Homed until one of the bits with which a position is lost: chapter 6, Position Invalid 1 to 6."""
 
 
-def problem(text, contracts):
+def problem(text, contracts, happenings=RUN_ONLY):
     """The program with the claim, and the place of its bit."""
     made = monitored(parse_program(text), [Claim("lost", ClaimKind.NEVER, LOST)])
-    return ProgramSystem(made.program, contracts=[KeptBy(1, tuple(contracts))]), made.properties[0].bit
+    kept = [KeptBy(1, tuple(contracts))]
+    return ProgramSystem(made.program, contracts=kept, happenings=happenings), made.properties[0].bit
 
 
 def test_a_position_that_is_remembered_as_valid_is_proved_with_the_contracts_only():
     assert prove(*problem(REMEMBERS, contracts_of())).kind is VerdictKind.PROVED
     assert prove(*problem(REMEMBERS, ())).kind is VerdictKind.REFUTED
+
+
+def test_a_latch_outlives_program_mode_in_which_the_position_is_lost():
+    verdict = prove(*problem(REMEMBERS, contracts_of(), Happenings()))
+    assert verdict.kind is VerdictKind.REFUTED
+    assert verdict.scans[-1].turned
+
+
+def test_a_module_that_has_lost_its_link_keeps_no_contract():
+    lost = Happenings.of(["lost link"])
+    assert prove(*problem(REMEMBERS, contracts_of(), lost)).kind is VerdictKind.REFUTED
+    without_memory = REMEMBERS.replace(
+        "XIC(Homed)XIC(Go)", "XIC(Homed)XIO(axis.status.POSITION_INVALID)XIC(Go)"
+    )
+    assert prove(*problem(without_memory, contracts_of(), lost)).kind is VerdictKind.PROVED
 
 
 @pytest.mark.parametrize("bit", ["STOPPED", "HOME_INVALID", "CONFIG_ERROR", "MODE_CONFIG"])
@@ -90,6 +106,7 @@ def test_contracts_count_only_where_their_inputs_decide():
         "TAG Go", "TAG Blink : BOOL\nTAG Go"
     )
     made = monitored(parse_program(text), [Claim("blink", ClaimKind.NEVER, "Blink AND old(Blink)")])
-    asked = ProgramSystem(made.program, contracts=[KeptBy(1, contracts_of())])
+    kept = [KeptBy(1, contracts_of())]
+    asked = ProgramSystem(made.program, contracts=kept, happenings=RUN_ONLY)
     verdict = prove(asked, made.properties[0].bit)
     assert (verdict.kind, verdict.values) == (VerdictKind.PROVED, 2)

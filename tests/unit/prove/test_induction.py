@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from importlib.metadata import version
+
 import pytest
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.model.errors import LadderError
@@ -44,14 +46,25 @@ def test_a_run_beyond_the_limit_of_scans_is_unknown() -> None:
     assert (verdict.kind, verdict.blame) == (VerdictKind.UNKNOWN, ("the limit of 8 scans",))
 
 
-def test_the_limit_of_steps_is_named() -> None:
+def test_the_fuse_is_named_with_the_version_of_the_solver() -> None:
     system, _ = counter(100)
     a, b = (var(name, INT, 2, 2**20) for name in "ab")
     from scanrack.ladder.prove.algebra.numbers import mul
 
     hard = and_(eq(mul(a, b), const(1_048_573 * 1_048_571)), lt(a, const(1_048_571)))
-    verdict = prove(system, hard, Limits(steps=30))
-    assert (verdict.kind, verdict.blame) == (VerdictKind.UNKNOWN, ("the limit of steps, in scan 1",))
+    verdict = prove(system, hard, Limits(fuse=0))
+    said = f"the solver's fuse (bitwuzla {version('bitwuzla')}), in scan 1"
+    assert (verdict.kind, verdict.blame) == (VerdictKind.UNKNOWN, (said,))
+
+
+def test_the_limit_of_work_is_named() -> None:
+    """Work is what the relation asks: the same with every version of the solver."""
+    system, _ = counter(100)
+    bad = eq(system.next["n"], const(50))
+    enough = prove(system, bad, Limits(scans=8, k=2)).work
+    verdict = prove(system, bad, Limits(scans=8, k=2, work=enough // 2))
+    assert (verdict.kind, len(verdict.blame)) == (VerdictKind.UNKNOWN, 1)
+    assert verdict.blame[0].startswith("the limit of work, in scan ")
 
 
 def test_invariants_prove_what_induction_alone_does_not() -> None:

@@ -96,7 +96,16 @@ def test_a_bit_that_the_program_only_clears_is_set_from_outside(tmp_path):
     ]
 
 
+LONG = {
+    *("two_axes.rung", "blend.rung", "drill.rung", "indexer.rung", "blocks_st.rung", "boolsteps.rung"),
+    *("jog.rung", "label.rung", "blocks.rung", "bits.rung", "regulator.rung"),
+}
+"""Programs that take ten seconds or more: `.ci/long` has them."""
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in SOUND if not name.endswith(".py")])
-def test_nothing_is_proved_of_a_sound_program(name, tmp_path):
+def test_nothing_is_proved_of_a_sound_program(name, tmp_path, request):
+    if name in LONG and not request.config.getoption("--long"):
+        pytest.skip("with --long")
     assert check(tmp_path, name, SOUND[name], prover=verdicts).findings == ()

@@ -64,10 +64,11 @@ END
 def test_a_consumed_tag_that_a_rung_clears_comes_anew(tmp_path, monkeypatch):
     """What a producer sends before each scan is not what the last one has left."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "line.rung").write_text(CONSUMER)
+    (tmp_path / "line.rung").write_text(CONSUMER, encoding="utf-8")
     (tmp_path / "line.toml").write_text(
         'program = "line.rung"\n[stubs]\nIn = { value = { Count = 5 } }\n'
-        '[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n'
+        '[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n',
+        encoding="utf-8",
     )
     result = CliRunner().invoke(build(), ["prove", "line.toml"])
     assert "proved" not in result.stdout.splitlines()[0], result.stdout

@@ -150,7 +150,7 @@ def test_a_loop_under_a_condition_has_a_known_end() -> None:
 
 
 def test_rows_take_numbers_and_truths_by_the_machine() -> None:
-    """`int` and `bool` of a symbol are refused: what a row asks that way would not be modelled."""
+    """`int` and `bool` of a symbol are refused: what a row asks that way would not be modeled."""
     refused = re.compile(r"\b(?:int|bool|float)\((?:self\._)?machine\.(?:get|memory\.read)\(")
     rows = Path(instructions.__file__).parent.rglob("*.py")
     found = [

@@ -4,13 +4,24 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterator
 from random import Random
 from typing import Any
 
 import pytest
 from relation import Relation
-from relation_rows import BLOCKS, HAVOCKED, OUT, ROWS, SLC_HAVOCKED, SLC_OUT, SLC_ROWS, logix, slc
+from relation_rows import (
+    BLOCKS,
+    HAVOCKED,
+    OUT,
+    ROWS,
+    SLC_HAVOCKED,
+    SLC_OUT,
+    SLC_ROWS,
+    groups,
+    logix,
+    slc,
+    texts,
+)
 from scanrack.ladder.instructions import NAMES, SPECS
 from scanrack.ladder.instructions.slc.rows import SLC_SPECS
 from scanrack.ladder.prove.relation.machine import ScanMachine
@@ -18,20 +29,7 @@ from scanrack.ladder.prove.relation.symbols import UnmodelledError
 
 pytestmark = pytest.mark.slow  # together they take seconds
 
-GROUP = 9
 MOTION = {spec.name for spec in SPECS if "motion" in spec.run.__module__}
-BY_ITSELF = ("TND", "MCR")
-
-
-def groups(table: Any) -> Iterator[tuple[str, ...]]:
-    """Yield names in groups; what leaves the scan stands alone."""
-    names = [name for name in table if name not in BY_ITSELF]
-    yield from (tuple(names[at : at + GROUP]) for at in range(0, len(names), GROUP))
-    yield from ((name,) for name in BY_ITSELF if name in table)
-
-
-def texts(table: Any, names: tuple[str, ...]) -> list[str]:
-    return [text for name in names for text in table[name]]
 
 
 def compared(program: Any, scans: int = 8) -> Relation:

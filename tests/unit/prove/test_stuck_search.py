@@ -48,8 +48,8 @@ inputs = { a = 0, b = 1, c = 2, d = 3 }
 @pytest.fixture
 def setup(tmp_path: Path) -> Setup:
     """A lock: first a alone for 40 ms, then c; then b alone for 60 ms, and d."""
-    (tmp_path / "code.rung").write_text(CODE)
-    (tmp_path / "rack.toml").write_text(RACK)
+    (tmp_path / "code.rung").write_text(CODE, encoding="utf-8")
+    (tmp_path / "rack.toml").write_text(RACK, encoding="utf-8")
     return Setup(str(tmp_path / "rack.toml"), (), (), 200, frozenset(Kind))
 
 

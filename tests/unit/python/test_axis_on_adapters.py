@@ -1,9 +1,9 @@
 """The axis over any module with a 3601's words: the feeder as a sequence, on three hardwares.
 
 The story is that of `tests/unit/adapters/test_feeder_on_three_hardwares.py`, whose program is made of rungs:
-home, two strokes to and fro, an emergency stop in the third, home again. As docs/adapters.md asks, strokes
-end 100 steps off the home switch. An axis takes the round trip of an adapter, 400 ms, from the rack; on the
-3601 the program asks for the same, so that the emergency stop meets the same stroke.
+home, two strokes back and forth, an emergency stop in the third, home again. As docs/adapters.md asks,
+strokes end 100 steps off the home switch. An axis takes the round trip of an adapter, 400 ms, from the rack;
+on the 3601 the program asks for the same, so that the emergency stop meets the same stroke.
 """
 
 from pathlib import Path
@@ -101,5 +101,7 @@ module = "MODULE"
 def test_a_rack_knows_the_round_trip_of_each_slot(controller, module, trip_ms, tmp_path):
     rack = tmp_path / "rack.toml"
     interval = "rpi_ms = 20\n" * (controller == "compactlogix")
-    rack.write_text(interval + RACK.replace("CONTROLLER", controller).replace("MODULE", module))
+    rack.write_text(
+        interval + RACK.replace("CONTROLLER", controller).replace("MODULE", module), encoding="utf-8"
+    )
     assert build_rack(load_spec(str(rack))[0]).slots[1].round_trip_ms == trip_ms

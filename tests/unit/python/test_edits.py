@@ -14,7 +14,9 @@ from scanrack import open_bench
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.load.program import load_program
 from scanrack.jobs.trust.attachments import forget_imported
-from scanrack.ladder.python.online import EditRefusal, Fields, edit_logic
+from scanrack.ladder.python.online.editing import edit_logic
+from scanrack.ladder.python.online.field_plan import EditRefusal
+from scanrack.ladder.python.online.fields import Fields
 from sequence_bench import SequenceBench
 
 EXAMPLES = Path(__file__).parents[3] / "examples/sequences"
@@ -66,7 +68,7 @@ class Plant:
         self.scan = self.bench.scan
 
     def load(self):
-        self.path.write_text(self.text)
+        self.path.write_text(self.text, encoding="utf-8")
         return load_program(str(self.path)).function
 
     def edit(self, *changes, restart=()):
@@ -102,7 +104,7 @@ def test_edits_in_mid_move_of_each_example_change_no_image(name, tmp_path):
         for number in range(7):
             plain.scan(257)
             edited.scan(257)
-            program.write_text("# moved\n" + program.read_text())
+            program.write_text("# moved\n" + program.read_text(encoding="utf-8"), encoding="utf-8")
             forget_imported(tmp_path.resolve())
             edit = edited.edit(load_job(str(rack)).logic)
             assert (edit.new, edit.changed, edit.dropped, edit.restarted) == ((), (), (), ())
@@ -173,7 +175,7 @@ def test_a_loop_continues_over_a_tuple_with_the_same_turns_so_far(dwelling):
 
 
 REFUSED = {
-    "another wait": (('dwell(f"{stop} ms")', 'dwell("4 ms")'), "is not at its place any more"),
+    "another wait": (('dwell(f"{stop} ms")', 'dwell("4 ms")'), "is no longer at its place"),
     "another way to it": (("for stop in self.stops", "for stop in (4, 6)"), "which it is in, is now"),
     "another local": (("n = self.rounds", "n = 7"), "its local n comes from a line that has changed"),
     "turns so far": (("stops = (4, 6, 8)", "stops = (5, 6, 8)"), "and stops has changed"),
@@ -259,7 +261,7 @@ def test_fields_are_set_and_forced_over_edits_too(dwelling):
     assert dwelling.logic.rounds == 1
     with pytest.raises(ValueError, match="rounds = 'x' is not allowed: it is int"):
         fields.force("plant.rounds", "x")
-    with pytest.raises(ValueError, match=r"there is no field plant\.round: plant\.rounds"):
+    with pytest.raises(ValueError, match=r"no field plant\.round: plant\.rounds"):
         fields.force("plant.round", 1)
     with pytest.raises(ValueError, match=r"plant\.rounds is not forced"):
         fields.unforce("plant.rounds")

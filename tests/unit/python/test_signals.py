@@ -43,10 +43,10 @@ def test_ways_to_write_a_word(text):
     ("text", "says"),
     [
         ("", "is not an address"),
-        ("Local:2:I.Data.16", "there is no bit 16"),
-        ("Local:2:I.Data[8].0", "there is no word 8"),
-        ("slot2.status.start", "there is no 'status' in slot 2"),
-        ("starts", r"there is no input 'starts'; did you mean start\?"),
+        ("Local:2:I.Data.16", "no bit 16"),
+        ("Local:2:I.Data[8].0", "no word 8"),
+        ("slot2.status.start", "no 'status' in slot 2"),
+        ("starts", r"no input 'starts'; did you mean start\?"),
     ],
 )
 def test_what_is_no_bit(text, says):

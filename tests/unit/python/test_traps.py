@@ -133,6 +133,16 @@ def test_a_field_that_the_class_does_not_declare_names_its_line(tmp_path, statem
         load(tmp_path, f"def every_scan(self):\n    {statement}\n")
 
 
+def test_a_field_of_a_base_class_in_another_file_is_declared_there(tmp_path):
+    """That file has no `from __future__ import annotations`."""
+    counting = "from scanrack import Logic\nclass Counting(Logic):\n    count: int\n"
+    (tmp_path / "counting.py").write_text(counting, encoding="utf-8")
+    head = HEAD.replace("import within\n", "import within\nfrom counting import Counting\n")
+    body = "    def every_scan(self):\n        self.count = 1\n"
+    (tmp_path / "line.py").write_text(head.replace("(Logic)", "(Counting)") + body, encoding="utf-8")
+    assert load_program("line.py", tmp_path).name == "Line"
+
+
 @pytest.mark.parametrize(
     "body",
     [
@@ -235,7 +245,7 @@ def test_a_command_may_be_left_alone(tmp_path):
 @pytest.mark.parametrize(
     ("declared", "says"),
     [
-        ('bad = Input("strat")', r"line\.py:9: bad: there is no input 'strat'; did you mean start\?"),
+        ('bad = Input("strat")', r"line\.py:9: bad: no input 'strat'; did you mean start\?"),
         ('bad = Input("Local:7:I.Data.0")', r"line\.py:9: bad: 'Local:7:I\.Data\.0': slot 7 is empty"),
         ('bad = Input("slot1.status.IN_HOMES")', "did you mean IN_HOME"),
         ('bad = Input("Local:2:O.Data.0")', "is an output: declare it as Output"),

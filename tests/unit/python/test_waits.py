@@ -4,7 +4,6 @@ from typing import Any
 
 import pytest
 from scanrack import Input, Logic, Wait, dwell, sequence, steady, until
-from scanrack.ladder.python.sequences.durations import duration_ns
 from sequence_bench import SequenceBench
 
 
@@ -101,14 +100,6 @@ def test_a_wait_of_ones_own():
     assert results == []
     SequenceBench(Own).scan(4)
     assert results == [42]
-
-
-@pytest.mark.parametrize(
-    ("text", "ns"),
-    [("2 s", 2_000_000_000), ("0.5s", 500_000_000), ("1.000001 ms", 1_000_001), ("1 min", 60_000_000_000)],
-)
-def test_times(text, ns):
-    assert duration_ns(text) == ns
 
 
 @pytest.mark.parametrize("text", ["2", "s", "-1 s", "2 seconds", "1e3 ms", "0.5 ns", ""])

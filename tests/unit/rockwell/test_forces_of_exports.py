@@ -81,6 +81,12 @@ def test_forces_are_listed_by_their_addresses(imported, made, forces):
     assert report.as_json()["forces"] == forces
 
 
+def test_forces_of_eight_bytes_are_read_whatever_the_revision(imported):
+    made = forced(tag("T", "LINT"), image((8, 0), (8, 255), (1, 7), (7, 0)))
+    text = document(tags=[made], programs=[program("Main", ladder("Main", "NOP();"))], revision="20.01")
+    assert imported(text).report.forces == {"T": 7}
+
+
 @pytest.mark.parametrize(
     ("data", "says"),
     [

@@ -125,7 +125,10 @@ def test_tags_of_more_values_than_there_is_room_for(tmp_path):
 def test_parts_of_one_name_are_one_note_with_their_number(tmp_path: Path) -> None:
     path = tmp_path / "x.L5X"
     parts = "<a/>\n" * 1000
-    path.write_text(f'<RSLogix5000Content><Controller Name="x">{parts}</Controller></RSLogix5000Content>')
+    path.write_text(
+        f'<RSLogix5000Content><Controller Name="x">{parts}</Controller></RSLogix5000Content>',
+        encoding="utf-8",
+    )
     (note,) = import_l5x(path).report.notes
     assert str(note) == "a: this part of the controller is not read (line 1, 1000 times)"
 

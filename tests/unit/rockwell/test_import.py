@@ -83,11 +83,12 @@ def test_strings(imported):
 
 
 def test_l5k_text_where_nothing_is_decorated(imported):
-    data = '<Data Format="L5K"><![CDATA[[1,[3,0,7],[0,5000,20]]]]></Data>'
+    data = f'<Data Format="L5K"><![CDATA[[1,[3,0,7],[{1 << 29},5000,20]]]]></Data>'  # bit 29 is DN
     kind = data_type("U", member("A", "INT"), member("B", "DINT", 3), member("T", "TIMER"))
     text = f'<Tag Name="X" TagType="Base" DataType="U">{data}</Tag>'
     tags = imported(machine("NOP();", types=[kind], tags=[text])).controller.tags
     assert (tags["X.A"], tags["X.B"], tags["X.T.PRE"], tags["X.T.ACC"]) == (1, [3, 0, 7], 5000, 20)
+    assert [tags[f"X.T.{each}"] for each in ("EN", "TT", "DN")] == [False, False, True]
 
 
 def test_aliases_of_aliases_onto_a_bit_of_a_module(imported):
@@ -161,9 +162,9 @@ def test_each_refused_rung_says_where_and_why(imported):
     assert (report.rungs, report.imported, len(report.refused)) == (3, 1, 2)
     first, second = report.refused
     assert (first.program, first.routine, first.rung, first.column) == ("Main", "Main", 0, 12)
-    assert "there is no FOO" in first.reason
+    assert "FOO is unknown" in first.reason
     assert second.line == 1 + text[: text.index("XIC(Gone)")].count("\n")
-    assert "there is no tag Gone" in second.reason
+    assert "no tag Gone" in second.reason
 
 
 EDITS = ("N", "I", "D", "R", "IR", "rN", "rI", "rR", "e", "er", "i", "r", "d")
@@ -277,13 +278,15 @@ def test_a_call_with_operands_of_a_routine_that_is_refused_is_imported(imported)
 def test_an_instruction_of_logix_that_is_not_here_is_no_add_on(imported):
     text = document(target="Routine", programs=[program("P", ladder("Sub", "DCM(a,b);"), main="")])
     (refused,) = imported(text).report.refused
-    assert "there is no DCM" in refused.reason
+    assert "DCM is unknown" in refused.reason
 
 
 def test_a_rack_runs_a_partial_export_if_it_says_so(tmp_path):
     path = tmp_path / "sub.L5X"
-    path.write_text(document(target="Program", programs=[program("P", ladder("Main", "XIC(a)OTE(b);"))]))
-    assert "there is no tag a" in import_l5x(path).report.refused[0].reason
+    path.write_text(
+        document(target="Program", programs=[program("P", ladder("Main", "XIC(a)OTE(b);"))]), encoding="utf-8"
+    )
+    assert "no tag a" in import_l5x(path).report.refused[0].reason
     declared = import_l5x(path, Stubs(missing_tags=True)).report
     assert (declared.refused, declared.declared) == ([], {"a": "BOOL", "b": "BOOL"})
 
@@ -297,7 +300,7 @@ def test_an_add_on_refuses_the_rungs_that_name_others_tags(imported):
         ("Next", 1, 6),
         ("Next", 2, 1),
     ]
-    assert "there is no parameter or local tag Elsewhere" in report.refused[0].reason
+    assert "no parameter or local tag Elsewhere" in report.refused[0].reason
     assert report.ran == 1
 
 

@@ -179,7 +179,7 @@ REFUSED = {
     "an ID twice": ((A, step(0, "Fill")), "step Fill has the ID 0 of another element"),
     "no ID": ((A, step("", "Fill")), "step Fill has ID '', a number is needed"),
     "no Operand": ((A, '<Step ID="1"/>'), "step 1 has no Operand"),
-    "a link to nothing": ((A, B, T, links((0, 7), (7, 9))), "link has ToID 9, and there is no such element"),
+    "a link to nothing": ((A, B, T, links((0, 7), (7, 9))), "link has ToID 9, which does not exist"),
     "step to step": ((A, B, links((0, 1))), "step Idle and step Fill have no transition between them"),
     "transition to transition": (
         (A, B, T, transition(8, "T1", "1"), links((0, 7), (7, 8), (8, 1))),
@@ -202,7 +202,7 @@ REFUSED = {
     "a condition that is none": ((A, B, transition(7, "T0", "Start Hot"), links((0, 7), (7, 1))), "expected"),
     "an unknown tag": (
         (A, B, transition(7, "T0", "Missing"), links((0, 7), (7, 1))),
-        "there is no tag Missing",
+        "no tag Missing",
     ),
     "an unknown tag in an action": (
         (step(0, "Idle", action(2, "Open", body=";\nMissing := 1;"), more='InitialStep="true"'),),
@@ -262,12 +262,12 @@ def test_versions_of_a_chart_are_compared_element_by_element(tmp_path):
     """A moved step is no difference; another qualifier, a link and a line are."""
     files = [tmp_path / "old.L5X", tmp_path / "new.L5X"]
     text = machine(*MACHINE)
-    files[0].write_text(text)
+    files[0].write_text(text, encoding="utf-8")
     changed = text.replace('Qualifier="Stored"', 'Qualifier="NonStored"').replace('X="440"', 'X="460"')
     changed = changed.replace("Empty AND Again", "Empty OR Again").replace(
         'FromID="9" ToID="0"', 'FromID="9" ToID="1"'
     )
-    files[1].write_text(changed)
+    files[1].write_text(changed, encoding="utf-8")
     found = differences(*map(read_document, files))
     assert [(each.kind, each.what, each.after) for each in found] == [
         ("changed", "line", "\nEmpty OR Again\n"),

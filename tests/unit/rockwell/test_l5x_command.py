@@ -50,7 +50,7 @@ def test_as_text(written):
     answer = run(written("FOO(Lamp);"))
     assert answer.exit_code == 1
     assert "1 rungs: 0 imported, 1 refused, 0 ran" in answer.output
-    assert "Main, Main, rung 0, column 1: expected an instruction; there is no FOO" in answer.output
+    assert "Main, Main, rung 0, column 1: expected an instruction; FOO is unknown" in answer.output
 
 
 def test_what_is_no_l5x(tmp_path):
@@ -70,5 +70,5 @@ def test_as_a_program(written):
 
 def test_a_refused_rung_keeps_the_program_from_running(written):
     path = written("OTE(Lamp);", "FOO(Lamp);")
-    with pytest.raises(ProgramError, match="rung 1, column 1: expected an instruction; there is no FOO"):
+    with pytest.raises(ProgramError, match="rung 1, column 1: expected an instruction; FOO is unknown"):
         load_program(str(path))

@@ -1,5 +1,6 @@
 """Export for partial import: importing it again gives the same tree."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -90,6 +91,12 @@ def test_a_program_comes_back(tmp_path):
     assert back.add_ons["TENFOLD"].parameters == plant.add_ons["TENFOLD"].parameters
 
 
+def test_numbers_that_are_whole_are_decimal():
+    text = export_l5x(plant_of_text(), "main").decode()
+    shown = set(re.findall(r'DataType="(DINT|REAL|BIT)"[^>]*Radix="(\w+)"', text))
+    assert shown == {("DINT", "Decimal"), ("BIT", "Decimal"), ("REAL", "Float")}
+
+
 def test_texts_arrays_and_packed_bits_keep_their_values(tmp_path):
     plant = plant_of_text()
     back = again(tmp_path, plant, "Main").controller
@@ -114,7 +121,7 @@ def test_the_example_comes_back(tmp_path):
 
 
 def test_what_has_no_form_is_refused():
-    with pytest.raises(LadderError, match=r"there is no program 'Nope'; allowed are Main"):
+    with pytest.raises(LadderError, match=r"no program 'Nope'; choose from Main"):
         export_l5x(parse_program(PLANT), "Nope")
     with pytest.raises(LadderError, match="card names parts of a module"):
         export_l5x(

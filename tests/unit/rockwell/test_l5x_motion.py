@@ -100,3 +100,16 @@ def test_axes_of_an_export_bring_their_maxima_their_unwind_and_their_system(mach
     for _ in range(600):
         engine.step(100)
     assert (engine.tags["Feed.ActualPosition"], engine.tags["More.PC"]) == (10.0, True)
+
+
+def test_gsv_reads_the_tolerance_that_an_export_gives_a_coordinate_system(tmp_path):
+    system = SYSTEM.replace('Dimension="2"', 'Dimension="2" CommandPositionTolerance="0.125"')
+    text = files.machine(
+        "GSV(CoordinateSystem,Both,CommandPositionTolerance,Got);",
+        tags=(files.tag("Got", "REAL"), files.tag("Turn", "AXIS_VIRTUAL"), TAGS[1], system),
+    )
+    (tmp_path / "axes.L5X").write_text(text, encoding="utf-8")
+    controller = import_l5x(tmp_path / "axes.L5X").controller
+    assert controller is not None
+    controller.engine.step(100)
+    assert controller.engine.tags.Got == 0.125

@@ -112,6 +112,35 @@ def test_what_is_only_referred_to_is_declared_from_its_use(imported):
     }
 
 
+def test_a_program_in_context_calls_an_add_on_in_context_by_either_name_and_all_rungs_count(imported):
+    """Two rungs of the add-on and one of the program; `AddOnInstruction` was read past in silence."""
+    mixer = add_on(
+        "Mixer",
+        [
+            parameter("Go", "BOOL", "Input", required=True),
+            parameter("Lamp", "BOOL", "Output", required=False),
+        ],
+        [],
+        ladder("Logic", "XIC(Go)OTE(Lamp);", "XIC(Go)OTE(EnableOut);"),
+    )
+    for name in ("AddOnInstructionDefinition", "AddOnInstruction"):
+        text = document(
+            target="Routine",
+            tags=[tag("Start", "BOOL"), tag("Mix", "Mixer")],
+            add_ons=[
+                mixer.replace("AddOnInstructionDefinition", name).replace(name, f'{name} Use="Context"', 1)
+            ],
+            programs=[
+                program("Main", ladder("Main", "Mixer(Mix,Start);"), main="").replace(
+                    "<Program ", '<Program Use="Context" '
+                )
+            ],
+        )
+        found = imported(text)
+        assert (found.report.imported, found.report.ran, found.report.refused) == (3, 3, [])
+        assert found.report.declared == {}
+
+
 def test_structured_text_calls_add_ons_that_were_not_exported(imported):
     text = """// Comment(Not, A, Call);
     Mixer(Mix, Total, 1); (* Nor(This); *)
@@ -156,3 +185,14 @@ def test_a_routine_that_takes_structures_is_called_with_its_own(imported):
     assert [each.reason for each in found.report.refused] == ["SBR is not first"]
     assert found.report.ran == 2
     assert found.report.declared["Hart"] == "Hart_type"
+
+
+@pytest.mark.parametrize("kind", ["RLL", "ST", "FBD", "SFC"])
+def test_a_routine_in_context_without_its_content_is_only_named(imported, kind):
+    """A diagram counted as refused, and an empty routine said nothing."""
+    main = ladder("Main", "JSR(Sub,0);", "XIC(Missing)OTE(Too);")
+    named = f'<Routine Use="Context" Name="Sub" Type="{kind}"><Description>It mixes.</Description></Routine>'
+    context = program("Station", main, named, main="").replace("<Program ", '<Program Use="Context" ')
+    found = imported(document(target="Routine", programs=[context]))
+    assert (found.report.objects, found.report.refused, found.report.ran) == ([], [], 2)
+    assert found.report.declared[r"\Station.Sub"] == "routine that does nothing"

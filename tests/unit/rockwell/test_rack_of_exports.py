@@ -180,7 +180,9 @@ def test_a_controller_with_a_block_diagram_runs_if_its_user_accepts_that_it_does
     text = document(tags=tags, programs=[program("Main", rungs, diagram("Blocks", "FBD"))])
     (tmp_path / "machine.L5X").write_text(text, encoding="utf-8")
     rack = tmp_path / "rack.toml"
-    rack.write_text(f'program = "machine.L5X"\n{stubs}[[slot]]\nnumber = 1\nmodule = "amci3601"\n')
+    rack.write_text(
+        f'program = "machine.L5X"\n{stubs}[[slot]]\nnumber = 1\nmodule = "amci3601"\n', encoding="utf-8"
+    )
     found, output = run("run", rack, "--scans", 3, "--no-record")
     assert (found, says in output) == (status, True), output
     if status == 0:
@@ -206,6 +208,8 @@ def test_an_add_on_of_blocks_is_stubbed_by_its_own_name(tmp_path, stubs, status,
     )
     (tmp_path / "machine.L5X").write_text(text, encoding="utf-8")
     rack = tmp_path / "rack.toml"
-    rack.write_text(f'program = "machine.L5X"\n{stubs}[[slot]]\nnumber = 1\nmodule = "amci3601"\n')
+    rack.write_text(
+        f'program = "machine.L5X"\n{stubs}[[slot]]\nnumber = 1\nmodule = "amci3601"\n', encoding="utf-8"
+    )
     found, output = run("run", rack, "--scans", 3, "--no-record")
     assert (found, says in output) == (status, True), output

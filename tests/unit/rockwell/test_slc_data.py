@@ -206,7 +206,7 @@ def test_what_no_rung_is_to_blame_for_refuses_the_rungs_and_not_the_file(monkeyp
     found = imported(ladder(2, "NOP", "SVC 1"))
     assert found.program is None
     assert [(each.rung, each.reason) for each in found.report.refused] == [
-        (1, "there is no instruction SVC"),
+        (1, "no instruction SVC"),
         (0, "it does not fit"),
     ]
 

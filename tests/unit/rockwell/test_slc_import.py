@@ -99,7 +99,7 @@ def test_it_is_a_rung_file_of_the_dialect_slc():
 @pytest.mark.parametrize(
     ("rung", "column", "reason"),
     [
-        ("XIC B3/0 XRP N7:0 OTE B3/1", 14, "there is no instruction XRP"),
+        ("XIC B3/0 XRP N7:0 OTE B3/1", 14, "no instruction XRP"),
         ("ADD N7:0 1", 5, "ADD takes 3 operands, 2 are given"),
         ("XIC B3/0 NXB OTE B3/1", 14, "NXB is outside of a branch"),
         ("BST XIC B3/0 NXB XIC B3/1 OTE B3/2", 40, "the branch has no BND"),
@@ -107,10 +107,10 @@ def test_it_is_a_rung_file_of_the_dialect_slc():
         ("MOV N7:0/x1y:2 N7:1", 9, "is neither an address nor a number"),
         ("TON T4:0 0.5 10 0", 1, "0.5 is not a time base; write 1.0, 0.01 or 0.001"),
         ("XIC B3/0", 1, "the rung has no output"),
-        ("JSR U:9", 1, "there is no routine U9"),
+        ("JSR U:9", 1, "no routine U9"),
         ("OTE B3:0/16", 1, "B3 has no bit 16"),
         ("MSG MG9:0", 1, "nothing says how the message MG9:0 ends"),
-        ("SVC 1", 5, "there is no instruction SVC"),
+        ("SVC 1", 5, "no instruction SVC"),
     ],
 )
 def test_a_rung_is_refused_with_its_place(rung, column, reason):
@@ -175,7 +175,7 @@ def test_slots(slot, is_3601):
 
 
 @pytest.mark.parametrize(
-    ("data", "says"), [(b"", "there is no rung in it"), (b"\xd0\xcf\x11\xe0\0", "this is not text")]
+    ("data", "says"), [(b"", "no rung in it"), (b"\xd0\xcf\x11\xe0\0", "this is not text")]
 )
 def test_a_file_that_is_no_export(tmp_path, data, says):
     path = tmp_path / "x.SLC"
@@ -188,7 +188,7 @@ def test_a_file_that_is_no_export(tmp_path, data, says):
 
 def test_a_refused_rung_keeps_the_program_from_running(tmp_path):
     (tmp_path / "x.SLC").write_text("SOR SVC 1 EOR", encoding="utf-8")
-    with pytest.raises(ProgramError, match=r"x.SLC:1: x, U2, rung 0, column 5: there is no instruction SVC"):
+    with pytest.raises(ProgramError, match=r"x.SLC:1: x, U2, rung 0, column 5: no instruction SVC"):
         load_program("x.SLC", tmp_path)
 
 

@@ -204,10 +204,10 @@ def test_an_alias_of_an_alias_of_a_nested_instance(imported, order):
     ("target", "says"),
     [
         ("W[2]", "P of Odd is a BOOL, and at W[2], a DINT"),
-        ("W[9]", "there is no element 9, it has 5"),
-        ("W[0].40", "there is no bit 40"),
+        ("W[9]", "no element 9, it has 5"),
+        ("W[0].40", "no bit 40"),
         ("W[1,1]", "2 subscripts are given, it has 1 dimensions"),
-        ("W.X", "there is no X"),
+        ("W.X", "no X"),
     ],
 )
 def test_an_alias_of_what_is_not_there_loses_its_value_only(imported, target, says):
@@ -283,7 +283,7 @@ def test_an_event_in_an_add_on_and_in_a_program_without_a_task(imported):
     without = imported(
         document(add_ons=[fires], tags=[tag("F", "Fires")], programs=programs, tasks=tasks[:1])
     )
-    assert [each.reason for each in without.report.refused] == ["there is no event task FAST"] * 2
+    assert [each.reason for each in without.report.refused] == ["no event task FAST"] * 2
 
 
 # --- what a run says
@@ -314,3 +314,19 @@ def test_structured_text_is_counted(imported):
     assert list(found.report.lines())[1] == (
         "structured text, 2 routines of 7 lines: 6 statements, 4 imported, 2 refused, 4 ran"
     )
+
+
+def test_a_refused_instruction_has_the_column_of_its_own_and_not_of_its_name(imported):
+    report = imported(
+        machine("OTE(Lamp)OTE(Count);", tags=[tag("Lamp", "BOOL"), tag("Count", "DINT")])
+    ).report
+    assert [each.column for each in report.refused] == [10]
+
+
+def test_only_a_parameter_by_reference_has_a_note(imported):
+    tags = [tag("Own", "DINT"), tag("Given", "DINT").replace("<Tag ", '<Tag Usage="InOut" ')]
+    text = document(
+        programs=[program("Main", ladder("Main", "NOP();"), tags=tags)], tasks=[task("T", "Main")]
+    )
+    notes = [each for each in imported(text).report.notes if "by reference" in each.text]
+    assert [each.name for each in notes] == ["\\Main.Given"]

@@ -105,6 +105,16 @@ def test_short_recordings_are_shared_whole(given, kept):
     assert tuple(ShareWish(**given).within(0, 49_999, 2_000_000)) == kept
 
 
+@pytest.mark.parametrize("scan", [9, 100_001])
+def test_a_scan_that_a_recording_lacks_is_refused_and_its_first_and_last_are_there(scan):
+    with pytest.raises(ValueError, match=rf"no scan {scan}: the recording has"):
+        ShareWish(scan=scan).within(10, 100_000, 2_000_000)
+    assert [ShareWish(scan=each).within(10, 100_000, 2_000_000).scan for each in (10, 100_000)] == [
+        10,
+        100_000,
+    ]
+
+
 @pytest.mark.parametrize(
     ("given", "kept"),
     [
@@ -134,7 +144,7 @@ def test_what_is_asked_is_shown_first(trace, tmp_path):
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (("--scan", "300"), "there is no scan 300: the recording has 0 to 299"),
+        (("--scan", "300"), "no scan 300: the recording has 0 to 299"),
         (("--scan", "3", "--at", "1 s"), "--scan and --at both name the scan shown first"),
     ],
 )
@@ -151,7 +161,7 @@ def test_a_page_of_more_than_the_limit_is_refused_and_nothing_written(trace, tmp
     monkeypatch.setattr(page_file, "MOST_BYTES", 100_000)
     done = shared(trace, tmp_path / "page.html")
     assert done.exit_code == 2
-    assert "allowed are 100,000: share fewer scans, see --before and --after" in done.stderr
+    assert "must be at most 100,000: share fewer scans, see --before and --after" in done.stderr
     assert list(tmp_path.iterdir()) == []
 
 

@@ -60,28 +60,28 @@ def test_the_next_run_finds_its_folder_empty(tmp_path):
 def test_a_folder_of_others_is_left_alone(tmp_path, marked):
     own = tmp_path / "t.py--a"
     own.mkdir()
-    (own / "thesis.txt").write_text("words")
+    (own / "thesis.txt").write_text("words", encoding="utf-8")
     if marked is not None:
-        (own / MARK).write_text(marked)
+        (own / MARK).write_text(marked, encoding="utf-8")
     folder = ArtefactFolder(tmp_path, "t.py::a")
     assert folder.path != own  # it takes the name with the digest
     folder.remove()
-    assert (own / "thesis.txt").read_text() == "words"
+    assert (own / "thesis.txt").read_text(encoding="utf-8") == "words"
 
 
 def test_a_file_and_a_link_are_left_alone(tmp_path):
     target = tmp_path / "target"
     target.mkdir()
-    (target / MARK).write_text("t.py::a")  # as if it were the test's own
+    (target / MARK).write_text("t.py::a", encoding="utf-8")  # as if it were the test's own
     plain, unique = folder_names("t.py::a")
     base = tmp_path / "base"
     base.mkdir()
     (base / plain).symlink_to(target)
-    (base / unique).write_text("a file")
+    (base / unique).write_text("a file", encoding="utf-8")
     with pytest.raises(OwnedError, match=r"was not made by scanrack for t\.py::a"):
         _ = ArtefactFolder(base, "t.py::a").path
     assert (target / MARK).exists()
-    assert (base / unique).read_text() == "a file"
+    assert (base / unique).read_text(encoding="utf-8") == "a file"
 
 
 def test_a_folder_that_another_run_is_recording_to_is_refused(tmp_path):
@@ -113,7 +113,7 @@ def test_the_base_goes_if_scanrack_made_it_and_it_is_empty(tmp_path):
 @pytest.mark.parametrize("inside", [{}, {".gitignore": "build/\n"}, {"notes.txt": ""}], ids=str)
 def test_a_base_of_the_users_stays(tmp_path, inside):
     for name, text in inside.items():
-        (tmp_path / name).write_text(text)
+        (tmp_path / name).write_text(text, encoding="utf-8")
     ArtefactFolder(tmp_path, "t.py::a").path.joinpath("x").touch()
     ArtefactFolder(tmp_path, "t.py::a").remove()
     folder = ArtefactFolder(tmp_path, "t.py::a")

@@ -32,8 +32,8 @@ FAULTY = "def logic(scan):\n    if scan.number == 4:\n        raise KeyError('lo
 
 @pytest.fixture
 def project(pytester):
-    (pytester.path / "line.rung").write_text(RUNGS)
-    (pytester.path / "line.toml").write_text(RACK)
+    (pytester.path / "line.rung").write_text(RUNGS, encoding="utf-8")
+    (pytester.path / "line.toml").write_text(RACK, encoding="utf-8")
     yield pytester
     for name, module in list(sys.modules.items()):  # the runs of this process hid the lines of scanrack
         if name.startswith("scanrack."):
@@ -93,7 +93,7 @@ def test_a_failed_test_keeps_its_recording_and_says_why(project, run):
     result.assert_outcomes(passed=1, failed=2)
     assert left(project) == ["test_line.py--test_lamp/line.mcap", "test_line.py--test_rounds/line.mcap"]
     told, lines = section(result)
-    assert told[0].startswith("Rounds.DN is 0")
+    assert told[0].startswith("Rounds.DN is off: Main rung 1")
     assert "line: scan 54, 0.108 s" in told
     place = "'scanrack-artefacts/test_line.py--test_rounds/line.mcap#scan=54'"
     assert told[-2:] == [f"  scanrack watch {place}", "  (the page)"]
@@ -112,7 +112,7 @@ def test_what_is_kept_is_an_option(project, run, keep, kept):
     result.assert_outcomes(passed=1, failed=1, deselected=1)
     assert left(project) == kept
     told, _ = section(result)
-    assert told[0].startswith("Lamp is 0 since scan 5 (0.01 s)")
+    assert told[0].startswith("Lamp is off since 0.01 s (scan 5)")
     assert any("scanrack watch" in line for line in told) == (keep == "all")
     assert (project.path / "scanrack-artefacts").exists() == (keep == "all")
 
@@ -170,13 +170,13 @@ def test_each_stage_of_a_test_may_fail_and_the_recording_ends_there(project, run
         with open_trace(path) as trace:
             assert [each.scan for each in trace.scans()][-1] == last
     told, _ = section(result)
-    assert told[0].startswith("Lamp is 0")
-    result.stdout.fnmatch_lines(["Rounds.DN is 0*"])  # what the function of the bench has read
+    assert told[0].startswith("Lamp is off")
+    result.stdout.fnmatch_lines(["Rounds.DN is off*"])  # what the function of the bench has read
 
 
 def test_a_fault_names_the_scan_that_faulted_and_hides_the_library(project, run):
-    (project.path / "bad.py").write_text(FAULTY)
-    (project.path / "bad.toml").write_text(RACK.replace("line.rung", "bad.py"))
+    (project.path / "bad.py").write_text(FAULTY, encoding="utf-8")
+    (project.path / "bad.toml").write_text(RACK.replace("line.rung", "bad.py"), encoding="utf-8")
     test = "def test_bad(rack):\n    rack('bad.toml').run_for('20 ms')\n"
     result = run(test)
     told, _ = section(result)
@@ -213,7 +213,7 @@ def test_what_a_test_writes_to_its_folder_is_kept_like_its_recording(project, ru
 
 
 def test_a_page_that_can_t_be_written_is_no_second_failure(project):
-    (project.path / "line.mcap").write_text("no recording")
+    (project.path / "line.mcap").write_text("no recording", encoding="utf-8")
     assert page.page_line(project.path / "line.mcap", "line.mcap", 9, (), 0.1).startswith("no page: ")
 
 

@@ -61,8 +61,8 @@ END_IF;
 @pytest.fixture
 def project(pytester, monkeypatch):
     monkeypatch.setattr(artefacts, "page_line", lambda *_given: "(the page)")  # it costs a second
-    (pytester.path / "line.rung").write_text(RUNGS)
-    (pytester.path / "line.toml").write_text(RACK)
+    (pytester.path / "line.rung").write_text(RUNGS, encoding="utf-8")
+    (pytester.path / "line.toml").write_text(RACK, encoding="utf-8")
     return pytester
 
 
@@ -81,8 +81,8 @@ def told(result, name):
 
 
 def test_each_routine_of_a_file_is_a_test(project):
-    (project.path / "test_line.rung").write_text(TESTS)
-    (project.path / "test_text.st").write_text(TEXT)
+    (project.path / "test_line.rung").write_text(TESTS, encoding="utf-8")
+    (project.path / "test_text.st").write_text(TEXT, encoding="utf-8")
     result = run(project)
     result.assert_outcomes(passed=1, failed=4)
 
@@ -90,7 +90,7 @@ def test_each_routine_of_a_file_is_a_test(project):
     assert "test_line.rung:10: routine test_few, rung 0, ASSERT(Rounds<5): " in few
     assert "the condition is false [Rounds = 5]" in few
     assert "╟━┨/┠━━━" in few  # the rung with its power
-    assert "Rounds is 5 since scan 4 (0.008 s): ADD(Rounds,1,Rounds) in routine Main, rung 1" in few
+    assert "Rounds is 5 since 0.008 s (scan 4): Main rung 1: ADD(Rounds,1,Rounds)" in few
     place = "scanrack-artefacts/test_line.rung--test_few/line.mcap"
     assert f"scanrack watch '{place}#scan=4'" in few
     with open_trace(project.path / place) as trace:
@@ -98,7 +98,7 @@ def test_each_routine_of_a_file_is_a_test(project):
 
     unreached = told(result, "test_unreached")
     assert "not reached within 20 ms:\nroutine test_unreached, rung 1, ASSERT(Rounds>0)\n" in unreached
-    assert "there is no ASSERT in it" in told(result, "test_nothing")
+    assert "no ASSERT" in told(result, "test_nothing")
     # half of 8 is 4, in the eighth scan
     text = told(result, "test_text")
     assert "test_text.st:5: routine test_text, line 5, ASSERT(Lamp OR Half<4): " in text
@@ -107,7 +107,7 @@ def test_each_routine_of_a_file_is_a_test(project):
 
 
 def test_coverage_counts_the_program_and_not_its_tests(project):
-    (project.path / "test_line.rung").write_text(TESTS)
+    (project.path / "test_line.rung").write_text(TESTS, encoding="utf-8")
     result = run(project, "--rung-coverage", "--scanrack-keep", "never")
     assert [each for each in result.outlines if " lines have gaps" in each] == [
         "line.rung: 1 of 2 lines have gaps"  # the lamp is never on
@@ -120,35 +120,35 @@ def test_coverage_counts_the_program_and_not_its_tests(project):
 @pytest.mark.parametrize(
     ("text", "error"),
     [
-        ("TEST none.toml\nROUTINE test_a\nEND\n", "none.toml: there is no such rack file"),
-        ("TEST line.toml\nROUTINE test_a\nXIC(Far)ASSERT(Lamp);\nEND\n", "there is no tag Far"),
+        ("TEST none.toml\nROUTINE test_a\nEND\n", "none.toml: no such rack file"),
+        ("TEST line.toml\nROUTINE test_a\nXIC(Far)ASSERT(Lamp);\nEND\n", "no tag Far"),
         ("TEST line.toml\nTAG Lamp : BOOL\nROUTINE test_a\nEND\n", "tag Lamp is declared twice"),
         ("TEST line.toml\nROUTINE test_a\nXIC(;\nEND\n", "test_line.rung:3: "),
         ("TEST line.toml FOR ever\nROUTINE test_a\nASSERT(Lamp);\nEND\n", "'ever'"),
         (
             "TEST line.toml\nTAG A : BOOL\n",
-            "there is no routine whose name begins with test_",
+            "no routine whose name begins with test_",
         ),
     ],
 )
 def test_a_mistake_is_told_without_a_traceback(project, text, error):
-    (project.path / "test_line.rung").write_text(text)
+    (project.path / "test_line.rung").write_text(text, encoding="utf-8")
     result = run(project)
     assert error in result.stdout.str()
     assert ".py:" not in result.stdout.str()
 
 
 def test_programs_whose_files_are_called_like_tests_are_none(project):
-    (project.path / "test_line.rung").write_text(RUNGS)
-    (project.path / "test_text.st").write_text("TAG A : BOOL\nA := 1;\n")
-    (project.path / "test_empty.st").write_text("")
+    (project.path / "test_line.rung").write_text(RUNGS, encoding="utf-8")
+    (project.path / "test_text.st").write_text("TAG A : BOOL\nA := 1;\n", encoding="utf-8")
+    (project.path / "test_empty.st").write_text("", encoding="utf-8")
     run(project).assert_outcomes()
 
 
 def test_a_program_in_python_has_no_routines_to_test_it(project):
-    (project.path / "line.py").write_text("def logic(scan):\n    pass\n")
-    (project.path / "line.toml").write_text(RACK.replace("line.rung", "line.py"))
-    (project.path / "test_line.rung").write_text(TESTS)
+    (project.path / "line.py").write_text("def logic(scan):\n    pass\n", encoding="utf-8")
+    (project.path / "line.toml").write_text(RACK.replace("line.rung", "line.py"), encoding="utf-8")
+    (project.path / "test_line.rung").write_text(TESTS, encoding="utf-8")
     assert "the program is in Python" in run(project, "-k", "rounds").stdout.str()
 
 
@@ -172,7 +172,9 @@ END PROGRAM
 
 def test_in_a_controller_it_is_a_routine_of_the_continuous_task(tmp_path):
     path = tmp_path / "test_plant.rung"
-    path.write_text("TEST plant.toml\nTAG Seen : DINT\nROUTINE test_own\nASSERT(Own<3);\nEND\n")
+    path.write_text(
+        "TEST plant.toml\nTAG Seen : DINT\nROUTINE test_own\nASSERT(Own<3);\nEND\n", encoding="utf-8"
+    )
     file = read_test_file(path)
     assert file is not None
     plant = parse_program(PLANT)
@@ -191,7 +193,7 @@ def test_in_a_controller_it_is_a_routine_of_the_continuous_task(tmp_path):
 
 def test_a_program_without_a_routine_is_refused(tmp_path):
     path = tmp_path / "test_plant.rung"
-    path.write_text("TEST plant.toml\nROUTINE test_own\nEND\n")
+    path.write_text("TEST plant.toml\nROUTINE test_own\nEND\n", encoding="utf-8")
     file = read_test_file(path)
     assert file is not None
     for text in ("CONTROLLER plant\n", "PROGRAM plant\n"):

@@ -33,7 +33,7 @@ def test_constants_of_modules_are_not_drawn(
         pytest.skip("fresh examples are wanted")
     before = drawn()
     (tmp_path / "module_of_odd_constants.py").write_text(
-        "\n".join(f"C{number} = {ODD + number}" for number in range(200))
+        "\n".join(f"C{number} = {ODD + number}" for number in range(200)), encoding="utf-8"
     )
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "module_of_odd_constants", raising=False)

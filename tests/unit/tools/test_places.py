@@ -137,7 +137,11 @@ def test_rack_file_finds_key_and_line(rack, tmp_path, more, key):
     path = rack(RUNGS, more=more)
     with pytest.raises(RackFileError) as refused:
         load_rack_file(path)
-    number = next(n for n, line in enumerate(path.read_text().splitlines(), 1) if key.split(".")[-1] in line)
+    number = next(
+        n
+        for n, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1)
+        if key.split(".")[-1] in line
+    )
     assert str(refused.value).startswith(f"{path}:{number}: {key}: ")
 
 
@@ -170,7 +174,7 @@ def test_why_finds_the_rung_of_an_output(rack):
     bench.scan()
     bench["Go"] = True
     bench.scan()
-    assert "OTE(Local:1:O.Data[0].0)" in bench.why("O:1.0/0")
+    assert "Main rung 0: XIC(Go)" in bench.why("O:1.0/0")
 
 
 def test_repair_counts_the_damaged_chunks(rack, tmp_path):

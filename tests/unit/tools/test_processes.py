@@ -54,7 +54,7 @@ def run(folder: Path, *options: str, **environment: str) -> str:
         (folder / name).write_text(TESTS, encoding="utf-8")
     words = [sys.executable, "-m", "pytest", "-p", "no:hypothesispytest", "--basetemp=made", *options]
     return subprocess.run(
-        words, cwd=folder, env=os.environ | environment, capture_output=True, text=True
+        words, cwd=folder, env=os.environ | environment, capture_output=True, text=True, encoding="utf-8"
     ).stdout
 
 

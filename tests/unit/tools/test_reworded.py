@@ -39,7 +39,7 @@ def test_names_formats_and_docstrings_stay():
 @pytest.mark.slow
 def test_features_that_need_places_do_not_need_the_words():
     command = [sys.executable, "tests/tools/reworded.py", "-k", "l5x or rack_file or words"]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, encoding="utf-8")
     assert done.returncode == 0, done.stdout
     assert " 0 sentences" not in done.stdout
     assert "sentences of" in done.stdout

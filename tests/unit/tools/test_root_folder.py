@@ -16,5 +16,7 @@ FILES = {
 def test_no_stray_file_is_kept():
     if not (ROOT / ".git").exists():
         pytest.skip("this is no clone: which files are kept is not known")
-    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True)
+    listed = subprocess.run(
+        ["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True, encoding="utf-8"
+    )
     assert {each for each in listed.stdout.splitlines() if "/" not in each} <= FILES

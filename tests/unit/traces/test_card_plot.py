@@ -49,8 +49,8 @@ def logic(scan):
 @pytest.fixture(scope="module")
 def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("cards")
-    (folder / "lamp.py").write_text(PROGRAM)
-    (folder / "rack.toml").write_text(RACK)
+    (folder / "lamp.py").write_text(PROGRAM, encoding="utf-8")
+    (folder / "rack.toml").write_text(RACK, encoding="utf-8")
     target = folder / "a.mcap"
     scanrack("run", folder / "rack.toml", "--record", target, "--quiet")
     return target
@@ -94,7 +94,9 @@ def test_plot_draws_a_rack_without_a_stepper(trace: Path, suffix: str) -> None:
     picture = trace.with_suffix(f".{suffix}")
     scanrack("plot", trace, "--out", picture)
     if suffix == "html":
-        data = re.search(r'<script id="data"[^>]*>(.*?)</script>', picture.read_text(), re.DOTALL)
+        data = re.search(
+            r'<script id="data"[^>]*>(.*?)</script>', picture.read_text(encoding="utf-8"), re.DOTALL
+        )
         assert data is not None
         panels = json.loads(data[1])["panels"]
         assert [panel["ramp"] for panel in panels] == [None] * 3

@@ -27,7 +27,7 @@ MB = 1_000_000
 def parts(
     rows: range = range(SCANS), *, off: int = 0, late_ns: int = 0, size: int = 1000
 ) -> Iterator[Columns]:
-    """Yield scans of a position that counts to and fro, made as they are asked for."""
+    """Yield scans of a position that counts back and forth, made as they are asked for."""
     for start in range(rows.start, rows.stop, size):
         numbers = np.arange(start, min(start + size, rows.stop), dtype=np.int64)
         words = np.zeros((len(numbers), 16), np.int16)

@@ -185,7 +185,7 @@ def test_a_device_has_no_drafts() -> None:
     recorder.close()
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no advisory locks")
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no shared locks")
 def test_those_who_look_whether_a_file_is_recorded_do_not_see_one_another(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     open_trace_file(path, 0).close()
@@ -242,10 +242,12 @@ def logic(scan):
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
 @pytest.mark.parametrize("end", ["os.kill(os.getpid(), signal.SIGKILL)", "os._exit(0)"])
 def test_a_session_in_real_time_that_ends_at_once_leaves_its_scans(tmp_path: Path, end: str) -> None:
-    (tmp_path / "line.py").write_text(KILLED.format(end))
-    (tmp_path / "line.toml").write_text('program = "line.py"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n')
+    (tmp_path / "line.py").write_text(KILLED.format(end), encoding="utf-8")
+    (tmp_path / "line.toml").write_text(
+        'program = "line.py"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n', encoding="utf-8"
+    )
     words = [sys.executable, "-m", "scanrack", "run", "line.toml", "--realtime", "-q"]
-    done = forked.run(words, cwd=tmp_path, check=False, timeout=60)
+    done = forked.run(words, cwd=tmp_path, check=False, timeout=120)
     assert done.returncode in (-signal.SIGKILL, 0)
     with open_trace(tmp_path / "line.mcap") as trace:
         assert len(list(trace.scans())) > 1  # how many, depends on the machine: those up to 0.1 s before

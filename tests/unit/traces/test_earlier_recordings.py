@@ -102,7 +102,7 @@ def test_files_of_one_recording_stay_together(tmp_path: Path) -> None:
 def test_what_is_no_recording_is_not_moved(tmp_path: Path, name: str) -> None:
     path = tmp_path / "run.mcap"
     recorded(path, "a")
-    (tmp_path / name).write_text("notes")
+    (tmp_path / name).write_text("notes", encoding="utf-8")
     with pytest.raises(OwnedError, match=f"{name} is not an MCAP recording"):
         recorded(path, "b")
     assert found(tmp_path) == {"run.mcap": "a", name: "notes"}
@@ -172,14 +172,14 @@ PROGRAM = "def logic(scan):\n    scan.slot[1].outputs[7] = {}\n"
 
 @pytest.fixture
 def line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    (tmp_path / "line.toml").write_text(RACK.format(""))
+    (tmp_path / "line.toml").write_text(RACK.format(""), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
 
 def run(line: Path, value: object, *words: str) -> list[str]:
     """Run the rack with a program of its own; return the names of the recordings."""
-    (line / "line.py").write_text(PROGRAM.format(value))
+    (line / "line.py").write_text(PROGRAM.format(value), encoding="utf-8")
     result = CliRunner().invoke(build(), ["run", "line.toml", "--scans", "3", "-q", *words])
     assert result.exit_code == (value == "1 / 0"), result.output
     return sorted(path.name for path in line.glob("*.mcap"))
@@ -196,19 +196,21 @@ def test_a_run_keeps_the_recording_before_it(line: Path) -> None:
 
 
 def test_the_rack_file_says_how_many(line: Path) -> None:
-    (line / "line.toml").write_text(RACK.format("keep_traces = 1\n"))
+    (line / "line.toml").write_text(RACK.format("keep_traces = 1\n"), encoding="utf-8")
     for value in range(3):
         names = run(line, value)
     assert names == ["line.1.mcap", "line.mcap"]
-    (line / "line.toml").write_text(RACK.format("keep_traces = 0\n"))
+    (line / "line.toml").write_text(RACK.format("keep_traces = 0\n"), encoding="utf-8")
     kept = (line / "line.1.mcap").read_bytes()
     run(line, 7)
     assert (line / "line.1.mcap").read_bytes() == kept
 
 
 def test_tags_are_not_retained_where_a_recording_will_be_moved(line: Path) -> None:
-    (line / "line.toml").write_text(RACK.format("").replace("line.py", "line.rung"))
-    (line / "line.rung").write_text("PROGRAM line\nTAG A : BOOL\nROUTINE Main\nOTE(A);\nEND\n")
+    (line / "line.toml").write_text(RACK.format("").replace("line.py", "line.rung"), encoding="utf-8")
+    (line / "line.rung").write_text(
+        "PROGRAM line\nTAG A : BOOL\nROUTINE Main\nOTE(A);\nEND\n", encoding="utf-8"
+    )
     words = ["run", "line.toml", "--scans", "1", "-q", "--retain", "line.2.mcap"]
     result = CliRunner().invoke(build(), words)
     assert (result.exit_code, "line.2.mcap is the recording" in result.stderr) == (2, True)

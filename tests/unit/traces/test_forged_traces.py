@@ -188,12 +188,12 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     own, outside = tmp_path / "own", tmp_path / "outside"
     own.mkdir()
     outside.mkdir()
-    (own / "line.py").write_text(LINE)
-    (own / "helper.py").write_text(HELPER)
+    (own / "line.py").write_text(LINE, encoding="utf-8")
+    (own / "helper.py").write_text(HELPER, encoding="utf-8")
     (own / "link").symlink_to(outside)
-    (outside / "secret").write_text(SECRET)
-    (outside / "secret.pclt").write_text(SECRET)
-    (outside / "e.py").write_text(EVIL.format(canary=str(tmp_path / "canary")))
+    (outside / "secret").write_text(SECRET, encoding="utf-8")
+    (outside / "secret.pclt").write_text(SECRET, encoding="utf-8")
+    (outside / "e.py").write_text(EVIL.format(canary=str(tmp_path / "canary")), encoding="utf-8")
     monkeypatch.chdir(own)
     monkeypatch.setattr(sys, "path", list(sys.path))
     yield own
@@ -320,7 +320,7 @@ def test_files_equal_to_the_users_own_need_no_trust(place: Path) -> None:
     result = scanrack("rerun", "forged.mcap")
     assert result.exit_code in (0, 1), result.output
     sys.modules.pop("helper", None)
-    (place / "helper.py").write_text(HELPER + "\n")
+    (place / "helper.py").write_text(HELPER + "\n", encoding="utf-8")
     assert TRUST in scanrack("rerun", "forged.mcap").stderr
 
 
@@ -336,7 +336,7 @@ def test_the_users_own_program_does_not_find_modules_of_the_trace(place: Path) -
 def test_a_process_of_its_own_runs_none_either(place: Path, name: str) -> None:
     forge(place, FORGERIES[name])
     command = [sys.executable, "-m", "scanrack", "fuzz", "forged.mcap", "--runs", "2", "-j", "2"]
-    result = forked.run(command, capture_output=True, text=True, check=False, timeout=60)
+    result = forked.run(command, capture_output=True, text=True, check=False, timeout=120, encoding="utf-8")
     assert result.returncode == 2, result.stderr
     assert not (place.parent / "canary").exists()
 
@@ -407,7 +407,7 @@ slot = '''{slot}'''
 
 @pytest.mark.parametrize("name", ["../outside/made", "a/../../outside/made", "x\\n", "/tmp/made"])
 def test_a_golden_library_names_no_files_elsewhere(place: Path, name: str) -> None:
-    (place / "scenarios.toml").write_text(SCENARIO.format(name=name, slot=""))
+    (place / "scenarios.toml").write_text(SCENARIO.format(name=name, slot=""), encoding="utf-8")
     before = seen(place.parent)
     assert golden(place, "--update").exit_code == 2
     assert seen(place.parent) == before
@@ -419,7 +419,8 @@ def test_a_golden_library_names_no_files_elsewhere(place: Path, name: str) -> No
 def test_a_golden_library_reads_no_files_elsewhere(place: Path, path: str) -> None:
     named = path.replace("{outside}", str(place.parent / "outside"))
     (place / "scenarios.toml").write_text(
-        SCENARIO.format(name="made", slot=UNIT.format(path=named).replace("'", '"').replace("\\", "\\\\"))
+        SCENARIO.format(name="made", slot=UNIT.format(path=named).replace("'", '"').replace("\\", "\\\\")),
+        encoding="utf-8",
     )
     result = golden(place)
     assert (result.exit_code, OUT in result.stderr) == (2, True), result.output
@@ -430,17 +431,17 @@ def test_a_golden_library_reads_no_files_elsewhere(place: Path, path: str) -> No
 def test_a_golden_library_is_not_written_through_a_link(place: Path, name: str) -> None:
     library = place / "library"
     library.mkdir()
-    (library / "scenarios.toml").write_text(SCENARIO.format(name="made", slot=""))
+    (library / "scenarios.toml").write_text(SCENARIO.format(name="made", slot=""), encoding="utf-8")
     (library / name).symlink_to(place.parent / "outside" / "secret")
     golden(library, "--update")
-    assert (place.parent / "outside" / "secret").read_text() == SECRET
+    assert (place.parent / "outside" / "secret").read_text(encoding="utf-8") == SECRET
     assert not (library / name).is_symlink()
 
 
 @pytest.mark.parametrize("name", ["e.py", "rack.toml"])
 def test_a_recording_of_a_golden_library_is_compared_and_not_run(place: Path, name: str) -> None:
-    (place / "scenarios.toml").write_text(SCENARIO.format(name="forged", slot=""))
+    (place / "scenarios.toml").write_text(SCENARIO.format(name="forged", slot=""), encoding="utf-8")
     forge(place, Forgery({"rack.toml": rack("e.py"), "e.py": EVIL}, name, None))
-    (place / "forged.txt").write_text("")
+    (place / "forged.txt").write_text("", encoding="utf-8")
     assert golden(place).exit_code == 1
     assert not (place.parent / "canary").exists()

@@ -7,12 +7,18 @@ from typing import Any
 
 import pytest
 from made_traces import idle, record
-from scanrack.traces.export import write_csv, write_parquet, write_vcd
-from scanrack.traces.files.guard import CSV
+from scanrack.traces.export.csvfile import CSV
+from scanrack.traces.export.formats import FORMATS
 from scanrack.traces.files.newfile import new_file
 from scanrack.traces.read.reader import open_trace
 
-WRITERS = [write_csv, pytest.param(write_parquet, marks=pytest.mark.extra("parquet")), write_vcd]
+WRITERS = [
+    pytest.param(
+        each.write, marks=[pytest.mark.extra("parquet")] if each.name == "parquet" else [], id=each.name
+    )
+    for each in FORMATS
+    if each.chooses
+]
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +77,7 @@ def test_a_file_that_fails_as_it_is_closed_is_removed() -> None:
 
 
 def test_the_file_that_a_link_leads_to_is_replaced_and_the_link_stays(tmp_path: Path) -> None:
-    (tmp_path / "real").write_text("scan,time_ns\n")
+    (tmp_path / "real").write_text("scan,time_ns\n", encoding="utf-8")
     (tmp_path / "link").symlink_to("real")
 
     def write(error: Exception | None) -> None:
@@ -82,7 +88,7 @@ def test_the_file_that_a_link_leads_to_is_replaced_and_the_link_stays(tmp_path: 
 
     with pytest.raises(ValueError, match="no"):
         write(ValueError("no"))
-    assert (tmp_path / "real").read_text() == "scan,time_ns\n"
+    assert (tmp_path / "real").read_text(encoding="utf-8") == "scan,time_ns\n"
     write(None)
-    assert (tmp_path / "real").read_text() == "scan,time_ns,x\n"
+    assert (tmp_path / "real").read_text(encoding="utf-8") == "scan,time_ns,x\n"
     assert (tmp_path / "link").is_symlink()

@@ -38,7 +38,7 @@ def test_reading(folder):
     assert load_program("line.py", str(folder)).name == "logic"
     with open_bench("line.toml", "b.mcap") as bench:
         assert bench.scans == 0
-    with pytest.raises(InvariantError, match=r"nowhere\.py: there is no such file"):
+    with pytest.raises(InvariantError, match=r"nowhere\.py: no such file"):
         load_invariants("nowhere.py")
 
 

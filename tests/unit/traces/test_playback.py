@@ -100,7 +100,7 @@ def test_recorded_stimuli_take_the_place_of_timeline_and_stations() -> None:
 def test_levels_are_what_the_status_bits_show_by_the_active_level(
     levels: int, energised: bool, chunk: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Home active from the fourth scan on; energised if it is configured active high [chapter 3]."""
+    """Home active from the fourth scan on; energized if it is configured active high [chapter 3]."""
     monkeypatch.setattr(packed, "CHUNK_SCANS", chunk)
     words = np.zeros((6, 16), np.int16)
     words[0, :2] = -0x8000, levels  # a configuration; the module's own mode follows a scan later

@@ -146,7 +146,7 @@ def test_a_condition_is_a_lane(trace: Path) -> None:
 @pytest.mark.parametrize(
     ("pattern", "error", "says"),
     [
-        ("Stap", UnknownSignalError, "there is no signal 'Stap'"),
+        ("Stap", UnknownSignalError, "no signal 'Stap'"),
         ("slot1.in.position", ValueError, "slot1.in.position is not a recorded tag: recorded are Big, Fill"),
     ],
 )

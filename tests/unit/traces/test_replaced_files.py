@@ -10,7 +10,7 @@ import errno
 import os
 import shutil
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -24,8 +24,9 @@ from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.run.retained_memory import RetainedMemory
 from scanrack.traces import repair
 from scanrack.traces.export import write_csv, write_mcap, write_vcd
-from scanrack.traces.files import locking, newfile
-from scanrack.traces.files.guard import CSV, OwnedError
+from scanrack.traces.export.csvfile import CSV
+from scanrack.traces.files import locking, newfile, patience
+from scanrack.traces.files.guard import OwnedError
 from scanrack.traces.files.newfile import new_file
 from scanrack.traces.format.records import MAGIC
 from scanrack.traces.plot import save_page
@@ -97,8 +98,12 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("made")
     trace = record(folder / "run.mcap", idle(40), chunk_scans=10)
     (folder / "torn.mcap").write_bytes(trace.read_bytes()[:-30])
-    (folder / "line.toml").write_text('program = "line.rung"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n')
-    (folder / "line.rung").write_text("PROGRAM line\nTAG A : BOOL\nROUTINE Main\nOTE(A);\nEND\n")
+    (folder / "line.toml").write_text(
+        'program = "line.rung"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n', encoding="utf-8"
+    )
+    (folder / "line.rung").write_text(
+        "PROGRAM line\nTAG A : BOOL\nROUTINE Main\nOTE(A);\nEND\n", encoding="utf-8"
+    )
     return folder
 
 
@@ -152,7 +157,7 @@ def test_whichever_call_fails_the_file_is_whole(made: Path, tmp_path: Path, call
     write(made, target)
     new = target.read_bytes()
     old = old or (made / "torn.mcap").read_bytes()
-    other.write_text("mine")
+    other.write_text("mine", encoding="utf-8")
     seen = set()
     for failing in range(200):
         target.write_bytes(old)
@@ -169,7 +174,7 @@ def test_whichever_call_fails_the_file_is_whole(made: Path, tmp_path: Path, call
         if not calls.failed:
             break
     assert seen >= {"", "open", "open file", "fsync", "replace", "write", "flush", "close", "fstat"}
-    assert other.read_text() == "mine"
+    assert other.read_text(encoding="utf-8") == "mine"
 
 
 @contextmanager
@@ -183,29 +188,29 @@ def may_fail() -> Iterator[list[OSError]]:
 
 def test_no_name_beside_it_is_opened_through_a_link(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(newfile.secrets, "token_hex", lambda _bytes: "known")
-    (tmp_path / "mine").write_text("mine")
+    (tmp_path / "mine").write_text("mine", encoding="utf-8")
     for name in (".a.csv.known.part", ".a.csv.lock"):
         (tmp_path / name).symlink_to("mine")
         with pytest.raises(OSError, match=r"a\.csv"), new_file(tmp_path / "a.csv", CSV):
             pass
         (tmp_path / name).unlink()
-    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"mine": "mine"}
+    assert {path.name: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()} == {"mine": "mine"}
 
 
 def test_a_file_that_appears_meanwhile_is_not_replaced(tmp_path: Path) -> None:
     def write() -> None:
         with new_file(tmp_path / "a.csv", CSV) as file:
             file.write("scan,time_ns\n")
-            (tmp_path / "a.csv").write_text("notes")
+            (tmp_path / "a.csv").write_text("notes", encoding="utf-8")
 
     with pytest.raises(OwnedError, match="is not a table of scans"):
         write()
-    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"a.csv": "notes"}
+    assert {path.name: path.read_text(encoding="utf-8") for path in tmp_path.iterdir()} == {"a.csv": "notes"}
 
 
 def test_a_file_keeps_its_mode(tmp_path: Path) -> None:
     path = tmp_path / "a.csv"
-    path.write_text("scan,time_ns\n")
+    path.write_text("scan,time_ns\n", encoding="utf-8")
     path.chmod(0o600)
     with new_file(path, CSV) as file:
         file.write("scan,time_ns,x\n")
@@ -217,3 +222,24 @@ def test_a_long_name_has_names_beside_it(tmp_path: Path) -> None:
     with new_file(path, CSV) as file:
         file.write("scan,time_ns\n")
     assert [each.name for each in tmp_path.iterdir()] == [path.name]
+
+
+@pytest.mark.parametrize(("held", "content"), [(9, "new"), (10, "old")])
+def test_a_file_that_another_program_has_open_for_a_moment_is_replaced(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, held: int, content: str
+) -> None:
+    target, waits, replace = tmp_path / "a.csv", [0.0], os.replace
+
+    def replaced(*paths: Any) -> None:
+        if len(waits) <= held:
+            raise PermissionError(errno.EACCES, "Access is denied", str(target))
+        replace(*paths)
+
+    target.write_text("scan,time_ns old", encoding="utf-8")
+    monkeypatch.setattr(patience, "sleep", waits.append)
+    monkeypatch.setattr(os, "replace", replaced)
+    with suppress(PermissionError), new_file(target, CSV) as file:
+        file.write("scan,time_ns new")
+    assert target.read_text(encoding="utf-8") == f"scan,time_ns {content}"
+    assert sum(waits) == pytest.approx(0.9)
+    assert [*tmp_path.iterdir()] == [target]

@@ -1,8 +1,8 @@
 """Two recordings never go into one file: the second is refused, and the first loses nothing."""
 
-import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import forked
@@ -16,8 +16,6 @@ from scanrack.traces.write.line import LineRecorder, UnitColumns
 from scanrack.traces.write.output import open_trace_file
 from scanrack.traces.write.recorder import ScanRecorder
 from typer.testing import CliRunner
-
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="Windows has no advisory locks")
 
 REFUSED = "is being recorded: choose another file to write to, or wait for its end"
 
@@ -52,26 +50,32 @@ def test_a_second_recording_to_the_same_file_is_refused_and_the_first_goes_on(tm
     recorder_of(path).close()
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
-def test_the_lock_goes_with_the_process(tmp_path: Path, number: signal.Signals) -> None:
+@pytest.mark.parametrize("end", [subprocess.Popen.kill, subprocess.Popen.terminate])
+def test_the_lock_goes_with_the_process(tmp_path: Path, end: Callable[[subprocess.Popen[str]], None]) -> None:
     path = tmp_path / "run.mcap"
     process = forked.start(
-        [sys.executable, "-c", HOLDER, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", HOLDER, str(path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+        encoding="utf-8",
     )
     assert process.stdout is not None
     assert process.stdout.readline() == "locked\n"
     with pytest.raises(ValueError, match=REFUSED):
         open_trace_file(path, 0)
     assert path.read_bytes() == b"\x89MCAP0\r\nmine"
-    process.send_signal(number)
-    process.communicate(timeout=30)
+    end(process)
+    process.communicate(timeout=120)
     open_trace_file(path, 0).close()
     assert path.read_bytes() == b""
 
 
 def test_the_command_run_says_so_in_one_line(tmp_path: Path) -> None:
-    (tmp_path / "line.toml").write_text('program = "line.py"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n')
-    (tmp_path / "line.py").write_text("def logic(scan):\n    pass\n")
+    (tmp_path / "line.toml").write_text(
+        'program = "line.py"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n', encoding="utf-8"
+    )
+    (tmp_path / "line.py").write_text("def logic(scan):\n    pass\n", encoding="utf-8")
     path = tmp_path / "run.mcap"
     first = recorder_of(path)
     result = CliRunner().invoke(build(), ["run", str(tmp_path / "line.toml"), "--record", str(path)])

@@ -228,7 +228,7 @@ def test_progress_reaches_the_size_of_the_trace(path: Path, content: bytes) -> N
 
 def test_what_is_no_trace_is_not_repaired(tmp_path: Path) -> None:
     path = tmp_path / "notes.txt"
-    path.write_text("not a trace")
+    path.write_text("not a trace", encoding="utf-8")
     with pytest.raises(TraceError, match="it is not an MCAP file"):
         repair(path)
     assert os.listdir(tmp_path) == ["notes.txt"]
@@ -257,11 +257,13 @@ while True:
 @pytest.mark.parametrize("lines", [2, 40, 700])
 def test_a_killed_recording_loses_the_open_chunk_at_most(tmp_path: Path, lines: int) -> None:
     path = tmp_path / "killed.mcap"
-    process = forked.start([sys.executable, "-c", KILLED, str(path)], stdout=subprocess.PIPE, text=True)
+    process = forked.start(
+        [sys.executable, "-c", KILLED, str(path)], stdout=subprocess.PIPE, text=True, encoding="utf-8"
+    )
     assert process.stdout is not None
     told = [int(process.stdout.readline()) for _ in range(lines)]
     process.kill()
-    rest, _ = process.communicate(timeout=60)
+    rest, _ = process.communicate(timeout=120)
     assert process.returncode == -signal.SIGKILL
     told += [int(line) for line in rest.splitlines(keepends=True) if line.endswith("\n")]
     result = repair(path)

@@ -10,9 +10,9 @@ import pytest
 import typer
 from scanrack.commands.recordings.show import register
 from scanrack.io_images.image import Image
+from scanrack.io_images.times import seconds_column
 from scanrack.terminal.trace_options import parse_range
 from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.read.image_text import seconds
 from scanrack.traces.write.recorder import Attachment, ScanRecorder
 from typer.testing import CliRunner
 
@@ -192,7 +192,7 @@ def test_limit_says_what_it_leaves_out(path: Path) -> None:
 
 def test_a_file_that_cannot_be_read_is_one_message_and_status_2(tmp_path: Path) -> None:
     other = tmp_path / "notes.txt"
-    other.write_text("no trace at all, but long enough for one\n")
+    other.write_text("no trace at all, but long enough for one\n", encoding="utf-8")
     assert run(str(other)) == (2, "", f"scanrack: {other}: it is not an MCAP file\n")
     missing = tmp_path / "missing.mcap"
     assert run(str(missing)) == (2, "", f"scanrack: {missing}: No such file or directory\n")
@@ -234,4 +234,4 @@ def test_no_range_is_a_usage_error(path: Path) -> None:
     [(0, "0.000"), (1, "0.000000001"), (250_000, "0.00025"), (600_000_000_000, "600.000")],
 )
 def test_seconds_are_exact(time_ns: int, text: str) -> None:
-    assert seconds(time_ns) == text
+    assert seconds_column(time_ns) == text

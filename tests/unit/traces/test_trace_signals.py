@@ -82,11 +82,13 @@ def files(path: Path, folder: Path) -> dict[str, str]:
         write_vcd(trace, folder / "a.vcd")
         chart = read_chart(trace, Envelope)
         save_page(trace, folder / "a.html")
-    page = json.loads(re.findall(r'application/json">(.*?)</script>', (folder / "a.html").read_text())[0])
+    page = json.loads(
+        re.findall(r'application/json">(.*?)</script>', (folder / "a.html").read_text(encoding="utf-8"))[0]
+    )
     panel = page["panels"][0]
     packed = {each["name"]: unpacked(each["curve"], np.int32) for each in panel.pop("curves")}
     packed |= {"time": unpacked(page.pop("time"), np.float64), "scan": unpacked(page.pop("scan"), np.int32)}
-    texts = {name: (folder / name).read_text() for name in ("a.csv", "a.vcd")}
+    texts = {name: (folder / name).read_text(encoding="utf-8") for name in ("a.csv", "a.vcd")}
     return texts | {"chart": repr(chart), "page": repr(page), "packed": repr(packed)}
 
 

@@ -4,7 +4,7 @@ scan.now                        the scan has no `now`
 scan.slot[3].outputs.set_bit(0, 17, True)    a word has 16 bits
 Direction.LEFT                  the class has no LEFT
 FindHome(Direction.CW, 800)     arguments are missing
-knive = not knife               there is no name `knife`
+knive = not knife               no name `knife`
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def note_names(reader: Reader, facts: Facts) -> None:
             if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load) and node.id not in own:
                 near = difflib.get_close_matches(node.id, own, n=1)
                 hint = f"; did you mean {near[0]}?" if near else ""
-                _remark(facts, "unknown-attribute", reader, node, f"there is no name `{node.id}`{hint}")
+                _remark(facts, "unknown-attribute", reader, node, f"no name `{node.id}`{hint}")
             elif isinstance(node, ast.Attribute):
                 _dotted(node, reader, own - {*reader.names, *vars(builtins)}, facts)
                 _of_parameter(node, function, reader, facts)

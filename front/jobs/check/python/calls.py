@@ -2,7 +2,7 @@
 
 self.axis.move_to(9_000_000, ...)     refused: out of range
 self.axis.move_to(4000, speed=200)    refused by the module: below the starting speed
-self.axis.moveto(4000)                fails: there is no such method
+self.axis.moveto(4000)                fails: no such method
 dwell("2 seconds")                    fails: no time
 """
 
@@ -16,9 +16,9 @@ from inspect import Signature, signature
 from typing import Any
 
 from ....io_images.amci3601 import Acceleration, Direction
+from ....io_images.times import parse_time
 from ....ladder.python.axis3601 import Axis3601, Command, ErrorId
 from ....ladder.python.sequences import dwell, steady, within
-from ....ladder.python.sequences.durations import duration_ns
 from ..facts import FileLine, Remark
 from .reader import Reader, UnknownError, variants
 
@@ -84,13 +84,26 @@ class Calls:
 
     def without_time(self) -> Iterator[Remark]:
         """Yield the waits whose time is 0."""
+        for call, time_ns in self._times():
+            if time_ns == 0:
+                yield Remark(self._place(call), f"{ast.unparse(call)} waits for no time")
+
+    def too_short(self, scan_ns: int) -> Iterator[Remark]:
+        """Yield the waits that are over in the next scan."""
+        for call, time_ns in self._times():
+            if 0 < time_ns < scan_ns:
+                text = f"{ast.unparse(call)} is shorter than a scan, {scan_ns / 1e6:g} ms"
+                yield Remark(self._place(call), text)
+
+    def _times(self) -> Iterator[tuple[ast.Call, int]]:
+        """Yield the waits for a known time, ns."""
         for call in self._calls:
             kind = self._reader.names.get(getattr(call.func, "id", ""))
             if kind in (dwell, steady, within) and not _unpacks(call):
                 with suppress(UnknownError, TypeError, ValueError):
                     node = _bound(signature(kind), call).get("time")
-                    if node is not None and duration_ns(str(self._reader.value(node))) == 0:
-                        yield Remark(self._place(call), f"{ast.unparse(call)} waits for no time")
+                    if node is not None:
+                        yield call, parse_time(str(self._reader.value(node)))
 
     def _place(self, call: ast.Call) -> FileLine:
         return FileLine(self._reader.file, call.lineno)

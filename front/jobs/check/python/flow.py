@@ -6,7 +6,7 @@ import ast
 from collections.abc import Sequence
 
 from ..facts import Facts, FileLine
-from ..logic import TRUE, UNKNOWN, AllOf, Condition, FixedTruth, always, leaves, negated, never
+from ..logic import TRUE, UNKNOWN, AllOf, Condition, FixedTruth, all_of, always, leaves, negated, never
 from .chance import is_chance
 from .conditions import ConditionNames, condition
 from .reader import Reader, UnknownError, functions_in
@@ -140,12 +140,29 @@ class Flow:
                 divisor = self._reader.value(node.right)
             except UnknownError:
                 return
+            if (
+                isinstance(node.op, ast.FloorDiv)
+                and isinstance(divisor, int)
+                and self._is_cut(node.left, divisor)
+            ):
+                self._remark("integer-zero", node, f"`{ast.unparse(node)}` is always 0")
             if isinstance(divisor, int | float) and divisor == 0:
                 self._remark("division-by-zero", node, f"`{ast.unparse(node)}` divides by 0")
 
+    def _is_cut(self, dividend: ast.expr, divisor: int) -> bool:
+        """Whether a constant, or the rest of a division, is smaller than a divisor."""
+        is_rest = isinstance(dividend, ast.BinOp) and isinstance(dividend.op, ast.Mod)
+        most = dividend.right if is_rest and isinstance(dividend, ast.BinOp) else dividend
+        try:
+            found = self._reader.value(most)
+        except UnknownError:
+            return False
+        is_literal = not isinstance(dividend, ast.Name | ast.Attribute)  # the thousands of a name may be 0
+        return is_literal and isinstance(found, int) and 0 < found <= divisor - (not is_rest)
+
 
 def _both(one: Condition, other: Condition) -> Condition:
-    return other if one == TRUE else one if other in (TRUE, UNKNOWN) else AllOf((one, other))
+    return other if one == TRUE else one if other in (TRUE, UNKNOWN) else all_of(one, other)
 
 
 def _leaves(body: Sequence[ast.stmt]) -> bool:

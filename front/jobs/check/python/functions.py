@@ -15,10 +15,13 @@ from ....runtime.config.rackspec import RackSpec
 from ..facts import Facts, FileLine, Remark, SentCommand
 from .attributes import note_names
 from .flow import Flow
+from .hand_writes import HandWrites
 from .images import Images
+from .loops import fixed_loops
 from .reader import Reader
 from .scans import Scans
 from .steps import PythonSteps
+from .times import too_short
 
 
 def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec: RackSpec) -> Facts:
@@ -48,6 +51,10 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
             moves.append((place, kind, made.speed))
     facts.remarks["out-of-range"] += _too_slow(moves, least)
     facts.remarks["command-held"] += reader.held()
+    for node, text in too_short(reader, spec.scan_ns):
+        facts.remark("preset-unit", FileLine(str(path), node.lineno), text)
+    loops = fixed_loops(tree)
+    facts.remarks["never-waits"] += (Remark(FileLine(str(path), line), text) for line, text in loops)
     facts.uses_bit = reader.uses_bit(terminals)
     Flow(reader, facts).note()
     Scans(reader, spec, facts).note()
@@ -55,7 +62,12 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
     images = Images(reader, spec, facts)
     images.note()
     steppers = [slot.number for slot in spec.slot if is_stepper(slot.words)]
-    facts.actions = list(PythonSteps(reader, images, steppers).actions())
+    steps = PythonSteps(reader, images, steppers)
+    writes = HandWrites(reader, steps, steppers)
+    facts.writes = list(writes.writes())
+    facts.actions = [*steps.actions(), *writes.actions]
+    facts.outputs = writes.outputs
+    facts.remarks["lossy-conversion"] += writes.remarks
     if terminals and facts.uses_bit is None:
         facts.not_seen.append("which terminals of the cards the program uses: it names none of them")
     return facts

@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterator
 
 _WAITS = (ast.Await, ast.AsyncWith, ast.AsyncFor)
 _LEAVES = (ast.Break, ast.Return, ast.Raise)
+_OF_IMAGES = ("set_bit", "load", "clear", "to_image")
 _FIXED_FORMS = (ast.UnaryOp, ast.BoolOp, ast.Compare, ast.Constant, ast.Name, ast.Attribute)
 
 
@@ -25,6 +26,43 @@ def endless(tree: ast.Module, inputs: Collection[str]) -> Iterator[tuple[int, st
             for loop in ast.walk(function):
                 if isinstance(loop, ast.While) and _stays(loop.test, inputs) and not _ends_or_waits(loop):
                     yield loop.lineno, f"{function.name} never waits in this loop: the watchdog ends it"
+
+
+def fixed_loops(tree: ast.Module, parts: Collection[str] = ()) -> Iterator[tuple[int, str]]:
+    """Yield loops without a wait in which nothing changes what they test: line and problem.
+
+    Args:
+        parts: fields that the scan keeps as they are: inputs, axes.
+    """
+    functions = (node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef))
+    for function in functions:
+        for loop in ast.walk(function):
+            if isinstance(loop, ast.While) and not _ends_or_waits(loop) and _is_fixed(loop, parts):
+                text = f"nothing in this loop changes `{ast.unparse(loop.test)}`: the watchdog ends it"
+                yield loop.lineno, f"{function.name}: {text}"
+
+
+def _is_fixed(loop: ast.While, parts: Collection[str]) -> bool:
+    """Whether nothing in a loop changes what it tests, which is no constant."""
+    nodes = [node for each in loop.body for node in ast.walk(each)]
+    stored = {
+        ast.unparse(node)
+        for node in nodes
+        if isinstance(node, ast.Name | ast.Attribute | ast.Subscript) and isinstance(node.ctx, ast.Store)
+    }
+    read = [node for node in ast.walk(loop.test) if isinstance(node, ast.expr)]
+    calls = [node for node in nodes if isinstance(node, ast.Call) and not _is_of_part(node, parts)]
+    names = [node for node in read if isinstance(node, ast.Name | ast.Attribute | ast.Subscript)]
+    is_local = all(isinstance(node, ast.Name) for node in names)
+    is_plain = all(isinstance(node, (*_FIXED_FORMS, ast.Subscript)) for node in read)
+    return bool(names) and is_plain and not {*map(ast.unparse, names)} & stored and (is_local or not calls)
+
+
+def _is_of_part(call: ast.Call, parts: Collection[str]) -> bool:
+    """Whether this calls a method of a part, such as an axis, or one of an image."""
+    owner = call.func.value if isinstance(call.func, ast.Attribute) else None
+    is_part = isinstance(owner, ast.Attribute) and owner.attr in parts
+    return is_part or (isinstance(call.func, ast.Attribute) and call.func.attr in _OF_IMAGES)
 
 
 def skips_wait(tree: ast.Module) -> Iterator[tuple[int, str]]:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from ....ladder.python.sequences import Input, InputWord, Logic, Output, OutputWord, parts_of
 from ....ladder.python.sequences.blocks import Block
 from ....ladder.python.sequences.logic import fields_of
-from ..facts import Access, Facts, FileLine, Role, Touch, Variable
-from ..logic import TRUE, AllOf, Bit, Condition, needed, negated
+from ..facts import Access, Facts, FileLine, OutputWrite, Role, Touch, Variable
+from ..logic import INPUT, TRUE, AllOf, AnyOf, Bit, Condition, all_of, needed, negated
 from .conditions import ConditionNames, condition
 from .reader import Function, field_of
+
+DEPTH = 4
+"""Helpers in helpers that are followed."""
 
 ROLES = ((Output, Role.OUTPUT), (OutputWord, Role.OUTPUT), (Input, Role.INPUT), (InputWord, Role.INPUT))
 
@@ -65,8 +68,8 @@ class Accesses:
                 self._reads(node.test)
                 own = condition(node.test, self._names)
                 inner = [
-                    (node.body, AllOf((reached, own)), once),
-                    (node.orelse, AllOf((reached, negated(own))), once),
+                    (node.body, all_of(reached, own), once),
+                    (node.orelse, all_of(reached, negated(own)), once),
                 ]
             case ast.While():
                 self._reads(node.test)
@@ -105,7 +108,7 @@ class Accesses:
         for target in targets:
             for each in target.elts if isinstance(target, ast.Tuple | ast.List) else [target]:
                 use = Touch.WRITE if each is not target else _use(value)
-                self._write(each, use, reached, once=once, top=top)
+                self._write(each, use, reached, once=once, top=top, value=value)
         self._names.forget()
 
     def _reads(self, node: ast.AST) -> None:
@@ -118,7 +121,16 @@ class Accesses:
             ):
                 self._add(Access(name, "", Touch.READ, FileLine(self._file, each.lineno)))
 
-    def _write(self, target: ast.expr, use: Touch, reached: Condition, *, once: bool, top: bool) -> None:
+    def _write(
+        self,
+        target: ast.expr,
+        use: Touch,
+        reached: Condition,
+        *,
+        once: bool,
+        top: bool,
+        value: ast.expr | None = None,
+    ) -> None:
         name = field_of(target)
         if name not in self._facts.variables:
             return
@@ -127,6 +139,30 @@ class Accesses:
         use = Touch.COIL if is_default else use
         place = FileLine(self._file, target.lineno)
         self._add(Access(name, "", use, place, needs=needs, once=once, default=is_default))
+        if is_default or self._function == "every_scan":
+            self._switched(name, place, reached, value)
+
+    def _switched(self, name: str, place: FileLine, reached: Condition, value: ast.expr | None) -> None:
+        """Note what switches an output on in every scan."""
+        is_off = isinstance(value, ast.Constant) and not value.value
+        if value is None or is_off or self._facts.variables[name].role is not Role.OUTPUT:
+            return
+        free = self._freed(AllOf((reached, condition(_unwrapped(value), self._names))))
+        self._facts.outputs.append(OutputWrite(place, name, name, free))
+
+    def _freed(self, found: Condition) -> Condition:
+        """Return a condition in which inputs are named as such, and fields without what tells their turns."""
+        match found:
+            case Bit(text, on):
+                name = text.partition("#")[0].removeprefix("self.")
+                variable = self._facts.variables.get(name)
+                is_input = variable is not None and variable.role is Role.INPUT
+                return Bit(f"{INPUT}{name}" if is_input else name, on)
+            case AllOf(parts):
+                return AllOf(tuple(map(self._freed, parts)))
+            case AnyOf(parts):
+                return AnyOf(tuple(map(self._freed, parts)))
+        return found
 
     def _add(self, access: Access) -> None:
         for owner in sorted(self._owners.get(self._function, {""})):
@@ -139,9 +175,17 @@ def _use(value: ast.expr | None) -> Touch:
     return Touch.WRITE
 
 
-def called_twice(function: Function, blocks: Mapping[str, Block]) -> Iterator[tuple[ast.Call, str]]:
-    """Yield the second call of a block in a method that every scan executes."""
-    calls = list(_paths(function.body, ()))
+def _unwrapped(value: ast.expr) -> ast.expr:
+    """Return the argument of `bool(...)`."""
+    is_bool = isinstance(value, ast.Call) and ast.unparse(value.func) == "bool" and len(value.args) == 1
+    return value.args[0] if is_bool and isinstance(value, ast.Call) else value
+
+
+def called_twice(
+    function: Function, blocks: Mapping[str, Block], methods: Mapping[str, Function]
+) -> Iterator[tuple[ast.Call, str]]:
+    """Yield the second call of a block in a method that every scan executes, and in its helpers."""
+    calls = list(_with_helpers(_paths(function.body, ()), methods, DEPTH))
     for at, (call, arms) in enumerate(calls):
         name = field_of(call.func)
         before = (
@@ -165,6 +209,18 @@ def _paths(body: Sequence[ast.stmt], arms: Arms) -> Iterator[tuple[ast.Call, Arm
             yield from _paths(node.orelse, (*arms, (id(node), 1)))
         else:
             yield from ((each, arms) for each in ast.walk(node) if isinstance(each, ast.Call))
+
+
+def _with_helpers(
+    calls: Iterable[tuple[ast.Call, Arms]], methods: Mapping[str, Function], depth: int
+) -> Iterator[tuple[ast.Call, Arms]]:
+    """Yield calls, and behind the call of a helper those in it."""
+    for call, arms in calls:
+        yield call, arms
+        helper = methods.get(field_of(call.func))
+        if isinstance(helper, ast.FunctionDef) and depth:
+            inner = ((each, (*arms, *others)) for each, others in _paths(helper.body, ()))
+            yield from _with_helpers(inner, methods, depth - 1)
 
 
 def _exclude(one: Arms, other: Arms) -> bool:

@@ -8,7 +8,8 @@ from types import MappingProxyType
 
 from ....io_images.amci3601 import BlendSegment
 from ..ranges import ANY, OPERATIONS, Range, exactly, joined
-from .reader import Reader, UnknownError
+from .options import Options
+from .reader import Function, Reader, UnknownError
 
 OPERATORS: Mapping[type[ast.operator], str] = {
     ast.Add: "+",
@@ -19,6 +20,8 @@ OPERATORS: Mapping[type[ast.operator], str] = {
 }
 
 NONE: Mapping[str, tuple[Range, ...]] = MappingProxyType({})
+
+NO_FUNCTIONS: Mapping[str, Function] = MappingProxyType({})
 
 DEPTH = 8
 """Levels of names behind a name."""
@@ -91,7 +94,18 @@ class Numbers:
                     if value is not None
                     for each in self.choices(value, given, depth - 1)
                 )
-        return (self._range(node, given, depth),)
+        found = self._range(node, given, depth)
+        return (found,) if found != ANY else self._options_of(node)
+
+    def _options_of(self, node: ast.expr) -> tuple[Range, ...]:
+        """Return what elements of tables may be, and what helpers make of them."""
+        stored = {
+            name: [each for each in values if each is not None] for name, values in self._stored.items()
+        }
+        try:
+            return _of_values(Options(self._reader, NO_FUNCTIONS, stored).of(node, {}).options)
+        except UnknownError:
+            return (ANY,)
 
     def _range(self, node: ast.expr, given: Mapping[str, tuple[Range, ...]], depth: int) -> Range:
         if depth == 0:

@@ -18,6 +18,7 @@ from inspect import getattr_static
 from pathlib import Path
 from typing import Any
 
+from ....io_images.annotations import declared
 from ....io_images.input_files import read_input_text
 from ....io_images.site import NOWHERE, Site, SiteError, sites_of
 from ....io_images.text_limits import TextKind
@@ -44,12 +45,13 @@ from ..rungs.accesses import declaration_lines
 from .attributes import note_names
 from .calls import Calls
 from .flow import Flow
-from .loops import endless, skips_wait
+from .loops import endless, fixed_loops, skips_wait
 from .names import Accesses, called_twice, variables_of
 from .numbers import Numbers
-from .reader import Function, Reader, functions_in
+from .reader import Function, Reader, field_of, functions_in
 from .scans import missing, word_lost
 from .story import Stories
+from .times import too_short
 
 
 def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
@@ -77,7 +79,11 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
         facts.remarks["out-of-range"] += calls.refused()
         facts.remarks["bad-call"] += calls.failing()
         facts.remarks["preset-zero"] += calls.without_time()
-        loops = [*endless(reader.tree, inputs), *skips_wait(reader.tree)]
+        facts.remarks["preset-unit"] += calls.too_short(spec.scan_ns)
+        for node, text in too_short(reader, spec.scan_ns):
+            facts.remark("preset-unit", FileLine(file, node.lineno), text)
+        loops = [*endless(reader.tree, inputs), *skips_wait(reader.tree), *fixed_loops(reader.tree, parts)]
+        loops = list(dict(loops).items())  # one per line
         facts.remarks["never-waits"] += (Remark(FileLine(file, line), text) for line, text in loops)
         Flow(reader, facts).note()
         note_names(reader, facts)
@@ -162,7 +168,11 @@ class _SequenceReader:
 
     def _blocks(self, file: str, function: Function) -> None:
         blocks = {name: each for name, each in self._parts.items() if isinstance(each, Block)}
-        for call, name in called_twice(function, blocks):
+        helpers = {each.name: each for _, each in self._methods.values()}
+        nodes = [node for each in helpers.values() for node in ast.walk(each) if isinstance(node, ast.Call)]
+        is_own = isinstance(function, ast.FunctionDef)  # its calls are those of what calls it
+        is_called = is_own and function.name in {field_of(each.func) for each in nodes}
+        for call, name in () if is_called else called_twice(function, blocks, helpers):
             text = f"{name} is called twice in {function.name}: the second call counts, and edges are lost"
             self._facts.remark("block-twice", FileLine(file, call.lineno), text)
         for name, each in blocks.items():
@@ -189,7 +199,7 @@ class _SequenceReader:
         """Note attributes that do not exist."""
         known = {*dir(self._logic), *(name for name in vars(self._logic)), *self._methods}
         for kind in type(self._logic).__mro__:
-            known.update(vars(kind).get("__annotations__", ()))
+            known.update(declared(vars(kind)))
         for file, function in self._methods.values():
             if function.args.args and function.args.args[0].arg == "self":
                 called = {id(node.func) for node in ast.walk(function) if isinstance(node, ast.Call)}
@@ -222,9 +232,13 @@ def _stored(reader: Reader, logic: Logic) -> dict[str, list[ast.expr | None]]:
     for node in ast.walk(reader.tree):
         if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
             for target in node.targets if isinstance(node, ast.Assign) else [node.target]:
-                if isinstance(target, ast.Name | ast.Attribute):
-                    simple.add(id(target))
-                    found.setdefault(ast.unparse(target), []).append(node.value)
+                parts = target.elts if isinstance(target, ast.Tuple) else [target]
+                for at, each in enumerate(parts):
+                    element = ast.Subscript(node.value, ast.Constant(at), ast.Load())
+                    if isinstance(each, ast.Name | ast.Attribute):
+                        simple.add(id(each))
+                        stored = node.value if each is target else element
+                        found.setdefault(ast.unparse(each), []).append(stored)
     for node in ast.walk(reader.tree):
         if (
             isinstance(node, ast.Name | ast.Attribute)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 
 from ....io_images.amci3601 import CommandMsw, StatusMsw
@@ -22,19 +23,17 @@ from ..logic import (
     Compare,
     Condition,
     FixedTruth,
+    all_of,
     base_of,
     leaves,
     negated,
     steps_in,
 )
+from ..module_kinds import KINDS, MODE_CONFIG, MOVING, OFF_AT_END
 from .conditions import ConditionNames, condition, constant_of
 from .images import Images
 from .reader import Function, Reader, functions_in
-from .scans import KINDS
-
-MOVING = ("MOVING_CW", "MOVING_CCW")
-OFF_AT_END = (*MOVING, "POSITION_INVALID")
-"""Status bits that are off when a motion has ended; of the others none says so while it is off."""
+from .scans import KINDS as CLASSES
 
 TELLING = re.compile(r"now_ns|number|position|" + "|".join(each.name or "" for each in StatusMsw))
 """In texts of values that may say that a motion has ended, or that time has passed."""
@@ -59,17 +58,17 @@ class PythonSteps:
 
     def __init__(self, reader: Reader, images: Images, slots: Sequence[int]) -> None:
         self._reader, self._images, self._slots = reader, images, slots
-        self._names = ConditionNames()
+        self.names = ConditionNames()
         self._functions = {function.name: function for function, _ in functions_in(reader.tree)}
-        self._function: Function
+        self.function: Function  # the one that is read
         self._depth = 0
 
     def actions(self) -> Iterator[StepAction]:
         """Yield what the program does in its steps."""
-        called = {_callee(node) for node in ast.walk(self._reader.tree) if isinstance(node, ast.Call)}
+        called = {callee_of(node) for node in ast.walk(self._reader.tree) if isinstance(node, ast.Call)}
         for name, function in self._functions.items() if self._machines else ():
             if name not in called:
-                self._function = function
+                self.function = function
                 yield from self._body(function.body, TRUE)
 
     # --- statements
@@ -78,17 +77,17 @@ class PythonSteps:
         for node in body:
             yield from self._statement(node, reached)
             if isinstance(node, ast.If) and not node.orelse and isinstance(node.body[-1], ast.Return):
-                reached = AllOf((reached, negated(condition(node.test, self._names))))
+                reached = all_of(reached, negated(condition(node.test, self.names)))
 
     def _statement(self, node: ast.stmt, reached: Condition) -> Iterator[StepAction]:
         match node:
             case ast.If(test=test, body=body, orelse=orelse):
-                own = condition(test, self._names)
-                yield from self._body(body, AllOf((reached, own)))
-                yield from self._body(orelse, AllOf((reached, negated(own))))
+                own = condition(test, self.names)
+                yield from self._body(body, all_of(reached, own))
+                yield from self._body(orelse, all_of(reached, negated(own)))
             case ast.Match(subject=subject, cases=cases):
                 for each in cases:
-                    yield from self._body(each.body, AllOf((reached, self._chosen(subject, each))))
+                    yield from self._body(each.body, all_of(reached, self.chosen(subject, each)))
             case ast.For(body=body) | ast.While(body=body) | ast.With(body=body) | ast.Try(body=body):
                 yield from self._body(body, reached)
             case ast.Assign(targets=[target], value=value):
@@ -96,14 +95,15 @@ class PythonSteps:
             case ast.Expr(value=ast.Call() as call):
                 yield from self._called(call, reached)
 
-    def _chosen(self, subject: ast.expr, case: ast.match_case) -> Condition:
+    def chosen(self, subject: ast.expr, case: ast.match_case) -> Condition:
+        """Return the condition of a case."""
         patterns = case.pattern.patterns if isinstance(case.pattern, ast.MatchOr) else [case.pattern]
         parts: list[Condition] = [
-            condition(ast.Compare(subject, [ast.Eq()], [each.value]), self._names)
+            condition(ast.Compare(subject, [ast.Eq()], [each.value]), self.names)
             for each in patterns
             if isinstance(each, ast.MatchValue)
         ]
-        guard = TRUE if case.guard is None else condition(case.guard, self._names)
+        guard = TRUE if case.guard is None else condition(case.guard, self.names)
         return AllOf((AnyOf(tuple(parts)), guard)) if len(parts) == len(patterns) else guard
 
     def _assigned(
@@ -113,48 +113,25 @@ class PythonSteps:
         step = _step(value)
         if text in self._machines and step is not None:
             yield self._action(node, text, reached, goes=step)
-        if (
-            isinstance(target, ast.Subscript)
-            and isinstance(target.slice, ast.Constant)
-            and target.slice.value == 0
-        ):
-            slot = self._slot(target.value)
-            if slot:
-                yield from self._everywhere(node, reached, slot, "", 0)
 
     def _called(self, call: ast.Call, reached: Condition) -> Iterator[StepAction]:
-        method = call.func.attr if isinstance(call.func, ast.Attribute) else ""
-        slot = self._slot(call.func.value) if isinstance(call.func, ast.Attribute) else ""
-        inner = self._functions.get(_callee(call))
+        inner = self._functions.get(callee_of(call))
         if inner is not None and self._depth < DEPTH:
-            outer, self._function, self._depth = self._function, inner, self._depth + 1
+            outer, self.function, self._depth = self.function, inner, self._depth + 1
             yield from self._body(inner.body, reached)
-            self._function, self._depth = outer, self._depth - 1
-        elif slot and method == "load" and call.args:
-            kind = self._kind(call.args[0])
-            yield from self._everywhere(call, reached, slot, kind, int(BITS.get(kind, 0)))
-        elif slot and method in ("clear", "set_bit"):
-            yield from self._everywhere(call, reached, slot, "", 0)
+            self.function, self._depth = outer, self._depth - 1
 
-    def _everywhere(
-        self, node: ast.expr | ast.stmt, reached: Condition, slot: str, kind: str, sets: int
+    def commanding(
+        self, node: ast.expr, reached: Condition, axis: str, sets: int, clears: int
     ) -> Iterator[StepAction]:
         """Yield a write of the command word, for each machine."""
+        bits = 0 if sets & MODE_CONFIG else sets
+        kind = next((kind for bit, kind in KINDS.items() if bits & bit), "")
+        cleared = clears | (ALL if sets & MODE_CONFIG else 0)
         for machine in self._machines:
             action = self._action(node, machine, reached)
-            yield StepAction(
-                machine,
-                action.steps,
-                action.place,
-                None,
-                action.ends,
-                action.moves,
-                slot,
-                kind,
-                f"the command {kind}",
-                sets,
-                ALL & ~sets,
-            )
+            text = f"the command {kind}"
+            yield replace(action, axis=axis, kind=kind, text=text, sets=bits, clears=cleared)
 
     def _action(
         self, node: ast.expr | ast.stmt, machine: str, reached: Condition, *, goes: Step | None = None
@@ -167,10 +144,22 @@ class PythonSteps:
             isinstance(each, Bit) and each.on and _last(each.name) in MOVING for each in leaves(reached)
         )
         found = None if there is None else frozenset(numbers[each] for each in there)
-        return StepAction(machine, found, FileLine(self._reader.file, node.lineno), goes, ends, moves)
+        place = FileLine(self._reader.file, node.lineno)
+        return StepAction(machine, found, place, goes, ends, moves, when=reached)
+
+    def where(self, reached: Condition) -> dict[str, tuple[frozenset[Step] | None, bool]]:
+        """Return the steps in which a condition may hold, and whether it does in each scan of them."""
+        found: dict[str, tuple[frozenset[Step] | None, bool]] = {}
+        parts = [each for each in leaves(reached) if each != TRUE]
+        for machine, steps in self._machines.items():
+            numbers = {self._number(step): step for step in steps}
+            there = steps_in(reached, machine, frozenset(numbers))
+            sure = all(isinstance(each, Compare) and base_of(each.name) == machine for each in parts)
+            found[machine] = (None if there is None else frozenset(numbers[each] for each in there), sure)
+        return found
 
     def _number(self, step: Step) -> float:
-        return float(self._names.number(step) or 0)
+        return float(self.names.number(step) or 0)
 
     # --- what texts mean
 
@@ -179,7 +168,7 @@ class PythonSteps:
         """The names that only get constants and that are compared with them: their steps."""
         found = {
             text: frozenset(step for step in map(_step, values) if step is not None)
-            for text, values in self._values.items()
+            for text, values in self.values.items()
             if all(_step(each) is not None for each in values)
         }
         compared: dict[str, set[Step]] = {}
@@ -190,7 +179,7 @@ class PythonSteps:
         return {text: steps | compared.get(text, set()) for text, steps in found.items() if len(steps) > 1}
 
     @cached_property
-    def _values(self) -> Mapping[str, list[ast.expr]]:
+    def values(self) -> Mapping[str, list[ast.expr]]:
         """What the text assigns, by target."""
         found: dict[str, list[ast.expr]] = {}
         for node in ast.walk(self._reader.tree):
@@ -201,22 +190,15 @@ class PythonSteps:
                 found.setdefault(ast.unparse(node.target), []).append(node)  # type: ignore[arg-type]  # no constant
         return found
 
-    def _slot(self, node: ast.expr) -> str:
-        """Return the axis whose outputs an expression is; "" if it is none."""
-        kind, slot = self._images.what(node, self._images.locals_of(self._function))
-        if slot is None and len(self._slots) == 1:
-            slot = self._slots[0]
-        return f"slot {slot}" if kind == "outputs" and slot in self._slots else ""
-
-    def _kind(self, loaded: ast.expr) -> str:
+    def kind(self, loaded: ast.expr) -> str:
         """Return the command that an image is; "" for another one."""
         text = ast.unparse(loaded)
         name = text.partition(".")[0]
-        texts = [text, *(ast.unparse(each) for each in self._values.get(name, ()))]
+        texts = [text, *(ast.unparse(each) for each in self.values.get(name, ()))]
         for each in texts:
             if each.startswith("Move("):
                 return "move_to" if "ABSOLUTE" in each else "move_by"
-            kind = KINDS.get(each.partition("(")[0], "")
+            kind = CLASSES.get(each.partition("(")[0], "")
             if kind:
                 return kind
         return ""
@@ -230,17 +212,17 @@ class PythonSteps:
         name = _last(part.name)
         if name in StatusMsw.__members__:
             return name not in MOVING if part.on else name in OFF_AT_END
-        return part.on and any(map(self._tells, self._values.get(base_of(part.name), ())))
+        return part.on and any(map(self._tells, self.values.get(base_of(part.name), ())))
 
     def _tells(self, value: ast.expr) -> bool:
         """Whether a value may depend on time, or on the inputs of a 3601."""
-        local = self._images.locals_of(self._function)
+        local = self._images.locals_of(self.function)
         parts = (self._images.what(each, local) for each in ast.walk(value) if isinstance(each, ast.expr))
         reads = any(kind == "inputs" and (slot is None or slot in self._slots) for kind, slot in parts)
         return reads or TELLING.search(ast.unparse(value)) is not None
 
 
-def _callee(call: ast.Call) -> str:
+def callee_of(call: ast.Call) -> str:
     """Return the name of what is called, without what it belongs to."""
     return call.func.attr if isinstance(call.func, ast.Attribute) else ast.unparse(call.func)
 

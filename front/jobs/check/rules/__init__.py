@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 from ..subject import Subject, Violation
-from . import blends, data, motion, rack, steps
+from . import blends, data, interlocks, motion, rack, steps, words
 
 Check = Callable[[Subject], Iterator[Violation]]
 
@@ -139,12 +139,28 @@ RULES = (
     ),
     Rule("recursion", "a routine or function that calls itself", "use a loop"),
     Rule("preset-zero", "a timer or counter that is done at once, since its preset is 0", "give it a preset"),
+    Rule(
+        "no-interlock",
+        "two outputs of opposite names, such as Up and Down, that inputs can switch on together",
+        "let each one exclude the other, or add the other's contact",
+        check=interlocks.opposite_outputs,
+    ),
+    Rule(
+        "preset-unit",
+        "a time of a few scans, such as a preset of 2: it is meant in another unit",
+        "give it in milliseconds; in Python with its unit, or in nanoseconds of scan.now_ns",
+    ),
     # numbers and names
     Rule(
         "subscript",
         "a subscript that a loop takes out of its array, or that a table does not have",
         "let the loop end with the last element, or correct the subscript",
         "error",
+    ),
+    Rule(
+        "integer-zero",
+        "a division of integers whose result is always 0",
+        "multiply first, or divide REALs",
     ),
     Rule("division-by-zero", "a division by a constant 0", "divide by another number", "error"),
     Rule(
@@ -211,14 +227,14 @@ RULES = (
         "a value that the module refuses: ranges, the starting speed, a configuration",
         "correct the value",
         "error",
-        motion.out_of_range,
+        lambda subject: _each(subject, motion.out_of_range, words.images_out_of_range),
     ),
     Rule(
         "refused-command",
-        "a command that the module refuses with this configuration",
-        "change the configuration or the command",
+        "a command that the module refuses: two command bits, data that it must not have, the configuration",
+        "change the command, its words or the configuration",
         "error",
-        motion.refused,
+        lambda subject: _each(subject, motion.refused, words.refused_images, interlocks.both_commands),
     ),
     Rule(
         "blend-profile",

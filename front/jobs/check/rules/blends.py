@@ -23,7 +23,7 @@ def blends(subject: Subject) -> Iterator[Violation]:
             continue
         count = each.value("segments")
         if count.outside(SEGMENTS_MIN, SEGMENTS_MAX):
-            text = f"{each.text}: {count} segments: allowed are {SEGMENTS_MIN} to {SEGMENTS_MAX}"
+            text = f"{each.text}: {count} segments: must be {SEGMENTS_MIN} to {SEGMENTS_MAX}"
             yield Violation(each.place, text)
         elif each.segments:
             rule = _wrong_segment(each.segments, subject.configurations(each.slot))
@@ -43,7 +43,7 @@ def _wrong_segment(
             ("rate", rate, RATE_MAX),
         ):
             if found.outside(1, most):
-                return f"{name} {found} of segment {number}: allowed are 1 to {most}"
+                return f"{name} {found} of segment {number}: must be 1 to {most}"
         if speed.most < least:
             return f"speed {speed} of segment {number} is below the starting speed, {least}"
     known = [each for each in segments if all(part.is_constant for part in each)]

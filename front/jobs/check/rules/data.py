@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..facts import Access, Role, Touch, Variable, overlap
+from ..logic import base_of
 from ..subject import Subject, Violation
 
 SET = (Touch.COIL, Touch.LATCH, Touch.WRITE, Touch.BOTH)
@@ -58,7 +59,8 @@ def move_over_coil(subject: Subject) -> Iterator[Violation]:
     for variable, accesses in subject.by_variable:
         bits = [each for each in accesses if each.use is Touch.COIL and each.part]
         for each in accesses:
-            under = next((bit for bit in bits if _contains(each.part, bit.part)), None)
+            own = (bit for bit in bits if _contains(each.part, bit.part) and not _exclude(each, bit))
+            under = next(own, None)
             if (
                 each.use is Touch.WRITE
                 and not each.once
@@ -72,6 +74,12 @@ def move_over_coil(subject: Subject) -> Iterator[Violation]:
 
 def _contains(whole: str, part: str) -> bool:
     return whole != part and "?" not in whole + part and (part.startswith((f"{whole}.", f"{whole}[")))
+
+
+def _exclude(one: Access, other: Access) -> bool:
+    """Whether a bit that one needs on is one that the other needs off."""
+    bits = {base_of(each.name): each.on for each in one.needs}
+    return any(bits.get(base_of(each.name), each.on) != each.on for each in other.needs)
 
 
 def never_written(subject: Subject) -> Iterator[Violation]:

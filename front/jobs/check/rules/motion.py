@@ -56,7 +56,7 @@ def out_of_range(subject: Subject) -> Iterator[Violation]:
     for each in subject.facts.commands:
         limits = {**LIMITS, **BY_KIND.get(each.kind, {})}
         wrong = (
-            f"{name} is {found}: allowed are {limits[name][0]} to {limits[name][1]}"
+            f"{name} is {found}: must be {limits[name][0]} to {limits[name][1]}"
             for name in each.values
             for found in _possible(each, name)
             if name in limits and found.outside(*limits[name])
@@ -165,6 +165,28 @@ def without_position(subject: Subject) -> Iterator[Violation]:
                 first.place,
                 f"{first.text} needs a valid position, and nothing searches for home or sets the position",
             )
+        elif first is not None and not is_open(subject, first):
+            yield from _before_position(commands)
+
+
+def _before_position(commands: Sequence[Command]) -> Iterator[Violation]:
+    """Find an absolute move that comes before the position in the same sequence."""
+    knowing = [each for each in commands if each.kind in ("home", "set_position")]
+    if not all(each.order for each in knowing) or len({each.owner for each in knowing}) > 1:
+        return
+    first = min(knowing, key=lambda each: each.order)
+    for each in sorted(commands, key=lambda each: each.order):
+        is_before = each.owner == first.owner and each.sure and 0 < each.order < first.order
+        if each.kind == "move_to" and is_before:
+            what = f"comes before {first.text} in line {first.place.line}: {_section('CMD-06')}"
+            yield Violation(
+                each.place, f"{each.text} needs a valid position, and {what}: {_section('CMD-06')}"
+            )
+            return
+
+
+def _section(rule: str) -> str:
+    return f"{RULES[rule].text.rstrip('.')} [{RULES[rule].section}]"
 
 
 def interrupted(subject: Subject) -> Iterator[Violation]:

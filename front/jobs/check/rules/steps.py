@@ -21,6 +21,12 @@ class _Machine:
         """Yield what goes on from a step."""
         return (each for each in self._goes if each.steps == frozenset((step,)) and each.goes != step)
 
+    def onward_with(self, motion: StepAction, step: Step) -> Iterator[StepAction]:
+        """Yield what goes on from a step of a motion: what does so together with it, if anything does."""
+        every = list(self.onward(step))
+        own = [each for each in every if each.when == motion.when]
+        yield from own if own and step in (motion.steps or ()) else every
+
     def clears(self, step: Step, bits: int) -> bool:
         """Whether something may clear bits of the command word in a step."""
         return any(each.clears & bits for each in self._own if each.happens_in(step))
@@ -55,7 +61,7 @@ def _next_unfinished(machine: _Machine, first: StepAction, start: Step) -> StepA
     todo: list[tuple[Step, bool]] = [(start, machine.clears(start, first.sets))]
     while todo:
         step, is_cleared = todo.pop(0)
-        for edge in machine.onward(step):
+        for edge in machine.onward_with(first, step):
             if edge.ends or edge.goes is None or (edge.goes, is_cleared) in seen:
                 continue
             seen.add((edge.goes, is_cleared))
@@ -89,7 +95,7 @@ def _next_unseen(machine: _Machine, first: StepAction, start: Step) -> StepActio
     todo: list[tuple[Step, bool]] = [(start, False)]
     while todo:
         step, has_ended = todo.pop(0)
-        for edge in machine.onward(step):
+        for edge in machine.onward_with(first, step):
             here = edge.goes
             ended = has_ended or edge.ends
             if here is None or (here, ended) in seen or machine.clears_before(here, first.sets):

@@ -112,7 +112,7 @@ def accesses_of(
     step = point.step
     needs = needed(point.condition)
     once = any(each.name.startswith(FIRST_SCAN) and each.on for each in needs)
-    steady = all(map(_is_steady, leaves(point.condition)))
+    steady = all(map(_is_steady, (*leaves(point.condition), *leaves(point.value))))
     unit = point.routine.name
     owner = owners.get(program_of(unit).upper(), "")
     mentions = list(mentions_of(lowered.sites[step.site], step))

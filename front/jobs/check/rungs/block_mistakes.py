@@ -84,7 +84,7 @@ def parameters_out_of_range(points: Placed, values: Values, tags: Mapping[str, T
         least, most = BLOCK_RANGES.get(target.leaf.path.upper().rpartition(".")[2], (None, None))
         found = values.of(source)
         if least is not None and most is not None and found.outside(least, most):
-            yield Remark(place, f"{target.text} is {found}: allowed are {least} to {most}")
+            yield Remark(place, f"{target.text} is {found}: must be {least} to {most}")
 
 
 def _is_block(tag: Tag | None) -> bool:

@@ -9,8 +9,9 @@ from ....ladder.model.operands import Calculation, Constant, Group, Place, Resol
 from ....ladder.model.tags import program_of
 from ....ladder.state.lowered import ADD_ON, AddOnCall, LoweredStep, Node, steps_of
 from ..facts import Command, FileLine
-from ..ranges import Range
+from ..ranges import Range, exactly
 from .conditions import key_of
+from .options import OperandOptions
 from .values import Values
 from .walk import Point
 
@@ -93,13 +94,19 @@ def commands_of(
             each.place,
             f"{each.call.name} {each.call.instance.text}",
             dict(_arguments(each.call, parameters, values)),
-            {name: values.choices(source) for name, source in _sources(each.call, parameters)},
+            {name: _choices(source, values) for name, source in _sources(each.call, parameters)},
             each.order,
             unit,
             owners.get(program_of(unit).upper(), ""),
             execute=_execute(each.call),
             segments=_segments(each.call, values),
         )
+
+
+def _choices(source: Resolved, values: Values) -> tuple[Range, ...]:
+    """Return the values that an argument gets: of a table each element."""
+    options = OperandOptions(values).of(source).options
+    return tuple(map(exactly, options)) if len(options) > 1 else values.choices(source)
 
 
 def _arguments(call: AddOnCall, parameters: Mapping[str, str], values: Values) -> Iterator[tuple[str, Range]]:

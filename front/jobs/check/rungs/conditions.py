@@ -141,7 +141,7 @@ class Conditions:
             return self._limited(*given)
         if step.name in ("CMP", "IF"):
             return self.condition(given[0])
-        return {"AFI": FALSE, "NOP": TRUE, "EXIT": TRUE, "CASE": TRUE}.get(step.name, UNKNOWN)
+        return {"AFI": FALSE, "NOP": TRUE, "LBL": TRUE, "EXIT": TRUE, "CASE": TRUE}.get(step.name, UNKNOWN)
 
     def _limited(self, low: Resolved, test: Resolved, high: Resolved) -> Condition:
         if isinstance(low, Constant) and isinstance(high, Constant):

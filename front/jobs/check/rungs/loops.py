@@ -47,7 +47,7 @@ def _why_endless(loop: Loop) -> str:
         return "FOR counts by 0: it never ends" if isinstance(by, Constant) and not by.value else ""
     places = list(_places(loop.condition.steps[0].operands[0]))
     paths = {each.leaf.path.upper() for each in places}
-    is_fixed = all(each.leaf.slot is None and not each.leaf.frame and not each.can_fault for each in places)
+    is_fixed = all(not each.leaf.output and not each.leaf.frame and not each.can_fault for each in places)
     if not paths or not is_fixed or any(_may_write(step, paths) for step in steps):
         return ""
     names = ", ".join(dict.fromkeys(each.text for each in places))

@@ -7,17 +7,21 @@ from dataclasses import replace
 
 from ....ladder.model.operands import Calculation, Constant, Group, Place, Resolved, is_integer
 from ....ladder.model.spec import InstructionKind
+from ....ladder.model.types import FBD_TIMER, TIMER
 from ....ladder.state.lowered import ADD_ON, LoweredLine, LoweredProgram, LoweredStep, Node, Parallel
 from ..facts import Facts, FileLine
 from ..logic import TRUE, UNKNOWN, AllOf, AnyOf, Condition, FixedTruth, always, leaves, never
 from ..ranges import Range
 from .conditions import Conditions
-from .values import COPIES, Values, target_of, type_range, written_value
+from .values import COPIES, Values, is_whole, target_of, type_range, written_value
 from .walk import Point
 
 TIMERS = ("TON", "TOF", "RTO")
 COUNTERS = ("CTU", "CTD")
 FBD_TIMERS = ("TONR", "TOFR", "RTOR")
+
+SHORT_MS, FEW = 10, 5
+"""A preset of fewer milliseconds, and of so few scans, is meant in another unit."""
 
 LOOPS = ("WHILE", "UNTIL", "FOR")
 """Statements whose condition may be constant: EXIT ends the loop."""
@@ -28,12 +32,21 @@ class Mistakes:
 
     Args:
         read: paths in capitals that the program reads, such as COUNT.DN.
+        scan_ms: time from scan to scan.
         made: whether Python has made the rungs.
     """
 
     def __init__(
-        self, lowered: LoweredProgram, values: Values, facts: Facts, read: frozenset[str], *, made: bool
+        self,
+        lowered: LoweredProgram,
+        values: Values,
+        facts: Facts,
+        read: frozenset[str],
+        *,
+        made: bool,
+        scan_ms: float,
     ) -> None:
+        self._scan_ms = scan_ms
         self._lowered, self._values, self._facts, self._read = lowered, values, facts, read
         self._presets = {path.upper(): value for (path, _), value in lowered.presets.items()}
         self._dead: FileLine | None = None
@@ -63,9 +76,9 @@ class Mistakes:
             if not is_loop:
                 self._decided(point, own, text, place)
         elif not point.is_rung and own == TRUE and never(point.condition):
-            if self._dead is None:
+            if self._dead is None and not point.guards:
                 self._facts.remark("unreachable", place, f"{text} is never reached")
-            self._dead = self._dead or place
+                self._dead = place
             return
         if own == TRUE and not point.is_rung and not never(point.condition):
             self._dead = None
@@ -122,6 +135,23 @@ class Mistakes:
         ):
             self._facts.remark("division-by-zero", place, f"{self._text(step)} divides by 0")
 
+        written = written_value(step)
+        for each in (*step.operands, *([written] if step.name == "DIV" and written is not None else [])):
+            for quotient in _quotients(each):
+                if self._is_always_zero(quotient, target_of(step)):
+                    text = f"{self._text(step)}: the quotient of two integers is cut to 0 here"
+                    self._facts.remark("integer-zero", place, text)
+
+    def _is_always_zero(self, quotient: Calculation, target: Place | None) -> bool:
+        """Whether a division of integers only gives 0, though it does not divide 0."""
+        dividend, divisor = quotient.operands
+        is_real = target is not None and not target.type.is_integer and isinstance(dividend, Place)
+        is_split = isinstance(divisor, Constant) and divisor.value == 1000 and isinstance(dividend, Place)
+        if is_real or is_split or not is_whole(quotient):
+            return False
+        found, cut = self._values.of(dividend), self._values.of(quotient)
+        return cut.is_constant and cut.least == 0 and not (found.is_constant and found.least == 0)
+
     def _is_zero(self, operand: Resolved) -> bool:
         found = self._values.of(operand)
         return found.is_constant and found.least == 0
@@ -168,6 +198,8 @@ class Mistakes:
         ):
             return
         found = self._values.initial(first.member("PRE"))
+        if found is not None and found.most != 0:
+            self._short(step, first, found, place)
         if found is None or found.most != 0:
             return
         if step.name in COUNTERS and f"{path}.DN" not in self._read:
@@ -177,6 +209,17 @@ class Mistakes:
             place,
             f"{self._text(step)}: the preset of {first.text} is 0, so it is done at once",
         )
+
+    def _short(self, step: LoweredStep, timer: Group, preset: Range, place: FileLine) -> None:
+        """Note a preset in another unit than milliseconds: it is over within a few scans."""
+        scans = preset.most / self._scan_ms
+        is_short = preset.least > 0 and (scans <= 1 or (preset.most < SHORT_MS and scans <= FEW))
+        if is_short and step.name not in COUNTERS and timer.type in (TIMER, FBD_TIMER):
+            text = (
+                f"{self._text(step)}: the preset of {timer.text} is {preset} ms, and a scan takes "
+                f"{self._scan_ms:g} ms"
+            )
+            self._facts.remark("preset-unit", place, text)
 
 
 def _is_copy(step: LoweredStep) -> bool:
@@ -205,6 +248,14 @@ def _divisors(operand: object) -> Iterator[Resolved]:
             yield operand.operands[1]
         for each in operand.operands:
             yield from _divisors(each)
+
+
+def _quotients(operand: object) -> Iterator[Calculation]:
+    if isinstance(operand, Calculation):
+        if operand.name == "/":
+            yield operand
+        for each in operand.operands:
+            yield from _quotients(each)
 
 
 def _meet(before: Condition, own: Condition) -> bool:

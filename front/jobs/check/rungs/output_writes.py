@@ -24,18 +24,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ....io_images.amci3601 import CommandMsw, StatusMsw
-from ....io_images.image import WORDS
+from ....io_images.amci3601 import StatusMsw
+from ....io_images.image import WORDS, signed_word
 from ....ladder.debug.crossref import TARGETS, Mention
 from ....ladder.model.operands import Constant, Group, Place, first_leaf
 from ....ladder.model.types import count_of
 from ....ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, LoweredStep, steps_of
 from ..facts import FileLine
 from ..ranges import ANY, Range
+from ..written import UNKNOWN_WORD, WordValue
+from .options import OperandOptions
 from .values import Values, target_of, written_value
-
-MODE_CONFIG = CommandMsw.MODE_CONFIG.value
-"""The bit of output word 0 that requests configuration mode."""
 
 _WORD = 0xFFFF
 ELSEWHERE = (
@@ -59,6 +58,7 @@ class Write:
     status: int = 0  # bits of input word 0 that its rung needs
     command: int = 0  # bits of output word 0 that its rung needs
     site: int = -1  # of the instruction, in `LoweredProgram.sites`
+    value: WordValue | None = None  # of a whole word; None for bits
 
     def takes_back(self, bit: int) -> bool:
         """Whether this clears a command bit after the command has been given."""
@@ -88,6 +88,7 @@ class WriteReader:
     ) -> None:
         self._constants = _constants(lowered, mentions)
         self._slots, self._values, self._counts, self._place = slots, values, counts, place_of
+        self._options = OperandOptions(values)
         self._staged = dict(self._stages(lowered))
 
     @property
@@ -132,6 +133,15 @@ class WriteReader:
             return None
         return words[start : start + 8] if len(words) >= start + 8 else None
 
+    def _part_of(self, operand: object, length: int) -> tuple[int | None, ...] | None:
+        """Return constant words at an operand, of an array that may be shorter than an image."""
+        if not isinstance(operand, (Place, Group)) or (isinstance(operand, Group) and operand.indices):
+            return None
+        start = operand.fixed_index if isinstance(operand, Place) else 0
+        words = self._constants.get(path_of(operand))
+        is_there = words is not None and start is not None and len(words) >= start + length
+        return words[start : start + length] if is_there and words is not None and start is not None else None
+
     def writes(self, is_rung: bool, line: LoweredLine) -> Iterator[Write]:
         """Yield the writes of a rung, or of a statement."""
         needs = _needs(line) if is_rung else {}
@@ -171,11 +181,13 @@ class WriteReader:
             yield replace(rung, word=word, sets=sets, clears=clears)
             return
         words = [(at, value) for at in self._computed(step, operand) for value in self._words(step)[:1]]
+        options = self._options.word(written_value(step)) if target_of(step) is not None else UNKNOWN_WORD
         for at, value in words or enumerate(self._words(step), word):
             if value is None:
-                yield replace(base, word=at, sets=0, clears=_WORD, known=False)
+                yield replace(base, word=at, sets=0, clears=_WORD, known=False, value=options)
             else:
-                yield replace(base, word=at, sets=value & _WORD, clears=~value & _WORD)
+                given = WordValue((signed_word(value & _WORD),))
+                yield replace(base, word=at, sets=value & _WORD, clears=~value & _WORD, value=given)
 
     def _computed(self, step: LoweredStep, operand: Place | Group) -> Sequence[int]:
         """Return the words that a computed subscript may name; none if it is constant, or may be any."""
@@ -193,7 +205,7 @@ class WriteReader:
             length = min(int(step.operands[2].value), 8)
             if step.name == "FLL":
                 return [int(source.value) if isinstance(source, Constant) else None] * length
-            return (self.words_of(source) or (None,) * 8)[:length]
+            return (self._part_of(source, length) or (None,) * 8)[:length]
         if target_of(step) is None:
             return [None] * 8
         written = written_value(step)

@@ -22,11 +22,13 @@ from ..facts import Facts, FileLine, Remark, SentCommand
 from .accesses import Variables, accesses_of, declaration_lines
 from .block_mistakes import called_twice, misordered, parameters_out_of_range
 from .blocks import block_calls, commands_of, slots_of
+from .calls import RoutineCalls, exclusive_repeats
 from .conditions import Conditions, on_delays
 from .controls import shared
 from .loops import counted, counts_by_site, endless
 from .mistakes import Mistakes
 from .output_writes import WriteReader, path_of
+from .outputs import OutputBits
 from .sent_words import SentWords
 from .steps import Steps
 from .structure import Structure, own_routines
@@ -34,6 +36,7 @@ from .subscripts import note_subscripts
 from .terminals import Terminals
 from .values import Values
 from .walk import Walker
+from .word_writes import word_writes
 from .written_words import computed, held, words_out_of_range
 
 
@@ -80,9 +83,9 @@ class _ProgramReader:
 
     def facts(self) -> Facts:
         facts = Facts(reads_all=bool(self.lowered.functions))
-        for each in self.program.warnings:
-            place = FileLine(each.site.file or str(self.path), each.site.line or 1)
-            facts.remark(each.rule or "repeated-coil", place, each.text)
+        calls = RoutineCalls(self.main)
+        for rule, remark in self._warnings(calls):
+            facts.remark(rule, *remark)
         facts.remarks["unreached-step"] += self._unreached()
         self._sites(facts)
         self._commands(facts)
@@ -91,8 +94,21 @@ class _ProgramReader:
         misordered(self.calls, self.axes, facts, has_other_axes=bool(self.lowered.axes))
         called_twice(self.main, facts)
         shared(self.main, self.mentions, facts)
+        calls.twice(facts)
         endless(self.routines, self._place, facts)
         return facts
+
+    def _warnings(self, calls: RoutineCalls) -> Iterator[tuple[str, Remark]]:
+        """Yield the warnings of the build, without coils of routines that exclude each other."""
+        repeated = []
+        for each in self.program.warnings:
+            remark = Remark(FileLine(each.site.file or str(self.path), each.site.line or 1), each.text)
+            if each.rule == "repeated-coil":
+                repeated.append(remark)
+            else:
+                yield each.rule or "repeated-coil", remark
+        for remark in exclusive_repeats(repeated, self.main, calls):
+            yield "repeated-coil", remark
 
     def _commands(self, facts: Facts) -> None:
         """Note what the program sends to the 3601s."""
@@ -119,6 +135,8 @@ class _ProgramReader:
         blocks = [replace(each, starts=steps.starts(each)) for each in blocks]
         facts.commands = [*blocks, *sent.commands()]
         facts.actions = list(steps.actions(writes, blocks))
+        facts.writes = list(word_writes(self.main, writes, steps, self.lowered))
+        facts.outputs = list(OutputBits(self.main, self.conditions.places, self.slots).writes())
 
     def _sites(self, facts: Facts) -> None:
         for routine in self.routines:
@@ -167,7 +185,11 @@ class _ProgramReader:
         read = frozenset(
             path_of(each.where) for each in self.mentions if each.reads and isinstance(each.where, Place)
         )
-        mistakes = Mistakes(self.lowered, self.values, facts, read, made=self.path.suffix == ".py")
+        mistakes = Mistakes(
+            *(self.lowered, self.values, facts, read),
+            made=self.path.suffix == ".py",
+            scan_ms=float(self.spec.scan_ms),
+        )
         seen: set[tuple[str, str]] = set()
         for point, place in self.points:
             mistakes.note(point, place)

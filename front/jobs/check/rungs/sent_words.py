@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 
-from ....io_images.amci3601 import CommandMsw, Firmware, Parameters
+from ....io_images.amci3601 import Firmware, Parameters
 from ....io_images.amci3601.configuration import check
 from ....io_images.amci3601.parameters import RATE_MAX, SPEED_MAX
 from ....io_images.amci3601.rules import RULES
@@ -13,26 +13,12 @@ from ....io_images.thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands
 from ....ladder.state.lowered import AddOnCall, LoweredLine, steps_of
 from ....runtime.config.rackspec import SlotSpec
 from ..facts import Command, FileLine, Remark, SentCommand
+from ..module_kinds import MODE_CONFIG, MOVES, SEARCHES, kinds_of
 from ..ranges import Range, exactly
-from .output_writes import MODE_CONFIG, Write, WriteReader, output_word
+from .output_writes import Write, WriteReader, output_word
 
-SEARCHES = (CommandMsw.FIND_HOME_CW | CommandMsw.FIND_HOME_CCW).value
-MOVES = (CommandMsw.ABSOLUTE_MOVE | CommandMsw.RELATIVE_MOVE).value
 BLEND = 0x0100
 """The bit of output word 1 that programs a blend."""
-
-KINDS = {
-    CommandMsw.ABSOLUTE_MOVE.value: "move_to",
-    CommandMsw.RELATIVE_MOVE.value: "move_by",
-    CommandMsw.FIND_HOME_CW.value: "home",
-    CommandMsw.FIND_HOME_CCW.value: "home",
-    CommandMsw.RUN_BLEND_CW.value: "run_blend",
-    CommandMsw.RUN_BLEND_CCW.value: "run_blend",
-    CommandMsw.PRESET_POSITION.value: "set_position",
-    CommandMsw.MANUAL_CW.value: "run",
-    CommandMsw.MANUAL_CCW.value: "run",
-}
-"""Commands by their bit of output word 0."""
 
 NONE: Mapping[str, Range] = MappingProxyType({})
 
@@ -77,14 +63,14 @@ class SentWords:
         for copy in self._copies:
             is_move = copy.words[0] & (MOVES | SEARCHES) and copy.speed is not None
             values = {"speed": exactly(copy.speed or 0)} if is_move else {}
-            for kind in _kinds(copy.words[0]):
+            for kind in kinds_of(copy.words[0]):
                 yield _command(kind, copy, f"the words of {kind}", values)
             if len(copy.words) > 1 and copy.words[1] & BLEND:
                 yield _command("program_blend", copy, "the words of a blend")
         copied = {(each.place, each.slot) for each in self._copies}
         for write in self._writes:
             if write.word == 0 and write.known and (write.place, write.slot) not in copied:
-                for kind in _kinds(write.sets):
+                for kind in kinds_of(write.sets):
                     yield _command(kind, write, f"output word 0, {kind}")
             if write.word == 1 and (write.sets & BLEND or not write.known):
                 yield _command("program_blend", write, "output word 1")
@@ -149,11 +135,6 @@ class SentWords:
                         yield SentCommand(place, slot, _filled(words))
 
 
-def _kinds(word: int) -> list[str]:
-    """Return the commands in output word 0; none in a configuration."""
-    return [] if word & MODE_CONFIG else [kind for bit, kind in KINDS.items() if word & bit]
-
-
 def _command(kind: str, sent: SentCommand | Write, text: str, values: Mapping[str, Range] = NONE) -> Command:
     return Command(kind, f"slot {sent.slot}", sent.slot, sent.place, text, values, words=True)
 
@@ -175,9 +156,9 @@ def _filled(words: Sequence[int | None]) -> tuple[int, ...]:
 
 def _illegal(parameters: Parameters) -> Iterator[str]:
     if not parameters.target_in_range:
-        yield f"the move's target is {parameters.target}: allowed are {PARAMETER_MIN} to {PARAMETER_MAX}"
+        yield f"the move's target is {parameters.target}: must be {PARAMETER_MIN} to {PARAMETER_MAX}"
     if not parameters.speed_in_range:
-        yield f"the move's speed is {parameters.speed}: allowed are 1 to {SPEED_MAX}"
+        yield f"the move's speed is {parameters.speed}: must be 1 to {SPEED_MAX}"
     if not parameters.rates_in_range:
         rates = f"{parameters.acceleration} and {parameters.deceleration}"
-        yield f"the move's acceleration and deceleration are {rates}: allowed are 1 to {RATE_MAX}"
+        yield f"the move's acceleration and deceleration are {rates}: must be 1 to {RATE_MAX}"

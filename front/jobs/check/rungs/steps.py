@@ -28,9 +28,9 @@ from ..logic import (
     negated,
     steps_in,
 )
+from ..module_kinds import KINDS, MODE_CONFIG
 from .conditions import EDGE, key_of
-from .output_writes import MODE_CONFIG, Write
-from .sent_words import KINDS
+from .output_writes import Write
 from .values import Values, target_of, written_value
 from .walk import Point
 
@@ -60,6 +60,7 @@ class Steps:
         self, points: Placed, values: Values, places: Mapping[str, Place], steppers: Collection[int]
     ) -> None:
         self._points, self._values, self._places, self._steppers = points, values, places, steppers
+        self._found: dict[tuple[Condition, str], frozenset[float] | None] = {}
 
     def actions(self, writes: Iterable[Write], commands: Iterable[Command]) -> Iterator[StepAction]:
         """Yield what the program does in its steps.
@@ -112,8 +113,35 @@ class Steps:
         ends, moves = self._ends(condition, DEPTH), self._needs_motion(condition)
         for machine, steps in self._machines.items():
             if only in ("", machine):
-                there = steps_in(condition, machine, steps)
-                yield StepAction(machine, there, place, goes, ends, moves, axis, kind, text, sets, clears)
+                there = self._there(condition, machine, steps)
+                yield StepAction(
+                    *(machine, there, place, goes, ends, moves, axis, kind, text, sets, clears),
+                    when=self.acts_when(point),
+                )
+
+    def _there(self, condition: Condition, machine: str, steps: frozenset[float]) -> frozenset[float] | None:
+        """Return the steps in which a condition can hold, once per condition; None for all."""
+        key = condition, machine
+        if key not in self._found:
+            self._found[key] = steps_in(condition, machine, steps)
+        return self._found[key]
+
+    def acts_when(self, point: Point) -> Condition:
+        """Return the condition under which an instruction sets a bit or writes a word, calls included."""
+        called = self._called(point)
+        return called if point.value == TRUE else AllOf((called, point.value))
+
+    def where(self, point: Point) -> dict[str, tuple[frozenset[Step] | None, bool]]:
+        """Return the steps in which an instruction may act, and whether it does in each scan of them."""
+        found: dict[str, tuple[frozenset[Step] | None, bool]] = {}
+        when = self.acts_when(point)
+        condition = self._implied(when)
+        for machine, steps in self._machines.items():
+            there = self._there(condition, machine, steps)
+            parts = [each for each in leaves(when) if each != TRUE]
+            sure = all(isinstance(each, Compare) and base_of(each.name) == machine for each in parts)
+            found[machine] = (None if there is None else frozenset(there), sure)
+        return found
 
     # --- machines
 

@@ -8,9 +8,10 @@ from ....ladder import LadderLogic
 from ....ladder.build.addon import AddOn, ParameterMode
 from ....ladder.build.checks import calls_of
 from ....ladder.files.rungreader import load_library
+from ....ladder.model.routine import Routine
 from ....ladder.model.statements import operands_in, statements_in
 from ....ladder.model.tags import program_of
-from ....ladder.model.tree import Address, Operand, Routine, addresses_in, instructions_of
+from ....ladder.model.tree import Address, Operand, addresses_in, instructions_of
 from ....ladder.prove.claims import NEVER
 from ....ladder.state.lowered import (
     Act,

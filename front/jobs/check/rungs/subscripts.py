@@ -38,7 +38,7 @@ def note_subscripts(
             above = reached.most >= size and not _is_guarded(point, count, ">", size - 1 - offset)
             below = reached.least < 0 and not _is_guarded(point, count, "<", -offset)
             if above or below:
-                text = f"{each.text}: the subscript is {reached}, and allowed are 0 to {size - 1}"
+                text = f"{each.text}: the subscript is {reached}; must be 0 to {size - 1}"
                 facts.remark("subscript", place, text)
                 seen.add(key)
 

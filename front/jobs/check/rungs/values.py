@@ -129,7 +129,7 @@ class Values:
             return self._of_place(operand, depth)
         if isinstance(operand, Calculation) and operand.name in OPERATIONS:
             found = OPERATIONS[operand.name](*(self.of(each, depth) for each in operand.operands))
-            whole = operand.name == "/" and all(_is_whole(each) for each in operand.operands)
+            whole = operand.name == "/" and all(is_whole(each) for each in operand.operands)
             return _cut(found) if whole else found
         return ANY
 
@@ -148,6 +148,20 @@ class Values:
         if path in self._others or self._is_in_group(path):
             return []
         return [ANY if each is None else self.of(each, DEPTH - 1) for each in self._written.get(path, ())]
+
+    def sources(self, place: Place) -> Sequence[Resolved | None]:
+        """Return what is written to a number, None for no value; a None if anything else writes it."""
+        path = place.leaf.path.upper()
+        if path in self._others or self._is_in_group(path) or BY_PEOPLE.search(path):
+            return (None,)
+        return self._written.get(path, ())
+
+    def constants(self, path: str) -> Sequence[float] | None:
+        """Return the initial values of a tag that nothing writes; None without any, or if it is written."""
+        tag = self._tags.get(path.upper())
+        if tag is None or tag.initial is None or self.is_written(path) or BY_PEOPLE.search(path):
+            return None
+        return _numbers(tag.initial)
 
     def elements(self, operand: Place | Group, count: int) -> list[Range]:
         """Return the first elements of an array that nothing writes; none if they are not known."""
@@ -234,10 +248,11 @@ def _numbers(initial: object) -> list[float]:
     return [initial] if isinstance(initial, int | float) else []
 
 
-def _is_whole(operand: Resolved) -> bool:
+def is_whole(operand: Resolved) -> bool:
+    """Whether an expression has integers only."""
     if isinstance(operand, Constant | Place):
         return operand.type.is_integer
-    return isinstance(operand, Calculation) and all(map(_is_whole, operand.operands))
+    return isinstance(operand, Calculation) and all(map(is_whole, operand.operands))
 
 
 def _cut(found: Range) -> Range:

@@ -24,7 +24,7 @@ from ....ladder.state.lowered import (
     Parallel,
     Selection,
 )
-from ..logic import TRUE, UNKNOWN, AllOf, AnyOf, Condition, negated
+from ..logic import TRUE, UNKNOWN, AnyOf, Condition, all_of, negated, never, of_any_number
 from .conditions import Conditions
 
 
@@ -37,6 +37,7 @@ class Point:
         own: what it decides itself; TRUE for an output.
         value: the condition that it assigns to a bit; TRUE for another instruction.
         argument: whether it copies an argument of an add-on instruction.
+        guards: whether it is in an ELSE that only the present values of a number exclude.
     """
 
     routine: LoweredRoutine
@@ -46,6 +47,7 @@ class Point:
     own: Condition
     argument: bool = False
     value: Condition = TRUE
+    guards: bool = False
 
     @property
     def is_rung(self) -> bool:
@@ -64,6 +66,7 @@ class Walker:
         self._conditions = conditions
         self._routine: LoweredRoutine
         self._points: list[Point] = []
+        self._guards = False
 
     def points(self, routine: LoweredRoutine) -> list[Point]:
         """Return the points of a routine in order of execution."""
@@ -81,15 +84,15 @@ class Walker:
 
     def _series(self, line: LoweredLine, nodes: Sequence[Node], before: Condition) -> Condition:
         """Walk over a series; return what it decides."""
-        parts: list[Condition] = []
+        decided: Condition = TRUE
         for node in nodes:
-            reached = _both(before, *parts)
+            reached = all_of(before, decided)
             if isinstance(node, Parallel):
-                legs = [self._series(line, leg, reached) for leg in node.legs]
-                parts.append(AnyOf(tuple(legs)))
-                continue
-            parts.append(self._step(line, node, reached))
-        return _both(*parts)
+                own: Condition = AnyOf(tuple([self._series(line, leg, reached) for leg in node.legs]))
+            else:
+                own = self._step(line, node, reached)
+            decided = all_of(decided, own)
+        return decided
 
     def _step(self, line: LoweredLine, step: LoweredStep, reached: Condition) -> Condition:
         own = self._conditions.decided(step) if step.kind is InstructionKind.INPUT else TRUE
@@ -98,12 +101,12 @@ class Walker:
                 for copies in (*call.inputs, *call.outputs):
                     self._copies(line, copies, reached)
                 own = UNKNOWN  # EnableOut
-        is_bit = step.name in (":=", "[:=]") and isinstance(step.operands[1], Calculation)
+        is_bit = step.name in (":=", "[:=]") and isinstance(step.operands[1], Calculation | Place)
         target = step.operands[0] if is_bit else None
         value: Condition = TRUE
         if isinstance(target, Place) and target.type.is_bool:
             value = self._conditions.condition(step.operands[1])
-        self._points.append(Point(self._routine, line, step, reached, own, value=value))
+        self._points.append(Point(self._routine, line, step, reached, own, value=value, guards=self._guards))
         self._conditions.names.note(step)
         return own
 
@@ -138,10 +141,10 @@ class Walker:
         for line, body in arms.arms:
             decided = self._act(line, reached)
             here = names.state()
-            self._body(body, _both(reached, decided))
+            self._body(body, all_of(reached, decided))
             names.go_back(here)  # the next arm is reached without this one
-            reached = _both(reached, negated(decided))
-        self._body(arms.otherwise, reached)
+            reached = all_of(reached, negated(decided))
+        self._otherwise(arms.otherwise, reached)
         if any(body for _, body in arms.arms) or arms.otherwise:
             names.forget()
 
@@ -154,26 +157,33 @@ class Walker:
         for labels, body in selection.choices:
             chosen = AnyOf(
                 tuple(
-                    _both(
+                    all_of(
                         self._conditions.compared(selector, ">=", low),
                         self._conditions.compared(selector, "<=", high),
                     )
                     for low, high in labels
                 )
             )
-            choices.append((_both(rest, chosen), body))
-            rest = _both(rest, negated(chosen))
+            choices.append((all_of(rest, chosen), body))
+            rest = all_of(rest, negated(chosen))
         for condition, body in choices:
             self._body(body, condition)
-        self._body(selection.otherwise, rest)
+        self._otherwise(selection.otherwise, rest)
+
+    def _otherwise(self, body: Body, reached: Condition) -> None:
+        """Walk over an ELSE; one that only the present values of a number exclude guards against others."""
+        outer = self._guards
+        self._guards = outer or (never(reached) and not never(of_any_number(reached)))
+        self._body(body, reached)
+        self._guards = outer
 
     def _loop(self, loop: Loop, reached: Condition) -> None:
         if loop.start is not None:
             self._act(loop.start, reached)
         self._conditions.names.forget()  # another pass has written what its body writes
         first = self._first_pass(loop)
-        decided = self._act(loop.test, _both(reached, first)) if loop.test is not None else TRUE
-        self._body(loop.body, _both(reached, decided) if loop.start is None else reached)
+        decided = self._act(loop.test, all_of(reached, first)) if loop.test is not None else TRUE
+        self._body(loop.body, all_of(reached, decided) if loop.start is None else reached)
         for line in (loop.advance, loop.until):
             if line is not None:
                 self._act(line, reached)
@@ -185,8 +195,3 @@ class Walker:
         if not isinstance(start, LoweredStep) or not isinstance(start.operands[1], Constant):
             return TRUE
         return self._conditions.compared(start.operands[0], "=", start.operands[1])
-
-
-def _both(*parts: Condition) -> Condition:
-    kept = tuple(each for each in parts if each != TRUE)
-    return AllOf(kept) if len(kept) > 1 else kept[0] if kept else TRUE

@@ -7,7 +7,8 @@ from collections.abc import Iterator, Sequence
 from ....io_images.amci3601 import CommandMsw
 from ....io_images.amci3601.parameters import RATE_MAX
 from ..facts import Remark
-from .output_writes import MODE_CONFIG, Write
+from ..module_kinds import MODE_CONFIG
+from .output_writes import Write
 
 _COMMANDS = [bit for bit in CommandMsw if bit not in (CommandMsw.MODE_CONFIG, CommandMsw.RESERVED_14)]
 
@@ -51,5 +52,5 @@ def words_out_of_range(writes: Sequence[Write]) -> Iterator[Remark]:
         value = each.sets - (1 << 16) * (each.sets >> 15)
         least, most = WORD_RANGES[each.word]
         if not least <= value <= most:
-            text = f"slot {each.slot}: output word {each.word} is {value}: allowed are {least} to {most}"
+            text = f"slot {each.slot}: output word {each.word} is {value}: must be {least} to {most}"
             yield Remark(each.place, text)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 from ....traces.read.reader import Trace, open_trace
 from ..moments import ImageWords, PlayedScene, SeenImage, Transmission, Window
@@ -11,8 +12,16 @@ from ..moments import ImageWords, PlayedScene, SeenImage, Transmission, Window
 ZERO: ImageWords = (0,) * 8
 
 
-def scenes_of(path: Path, slot: int) -> tuple[str, list[PlayedScene]]:
-    """Return the firmware that a trace names, and its scenes.
+class CapturedScenes(NamedTuple):
+    """What a trace has of a 3601."""
+
+    firmware: str
+    scenes: list[PlayedScene]
+    notes: list[str]  # the defects of the trace
+
+
+def scenes_of(path: Path, slot: int) -> CapturedScenes:
+    """Return the firmware that a trace names, its scenes and its defects.
 
     A scan is a read of input words; output words that changed were sent between it and the next one.
 
@@ -28,7 +37,7 @@ def scenes_of(path: Path, slot: int) -> tuple[str, list[PlayedScene]]:
         scenes = list(_scenes(trace, slot))
     if not scenes:
         scenes = [PlayedScene("all", note="the module is never configured, so nothing is known of its state")]
-    return info.firmware or "4.1", scenes
+    return CapturedScenes(info.firmware or "4.1", scenes, trace.notes)
 
 
 def _scenes(trace: Trace, slot: int) -> Iterator[PlayedScene]:

@@ -12,6 +12,8 @@ from typing import Any, Protocol
 
 from ....io_images.amci3601 import InputBit
 from ....io_images.image import WORDS
+from ....io_images.installing import how_to_install
+from ....io_images.times import exact_ns
 from ..moments import ImageWords, SeenImage, Window
 
 PATH = re.compile(r"(?P<host>[^,\s/]+?)(:(?P<port>\d{1,5}))?(,(?P<slot>\d{1,2}))?")
@@ -43,7 +45,7 @@ class ModuleTags:
         slot: of the module: `Local:SLOT:I` and `Local:SLOT:O`.
         counter: tag that counts scans; "" without one.
         period_ns: time from count to count.
-        wiring: input to the BOOL tag that energises it, for inputs that are wired to outputs.
+        wiring: input to the BOOL tag that energizes it, for inputs that are wired to outputs.
     """
 
     slot: int = 1
@@ -64,7 +66,7 @@ def connect(path: str) -> TagClient:
     try:
         library: Any = import_module("pycomm3")
     except ImportError:
-        raise ValueError("pycomm3 is missing: pip install 'scanrack[conform]'") from None
+        raise ValueError(f"pycomm3 is missing: {how_to_install('conform')}") from None
     host = match["host"] + (f":{match['port']}" if match["port"] else "")
     client = library.LogixDriver(f"{host}/{match['slot'] or 0}", init_tags=False)
     try:
@@ -118,7 +120,7 @@ class LogixPath:
         return self._timed((self._outputs, list(words)))
 
     def operate(self, inputs: int) -> Window:
-        """Set the tags that energise the wired inputs.
+        """Set the tags that energize the wired inputs.
 
         Raises:
             OSError: see `write`.
@@ -202,4 +204,4 @@ def counter_of(text: str | None) -> tuple[str, int]:
     tag, colon, period = text.rpartition(":")
     if not colon or not tag or not re.fullmatch(r"\d+(\.\d+)?", period) or not 0 < float(period) <= 1000:
         raise ValueError(f"--counter {text!r} is not allowed: TAG:MS, such as ConformScan:2")
-    return tag, round(float(period) * 1e6)
+    return tag, exact_ns(float(period), "ms", f"--counter {text}: a period")

@@ -7,7 +7,6 @@ from random import Random
 
 from ....runtime.config.rackspec import RackSpec
 from ....runtime.modules.record import Trait
-from ....runtime.modules.registry import has
 from ..scenarios.kinds import Kind, buttons, card_buttons, sensors
 from ..scenarios.scenario import Press, Push
 
@@ -27,7 +26,7 @@ class Contacts:
         if Kind.INPUTS not in kinds:
             return
         for slot in spec.slot:
-            if has(slot.module, Trait.MACHINE):
+            if slot.has(Trait.MACHINE):
                 for bit in buttons(slot):  # releasing a button that is not pressed changes nothing
                     self._weights[Press(slot.number, bit, True, 0, 0)] = BUTTON
                 for bit in sensors(slot):  # it sticks, on or off

@@ -22,7 +22,6 @@ from ....runtime.config.rackspec import RackSpec
 from ....runtime.live.orders import Write
 from ....runtime.loop.incidents import FaultKind, Incident
 from ....runtime.modules.record import Trait
-from ....runtime.modules.registry import has
 from ..scenarios.kinds import (
     Kind,
     card_signals,
@@ -112,7 +111,7 @@ class Draws:
         self.scan_ns = spec.scan_ns
         self._kinds = possible_kinds(spec).intersection(kinds)
         self.times: tuple[int, ...] = ()  # of the program, ns
-        machines = [slot.number for slot in spec.slot if has(slot.module, Trait.MACHINE)]
+        machines = [slot.number for slot in spec.slot if slot.has(Trait.MACHINE)]
         self._numbers = machines or [slot.number for slot in spec.slot]
         self.contacts = Contacts(spec, self._kinds)
         self._answering = with_trait(spec, Trait.STOPS_ANSWERING)

@@ -60,12 +60,12 @@ class Probe(QuietListener):
         self._taken = self._none = b""
 
     def prepared(self, logic: ScanLogic) -> ScanLogic:
-        """Return an engine that notes the power of its rungs in place of a compiled one, else the logic."""
-        if type(logic) is not Engine:
-            return logic
-        scanner = noting(logic.lowered)
-        notes = self._notes = [None] * scanner.places
-        return Engine(logic.lowered, lambda engine: scanner.bind(engine, {NOTED: notes}))
+        """Let a new engine note the power of its rungs, if the logic is a compiled one; return the logic."""
+        if type(logic) is Engine:
+            scanner = noting(logic.lowered)
+            notes = self._notes = [None] * scanner.places
+            logic.compiled_as(lambda engine: scanner.bind(engine, {NOTED: notes}))
+        return logic
 
     def watch(self, logic: ScanLogic, rack: Rack) -> None:
         """Take a rack and its logic, before the first scan."""

@@ -1,4 +1,4 @@
-"""Where a long run may end: in a state from which another run has gone on to its end before.
+"""Ends runs in explored states: those from which another run has already gone on to its end.
 
 A state is what `Probe.state` says of it: steps, flags, commands, status, nothing of timers and positions.
 It is looked at after every `CALM` scans behind the last event.

@@ -14,7 +14,6 @@ from random import Random
 from ....runtime.config.rackspec import RackSpec
 from ....runtime.loop.incidents import FaultKind, Incident
 from ....runtime.modules.record import Trait
-from ....runtime.modules.registry import has
 from ..scenarios.kinds import Kind, buttons, card_buttons, sensors, with_trait
 from ..scenarios.parts import Timed, with_part
 from ..scenarios.scenario import Press, Push, Scenario, Tear
@@ -130,7 +129,7 @@ class Sweep:
                 yield Incident(at_ns, FaultKind.POWER_CYCLE, slot.number)
         if Kind.INPUTS in self._kinds:
             for slot in self._spec.slot:
-                if has(slot.module, Trait.MACHINE):
+                if slot.has(Trait.MACHINE):
                     for bit in (*buttons(slot), *sensors(slot)):
                         short = bit in buttons(slot) and self._random.random() < 0.5
                         yield Press(slot.number, bit, True, at_ns, SHORT_MS * 1_000_000 if short else for_ns)

@@ -13,8 +13,8 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
+from ....io_images.times import parse_duration
 from ....ladder.run.engine import Engine
-from ....runtime.config.quantities import parse_duration
 from ....runtime.loop.scan import ScanLogic
 from ...record.logic_wrapper import unwrapped
 from .python_state import namespace_of

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 from collections.abc import Callable, Sequence
 from concurrent.futures import CancelledError, Executor, Future
 from contextlib import suppress
@@ -10,6 +9,8 @@ from queue import SimpleQueue
 from threading import Event, Thread
 from typing import Any
 
+from ....io_images.installing import how_to_install
+from ....runtime.live.quiet import quiet
 from ....runtime.loop.pace import wall_ns
 from .fresh import Worker
 from .state import CampaignError
@@ -172,19 +173,10 @@ def _dask(address: str, say: Say) -> Executor:
     try:
         from distributed import Client
     except ModuleNotFoundError:
-        raise ValueError("a cluster needs dask: pip install 'scanrack[cluster]'") from None
-    _silence("distributed")
+        raise ValueError(f"a cluster needs dask: {how_to_install('cluster')}") from None
+    quiet("distributed")
     try:
         client: Any = Client(address, timeout=10)  # type: ignore[no-untyped-call, unused-ignore]
     except OSError as error:
         raise ValueError(f"no Dask scheduler answers at {address}: {error}") from error
     return OnCluster(client, address, say)
-
-
-def _silence(library: str) -> None:
-    """Hide a library's log from the terminal; our messages replace it."""
-    for name in [library, *logging.root.manager.loggerDict]:
-        if name.partition(".")[0] == library:
-            logger = logging.getLogger(name)
-            logger.handlers[:] = [logging.NullHandler()]
-            logger.propagate = False

@@ -91,7 +91,7 @@ class Worker:
         try:
             done, value = pickle.load(self._process.stdout)
         except (EOFError, pickle.UnpicklingError):
-            raise BrokenExecutor("the process that was to do it has died") from None
+            raise BrokenExecutor("worker process died") from None
         if not done:
             raise value
         return value
@@ -111,7 +111,7 @@ class Worker:
         try:
             pickle.dump(what, self._process.stdin)
             self._process.stdin.flush()
-        except BrokenPipeError:
+        except OSError:  # BrokenPipeError, but on Windows
             pass
 
 

@@ -17,8 +17,9 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from ....io_images.doors import json_value
 from ....io_images.input_files import read_input
-from ....io_images.text_limits import TextKind, check_text
+from ....io_images.text_limits import TextKind
 from ....runtime.config.rackspec import RackSpec
 from ....traces.files.guard import beginning
 from ....traces.files.newfile import new_file
@@ -87,13 +88,12 @@ class Recipe:
         Raises:
             ValueError: it is none; the message says why.
         """
-        check_text(text, TextKind.SCENARIO)
-        given = json.loads(text)
+        given = json_value(text, TextKind.SCENARIO)
         if not isinstance(given, dict):
             raise ValueError(f"an object is needed, not {given!r:.40}")
         scans = given.get("scans")
         if type(scans) is not int or not 0 < scans <= MOST_SCANS:
-            raise ValueError(f"scans = {scans!r:.40}: allowed are 1 to {MOST_SCANS:,}")
+            raise ValueError(f"scans = {scans!r:.40}: must be 1 to {MOST_SCANS:,}")
         words = {key: given.get(key, "") for key in ("rack", "program", "version", "broken")}
         for key, value in words.items():
             if not isinstance(value, str):
@@ -122,7 +122,7 @@ class RecipeFolder:
         text = Recipe(scenario, self.origin, broken).text()
         name = _name(text)
         if not (self.folder / name).exists():
-            with new_file(self.folder / name, RECIPE, locked=True, encoding="utf-8") as file:
+            with new_file(self.folder / name, RECIPE, locked=True) as file:
                 file.write(text)
         return name
 

@@ -12,11 +12,13 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from ....io_images.amci3601 import RULES
-from ....io_images.input_files import read_checked
+from ....io_images.doors import json_value
+from ....io_images.input_files import read_input_text
 from ....io_images.text_limits import TextKind
 from ....runtime.config.rackspec import RackSpec
 from ....traces.files.guard import beginning
 from ....traces.files.newfile import new_file
+from ....traces.files.portable import no_device
 from ..aim.corpus import PAIR_WORTH, Corpus, worth_of
 from ..run import BrokenInvariant, TrialBench
 from ..scenarios.scenario import Scenario
@@ -53,7 +55,7 @@ class State:
         shrinking: number of this session's runs for shrinking; not saved.
         spent: parts of this session's search time, ns; not saved.
         printed: number of lines that the program printed in this session; not saved.
-        greatest: values of what is to be maximised, of this session, by name; not saved.
+        greatest: values of what is to be maximized, of this session, by name; not saved.
     """
 
     rack: str = ""
@@ -109,13 +111,12 @@ class State:
         return news
 
     def _give_folder(self, broken: BrokenInvariant) -> None:
-        """Name a failure's folder after the invariant, with a number if necessary."""
+        """Name a failure's folder after the invariant, with a number if necessary; Windows ignores case."""
         if broken.key not in self.folders:
             numbered = (f"{broken.invariant}-{number}" for number in count(2))
-            names = chain([broken.invariant], numbered)
-            self.folders[broken.key] = next(
-                name for name in names if name not in {*self.folders.values(), *TAKEN}
-            )
+            names = chain([no_device(broken.invariant)], numbered)
+            taken = {name.casefold() for name in (*self.folders.values(), *TAKEN)}
+            self.folders[broken.key] = next(name for name in names if name.casefold() not in taken)
 
     def leave_out_impossible(self, spec: RackSpec) -> list[BrokenInvariant]:
         """Drop scenarios with an older firmware than the program needs; return their failures."""
@@ -184,28 +185,28 @@ class State:
                 _text(given.get("steps", "")),
             )
         except (KeyError, TypeError, AttributeError) as error:
-            raise ValueError(f"this is not the state of a campaign: {error!r}") from None
+            raise ValueError(f"invalid campaign state: {error!r}") from None
         homeless = state.found.keys() - state.folders.keys()
         if homeless:
-            raise ValueError(f"this is not the state of a campaign: {min(homeless)} has no folder")
+            raise ValueError(f"invalid campaign state: {min(homeless)} has no folder")
         return state
 
 
 def _count(value: object) -> int:
     if type(value) is not int or value < 0:
-        raise ValueError(f"this is not the state of a campaign: {value!r:.40} is not a count")
+        raise ValueError(f"invalid campaign state: {value!r:.40} is not a count")
     return value
 
 
 def _text(value: object) -> str:
     if not isinstance(value, str):
-        raise ValueError(f"this is not the state of a campaign: {value!r:.40} is not text")
+        raise ValueError(f"invalid campaign state: {value!r:.40} is not text")
     return value
 
 
 def _texts(value: object) -> tuple[str, ...]:
     if not isinstance(value, list):
-        raise ValueError(f"this is not the state of a campaign: {value!r:.40} is not a list")
+        raise ValueError(f"invalid campaign state: {value!r:.40} is not a list")
     return tuple(map(_text, value))
 
 
@@ -213,7 +214,7 @@ def _folder(value: object) -> str:
     """Return a name that stays in the campaign's folder."""
     name = _text(value)
     if PurePath(name).name != name or "\\" in name:
-        raise ValueError(f"this is not the state of a campaign: {name!r:.40} is not the name of a folder")
+        raise ValueError(f"invalid campaign state: {name!r:.40} is not the name of a folder")
     return name
 
 
@@ -244,8 +245,8 @@ def read_state(file: Path, rack: str) -> State:
     if not file.exists():
         return State(rack)
     try:
-        text = read_checked(file, TextKind.STATE)
-        state = State.from_json(json.loads(text))
+        text = read_input_text(file, TextKind.STATE)
+        state = State.from_json(json_value(text, TextKind.STATE))
     except (OSError, ValueError) as error:
         raise CampaignError(f"{file}: {error}; move it away to start again") from error
     if state.rack != rack:
@@ -261,5 +262,5 @@ def write_state(state: State, file: Path) -> None:
     Raises:
         OSError: it can't be written.
     """
-    with new_file(file, STATE, encoding="utf-8") as opened:
+    with new_file(file, STATE) as opened:
         opened.write(json.dumps(state.to_json(), indent=1) + "\n")

@@ -6,15 +6,13 @@ from collections.abc import Iterator
 
 from ....io_images.addresses import Address
 from ....io_images.image import WORDS
+from ....ladder.debug import told
 from ....traces.replay import Recording
 from ...bench.opening import loading
 from ...load.loading import Job
 from ...why.chains.of_run import chain_of
 from ...why.past import Past
 from ..run import NO_FAULT, BrokenInvariant
-
-MOST_LINES = 12
-"""Largest number of lines of a chain; `scanrack why` has all of it."""
 
 
 def cause_of(recording: Recording, job: Job, rack: str, broken: BrokenInvariant) -> list[str]:
@@ -32,11 +30,9 @@ def cause_of(recording: Recording, job: Job, rack: str, broken: BrokenInvariant)
         return []
     changed, asked = found
     try:
-        lines = str(chain_of(recording, job, asked, changed, load=loading(job, rack))).splitlines()
+        return told(chain_of(recording, job, asked, changed, load=loading(job, rack))).splitlines()
     except ValueError as error:
         return [f"(not known: {error})"]
-    more = [f"... and {len(lines) - MOST_LINES} lines more: scanrack why"] if len(lines) > MOST_LINES else []
-    return [*lines[:MOST_LINES], *more]
 
 
 def _last_on(past: Past) -> tuple[int, str] | None:

@@ -61,7 +61,7 @@ def save_programs(file: Path, programs: Iterable[tuple[str, Sequence[CoveredLine
         OSError: it can't be written.
     """
     parts = [_Part(name, f"{coverage_line(lines)}.", map(_row, lines)) for name, lines in programs]
-    with new_file(file, PAGE, encoding="utf-8") as page:
+    with new_file(file, PAGE) as page:
         page.write(_page("Rung coverage", parts))
 
 

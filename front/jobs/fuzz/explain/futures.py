@@ -17,6 +17,7 @@ from itertools import islice, pairwise
 from random import Random
 from typing import Any
 
+from ....io_images.times import seconds
 from ..aim.draws import Draws
 from ..run import BrokenInvariant, TrialBench
 from ..scenarios.kinds import Kind
@@ -85,11 +86,11 @@ class Inevitable:
             return [f"from power-up on {self.many} of {FUTURES} futures break it"]
         if not self.is_clear:
             since = f"{self.first} of {FUTURES} futures break it from 0 s"
-            return [f"no single instant: {since}, {self.many} from {self.now_ns / 1e9:g} s on"]
+            return [f"no single instant: {since}, {self.many} from {seconds(self.now_ns)} s on"]
         few = f"{self.few or 'no'} future{'s' if self.few > 1 else ''} of {FUTURES}"
         breaks = "break" if self.few > 1 else "breaks"
         told = f"up to scan {self.before} {few} {breaks} it, from scan {self.scan}"
-        told += f" ({self.now_ns / 1e9:g} s) on {self.many} do"
+        told += f" ({seconds(self.now_ns)} s) on {self.many} do"
         return [told + (":" if self.changes else ""), *(f"  {each}" for each in self.changes)]
 
 

@@ -108,7 +108,7 @@ ERROR_RULES = tuple(rule for rule in RULES.values() if rule.list_of and rule.lis
 
 
 class Hindrance(IntEnum):
-    """Kinds of reasons, in the order in which they are looked for; the last holds if no other does."""
+    """Reasons, most specific first; the last holds if no other does."""
 
     UNTESTABLE = 0
     COMMAND = 1
@@ -123,7 +123,7 @@ WORDS: Mapping[Hindrance, str] = {
     Hindrance.COMMAND: "the program never gives the command",
     Hindrance.FIRMWARE: "the firmware has no such rule",
     Hindrance.CONFIGURATION: "the configuration excludes it",
-    Hindrance.SURROUNDINGS: "no surroundings made the input active",
+    Hindrance.SURROUNDINGS: "no scenario made the input active",
     Hindrance.APART: "its conditions came only apart",
 }
 """Each kind in words, for a summary."""

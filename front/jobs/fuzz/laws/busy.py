@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ....io_images.amci3601.bits import StatusLsw, StatusMsw
+from ....io_images.times import time_text
 from ....ladder.python.axis3601 import Axis3601
 from ....ladder.python.axis3601.evidence import HOME_REST_NS
 from ....ladder.python.axis3601.kinds import GEAR, HOME
@@ -123,4 +124,4 @@ class _Rest:
         self._phase = busy.phase if busy is not None else 0
         if busy is None or self._since_ns is None or now_ns - self._since_ns <= busy.limit_ns:
             return None
-        return f"{busy.text} is busy, and its axis has rested for {(now_ns - self._since_ns) / 1e9:g} s"
+        return f"{busy.text} is busy, and its axis has rested for {time_text(now_ns - self._since_ns)}"

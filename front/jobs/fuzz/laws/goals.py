@@ -1,4 +1,4 @@
-"""What a search is to bring about: something seen sometimes, a number made great."""
+"""Search goals: something seen sometimes, a number maximized."""
 
 from __future__ import annotations
 

@@ -12,7 +12,8 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
-from ....runtime.config.quantities import parse_duration
+from ....io_images.annotations import signature_of
+from ....io_images.times import parse_duration, time_text
 from ...load.modules_beside import find_beside
 from .scan_view import Moment
 
@@ -117,8 +118,8 @@ class _Eventually:
         self.applied = True
 
     def _why(self, ran_ns: int, since_ns: int) -> str:
-        paused = f", {_ms(self._paused_ns)} ms in program mode not counted" if self._paused_ns else ""
-        return f"{_ms(ran_ns)} ms after scan time {_ms(since_ns)} ms it has not come true{paused}"
+        paused = f", {time_text(self._paused_ns)} in program mode not counted" if self._paused_ns else ""
+        return f"{time_text(ran_ns)} after scan time {time_text(since_ns)} it has not come true{paused}"
 
 
 def _single(condition: Condition, *, wanted: bool) -> Invariant:
@@ -139,7 +140,7 @@ def _check(condition: Condition) -> None:
         InvariantError: it is not a function of one argument.
     """
     try:
-        inspect.signature(condition).bind(None)
+        signature_of(condition).bind(None)
     except TypeError as error:
         raise InvariantError(f"{_name(condition)} has to take one argument, the moment: {error}") from None
 
@@ -150,10 +151,6 @@ def _name(condition: Condition) -> str:
 
 def _sentence(condition: Condition) -> str:
     return inspect.getdoc(condition) or _name(condition).replace("_", " ")
-
-
-def _ms(time_ns: int) -> str:
-    return f"{time_ns / 1e6:.3f}".rstrip("0").rstrip(".")
 
 
 def answer(condition: Condition, now: Moment) -> Any:
@@ -185,7 +182,7 @@ def load_invariants(path: Path | str) -> list[Invariant]:
     """
     path = Path(path)
     if not path.is_file():
-        raise InvariantError(f"{path}: there is no such file with invariants")
+        raise InvariantError(f"{path}: no such file with invariants")
     spec = importlib.util.spec_from_file_location(f"scanrack_invariants_{path.stem}", path)
     if spec is None or spec.loader is None:
         raise InvariantError(f"{path}: invariants are in a Python file (.py)")

@@ -115,7 +115,7 @@ class Slots(dict[int, SlotMoment]):
 
     def __missing__(self, number: object) -> SlotMoment:
         """Raise LookupError with the existing slots."""
-        raise LookupError(f"there is no slot {number!r}: modules sit in {', '.join(map(str, self))}")
+        raise LookupError(f"no slot {number!r}: modules sit in {', '.join(map(str, self))}")
 
 
 class ProgramState:

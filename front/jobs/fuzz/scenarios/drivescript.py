@@ -18,7 +18,6 @@ from ....runtime.loop.rack import Slot
 from ....runtime.machine import Machine, MachineSpec, Switch
 from ....runtime.machine.spec import input_name
 from ....runtime.modules.record import Trait
-from ....runtime.modules.registry import has
 
 BENCH_TICK_NS = 250_000
 """The bench exchanges images at multiples of the module's 250 µs."""
@@ -117,7 +116,7 @@ class DriveScript(QuietListener):
 
 def _bench(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
     made: dict[str, Any] = {"scan_ms": _number(spec.scan_ns / 1e6)}
-    if has(slot.module, Trait.FIRMWARE):
+    if slot.has(Trait.FIRMWARE):
         made = {"firmware": slot.firmware, **made}
     switches = _fed_by_bench(slot.machine)
     if switches:

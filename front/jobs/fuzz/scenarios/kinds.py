@@ -7,7 +7,6 @@ from enum import Enum
 from ....io_images.amci3601.bits import InputBit
 from ....runtime.config.rackspec import RackSpec, SlotSpec
 from ....runtime.modules.record import Trait
-from ....runtime.modules.registry import MODULES, has
 
 
 class Kind(Enum):
@@ -39,12 +38,7 @@ def possible_kinds(spec: RackSpec) -> frozenset[Kind]:
 
 def card_buttons(spec: RackSpec) -> list[tuple[int, str]]:
     """Return the contacts of cards that a person operates: slot and name."""
-    return [
-        (slot.number, name)
-        for slot in spec.slot
-        if slot.module in MODULES
-        for name in MODULES[slot.module].buttons(slot.options)
-    ]
+    return [(slot.number, name) for slot in spec.slot for name in slot.record.buttons(slot.options)]
 
 
 def card_signals(spec: RackSpec) -> list[tuple[int, str, float]]:
@@ -52,8 +46,7 @@ def card_signals(spec: RackSpec) -> list[tuple[int, str, float]]:
     return [
         (slot.number, name, value)
         for slot in spec.slot
-        if slot.module in MODULES
-        for name, values in MODULES[slot.module].signals(slot.options).items()
+        for name, values in slot.record.signals(slot.options).items()
         for value in values
     ]
 
@@ -82,15 +75,15 @@ def kinds_for(spec: RackSpec) -> frozenset[Kind]:
 
 def with_trait(spec: RackSpec, trait: Trait) -> list[int]:
     """Return the numbers of the slots whose modules have a trait."""
-    return [slot.number for slot in spec.slot if has(slot.module, trait)]
+    return [slot.number for slot in spec.slot if slot.has(trait)]
 
 
 def sensors(slot: SlotSpec) -> list[InputBit]:
-    """Return the inputs that the machine energises."""
+    """Return the inputs that the machine energizes."""
     fed = {bit for bit in InputBit if slot.machine.fed_inputs & bit.value}
     return sorted(fed | {each.input for each in slot.machine.timeline})
 
 
 def buttons(slot: SlotSpec) -> list[InputBit]:
-    """Return the inputs that only a person energises."""
+    """Return the inputs that only a person energizes."""
     return [bit for bit in InputBit if bit not in sensors(slot)]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable
 from decimal import Decimal
 from pathlib import Path
@@ -17,6 +16,7 @@ from ....runtime.config.rackspec import RackSpec
 from ....runtime.loop.incidents import Incident
 from ....runtime.machine import MasterTurn, TimelineEntry
 from ....runtime.machine.spec import input_name
+from ....traces.files.portable import relative
 from .scenario import Push, Scenario, entries_of, in_succession, signal_entries
 
 Table = dict[str, Any]
@@ -35,7 +35,7 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
     document: Table = parse_toml(read_input_text(rack_file, TextKind.TOML), rack_file)
     for table in (document, *document.get("unit", ())):
         if "program" in table:
-            table["program"] = os.path.relpath(rack_file.parent / str(table["program"]), folder)
+            table["program"] = relative(rack_file.parent / str(table["program"]), folder)
     document["run_for_s"] = _seconds(scans * spec.scan_ns)
     document["trace"] = "again.mcap"
     versions = dict(scenario.firmware)

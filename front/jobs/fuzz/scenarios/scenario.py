@@ -26,12 +26,11 @@ from pydantic import (
 
 from ....io_images.amci3601.firmware import Firmware
 from ....runtime.config.rackspec import IncidentSpec, RackSpec, SlotSpec
-from ....runtime.live.orders import Force, Order, Unforce, Write, order_of, said_of
+from ....runtime.live.orders import Force, Mode, Order, Unforce, Write, order_of, said_of
 from ....runtime.loop.incidents import FaultKind, Incident
 from ....runtime.machine import MachineSpec, MasterTurn, Slip, TimelineEntry
 from ....runtime.machine.spec import InputName
 from ....runtime.modules.cards.options import InputPress
-from ....runtime.modules.registry import MODULES
 
 Time = Annotated[StrictInt, Field(ge=0)]
 NO_MORE_KEYS = ConfigDict(extra="forbid")
@@ -130,13 +129,13 @@ class Tear:
 
 @dataclass(frozen=True, slots=True)
 class GivenOrder:
-    """An operator's order before a scan: a tag is written, a tag or an image is forced or released."""
+    """An operator's order before a scan: a tag is written, forced or released, or the key is turned."""
 
     at_ns: int
     order: Order
 
 
-OPERATOR = {"write": Write, "force": Force, "unforce": Unforce}
+OPERATOR = {"write": Write, "force": Force, "unforce": Unforce, "mode": Mode}
 """The orders in a scenario, by name."""
 
 
@@ -244,13 +243,13 @@ class Scenario:
         for slot in (*dict(self.firmware), *(part.slot for part in parts)):
             if slot not in have:
                 slots = ", ".join(map(str, have))
-                raise ValueError(f"scenario: there is no slot {slot}; the rack has {slots}")
-        buttons = {slot.number: MODULES[slot.module].buttons(slot.options) for slot in spec.slot}
+                raise ValueError(f"scenario: no slot {slot}; the rack has {slots}")
+        buttons = {slot.number: slot.record.buttons(slot.options) for slot in spec.slot}
         for push in self.pushes:
             if push.input not in buttons[push.slot]:
                 names = ", ".join(buttons[push.slot]) or "none"
                 raise ValueError(f"scenario: slot {push.slot} has no button {push.input!r}, only {names}")
-        analog = {slot.number: MODULES[slot.module].signals(slot.options) for slot in spec.slot}
+        analog = {slot.number: slot.record.signals(slot.options) for slot in spec.slot}
         for signal in self.signals:
             if signal.input not in analog[signal.slot]:
                 names = ", ".join(analog[signal.slot]) or "none"
@@ -282,7 +281,7 @@ def first_mistake(error: ValidationError) -> str:
     if not path:
         return f"an object with {names} is needed, not {first['input']!r:.40}"
     if kind == "unexpected_keyword_argument" and len(path) == 1:
-        return f"unknown key {key}; allowed are {names}"
+        return f"unknown key {key}; choose from {names}"
     if kind == "missing":
         return f"key {key} is missing"
     return f"{key} = {first['input']!r:.40}: {first.get('ctx', {}).get('error', first['msg'])}"

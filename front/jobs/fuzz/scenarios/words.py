@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ....runtime.live.orders import Force, Order, Unforce, Write
+from ....io_images.times import seconds, time_text
+from ....runtime.live.orders import Force, Mode, Order, Unforce, Write
 from ....runtime.loop.incidents import FaultKind, Incident
 from ....runtime.machine.spec import input_name
 from .scenario import Press, Push, Scenario, Signal, Tear, Turn
@@ -42,7 +43,7 @@ def told(scenario: Scenario) -> list[str]:
     timed += [(each.at_ns, _tear(each)) for each in scenario.tears]
     timed += [(each.at_ns, _given(each.order)) for each in scenario.orders]
     lines = list(_from_the_start(scenario))
-    lines += [f"{at_ns / 1e9:g} s: {text}" for at_ns, text in sorted(timed, key=lambda entry: entry[0])]
+    lines += [f"{seconds(at_ns)} s: {text}" for at_ns, text in sorted(timed, key=lambda entry: entry[0])]
     return lines or ["nothing: the rack as its file has it"]
 
 
@@ -85,11 +86,11 @@ def _tear(tear: Tear) -> str:
 def _given(order: Order) -> str:
     if isinstance(order, Unforce):
         return f"the force of {order.tag} is released"
+    if isinstance(order, Mode):
+        return f"the key is turned to {order.mode}"
     assert isinstance(order, Write | Force)
     return f"{order.tag} is {'forced to' if isinstance(order, Force) else 'set to'} {order.value}"
 
 
 def _for(time_ns: int) -> str:
-    if not time_ns:
-        return ""
-    return f" for {time_ns / 1e6:g} ms" if time_ns < 1_000_000_000 else f" for {time_ns / 1e9:g} s"
+    return f" for {time_text(time_ns)}" if time_ns else ""

@@ -21,11 +21,10 @@ from ....ladder.prove.questions.asking import BUDGET
 from ....ladder.prove.questions.points import SEARCH, PointState, RungPoint, dead_points, run_to
 from ....ladder.prove.replaying import ScanOf
 from ....ladder.prove.solving.solver import is_installed
-from ....ladder.prove.system import ProgramSystem, ScanBounds
+from ....ladder.prove.system import RUN_ONLY, ProgramSystem, ScanBounds
 from ....ladder.run.engine import Engine
 from ....runtime.config.rackspec import RackSpec, SlotSpec
 from ....runtime.live.orders import Force, Write
-from ....runtime.modules.registry import MODULES
 from ...check.check import facts_of
 from ...fuzz.scenarios.scenario import GivenOrder, Press, Push, Scenario
 from ...load.loading import Job
@@ -59,7 +58,7 @@ def dead(job: Job, budget: int = BUDGET) -> tuple[DeadPoint, ...]:
     """Return what is proved never to happen in a ladder program, in its order; () without the solver.
 
     Args:
-        budget: the solver's steps; what is undecided then is not among them. The same on every machine.
+        budget: the work, see `Solver`; what is undecided then is not among them. The same on every machine.
     """
     problem = _problem(job)
     if problem is None:
@@ -75,7 +74,10 @@ def _problem(job: Job) -> ProgramSystem | None:
     given = job.spec.prove
     outside = (*given.written_outside, *set_outside(facts_of(job)))
     try:
-        return ProgramSystem(job.logic, _bounds(job.spec), free=given.free, written_outside=outside)
+        free = given.free
+        return ProgramSystem(
+            job.logic, _bounds(job.spec), free=free, written_outside=outside, happenings=RUN_ONLY
+        )
     except LadderError:
         return None
 
@@ -155,7 +157,7 @@ Levels = Sequence[tuple[int, bool | int | float | str]]
 
 
 def _presses(slot: SlotSpec, word: int, levels: Levels) -> Iterator[Press]:
-    """Yield what energises the inputs of a 3601 that are active in input word 1, as inputs are by default."""
+    """Yield what energizes the inputs of a 3601 that are active in input word 1, as inputs are by default."""
     if is_stepper(slot.words) and word == 1:
         for each in InputBit:
             for begin, end in _on(levels, each.value):
@@ -165,7 +167,7 @@ def _presses(slot: SlotSpec, word: int, levels: Levels) -> Iterator[Press]:
 def _pushes(slot: SlotSpec, word: int, levels: Levels) -> Iterator[Push]:
     """Yield what operates the contacts of a card."""
     named = slot.words.groups.get("input", {})
-    buttons = MODULES[slot.module].buttons(slot.options)
+    buttons = slot.record.buttons(slot.options)
     for name, place in named.items():
         if name in buttons and (place.image, place.word) == ("I", word):
             for begin, end in _on(levels, 1 << place.bit):

@@ -22,8 +22,8 @@ MOST_LINES = 400
 MOST_TERMS = 3_000
 """Terms of a scan up to which a program is asked: about a second."""
 
-BUDGET = 1_000
-"""Steps of the solver for all questions of a rule."""
+BUDGET = 1_000_000
+"""Work for all questions of a rule: terms that they ask about."""
 
 RULES: Mapping[str, str] = {
     "dead-rung": "unreachable",
@@ -50,7 +50,7 @@ def verdicts(job: Job, facts: Facts) -> Iterator[Judgement]:
 
     if not is_installed():
         return
-    limits = Limits(scans=2, k=1, steps=200, total=400, helped=False)
+    limits = Limits(scans=2, k=1, work=100_000, fuse=3_200, helped=False)
     outside = (*job.spec.prove.written_outside, *set_outside(facts))
     try:
         problem = ProgramSystem(job.logic, free=job.spec.prove.free, written_outside=outside)

@@ -43,7 +43,7 @@ NEAR, FAR, STATES = 0, 2, 3
 WAYS = 5
 """Number of times that an instruction is asked for."""
 
-LIMITS = replace(SEARCH, scans=40, total=20_000)
+LIMITS = replace(SEARCH, scans=40, work=2_000_000)
 """Limits of a question: a second or two."""
 
 PART = 3

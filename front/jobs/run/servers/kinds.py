@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from importlib.util import find_spec
 
 from ....io_images.enip.codes import PORT
+from ....io_images.installing import how_to_install
 from ....runtime.line.hosts import join_address, split_address
 from ....runtime.outside.setup import ETHERNET_IP, MODBUS_TCP, OPC_UA
 
@@ -73,7 +74,7 @@ class ServerAddress:
             )
         if kind.package is not None and find_spec(kind.package[0]) is None:
             package, extra = kind.package
-            raise ValueError(f"--server {text} needs {package}: pip install 'scanrack[{extra}]'")
+            raise ValueError(f"--server {text} needs {package}: {how_to_install(extra)}")
         if not rest:
             return cls(protocol, HOST, kind.port)
         try:

@@ -21,7 +21,7 @@ from ....runtime.outside.register_map import RegisterMap
 from ....runtime.outside.setup import MODBUS_TCP, OPC_UA, TagSetup
 from ....runtime.outside.variables import VARIABLES_MOST, TagTree
 from ...load.loading import Job
-from ...trust.launcher import Helper, TimeoutExpired, launch
+from ...trust.launcher import Handed, Helper, TimeoutExpired, launch
 from ..running import JobRun
 from .kinds import ServerAddress
 
@@ -60,6 +60,7 @@ class TagService:
         self._sockets = where.listen()
         self._mailbox = Mailbox()
         self._ending = threading.Event()
+        self._died = False
         self._changing = threading.Lock()
         self._setup: TagSetup | None = None
         self._waker: socket.socket | None = None
@@ -167,10 +168,8 @@ class TagService:
     def _start(self) -> None:
         assert self._their_waker is not None
         mine, theirs = socket.socketpair()
-        sockets = (theirs, self._their_waker)
-        given = (*(each.fileno() for each in sockets), self._mailbox.file)
-        given += tuple(each.fileno() for each in self._sockets)
-        self._process = launch(self._where.kind.main, *given, pass_fds=given, own_session=True)
+        handed: list[Handed] = [theirs, self._their_waker, self._mailbox.memory, *self._sockets]
+        self._process = launch(self._where.kind.main, handed=handed, own_session=True)
         theirs.close()
         self._pipe = Connection(mine.detach())
         with suppress(OSError):  # it has died at once: the keeper notices
@@ -181,6 +180,7 @@ class TagService:
             how = self._ended()
             if self._ending.wait(GRACE_S):
                 return
+            self._died = True
             self._say(f"the {self._title} server {how} and is started again; the scans go on")
             with self._changing:
                 if self._ending.is_set():
@@ -211,8 +211,8 @@ class TagService:
             else:
                 return "has died"
 
-    def end(self) -> None:
-        """End the server."""
+    def end(self) -> bool:
+        """End the server; return False if all have died before they served anything."""
         self._ending.set()
         with self._changing:
             for each in (self._pipe, self._waker, self._their_waker):
@@ -220,12 +220,13 @@ class TagService:
                     each.close()
         if self._pipe is not None:
             try:
-                self._process.wait(PATIENCE_S)
+                self._died |= self._process.wait(PATIENCE_S) != 0
             except TimeoutExpired:
                 self._process.kill()
                 self._process.wait()
         for each in self._sockets:
             each.close()
+        return not self._died or self._mailbox.beats > 0
 
 
 class TagServices:
@@ -247,7 +248,7 @@ class TagServices:
             for each in wanted:
                 self._services.append(TagService(job, each, say, writes=writes))
                 opened.callback(self._services[-1].end)
-            self._ending = opened.pop_all()
+            opened.pop_all()
         for service in self._services:
             for line in service.said():
                 say(line)
@@ -279,9 +280,10 @@ class TagServices:
             if each.desk is not None:
                 each.desk.rests = rests
 
-    def end(self) -> None:
-        """End the servers."""
-        self._ending.close()
+    def end(self) -> bool:
+        """End the servers; return False if all processes of one have died before they served anything."""
+        served = [each.end() for each in self._services]
+        return all(served)
 
 
 def _problems(setup: TagSetup) -> list[str]:

@@ -9,6 +9,7 @@ from ...load.loading import Job
 from ...replay.replaying import score_of
 from ...replay.tag_orders import TagOrders
 from ..answer import Why
+from ..followed import can_follow, follow
 from ..input_replay import InputReplay
 from ..traced_run import Load
 
@@ -31,7 +32,7 @@ def chain_of(
         what: a tag, a bit or word of an image, a value of a Python program, or a sequence.
         row: the scan of the question, by default the last one.
         load: loads a Python program again; None for a ladder program, and for images alone.
-        deep: whether rungs of add-on instructions are links, too.
+        deep: whether to include Add-On Instruction rungs.
 
     Raises:
         ValueError: an unknown name.
@@ -40,5 +41,8 @@ def chain_of(
     if not isinstance(job.logic, LadderLogic):
         return Why(recording, row, job.spec, load).chain(what, deep=deep)
     debugger = Debugger(job.logic)
-    InputReplay(recording, job.spec, row).play(debugger, TagOrders(score_of(recording), recording.events))
+    if can_follow(recording, debugger):
+        follow(recording, debugger, row)
+    else:
+        InputReplay(recording, job.spec, row).play(debugger, TagOrders(score_of(recording), recording.events))
     return Why(recording, row, job.spec, None, debugger).chain(what, deep=deep)

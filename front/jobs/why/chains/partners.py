@@ -69,8 +69,14 @@ def _recorded(job: Job, debugger: Debugger, until_ns: int) -> Recording | None:
 
 def _named(link: CauseLink, rack: str, known: dict[CauseLink, CauseLink]) -> CauseLink:
     """Return a chain whose links have the name of their rack."""
-    found = known.get(link)
-    if found is None:
-        causes = tuple(tuple(_named(each, rack, known) for each in group) for group in link.causes)
-        found = known[link] = replace(link, name=f"{rack}: {link.name}", causes=causes)
-    return found
+    ahead = [link]
+    while ahead:
+        each = ahead[-1]
+        missing = [cause for group in each.causes for cause in group if cause not in known]
+        if missing:
+            ahead += missing
+            continue
+        ahead.pop()
+        causes = tuple(tuple(known[cause] for cause in group) for group in each.causes)
+        known.setdefault(each, replace(each, name=f"{rack}: {each.name}", causes=causes))
+    return known[link]

@@ -4,23 +4,28 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 from ....io_images.addresses import Address, parse_address
 from ....io_images.site import Site
 from ....ladder.debug import CauseLink, Operand, linked
+from ....ladder.debug.watched import shown
+from ....ladder.state.memory import same
 from ....runtime.config.rackspec import RackSpec
 from ....runtime.loop.scan import ScanLogic
 from ....traces.read.sequence_steps import Step, steps_of
 from ...record.tag_names import named_values, namespace_of
 from ..chain import Bits, RackChain
+from ..outranked import forced, of_cpu
 from ..past import ALL_BITS, Past
 from ..source.class_names import Names
 from ..source.conditions import source_line
 from ..source.lines import NOWHERE, Line
-from ..traced_run import Load, TracedChange, TracedRun, Watched, run_again
+from ..traced_run import Load, TracedChange, TracedRun, Watched, fresh, run_again
+from .at_rest import Looker, never
+from .waiting import open_wait
 
 
 @dataclass(slots=True)
@@ -35,15 +40,44 @@ class ProgramChain(RackChain):
 
     # --- questions
 
-    def of_value(self, text: str, row: int) -> CauseLink | None:
-        """Return the chain of a value of the program after a scan; None if it has not changed."""
-        found = self._last_changes([text], row)
-        return self._of_value(text, found[text]) if text in found else None
+    def of_value(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
+        """Return the chain of a value of the program after a scan; None if nothing is known of it.
+
+        Args:
+            depth: how many values led to it.
+        """
+        scan, found = self.recording.numbers[row], self._last_changes([text], row)
+        if text not in self.present:
+            return None
+        outranked = forced(self.recording.events, scan, {text}) or of_cpu(self.recording, row)
+        stays = outranked is not None and outranked.kind == "fault" and text in found
+        if outranked is not None and not stays:
+            return self._outranked(outranked, text, _plain(self.present[text]))
+        return self._of_value(text, found[text]) if text in found else self._never(text, row, depth)
+
+    def _never(self, text: str, row: int, depth: int = 0) -> CauseLink | None:
+        return never(self, text, row, self.present.get(text), depth)
 
     def of_sequence(self, name: str, row: int) -> CauseLink | None:
-        """Return the chain of the place at which a sequence waits; None if it has not begun."""
+        """Return where a sequence waits, and what it waits for; None if it has not begun."""
         steps = [each for each in self._steps(name) if each.scan <= self.recording.numbers[row]]
-        return self._of_wait(steps, len(steps) - 1) if steps else None
+        if not steps:
+            return None
+        cause = open_wait(self, steps, row)
+        link = self._of_wait(steps, len(steps) - 1)
+        return link if cause is None else replace(link, causes=((cause,),), depth=1 + cause.depth)
+
+    def _of_rest(self, bits: Bits, name: str, row: int) -> CauseLink | None:
+        """Explain bits of an image that have not changed: of an output the lines that could write it."""
+        found = RackChain._of_rest(self, bits, name, row)
+        if found is not None or bits.image == "in":
+            return found
+        own = [each for each, address in self.names.addresses.items() if address == str(bits.address)]
+        return never(self, own[0], row, self.value(bits, row)) if own else None
+
+    def look(self, looker: Looker, row: int) -> None:
+        """Run the program to a scan, and show its lines to a looker."""
+        run_again(self.recording, self.spec, self.load, frozenset({row}), row, look=looker)
 
     def _steps(self, sequence: str) -> list[Step]:
         return steps_of(self.recording.events).get(sequence, [])
@@ -59,7 +93,7 @@ class ProgramChain(RackChain):
 
     def _of_value(self, text: str, row: int) -> CauseLink:
         again = self._traced(row, text)
-        made = [each for each in again.changes.get(row, ()) if each.before[1] != each.after[1]]
+        made = [each for each in again.changes.get(row, ()) if not same(each.before[1], each.after[1])]
         values = again.value, made[0].before[1] if made else None
         return self._of_line(0, text, values, row, again, made)
 
@@ -86,9 +120,9 @@ class ProgramChain(RackChain):
         common = {"name": name, "value": _plain(values[0]), "scan": self.recording.numbers[row]}
         common |= {"now_ns": self.recording.times[row], "before": _plain(values[1])}
         if not again.explains(row):
-            return CauseLink(
-                "unknown", **common, text="run again, the program writes other words: no line is known"
-            )
+            return CauseLink("unknown", **common, text=again.no_line(Past(self.recording, row)))
+        if not line.number and name in Past(self.recording, row).forced_tags:
+            return CauseLink("force", **common, text=f"forced to {shown(common['value'])}")
         if not line.number:
             text = f"sent by {sent[0].text}" if sent else "no line of the program wrote it"
             return CauseLink("line" if sent else "unknown", **common, text=text)
@@ -99,6 +133,11 @@ class ProgramChain(RackChain):
         return linked(
             causes, **common, kind="line", site=site, text=text, operands=self._operands(made[-1], row)
         )
+
+    def refuse(self, text: str) -> None:
+        """Refuse a name that the program does not have; ValueError."""
+        with fresh(self.load) as logic:
+            named_values(namespace_of(logic), [text])
 
     def _operands(self, change: TracedChange, row: int) -> tuple[Operand, ...]:
         values = [Operand(name, value, changed=False) for name, value in change.values.items()]
@@ -142,7 +181,7 @@ class ProgramChain(RackChain):
             yield self._of_change(bits, self.name(bits), row)
         if not new and row:
             names = [name for _, each in change.stands.inside for name in each]
-            found = self._last_changes([self._full(name) for name in (*names, *change.stands.names)], row - 1)
+            found = self._last_changes([self.full(name) for name in (*names, *change.stands.names)], row - 1)
             last = max(found.values(), default=None)
             yield from (self._of_value(name, at) for name, at in found.items() if at == last)
             if last is None:
@@ -157,7 +196,7 @@ class ProgramChain(RackChain):
 
     # --- values
 
-    def _full(self, name: str) -> str:
+    def full(self, name: str) -> str:
         """Return a name in a method as a name of the program."""
         return f"{self.names.prefix}{name.removeprefix('self.')}" if name.startswith("self.") else name
 
@@ -197,7 +236,7 @@ class ProgramChain(RackChain):
                 at = next(rows)
                 for text, code in codes.items():
                     value = eval(code, namespace)
-                    if value != seen[text]:
+                    if not same(value, seen[text]):
                         seen[text], found[text] = value, at
 
             return look
@@ -231,11 +270,16 @@ class ProgramChain(RackChain):
 
     def _of_end(self, steps: Sequence[Step], number: int, row: int) -> CauseLink:
         """Return the link of the end of a wait in a scan: what it waited for, or the wait before it."""
-        step = steps[number]
-        causes = [(each,) for each in self._of_condition(step, row)]
-        if not causes and number:
-            causes = [(self._of_end(steps, number - 1, self._row(step)),)]
-        return linked(causes, **self._parts(step, row, f"{step.wait} is over"))
+        ends = [row]  # the rows in which this wait ended, the one before it, and so on
+        while not (causes := [(each,) for each in self._of_condition(steps[number], ends[-1])]) and number:
+            ends.append(self._row(steps[number]))
+            number -= 1
+        while True:
+            step, row = steps[number], ends.pop()
+            found = linked(causes, **self._parts(step, row, f"{step.wait} is over"))
+            if not ends:
+                return found
+            causes, number = [(found,)], number + 1
 
     def _parts(self, step: Step, row: int, text: str) -> dict[str, Any]:
         line = Line(str(self.load.folder / step.file), step.line, step.sequence)
@@ -250,11 +294,12 @@ class ProgramChain(RackChain):
         for name in self.names.named_in(step.wait):
             slot = self.names.axes.get(name)
             if slot is None:
-                yield from self._new(Bits.at(self._place(name)), name, row)
+                yield from self._new(Bits.at(self.place(name)), name, row)
             else:
                 yield from self._of_axis(slot, row)
 
-    def _place(self, name: str) -> Address:
+    def place(self, name: str) -> Address:
+        """Return the address of an input or output of the program."""
         return parse_address(
             self.names.addresses[name], {slot.number: slot.words for slot in self.recording.slots}
         )

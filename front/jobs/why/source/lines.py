@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from types import FrameType
 from typing import Any
 
+from ....ladder.state.memory import same
 from ....runtime.loop.faults import is_the_users
 
 
@@ -72,7 +73,7 @@ class Lines:
     def _look(self) -> None:
         """Report the previous line if the value has changed."""
         now = self._watched()
-        if now != self._seen:
+        if not same(now, self._seen):
             before, self._seen = self._seen, now
             self._changed(self._at, before, now)
 

@@ -238,7 +238,7 @@ class Pcl601Driver(Driver[Drive]):
             yield PUBLISH
 
     def _attribute(self) -> Talk:
-        """Determine the side of the active limit: it stops a motion towards it, and no motion away from it.
+        """Determine the side of the active limit: it stops a motion toward it, and no motion away from it.
 
         An index of one step ends before the next read, and gives no information about an earlier active
         limit.

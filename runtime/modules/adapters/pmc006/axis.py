@@ -50,7 +50,7 @@ class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
     @property
     @override
     def levels(self) -> int:
-        """Electrical levels of the discrete inputs as last read: an energised input pulls its pin low."""
+        """Electrical levels of the discrete inputs as last read: an energized input pulls its pin low."""
         pins, levels = self.driver.levels, 0
         if not pins & Level.EXT1:
             levels |= SHARED

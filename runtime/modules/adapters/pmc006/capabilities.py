@@ -146,7 +146,7 @@ COMMAND_ROWS: tuple[CommandRow[Pmc006Options], ...] = (
         "find home CW",
         lambda request, _: bool(request.command.msw & FIND_HOME_CW),
         HOMING,
-        "the PMC006 searches for home backward only, which is CCW",
+        "the PMC006 homes backward only, which is CCW",
     ),
     too_fast("PMC006", SPEED_MAX),
     CommandRow(TIMED, "speed", _too_slow, PROFILE, f"the PMC006's slowest motion is {START_MIN} steps/s"),

@@ -5,7 +5,7 @@
     CW limit                                   EXT2
     emergency stop, or capture, or external    FSET
 
-The opto-coupler of an energised terminal conducts and pulls the pin low.
+The opto-coupler of an energized terminal conducts and pulls the pin low.
 """
 
 from __future__ import annotations

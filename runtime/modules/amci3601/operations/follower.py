@@ -152,7 +152,7 @@ class EncoderFollower(Operation):
         return steps
 
     def _ramp_speed(self, owed: int, elapsed_ns: int, acceleration: int, deceleration: int) -> None:
-        """Ramp the speed towards that of the owed steps, within the rates."""
+        """Ramp the speed toward that of the owed steps, within the rates."""
         wanted = self._allowed_speed(owed, deceleration)
         before = self._speed_msps
         growing = abs(wanted) > abs(before) and wanted * before >= 0

@@ -1,0 +1,166 @@
+"""The rows of against.py: slices of hot paths, made of what a commit's own benchmarks have.
+
+    python benchmarks/against_rows.py BENCHMARKS NAME
+
+is one side of a comparison: it says its rows as JSON, then measures the row that a line of its input names.
+A row is a function that does the same work each time and returns its seconds of processor time.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from importlib import import_module
+from pathlib import Path
+from time import process_time
+from typing import Any
+
+Row = tuple[str, Callable[[], float]]
+
+
+def timed(action: Callable[..., object], *arguments: object) -> float:
+    start = process_time()
+    action(*arguments)
+    return process_time() - start
+
+
+def scan(its: Any, folder: Path) -> Iterator[Row]:
+    def run(modules: int, recorded: bool) -> float:
+        rack = its.rack_of(modules)
+        slots = [its.SlotInfo(number, "amci3601", "4.1") for number in rack.slots]
+        path = folder / "scan.mcap"
+        listeners = (
+            [its.ScanRecorder(path, rack.memory, slots, scan_period_ns=its.PERIOD_NS)] if recorded else []
+        )
+        cpu = its.Cpu(rack, its.logic, its.PERIOD_NS, listeners=listeners)
+        took = timed(cpu.run, 60_000 // modules)
+        return took + timed(cpu.close)
+
+    yield "1 module", lambda: run(1, False)
+    yield "4 modules", lambda: run(4, False)
+    yield "1 module, recorded", lambda: run(1, True)
+    yield "4 modules, recorded", lambda: run(4, True)
+
+
+def recorder(its: Any, folder: Path) -> Iterator[Row]:
+    path, scans = folder / "recorder.mcap", 50_000
+    for slots in its.SLOTS[:2]:
+        rack = its.Rack(slots)
+
+        def cost(rack=rack) -> float:
+            return timed(its.record, rack, scans, path) - timed(rack.run, scans, its.say_nothing)
+
+        yield f"slots: {slots}", cost
+
+
+def ladder(its: Any, folder: Path) -> Iterator[Row]:
+    def repeated(action: Callable[..., object], times: int) -> None:
+        for _ in range(times):
+            action(its.PERIOD_MS)
+
+    built = its.parse_program(its.program(1))
+    hundred = its.parse_program(its.program(10))
+    for name, logic, copies, compiled, steps in (
+        ("10 rungs", built, 1, True, 4_000),
+        ("100 rungs", hundred, 10, True, 600),
+        ("10 rungs, interpreted", built, 1, False, 150),
+    ):
+        step = its.played(logic, copies, compiled=compiled).step
+        yield name, lambda step=step, steps=steps: timed(repeated, step, steps)  # type: ignore[misc]
+    yield "building 100 rungs", lambda: timed(lambda: its.parse_program(its.program(10)).compile())
+
+
+def observed(its: Any, folder: Path) -> Iterator[Row]:
+    for name, (prepare, _limit) in its.VARIANTS.items():
+        debugger = its.feeder()
+
+        def cost(debugger=debugger, prepare=prepare) -> float:
+            total = 0.0
+            for _ in range(15):
+                prepare(debugger)
+                debugger.scan(1, its.PERIOD_MS)
+                total += timed(debugger.scan, 90, its.PERIOD_MS)
+            return total
+
+        yield name, cost
+
+
+def sequences(its: Any, folder: Path) -> Iterator[Row]:
+    idle = its.Side(its.loop)
+    idle.run_to(its.WAITING)
+    for name, logic in (("waiting", its.Line), ("waiting, with a lamp", its.Lit)):
+        side = its.Side(logic())
+        side.run_to(its.WAITING)
+        yield name, lambda side=side: side.time(20_000) - idle.time(20_000)  # type: ignore[misc]
+    moving = its.Side(its.Line())
+    moving.run_to(its.MOVING)
+    yield "moving", lambda: moving.time(20_000) - idle.time(20_000)
+
+
+def tags(its: Any, folder: Path) -> Iterator[Row]:
+    yield "with ten tags", lambda: its.measure(folder, 3 * its.CHUNK_SCANS)[1]
+
+
+def reading(its: Any, folder: Path) -> Iterator[Row]:
+    path, scans = folder / "reading.mcap", 50_000
+    its.record(its.Rack(1), scans, path)
+    yield "arrays", lambda: sum(timed(its.arrays, path, 1, scans) for _ in range(3))
+    yield "slice", lambda: sum(timed(its.a_slice, path, 1, scans) for _ in range(5))
+    yield "scans", lambda: timed(its.one_by_one, path, 1, scans)
+
+
+def structures(its: Any, folder: Path) -> Iterator[Row]:
+    kinds: dict[str, list[str]] = {"copies and fills": [], "strings": [], "add-ons and members": []}
+    for name, line in its.ROWS:
+        copied, members = name.startswith(("COP", "CPS", "FLL")), "add-on" in name or "members" in name
+        kinds[list(kinds)[0 if copied else 2 if members else 1]].append(line)
+    for kind, lines in kinds.items():
+        step = its.parse_program(its.program(lines * 10)).compile().step
+
+        def cost(step=step) -> float:
+            return timed(lambda: [step(its.PERIOD_MS) for _ in range(100)])
+
+        yield kind, cost
+
+
+BENCHMARKS: dict[str, tuple[str, Callable[[Any, Path], Iterator[Row]]]] = {
+    "scan": ("scan_rate", scan),
+    "recorder": ("recorder", recorder),
+    "ladder": ("ladder", ladder),
+    "observed": ("observed", observed),
+    "sequences": ("sequences", sequences),
+    "tags": ("tags", tags),
+    "reading": ("reading", reading),
+    "structures": ("structures", structures),
+}
+"""The file of benchmarks/, and what makes its rows."""
+
+
+def on_one_core() -> None:
+    """Run where the other side runs, where a system allows that: both meet the same neighbors."""
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+
+
+def main(folder: str, name: str) -> None:
+    """Answer a line of JSON for the start and for each row asked: what is wrong is {"error": why}."""
+    sys.path[0] = folder
+    on_one_core()
+    answer = sys.stdout
+    sys.stdout = sys.stderr  # what a benchmark prints is no answer
+    with tempfile.TemporaryDirectory() as work:
+        try:
+            file, make = BENCHMARKS[name]
+            rows = dict(make(import_module(file), Path(work)))
+            print(json.dumps(list(rows)), file=answer, flush=True)
+            for line in sys.stdin:
+                print(rows[line.rstrip("\n")](), file=answer, flush=True)
+        except Exception as error:  # every mistake of a commit is told to the one that compares
+            print(json.dumps({"error": f"{type(error).__name__}: {error}"}), file=answer, flush=True)
+
+
+if __name__ == "__main__":
+    main(*sys.argv[1:])

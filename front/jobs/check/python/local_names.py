@@ -1,0 +1,128 @@
+"""Local names of a function of the scan, and what they stand for at a place of its text."""
+
+from __future__ import annotations
+
+import ast
+import copy
+from collections.abc import Mapping, Sequence
+
+from ..logic import INPUT
+from .options import Options
+from .reader import Function, UnknownError
+
+MOST = 400
+"""Nodes of an expression that are followed."""
+
+Names = dict[str, ast.expr | None]
+
+
+class LocalNames:
+    """The local names at a place: expressions without local names, None for an unknown value."""
+
+    def __init__(self, options: Options) -> None:
+        self._options = options
+        self._names: Names = {}
+
+    def begin(self) -> None:
+        """Begin a function."""
+        self._names = {}
+
+    def copy(self) -> Names:
+        """Return the names at this place."""
+        return dict(self._names)
+
+    def swap(self, names: Names) -> Names:
+        """Go to the names of another place; return those of this one."""
+        self._names, here = names, self._names
+        return here
+
+    def join(self, other: Names, test: ast.expr) -> None:
+        """Join the names behind the two arms of a statement; `other` are those behind the first one."""
+        for name in {*other, *self._names}:
+            one, two = other.get(name), self._names.get(name)
+            if one is two or (one is not None and two is not None and ast.dump(one) == ast.dump(two)):
+                continue
+            both = None if one is None or two is None else ast.IfExp(self.closed(test), one, two)
+            self._names[name] = both
+
+    def forget(self, name: str) -> None:
+        """Note that a name has an unknown value."""
+        self._names[name] = None
+
+    def bind(self, target: ast.expr, value: ast.expr | None) -> None:
+        """Note what a target gets; None for an unknown value."""
+        if isinstance(target, ast.Tuple):
+            parts = [None] * len(target.elts) if value is None else self.parts(value, len(target.elts))
+            for each, part in zip(target.elts, parts, strict=True):
+                self.bind(each, part)
+        elif isinstance(target, ast.Name):
+            self._names[target.id] = None if value is None else _short(self.closed(value))
+
+    def parts(self, value: ast.expr, count: int) -> Sequence[ast.expr]:
+        """Return the elements of a value that is unpacked."""
+        if isinstance(value, ast.Tuple) and len(value.elts) == count:
+            return [self.closed(each) for each in value.elts]
+        closed = self.closed(value)
+        return [
+            ast.copy_location(ast.Subscript(closed, ast.Constant(at), ast.Load()), value)
+            for at in range(count)
+        ]
+
+    def enter(self, function: Function, call: ast.Call) -> Names:
+        """Begin a function that is called; return the names of the place of the call."""
+        parameters = [each.arg for each in function.args.args if each.arg != "self"]
+        given = dict(zip(parameters, call.args, strict=False))
+        given |= {each.arg: each.value for each in call.keywords if each.arg is not None}
+        inner: Names = {name: _short(self.closed(value)) for name, value in given.items()}
+        inner |= {name: None for name in parameters if name not in inner}
+        return self.swap(inner)
+
+    def closed(self, node: ast.expr) -> ast.expr:
+        """Return an expression in which local names are what they stand for."""
+        found = _Closing(self._names).visit(_copy(node))
+        assert isinstance(found, ast.expr)
+        return found
+
+    def inputs(self, node: ast.expr) -> ast.expr:
+        """Return the same with the bits of input images as names."""
+        found = _InputNames(self._options).visit(self.closed(node))
+        assert isinstance(found, ast.expr)
+        return found
+
+
+class _Closing(ast.NodeTransformer):
+    def __init__(self, names: Mapping[str, ast.expr | None]) -> None:
+        self._names = names
+
+    def visit_Name(self, node: ast.Name) -> ast.expr:
+        value = self._names.get(node.id)
+        return ast.copy_location(_copy(value), node) if value is not None else node
+
+    def visit_Lambda(self, node: ast.Lambda) -> ast.expr:
+        return node
+
+
+class _InputNames(ast.NodeTransformer):
+    """`scan.slot[2].inputs.bit(0, 3)` becomes the name of an input."""
+
+    def __init__(self, options: Options) -> None:
+        self._options = options
+
+    def visit_Call(self, node: ast.Call) -> ast.expr:
+        image = node.func.value if isinstance(node.func, ast.Attribute) and node.func.attr == "bit" else None
+        if not isinstance(image, ast.Attribute) or image.attr != "inputs":
+            return node
+        try:
+            at = [self._options.of(each, {}).options[0] for each in node.args]
+        except UnknownError:
+            return node
+        return ast.copy_location(ast.Name(f"{INPUT}{ast.unparse(image)}.{at}", ast.Load()), node)
+
+
+def _short(node: ast.expr) -> ast.expr | None:
+    return node if sum(1 for _ in ast.walk(node)) < MOST else None
+
+
+def _copy(node: ast.expr) -> ast.expr:
+    """Return a copy of an expression: a transformer changes its nodes."""
+    return copy.deepcopy(node)

@@ -1,0 +1,67 @@
+"""Writes to the output words of a 3601: where they stand, and what they write."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from .logic import TRUE, Condition
+
+Step = float | str
+"""A step of a program: a number, or a text."""
+
+
+class FileLine(NamedTuple):
+    """A line of a file, from 1."""
+
+    file: str
+    line: int
+
+
+@dataclass(frozen=True, slots=True)
+class WordValue:
+    """What a word gets: one of its options.
+
+    Attributes:
+        options: signed words; none if they are unknown.
+        source: where they come from, such as a table; words of one source get those of one place together.
+        names: what the source is for each option, for messages.
+    """
+
+    options: tuple[int, ...] = ()
+    source: str = ""
+    names: tuple[str, ...] = ()
+
+
+UNKNOWN_WORD = WordValue()
+
+
+@dataclass(frozen=True, slots=True)
+class WordWrite:
+    """A write to an output word of a 3601.
+
+    Attributes:
+        word: 0 to 7.
+        value: of a whole word; None for bits.
+        sets: bits that it sets if its condition holds.
+        clears: bits that it may clear.
+        when: the condition under which it acts.
+        steps: by machine, in which steps it may act (None: all), and whether it does in each scan of them.
+        text: the instruction or statement in words.
+    """
+
+    place: FileLine
+    slot: int
+    word: int
+    value: WordValue | None = None
+    sets: int = 0
+    clears: int = 0
+    when: Condition = TRUE
+    steps: Mapping[str, tuple[frozenset[Step] | None, bool]] = field(default_factory=dict)
+    text: str = ""
+
+    def acts_in(self, machine: str, step: Step) -> tuple[bool, bool]:
+        """Return whether it may act in a step, and whether it does in each scan of it."""
+        there, sure = self.steps.get(machine, (None, self.when == TRUE))
+        return there is None or step in there, sure

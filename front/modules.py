@@ -1,0 +1,34 @@
+"""What a module of your own is made of: `from scanrack.modules import Image, ModuleRecord, ...`.
+
+A rack file names the module's file:
+
+    [modules]
+    blinker = "blinker.py"
+
+    [[slot]]
+    number = 1
+    module = "blinker"
+    options = { half_ms = 20 }
+
+The file has a `RECORD`, see `ModuleRecord`. `docs/own-module.md` shows a whole one. These names stay; all
+others may move.
+"""
+
+from .io_images.image import Image
+from .io_images.module_words import BitPlace, ModuleWords
+from .runtime.loop.events import Event
+from .runtime.loop.module import Follower, ForeseeingModule, Module
+from .runtime.loop.options import Options
+from .runtime.modules.record import ModuleRecord
+
+__all__ = [
+    "BitPlace",
+    "Event",
+    "Follower",
+    "ForeseeingModule",
+    "Image",
+    "Module",
+    "ModuleRecord",
+    "ModuleWords",
+    "Options",
+]

@@ -1,0 +1,34 @@
+"""Annotations in a user's code, which Python 3.14 and later evaluate when they are read [PEP 649].
+
+A name in them that exists for type checkers only is no error here.
+"""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from collections.abc import Callable, Mapping
+from typing import Any
+
+if sys.version_info >= (3, 14):
+    from annotationlib import Format, call_annotate_function, get_annotate_from_class_namespace
+
+
+def declared(namespace: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return what a class or a module annotates in its own body.
+
+    Args:
+        namespace: `vars` of the class or the module.
+    """
+    known: Mapping[str, Any] | None = namespace.get("__annotations__")
+    if known is None and sys.version_info >= (3, 14):
+        annotate = get_annotate_from_class_namespace(namespace)
+        known = call_annotate_function(annotate, Format.FORWARDREF) if annotate else None
+    return known or {}
+
+
+def signature_of(function: Callable[..., Any]) -> inspect.Signature:
+    """Return the signature of a function; errors as `inspect.signature`."""
+    if sys.version_info >= (3, 14):
+        return inspect.signature(function, annotation_format=Format.FORWARDREF)
+    return inspect.signature(function)

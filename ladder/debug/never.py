@@ -1,0 +1,285 @@
+"""Why a value has not changed: what the instructions that could write it lack, back to what is at rest.
+
+The instruction that lacks the fewest contacts came nearest, see `lacking`. Each of these contacts has a chain
+of its own if it ever changed; else it is asked the same question, down to an input, a timer that runs, or a
+tag that nobody has set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+from ...io_images.times import seconds
+from ..state.lowered import (
+    ADD_ON,
+)
+from ..state.memory import Value
+from .causes import Causes, CellChange
+from .cells import Cell
+from .crossref import CrossReference, Mention
+from .executed import Read
+from .lacking import Lack, Lacking
+from .links import CauseLink, Operand, linked
+
+DEEPEST = 24
+"""Most links one behind the other."""
+
+PULSE = 2
+"""Most scans of a pulse."""
+
+ONLY_ON, ONLY_OFF = frozenset({"OTL"}), frozenset({"OTU", "RES", "CLR"})
+"""Instructions that write a bit in one way only."""
+
+Behind = Callable[[CellChange, str], CauseLink]
+"""Returns the chain of a change."""
+
+AtRest = Callable[[Cell, str, Value, int], CauseLink | None]
+"""Explains an input that has not changed, by cell, name, value and scan; None if nothing is known."""
+
+
+class Blocks(Protocol):
+    """Explains the blocks of an axis, by what its module does."""
+
+    def waiting(self, path: str, scan: int) -> CauseLink | None:
+        """Return what a block that is busy waits for; None of any other structure."""
+
+    def failed(self, path: str, since: int, scan: int) -> CauseLink | None:
+        """Return the rule of the module behind an error of a block between two scans; None without one."""
+
+
+class NoBlocks:
+    """Knows no block."""
+
+    def waiting(self, _path: str, _scan: int) -> CauseLink | None:
+        """Return None."""
+        return None
+
+    def failed(self, _path: str, _since: int, _scan: int) -> CauseLink | None:
+        """Return None."""
+        return None
+
+
+NO_BLOCKS: Blocks = NoBlocks()
+
+
+def at_rest_unknown(_cell: Cell, _name: str, _value: Value, _scan: int) -> CauseLink | None:
+    """Explain no input: chains end at the images."""
+    return None
+
+
+@dataclass(slots=True)
+class Never:
+    """Explains values that have not changed up to a scan.
+
+    Args:
+        causes: of the program's past.
+        scan: the scan of the question.
+        behind: makes the chain of what has changed.
+        at_rest: explains inputs.
+    """
+
+    causes: Causes
+    scan: int
+    behind: Behind
+    at_rest: AtRest = at_rest_unknown
+    blocks: Blocks = NO_BLOCKS
+    _lacking: Lacking | None = None
+    _reference: CrossReference | None = None
+
+    def of(self, cell: Cell, name: str, seen: tuple[Cell, ...] = ()) -> CauseLink:
+        """Return the link of a value that has not changed; `seen` are the values that led to it."""
+        value = self._value(cell)
+        leaf = cell.leaf
+        if leaf.slot is not None and not (leaf.is_image and leaf.output):
+            found = self.at_rest(cell, name, value, self.scan)
+            return found or self._root("input", name, value, f"slot {leaf.slot}")
+        found = self._counted(cell, name, value) or self._of_block(cell, value, seen)
+        return found or self._of_writers(cell, name, value, seen)
+
+    def _of_read(self, read: Read, seen: tuple[Cell, ...]) -> CauseLink:
+        cell, name = read.cell, read.text
+        origins = self.causes.origins([cell], self.scan)
+        if not origins:
+            return self.of(cell, name, (*seen, cell))
+        value = self._value(cell)
+        found = self._of_number(origins[0], name, seen) or self._counted(cell, name, value)
+        return found or self._of_block(cell, value, seen) or self.behind(origins[0], name)
+
+    def _of_block(self, cell: Cell, value: Value, seen: tuple[Cell, ...]) -> CauseLink | None:
+        """Return what a block that is busy waits for, or its error; None of any other value."""
+        path, _, member = cell.leaf.path.rpartition(".")
+        if member.upper() not in ("BUSY", "DONE", "ACTIVE", "INVELOCITY"):
+            return None
+        if (member.upper() == "BUSY") is not bool(value) or not isinstance(value, bool):
+            return None
+        busy, error = self._member(path, "Busy", cell.index), self._member(path, "Error", cell.index)
+        if busy is not None and busy[1]:
+            return self.blocks.waiting(path, self.scan)
+        if error is not None and error[1] and error[0] not in seen:
+            return self._of_read(Read(error[0], error[1], error[0].name), seen)
+        return None
+
+    def _of_number(self, origin: CellChange, name: str, seen: tuple[Cell, ...]) -> CauseLink | None:
+        """Return the link of a number that was made of settings; None of any other change."""
+        write = origin.write
+        if (
+            write is None
+            or write.by is None
+            or isinstance(self._value(origin.cell), bool)
+            or len(seen) > DEEPEST
+        ):
+            return None
+        settings = [
+            each for each in write.by.reads if not isinstance(each.value, bool) and self._is_setting(each)
+        ]
+        if not settings:
+            return None
+        site = self._engine.lowered.sites[write.by.number]
+        causes = [(self.of(each.cell, each.text, (*seen, origin.cell)),) for each in reversed(settings)]
+        return linked(
+            causes, kind="rung" if site.unit == "rung" else "line", name=name, value=write.after,
+            scan=origin.scan, now_ns=self.causes.now_ns(origin.scan), text=site.instruction, site=site,
+        )  # fmt: skip
+
+    def _is_setting(self, read: Read) -> bool:
+        cell = read.cell
+        return (
+            cell.leaf.slot is None and not self._writers(cell) and not self.causes.origins([cell], self.scan)
+        )
+
+    # --- timers and counters
+
+    def _counted(self, cell: Cell, name: str, value: Value) -> CauseLink | None:
+        """Return the link of a timer that runs, or a counter that has begun, if the value is its DN."""
+        path, _, member = cell.leaf.path.rpartition(".")
+        if member.upper() not in ("DN", "Q") or value:
+            return None
+        parts = {
+            each: self._member(path, each, cell.index) for each in ("ACC", "PRE", "EN", "CU", "CD", "TT")
+        }
+        if parts["ACC"] is None or parts["PRE"] is None:
+            return None
+        own = name.rpartition(".")[0]
+        acc, pre = int(parts["ACC"][1]), int(parts["PRE"][1])
+        if parts["EN"] is not None and parts["EN"][1] and acc < pre:
+            return self._running(parts["EN"][0], own, acc, pre)
+        counts = parts["EN"] is None and (parts["CU"] is not None or parts["CD"] is not None)
+        if counts and 0 < acc < pre:
+            origins = self.causes.origins([parts["ACC"][0]], self.scan)
+            last = f", the last at {seconds(self.causes.now_ns(origins[0].scan))} s" if origins else ""
+            return self._root("timer", own, None, f"has counted {acc:,} of {pre:,}{last}")
+        return None
+
+    def _running(self, enabled: Cell, own: str, acc: int, pre: int) -> CauseLink:
+        origins = self.causes.origins([enabled], self.scan)
+        since = self.causes.now_ns(origins[0].scan) if origins else 0
+        text = f"runs since {seconds(since)} s: {_ms(acc)} of {_ms(pre)}, done in {_ms(pre - acc)}"
+        scan = origins[0].scan if origins else 0
+        return CauseLink("timer", own, None, scan, since, text)
+
+    def _member(self, path: str, name: str, index: int) -> tuple[Cell, Value] | None:
+        leaf = self._engine.lowered.layout.leaves.get(f"{path}.{name}".upper())
+        if leaf is None or index >= leaf.size:
+            return None
+        cell = Cell(leaf, index)
+        return cell, self._value(cell)
+
+    # --- instructions
+
+    def _of_writers(self, cell: Cell, name: str, value: Value, seen: tuple[Cell, ...]) -> CauseLink:
+        writers = [each for each in self._writers(cell) if _could_change(each, value)]
+        writers = [each for each in writers if each.step is None or each.step.name != ADD_ON] or writers
+        if not writers:
+            return self._unwritten(name, value)
+        if len(seen) > DEEPEST:
+            return self._root("unknown", name, value, f"more than {DEEPEST} links")
+        found = [(each, self._lack(each)) for each in writers]
+        own = {cell, *seen}
+        known = [
+            (each, lack) for each, lack in found if not any(read.cell in own for read, _ in lack)
+        ] or found
+        mention, lack = min(known, key=lambda pair: (not pair[1], len(pair[1])))
+        scan, lack = self._nearest(mention, lack)
+        there = self if scan == self.scan else replace(self, scan=scan, _lacking=None)
+        causes = [(there._of_read(read, (*seen, cell)),) for read, _ in lack if read.cell not in own]
+        sites = self._engine.lowered.sites
+        texts = dict.fromkeys(sites[by.number].instruction for _, by in lack)
+        site = mention.site
+        was = "is" if scan == self.scan else f"at {seconds(self.causes.now_ns(scan))} s was"
+        return linked(
+            causes,
+            kind="never",
+            name=name,
+            value=value,
+            scan=0,
+            now_ns=self.causes.now_ns(0),
+            text=f"{' '.join(texts)} {was} false" if texts else f"{site.instruction} has not changed it",
+            site=site,
+            operands=tuple(Operand(each.text, each.value, changed=False) for each, _ in lack),
+        )
+
+    def _lack(self, mention: Mention) -> Lack:
+        if self._lacking is None:
+            self._lacking = Lacking(self._engine.lowered, self.causes.execution(self.scan))
+        return self._lacking.of(mention)
+
+    def _nearest(self, mention: Mention, lack: Lack) -> tuple[int, Lack]:
+        """Return the scan in which an instruction came nearest to acting, and what it lacked then.
+
+        Besides the scan of the question those are tried in which a contact that is false now was true last,
+        for a scan or two: a pulse that came when something else was lacking.
+        """
+        best = self.scan, lack
+        for read, _ in lack if len(lack) > 1 else ():
+            origins = self.causes.origins([read.cell], self.scan)
+            at = origins[0].scan - 1 if origins else -1
+            before = self.causes.origins([read.cell], at) if at >= 0 else []
+            if not before or at - before[0].scan >= PULSE:
+                continue
+            found = replace(self, scan=at, _lacking=None)._lack(mention)
+            if found and len(found) < len(best[1]):
+                best = at, found
+        return best
+
+    def _unwritten(self, name: str, value: Value) -> CauseLink:
+        if isinstance(value, bool):
+            return self._root(
+                "operator",
+                name,
+                value,
+                f"never {'off' if value else 'on'}: no rung writes it, and nobody has set it",
+            )
+        return self._root("setting", name, value, "as the program begins with it: no rung writes it")
+
+    def _root(self, kind: str, name: str, value: Value | None, text: str) -> CauseLink:
+        return CauseLink(kind, name, value, 0, self.causes.now_ns(0), text)
+
+    def _writers(self, cell: Cell) -> Sequence[Mention]:
+        if self._reference is None:
+            self._reference = CrossReference(self._engine.lowered)
+        return self._reference.writers(cell.leaf, cell.index, cell.mask)
+
+    def _value(self, cell: Cell) -> Value:
+        return self.causes.value(cell, self.scan)
+
+    @property
+    def _engine(self) -> Any:
+        return self.causes.engine
+
+
+def _could_change(mention: Mention, value: Value) -> bool:
+    name = mention.step.name if mention.step is not None else ""
+    if not isinstance(value, bool):
+        return True
+    return name not in (ONLY_ON if value else ONLY_OFF)
+
+
+def _ms(milliseconds: int) -> str:
+    """Return a time of a timer.
+
+    >>> _ms(496), _ms(1500)
+    ('496 ms', '1.5 s')
+    """
+    return f"{milliseconds} ms" if milliseconds < 1000 else f"{seconds(milliseconds * 1_000_000)} s"

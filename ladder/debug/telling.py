@@ -1,0 +1,144 @@
+"""An answer to why in at most six lines: the value and since when, the way, the cause.
+
+    Lamp is off since 9 s (scan 4,500): Main rung 1: XIC(Run)
+      because Run is off since 9 s: Main rung 0: XIC(Stop)
+    Cause: Stop is off since 9 s: slot 2 input 1 (stop): The stop input is de-energized.
+
+The last line is the end of `CauseLink.path`. Of a longer way the middle is left out; `deep` has all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from textwrap import wrap
+
+from ...io_images.times import seconds
+from .links import CauseLink
+from .watched import shown
+
+LONGEST = 110
+"""Most characters of a line."""
+
+MOST_LINES = 6
+"""Most lines of an answer."""
+
+MOST_WAY = 3
+"""Most links between the value and the cause that are shown."""
+
+MOST_VALUES = 4
+"""Most values of a line."""
+
+MOST_ALSO = 2
+"""Most further ends that the last line names."""
+
+AT_REST = ("never", "setting", "timer")
+"""Kinds of links that say themselves since when."""
+
+
+def told(link: CauseLink, *, deep: bool = False) -> str:
+    """Return a chain as an answer of at most six lines; with `deep` all of it behind it, see `CauseLink`."""
+    path = link.path
+    way = list(path[1:-1])
+    lines = [_line("", link, _scan(link))]
+    if len(way) > MOST_WAY:
+        left = len(way) - MOST_WAY + 1
+        lines += [
+            _line("  because ", way[0]),
+            f"  ... {left} links (--deep has all)",
+            _line("  because ", way[-1]),
+        ]
+    else:
+        lines += [_line("  because ", each) for each in way]
+    if len(path) == 1:
+        lines = []
+    head = "Cause: " if lines else ""
+    last = _whole(head, path[-1], "" if lines else _scan(link), _also(link))
+    lines += _wrapped(last, MOST_LINES - len(lines))
+    return "\n".join([*lines, str(link)] if deep else lines)
+
+
+def _scan(link: CauseLink) -> str:
+    return "" if link.kind in AT_REST or not link.scan else f" (scan {link.scan:,})"
+
+
+def _also(link: CauseLink) -> str:
+    """Return the other ends of the kind of the last one: what was lacking as well."""
+    end = link.end
+    others = [
+        each for each in _ends(link) if each is not end and (each.kind, each.scan) == (end.kind, end.scan)
+    ]
+    names = list(dict.fromkeys(map(_state, others)))[:MOST_ALSO]
+    return f"; and {', '.join(names)}" if names else ""
+
+
+def _ends(link: CauseLink) -> Iterator[CauseLink]:
+    """Yield the ends behind the links of the path that were needed as well."""
+    for each in link.path:
+        for group in each.causes:
+            if len(group) == 1 and group[0] not in link.path:
+                yield group[0].end
+
+
+def _line(head: str, link: CauseLink, scan: str = "") -> str:
+    return _cut(_whole(head, link, scan))
+
+
+def _whole(head: str, link: CauseLink, scan: str = "", also: str = "") -> str:
+    at = f"{seconds(link.now_ns)} s{scan}"
+    if link.kind == "wait":
+        site = link.site
+        where = f": {site.spot}: {site.instruction}" if site is not None else ""
+        if link.text.startswith("waits for "):
+            return f"{head}{link.name} {link.text} since {at}{where}{also}"
+        return f"{head}{link.name} went on at {at}: {_place(link)}{also}"
+    since = "" if _says_when(link) else f" since {at}"
+    place = " ".join(_place(link).split())
+    return f"{head}{_state(link)}{since}{': ' if place else ''}{place}{also}"
+
+
+def _says_when(link: CauseLink) -> bool:
+    return link.kind in AT_REST or link.value is None or (not link.scan and "never" in link.text)
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+
+
+def _wrapped(text: str, most: int) -> list[str]:
+    """Return a text in at most so many lines."""
+    lines = wrap(text, LONGEST, subsequent_indent="    ", break_on_hyphens=False)
+    return (
+        lines
+        if len(lines) <= most
+        else [*lines[: most - 1], _cut(lines[most - 1] + " " + lines[most].strip())]
+    )
+
+
+def _state(link: CauseLink) -> str:
+    value = link.value
+    if value is None:
+        return link.name
+    if isinstance(value, str):
+        return f"{link.name} is {value!r}"
+    if isinstance(value, bool):
+        return f"{link.name} is {('off', 'on')[value]}"
+    return f"{link.name} is {value}"
+
+
+def _place(link: CauseLink) -> str:
+    site = link.site
+    where = (
+        ""
+        if site is None
+        else site.spot
+        if site.file and not site.routine
+        else f"{site.routine} {site.place}"
+    )
+    return ": ".join(filter(None, (where, link.text))) + _values(link)
+
+
+def _values(link: CauseLink) -> str:
+    """Return the values that a line had read, as ` [state.step = 'first']`; contacts of a rung say them."""
+    read = link.operands[:MOST_VALUES] if link.kind == "line" else ()
+    listed = ", ".join(f"{each.name} = {shown(each.value)}" for each in read)
+    return f" [{listed}]" if listed else ""

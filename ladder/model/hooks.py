@@ -1,0 +1,13 @@
+"""What a program offers from rooms above this one.
+
+`scanrack.ladder` sets it, so that no import points upward.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+rung_svg: Callable[[Any], str]
+"""Draws a rung for a notebook."""
+
+ask: Callable[..., Any]
+"""Decides a claim about a program, see `prove.answers.ask`."""

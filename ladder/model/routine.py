@@ -1,0 +1,74 @@
+"""A routine of a program: rungs, statements, or a chart."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from ...io_images.site import Site
+from .chart import Chart, body_name
+from .errors import LadderError
+from .tree import Block, Rung
+
+
+@dataclass(frozen=True, slots=True)
+class Routine:
+    """A routine of rungs; of statements if `statements` is not None; a chart if `chart` is not None."""
+
+    name: str
+    rungs: tuple[Rung, ...]
+    comment: str = ""
+    statements: Block | None = None
+    chart: Chart | None = None
+
+    @property
+    def unit(self) -> str:
+        """Unit of its numbers: rung, line, or element of a chart."""
+        return "element" if self.chart else "rung" if self.statements is None else "line"
+
+    @property
+    def block(self) -> Block:
+        """Its statements, those in a chart included; none of rungs."""
+        return tuple(self.chart.statements()) if self.chart else self.statements or ()
+
+    @property
+    def numbers(self) -> Sequence[int]:
+        """Numbers of its rungs from 0, of lines with statements from 1, or of a chart's elements."""
+        if self.chart is not None:
+            return sorted(self.chart.elements)
+        if self.statements is None:
+            return range(len(self.rungs))
+        return sorted({number for each in self.statements for number, _ in each.numbered() if number})
+
+    def numbered(self, number: int) -> str:
+        """Return the rung or the statements of a number, or raise a LadderError."""
+        if number not in self.numbers:
+            there = (
+                ", ".join(map(str, self.numbers))
+                if self.statements or self.chart
+                else f"0 to {len(self.rungs) - 1}"
+            )
+            raise LadderError(f"routine {self.name} has no {self.unit} {number}: {there}")
+        if self.chart is not None:
+            return self.chart.elements[number]
+        if self.statements is None:
+            return str(self.rungs[number])
+        lines = (line for each in self.statements for line in each.numbered())
+        return " ".join(text.strip() for at, text in lines if at == number)
+
+    @property
+    def text(self) -> str:
+        """Rungs without comments, statements, or a chart."""
+        if self.chart is not None:
+            return "\n".join(self.chart.lines())
+        return "\n".join(map(str, self.rungs if self.statements is None else self.statements))
+
+
+def element_of(routines: Iterable[Routine], site: Site) -> tuple[str, int | None]:
+    """Return the routine of a place and its number there; of an action's body, chart and element."""
+    for routine in routines:
+        if routine.chart is not None and site.routine.upper().startswith(f"{routine.name.upper()}."):
+            for step, action, _ in routine.chart.bodies():
+                if body_name(routine.name, step, action).upper() == site.routine.upper():
+                    return routine.name, action.number
+    return site.routine, site.rung

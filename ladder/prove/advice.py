@@ -1,0 +1,74 @@
+"""What to do about a claim that is unknown: one sentence, by what is to blame."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+
+MOST_NAMES = 3
+"""Tags that a sentence names."""
+
+_WAYS: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
+    (
+        r"(?P<what>.*), not modelled",
+        lambda found, _: (
+            f'{found["what"]} may leave anything: say with assume = ["..."] what it gives, '
+            "or claim nothing about it"
+        ),
+    ),
+    (
+        r"no run of (?P<scans>[\d,]+) scans? keeps what is assumed",
+        lambda found, _: f"the assumptions leave no run of {found['scans']} scans: take one of them out",
+    ),
+    (
+        r"(?P<where>.*): .*(?:more than \d+ passes|calls more than \d+ deep|jump backwards)",
+        lambda found, _: (
+            f"nothing is known behind {found['where']}: let constants bound its loop, "
+            "64 passes at most, and nest fewer calls"
+        ),
+    ),
+    (
+        r"a fault ends the run: (?P<fault>.*)",
+        lambda found, _: f'mend the fault first, or exclude it with assume = ["..."]: {found["fault"]}',
+    ),
+    (
+        r".*a defect of scanrack",
+        lambda _found, _: "report it with the program: the relation and the program differ",
+    ),
+    (
+        r".*the solver's fuse.*",
+        lambda _found, names: f'the solver gave up: bound {names} with assume = ["..."], or narrow scan_ms',
+    ),
+    (
+        r"the limit of .*",
+        lambda _found, names: (
+            "no run breaks it within the limit and no induction proves it: say with "
+            f'assume = ["..."] what bounds {names}, or shorten the times that it waits for'
+        ),
+    ),
+    (
+        r"(?P<what>.*)",
+        lambda found, _: f"the relation does not follow {found['what']}: claim nothing about what it writes",
+    ),
+)
+"""Patterns of what is to blame, the worst first, and what to do."""
+
+
+def advice(blame: Sequence[str], deciding: Sequence[str]) -> str:
+    """Return what to do, "" if nothing is to blame.
+
+    >>> advice(["the limit of work, in scan 31"], ["Boxes", "Full"])
+    'no run breaks it within the limit and no induction proves it: say with assume = ["..."] what bounds \
+Boxes and Full, or shorten the times that it waits for'
+
+    Args:
+        blame: see `Verdict.blame`.
+        deciding: names of the tags that decide the claim.
+    """
+    names = " and ".join(deciding[:MOST_NAMES]) or "the numbers that decide it"
+    for pattern, sentence in _WAYS:
+        for each in blame:
+            found = re.fullmatch(pattern, each)
+            if found is not None:
+                return sentence(found, names)
+    return ""

@@ -1,0 +1,141 @@
+"""The certificate of a proof: the relation of one scan as SMT-LIB text, and the induction that proves it.
+
+`proof.smt2` declares each value before a scan and defines terms of them. `proof.json` says which of these
+terms is what: the next value of each state, its initial value, what is assumed in each scan, what never
+holds, and the invariants that help. A checker that has these two needs nothing of the prover: it puts scans
+one behind the other and asks another solver.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from .algebra.meaning import BOOL, INT
+from .algebra.terms import T, const, variables
+from .solving.smtlib import Script, Text
+from .solving.translation import fit, sort_of, translate, width
+
+if TYPE_CHECKING:
+    from .solving.invariants import Invariant
+    from .system import System
+
+FORMAT = "scanrack proof 1"
+
+
+@dataclass(frozen=True, slots=True)
+class Certificate:
+    """A proof by induction: `bad` never holds.
+
+    Attributes:
+        says: what is proved, in words.
+        next: the next value of each state that decides it, by name.
+        initial: values of states and held values, and of late ones.
+        held: names of variables that keep their initial value.
+        late: names of free variables that have their initial value in the first scan.
+        contract: what holds in each scan.
+        bad: what never holds.
+        k: scans of the induction.
+        invariants: truths of the state after each scan.
+    """
+
+    says: str
+    next: Mapping[str, T]
+    initial: Mapping[str, Any]
+    held: frozenset[str]
+    late: frozenset[str]
+    contract: T
+    bad: T
+    k: int
+    invariants: tuple[Invariant, ...] = ()
+
+    @classmethod
+    def of(cls, system: System, says: str, bad: T, k: int, found: Sequence[Invariant] = ()) -> Certificate:
+        """Return that of a proof about a system, with its present contract."""
+        cone = system.cone([bad, *[each.term for each in found]])
+        states = {name: system.next[name] for name in cone if name in system.next}
+        initial = {name: system.initial[name] for name in cone if name in system.initial}
+        held, late = frozenset(system.held & cone.keys()), frozenset(system.late & cone.keys())
+        return cls(says, states, initial, held, late, system.contract, bad, k, tuple(found))
+
+
+def written(certificates: Sequence[Certificate]) -> tuple[str, dict[str, Any]]:
+    """Return the text of `proof.smt2` and the contents of `proof.json` of proofs about one program."""
+    writer = _ScriptWriter()
+    parts = [writer.part(each) for each in certificates]
+    found = {"format": FORMAT, "states": writer.states, "late": writer.late, "ranges": writer.ranges}
+    return "\n".join([*writer.script.lines, ""]), {**found, "parts": parts}
+
+
+class _ScriptWriter:
+    """Writes the relation once for all parts."""
+
+    def __init__(self) -> None:
+        self.script = Script()
+        self.states: dict[str, dict[str, str]] = {}
+        self.late: dict[str, str] = {}
+        self.ranges: list[dict[str, Any]] = []
+        self._memo: dict[int, Any] = {}
+        self._seen: set[str] = set()
+
+    def part(self, each: Certificate) -> dict[str, Any]:
+        """Write what a proof speaks of; return what is what."""
+        self._memo = {}  # another part may hold other values
+        contract, bad = self._term(each, each.contract), self._term(each, each.bad)
+        found = [{"term": self._term(each, one.term), "text": one.text} for one in each.invariants]
+        roots = [each.contract, each.bad, *[one.term for one in each.invariants], *each.next.values()]
+        for v in variables(roots):
+            self._variable(each, v)
+        return {"says": each.says, "k": each.k, "contract": contract, "bad": bad, "invariants": found}
+
+    def _term(self, each: Certificate, t: T) -> str:
+        return self._made(each, t).text
+
+    def _made(self, each: Certificate, t: T) -> Text:
+        made: Text = translate(self.script, t, lambda v: self._lookup(each, v), self._memo)
+        return made
+
+    def _lookup(self, each: Certificate, v: T) -> Text:
+        if v.val in each.held:
+            return self._literal(v, each.initial[v.val])
+        if v.val not in self._seen:
+            self._seen.add(v.val)
+            self.script.declare(sort_of(v), v.val)
+        return Text(_quoted(v.val), sort_of(v))
+
+    def _variable(self, each: Certificate, v: T) -> None:
+        name = _quoted(v.val)
+        if v.val in each.held or name in self.states or any(one["of"] == name for one in self.ranges):
+            return
+        self._lookup(each, v)
+        is_state = v.val in each.next
+        if is_state:
+            after = each.next[v.val]
+            made = self._made(each, after)
+            made = fit(self.script, made, width(after), width(v)) if v.kind == INT else made
+            initial = self._literal(v, each.initial[v.val]).text
+            self.states[name] = {"next": made.text, "initial": initial}
+        elif v.val in each.late:
+            self.late[name] = self._literal(v, each.initial[v.val]).text
+        if v.kind == INT:
+            within = self._within(v, Text(name, sort_of(v)))
+            self.ranges += [{"of": name, "term": text, "state": is_state} for text in within]
+
+    def _within(self, v: T, made: Text) -> Iterable[str]:
+        """Yield what says that a number lies in its interval, where that is less than its bits."""
+        bits, script = width(v), self.script
+        if v.lo != -(1 << bits - 1):
+            yield script.apply("bvsle", [script.value(bits, v.lo), made]).text
+        if v.hi != (1 << bits - 1) - 1:
+            yield script.apply("bvsle", [made, script.value(bits, v.hi)]).text
+
+    def _literal(self, v: T, value: Any) -> Text:
+        if v.kind == INT:
+            return self.script.value(width(v), int(value))
+        return self.script.value(v.kind, bool(value) if v.kind == BOOL else const(value, v.kind).val)
+
+
+def _quoted(name: str) -> str:
+    """Return a name as `Script.declare` writes it."""
+    return "|" + name.replace("|", "_").replace("\\", "_") + "|"

@@ -1,0 +1,179 @@
+"""What may happen between two scans, on terms: prescan, after program mode or a start with retained tags.
+
+`state` stays what the scan leaves. `before_next` has each value that the next scan finds: after
+prescan, where there is one. Instructions with a subscript out of range are skipped there, as the interpreter
+does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from ...model.operands import Place
+from ...model.tags import Leaf
+from ...state.lowered import AddOnCall, Call, LoweredStep, Node
+from ..algebra.terms import FALSE, TRUE, T, const, ite
+from .machine import ScanMachine
+from .paths import Path
+from .places import Key
+from .steps import REFUSED
+from .stored import Lost
+from .symbols import UnmodelledError
+
+Begun = Callable[[Key, T], T]
+"""Gives a value that prescan finds, of a place and the value that the scan left there."""
+
+
+def as_left(_key: Key, t: T) -> T:
+    """Let prescan find what the scan left."""
+    return t
+
+
+class TurningMachine(ScanMachine):
+    """A machine that may prescan behind its scan, as one does whose key is turned.
+
+    Attributes:
+        prescanned: the places that prescan may write.
+    """
+
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        self.prescanned_places: dict[Key, bool] = {}
+        self._turns = False
+        self._begins: Begun = as_left
+        self._reads: Begun = as_left
+        self._skips = 0  # instructions that some path has skipped
+        self._turned: dict[Key, T] = {}
+        self._turned_lost: dict[str, list[Lost]] = {}
+        self._behind: tuple[dict[Key, T], dict[Key, bool], dict[str, list[Lost]]] = {}, {}, {}
+
+    def turn_key(self, where: T, begins: Begun = as_left, reads: Begun = as_left) -> None:
+        """Prescan behind the scan, where a truth holds.
+
+        Args:
+            begins: the value that a place has before prescan, and after it if prescan does not write it.
+            reads: the value that prescan reads in its place: it may have been written from outside.
+        """
+        self._behind, notes = (self._kept, self.written, self._lost), (self.faults, self.rungs)
+        self._begins, self._reads, self._turns = begins, reads, True
+        self._kept, self.written, self._lost = self._turned, self.prescanned_places, self._turned_lost
+        self.faults, self.rungs = [], []
+        minor, self.fault_log.minor = self.fault_log.minor, {}  # type: ignore[assignment]
+        self.active = where
+        try:
+            self.prescan()
+            self.active = where
+            self._begin_tasks()
+        finally:
+            (self._kept, self.written, self._lost), (self.faults, self.rungs) = self._behind, notes
+            self.fault_log.minor = minor
+            self.active, self._turns = TRUE, False
+
+    def before_next(self, key: Key) -> T:
+        """Return the value of a place that the next scan finds."""
+        if key not in self._turned:
+            left = self._begins(key, self.state[key])
+            self._turned[key] = self._with_lost(key, left, self._turned_lost)
+        return self._turned[key]
+
+    def _with_lost(self, key: Key, t: T, lost: dict[str, list[Lost]]) -> T:
+        for where, site in lost.get(key[0], ()):
+            t = ite(where, self.unknown_of(self.kinds[key], site), t)
+        return t
+
+    def _begin_tasks(self) -> None:
+        """Begin the tasks anew, as the scheduler does."""
+        schedule = self.lowered.schedule
+        if schedule is None:
+            return
+        for program in schedule.programs:
+            self.poke(program.started, 0, FALSE)
+            for leaf in (program.fault_type, program.fault_code):
+                self.poke(leaf, 0, const(0))
+        for task in schedule.tasks:
+            self.poke(task.pending, 0, FALSE)
+            self.poke(task.overlaps, 0, const(0))
+
+    # --- what is different in prescan
+
+    def _read_first(self, key: Key, leaf: Leaf) -> None:
+        if not self._turns:
+            super()._read_first(key, leaf)
+            return
+        turning = self._kept, self.written, self._lost
+        self._kept, self.written, self._lost = self._behind
+        if key not in self._kept:
+            super()._read_first(key, leaf)
+        self._kept, self.written, self._lost = turning
+        now = self.state[key]
+        if key in self.kinds:
+            now = self._with_lost(key, self._reads(key, self._begins(key, now)), self._lost)
+        self.log.put(self._kept, key, now)
+
+    def merge_paths(self, run: Callable[[], Any]) -> list[Path]:
+        """Run on every path; in prescan one ends with a subscript out of range, and does not fault."""
+        if not self._turns:
+            return super().merge_paths(run)
+        paths = self.paths.walk(run)
+        self._skips += any(each.faulted for each in paths)
+        for each in paths:
+            each.faulted = False
+        self.write_paths(paths)
+        return paths
+
+    def _copies(self, copies: tuple[tuple[Node, ...], ...]) -> None:
+        skips = self._skips
+        super()._copies(copies)
+        if self._turns and self._skips != skips and any(len(series) > 1 for series in copies):
+            raise UnmodelledError("a parameter with a computed subscript, in prescan")
+
+    def start_clock(self, since: Place) -> None:
+        """Begin to measure the time in a hidden place; in prescan nothing does."""
+        self._refuse_clock()
+        super().start_clock(since)
+
+    def elapsed(self, since: Place, unit_ns: int) -> Any:
+        """Return the whole units of time since then; in prescan nothing asks for it."""
+        self._refuse_clock()
+        return super().elapsed(since, unit_ns)
+
+    def _refuse_clock(self) -> None:
+        if self._turns:
+            raise UnmodelledError("a timer that runs in prescan")
+
+    def _prescan_step(self, step: LoweredStep) -> None:
+        prescan = step.spec.prescan
+        if prescan is None:
+            return
+        self.site = step.site
+        kept, mark = self._begin()
+        try:
+            call = next((each for each in step.operands if isinstance(each, (Call, AddOnCall))), None)
+            if isinstance(call, AddOnCall):
+                self._prescan_add_on(call)
+            elif call is not None:
+                prescan(self, *step.operands)
+            else:
+                self.merge_paths(lambda: prescan(self, *step.operands))
+        except REFUSED as why:
+            undone, moved = self._undo(kept, mark)
+            self.site = step.site
+            self._refused(step, TRUE, why, undone, moved=moved)
+            return
+        self.log.commit(mark)
+
+    def _prescan_add_on(self, call: AddOnCall) -> None:
+        """Copy in, prescan the logic, run Prescan, copy out."""
+        site = self.site
+        self._copies(call.inputs)
+        skips = self._skips
+        self._put_power(call, FALSE)
+        with self._within(call):
+            if self._skips != skips:
+                raise UnmodelledError("an instance with a computed subscript, in prescan")
+            self.prescan(call.logic)
+            if call.prescan is not None:
+                self.call_routine(call.prescan, ())
+        self.site = site
+        self._copies(call.outputs)

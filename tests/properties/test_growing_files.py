@@ -1,0 +1,265 @@
+"""Every file that a command takes, made by somebody else: work and memory grow as it does, not as its square.
+
+What takes a file is asked of the commands, so that a new option or argument is met by name: it is read, and
+`READ` says how, or it is nothing to read. A command runs in a process that is forked for it, whose processor
+time and memory are compared for files of two sizes. Bounds are wide: sixteen times the file may take 64 times
+the time, where the square takes 256.
+
+--long gives each kind of reader all that is dear, see tests/support/hostile_files.py.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+import typer
+from commands_page import commands
+from hostile_files import DEAR, FILES
+from scanrack.commands import build
+from scanrack.traces.export.formats import FORMATS
+from typer.testing import CliRunner
+
+resource = pytest.importorskip("resource", reason="processor time and memory of a process are POSIX")
+
+SIZES = (1 << 16, 1 << 20)
+SIZES_OF_ALL = (1 << 12, 1 << 16)
+LINEAR = 4.0  # how many times more than in proportion a larger file may take
+LEAST_S, LEAST_BYTES = 0.5, 16 << 20  # what the small one takes at least, for all that a machine does beside
+MOST_PER_BYTE = 3_000
+"""Bytes of memory for each of the file: a drawn rung takes 1,500 for each of its characters."""
+PATIENCE_S = 60  # of processor time: whoever takes that long for 1 MB has no bound
+
+RACKS = (".toml", ".py", ".L5X", ".SLC")
+PROGRAMS = (".rung", ".st")
+TRACE = (".mcap",)
+
+READ: Mapping[str, tuple[str, tuple[str, ...]]] = {
+    "run rack": ("run {} --for 2ms --no-record -q", (*RACKS, ".unit", ".steps", *PROGRAMS)),
+    "run --record": ("run good.toml --for 2ms -q --record {}", TRACE),
+    "run --retain": ("run good.toml --for 2ms --no-record -q --retain {}", (".json",)),
+    "watch rack": ("watch {} --speed max --for 2ms", RACKS),
+    "watch rack, a trace": ("watch {} --port 0", (*TRACE, ".html")),
+    "watch --record": ("watch good.toml --speed max --for 2ms --record {}", TRACE),
+    "share trace": ("share {} --out shared.html", TRACE),
+    "share --out": ("share good.mcap --out {}", (".html",)),
+    "show trace": ("show {}", TRACE),
+    "query trace": ("query {} Run", TRACE),
+    "plot trace": ("plot {} --out plot.html", TRACE),
+    "plot --out": ("plot good.mcap --out {}", (".html",)),
+    "export trace": ("export {} --csv out.csv", TRACE),
+    **{
+        f"export {each.option}": (
+            f"export good.mcap {each.option} {{}}",
+            (".html",) if each.chooses else TRACE,
+        )
+        for each in FORMATS
+    },
+    "compare a": ("compare {} good.mcap", TRACE),
+    "compare b": ("compare good.mcap {}", TRACE),
+    "import capture": ("import {} --as pcl601 --rtu-over-tcp --out new.mcap", (".pcap", ".log")),
+    "import --out": ("import missing.pcap --as pcl601 --out {}", TRACE),
+    "import --simulated": ("import missing.pcap --as pcl601 --simulated {}", TRACE),
+    "repair trace": ("repair {} --output repaired.mcap", TRACE),
+    "repair --output": ("repair good.mcap --output {}", TRACE),
+    "replay path": ("replay {}", TRACE),
+    "replay --rack": ("replay good.mcap --into program --rack {}", RACKS),
+    "replay --program": ("replay good.mcap --into program --program {}", (".py", *PROGRAMS)),
+    "rerun path": ("rerun {}", TRACE),
+    "rerun --record": ("rerun good.mcap --record {}", TRACE),
+    "ladder file": ("ladder {}", (".toml", ".py", *PROGRAMS)),
+    "ladder --svg": ("ladder good.rung --svg {}", (".html",)),
+    "l5x file": ("l5x {}", (".L5X", ".SLC")),
+    "l5x --against": ("l5x good.L5X --against {}", (".L5X", ".SLC")),
+    "why file": ("why {} Run --at 0", (*RACKS, *TRACE)),
+    "xref file": ("xref {}", (".toml", ".py", *PROGRAMS)),
+    "prove rack": ("prove {}", (*RACKS, *PROGRAMS)),
+    "prove new": ("prove good.rung {}", (*RACKS, *PROGRAMS)),
+    "prove --html": ("prove good.rung --html {}", (".html",)),
+    "fuzz rack": ("fuzz {} --for 2ms --runs 1 --jobs 1", (*RACKS, *TRACE)),
+    "fuzz --invariants": ("fuzz good.toml --for 2ms --runs 1 --jobs 1 --invariants {}", (".py",)),
+    "fuzz --out": ("fuzz good.toml --for 2ms --runs 1 --jobs 1 --out {}", (".campaign",)),
+    "fuzz --from": ("fuzz good.toml --for 2ms --runs 1 --jobs 1 --from {}", (".campaign", ".mcap")),
+    "fuzz --scenario": ("fuzz good.toml --scenario {}", (".json",)),
+    "conform plan": ("conform {} --list", (".plan",)),
+    "conform --from": ("conform --from {}", (".json", ".mcap")),
+    "conform --out": ("conform --from missing.json --out {}", (".json",)),
+    "serve rack": ("serve amci3601 {} --tcp 1.2.3.4.5:1", RACKS),
+    "serve --machine": ("serve pcl601 --machine {} --serial missing", RACKS),
+    "serve --program": ("serve pcl601 --program {} --serial missing", (".pclt",)),
+    "serve --memory": ("serve pcl601 --memory {} --serial missing", (".json",)),
+    "serve --record": ("serve pcl601 --record {} --serial missing", TRACE),
+    "device pcl601 program write file": ("device pcl601 --tcp 127.0.0.1:1 program write {}", (".pclt",)),
+    "device pmc006 program check file": ("device pmc006 program check {}", (".pmc",)),
+    "device pmc006 program write file": ("device pmc006 --port missing program write {}", (".pmc",)),
+    "pclt check files": ("pclt check {}", (".pclt",)),
+    "pclt list file": ("pclt list {}", (".pclt",)),
+    "check rack": ("check {}", (*RACKS, *PROGRAMS)),
+}
+"""Words with a file for {}, and the kinds of files, by command and option or argument."""
+
+NOT_READ = {
+    "new folder": "it has to be new or empty",
+    "show --extract": "it is written, and has to be new or empty",
+    "prove --out": "a folder for scenarios",
+    "fuzz --write-tests": "a folder for tests",
+}
+"""Paths of folders that nothing is read from."""
+
+WORDS = {
+    *(
+        "TIME",
+        "A:B",
+        "TIME|SCAN",
+        "PATTERN",
+        "SIGNAL",
+        "start|SIGNAL",
+        "QUERY",
+        "BIT",
+        "VALUE",
+        "[WHAT]",
+        "[TAG]",
+    ),
+    *("NAME", "EXAMPLE", "TAGS", "KIND", "ID", "VERSION", "MODULE", "PROGRAM[.ROUTINE]", "TARGET"),
+    *("PROTOCOL[:[HOST:]PORT]", "ADDRESS", "HOST[:PORT][,SLOT]", "[HOST:]PORT", "PORT", "DEV", "N"),
+    *("TAG:MS", "INPUT=TAG", "NAME=STATE", "DIGITS", "FAULT"),
+}
+"""What a text that names no file is called in the help of its command."""
+
+OTHER_WORDS = {"watch --speed", "plot --title", "new --from"}
+"""Texts without a name of their own in the help."""
+
+APPLICATION = build()
+
+
+class Cost(NamedTuple):
+    """What a command took for a file of one size."""
+
+    size: int
+    spent_s: float
+    memory: int  # the most so far, beyond what the process began with
+
+
+def takes_text() -> Iterator[tuple[str, str | None]]:
+    """Yield what may be a path: command and option or argument, and what the help calls it."""
+    for words, command in commands(typer.main.get_command(build())):
+        for each in command.params:
+            if each.type_descriptor.annotation in (Path, str, list[Path], list[str]):
+                name = each.opts[0] if each.param_type_name == "option" else each.name
+                yield f"{words.removeprefix('scanrack ')} {name}", each.metavar
+
+
+def test_each_option_and_argument_that_may_name_a_file_is_known() -> None:
+    """A new one gets a row in READ, or is called in its help what names no file."""
+    there = dict(takes_text())
+    files = {each for each, name in there.items() if name not in WORDS and each not in OTHER_WORDS}
+    assert files == {*(row.partition(",")[0] for row in READ), *NOT_READ}
+    assert there.keys() >= OTHER_WORDS
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A folder with a rack, its program and its recording, which is the current one."""
+    place = tmp_path_factory.mktemp("growing")
+    rack = 'program = "{}"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
+    (place / "good.rung").write_text(
+        "PROGRAM p\nTAG Run : BOOL\nROUTINE Main\nXIC(Run)OTE(Run);\nEND\n", encoding="utf-8"
+    )
+    (place / "good.toml").write_text(rack.format("good.rung"), encoding="utf-8")
+    for suffix in (".rung", ".st", ".steps"):
+        (place / f"rack{suffix}.toml").write_text(rack.format(f"file{suffix}"), encoding="utf-8")
+    (place / "rack.unit.toml").write_text(
+        f'{rack.format("good.rung")}[[unit]]\nprogram = "file.pclt"\n', encoding="utf-8"
+    )
+    (place / "good.L5X").write_bytes(FILES[".L5X"]["rungs"](1))
+    before = Path.cwd()
+    os.chdir(place)
+    CliRunner().invoke(APPLICATION, ["run", "good.toml", "--for", "100ms", "-q", "--record", "good.mcap"])
+    yield place
+    os.chdir(before)
+
+
+def given(row: str, kind: str) -> tuple[list[str], Path]:
+    """Return the words of a command, and the file that grows."""
+    words = READ[row][0]
+    if kind == ".campaign":
+        Path("campaign").mkdir(exist_ok=True)
+        return words.format("campaign").split(), Path("campaign/state.json")
+    if kind == ".unit":
+        return words.format("rack.unit.toml").split(), Path("file.pclt")
+    file = Path(f"file{kind}" if kind != ".plan" else "plan.toml")
+    named = f"rack{kind}.toml" if row == "run rack" and Path(f"rack{kind}.toml").exists() else str(file)
+    return words.format(named).split(), file
+
+
+def costs(words: list[str], file: Path, make: Callable[[int], bytes], sizes: tuple[int, int]) -> list[Cost]:
+    """Run a command with a small and a large file in a process of its own; return what each took."""
+    file.write_bytes(make(1 << 10))
+    CliRunner().invoke(APPLICATION, words)  # imports what it needs
+    reader, writer = os.pipe()
+    if not (child := os.fork()):
+        try:
+            os.write(writer, json.dumps(list(_measured(words, file, make, sizes))).encode())
+        finally:
+            os._exit(0)
+    os.close(writer)
+    with open(reader, "rb") as pipe:
+        said = pipe.read()
+    os.waitpid(child, 0)
+    assert said, f"{' '.join(words)}: it took {PATIENCE_S} s of a processor for {max(sizes):,} bytes at most"
+    return [Cost(*each) for each in json.loads(said)]
+
+
+def _measured(
+    words: list[str], file: Path, make: Callable[[int], bytes], sizes: tuple[int, int]
+) -> Iterator[Cost]:
+    """Yield what each size takes; end this process if one takes too long."""
+    resource.setrlimit(resource.RLIMIT_CPU, (PATIENCE_S, PATIENCE_S))
+    begun = _used().memory
+    for size in sizes:
+        file.write_bytes(make(size))
+        before = _used()
+        CliRunner().invoke(APPLICATION, words)
+        after = _used()
+        yield Cost(file.stat().st_size, after.spent_s - before.spent_s, max(0, after.memory - begun))
+
+
+def _used() -> Cost:
+    """Return the processor time of this process and of its helpers, and the most memory of any."""
+    own, helpers = (resource.getrusage(each) for each in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    unit = 1 if sys.platform == "darwin" else 1024
+    spent = sum(each.ru_utime + each.ru_stime for each in (own, helpers))
+    return Cost(0, spent, max(own.ru_maxrss, helpers.ru_maxrss) * unit)
+
+
+def check(what: str, taken: list[Cost]) -> None:
+    """Compare what the large file took with what the small one did, and memory with the size."""
+    small, large = taken
+    times = large.size / small.size
+    assert large.spent_s <= LINEAR * times * small.spent_s + LEAST_S, (what, taken)
+    most = min(LINEAR * times * max(small.memory, 1 << 18), MOST_PER_BYTE * large.size)
+    assert large.memory <= most + LEAST_BYTES, (what, taken)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("row", "kind"), [(row, kind) for row, (_, kinds) in READ.items() for kind in kinds])
+def test_a_command_takes_as_much_as_its_file_is_large(place: Path, row: str, kind: str) -> None:
+    words, file = given(row, kind)
+    check(f"{' '.join(words)}: {DEAR[kind]}", costs(words, file, FILES[kind][DEAR[kind]], SIZES))
+
+
+READERS = {kind: next(row for row, (_, kinds) in READ.items() if kind in kinds) for kind in FILES}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "name"), [(kind, name) for kind, texts in FILES.items() for name in texts])
+def test_a_reader_does_too(place: Path, kind: str, name: str, request: pytest.FixtureRequest) -> None:
+    if not request.config.getoption("--long"):
+        pytest.skip("with --long")
+    words, file = given(READERS[kind], kind)
+    check(f"{' '.join(words)}: {name}", costs(words, file, FILES[kind][name], SIZES_OF_ALL))

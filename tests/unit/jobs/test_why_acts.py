@@ -1,0 +1,74 @@
+"""What an owner could do: the planted acts, and carried out on another bench they give the value."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+from scanrack.commands import build
+from scanrack.jobs.why.acts import acts_for
+from typer.testing import CliRunner
+from why_questions import do, make
+
+pytestmark = [
+    pytest.mark.slow,  # together they take seconds
+    pytest.mark.skipif(not hasattr(os, "fork"), reason="a rack is copied by a fork"),
+]
+
+START = "press start (slot 2) for 60 ms"
+ROWS = [
+    ("rungs", "1s", "Run", True, [START]),
+    ("rungs", "1s drop stop 1s", "Run", True, ["close stop (slot 2)", START]),
+    ("rungs", "1s press start 1s force Run=0 1s", "Run", True, ["take the force off Run", START]),
+    ("rungs", "1s press start 1s", "Lamp", True, ["close guard (slot 2)"]),
+    ("rungs", "1s press start 1s", "Cycle", True, ["set Auto to 1"]),
+    ("rungs", "1s press start 1s", "Run", False, ["open stop (slot 2)"]),
+    ("rungs", "1s press start 200ms", "Late", True, []),
+    ("rungs", "1s press start 1s key program 1s", "Count", 2, ["turn the key to run", START]),
+    ("python", "1s", "state.lamp", True, ["close guard (slot 2)", START]),
+    ("sequence", "1s", "lamp", True, [START]),
+]
+
+
+@pytest.mark.parametrize(("world", "done", "tag", "wanted", "acts"), ROWS)
+def test_the_acts_are_the_planted_ones_and_do_it_again(tmp_path, world, done, tag, wanted, acts):
+    bench = make(tmp_path, world)
+    do(bench, done)
+    before = bench.scans, bench[tag]
+    found = acts_for(bench, bench.chain(tag), tag, wanted)
+    assert found is not None
+    assert found.found is not None, str(found)
+    assert [act.text for act in found.found] == acts
+    assert (bench.scans, bench[tag]) == before  # the bench itself has not gone on
+    again = make(tmp_path, world)
+    do(again, done)
+    for act in found.found:
+        act.do(again)
+        again.run_for("100 ms")
+    again.run_until(lambda rack: rack[tag] == wanted, within="5 s")
+    assert "word" not in str(found)
+
+
+def test_what_no_owner_can_do_is_said_with_the_number_of_tries(tmp_path):
+    bench = make(tmp_path, "wrong configuration")
+    do(bench, "2s")
+    found = acts_for(bench, bench.chain("Feeding"), "Feeding", True)
+    assert str(found) == "Feeding comes on: nothing that an owner can do was found in 1 try"
+
+
+def test_what_the_rack_file_does_is_no_wait(tmp_path):
+    bench = make(tmp_path, "line")
+    do(bench, "400ms")  # its timeline presses start at 500 ms
+    found = acts_for(bench, bench.chain("Run"), "Run", True)
+    assert str(found) == "Run comes on in 0.12 s, as the rack file goes on: The start input is energised."
+
+
+def test_the_command_says_what_to_do(tmp_path):
+    make(tmp_path, "rungs")
+    words = ["why", str(tmp_path / "rack.toml"), "Run", "--at", "500 ms", "--want", "on"]
+    result = CliRunner().invoke(build(), words)
+    assert result.exit_code == 0, result.output
+    assert result.output.splitlines()[-2:] == [
+        "Cause: Start is off: slot 2 input 0 (start), never on",
+        f"Run comes on 0.16 s after this: {START}",
+    ]

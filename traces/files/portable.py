@@ -1,0 +1,31 @@
+"""Names and relative paths of files that mean the same on every system."""
+
+from __future__ import annotations
+
+import re
+from os.path import relpath
+from pathlib import Path, PurePath
+
+DEVICE = r"(con|prn|aux|nul|com[\d¹²³]|lpt[\d¹²³])\s*(?=\.|/|$)"
+"""A part of a path, in any case, that is a device on Windows, whatever its suffix."""
+
+_DEVICE = re.compile(DEVICE, re.IGNORECASE)
+
+
+def no_device(name: str) -> str:
+    """Return the name of a file or folder, changed if it is a device on Windows.
+
+    >>> no_device("aux"), no_device("COM3.mcap"), no_device("comb")
+    ('aux_', 'COM3_.mcap', 'comb')
+    """
+    found = _DEVICE.match(name)
+    return name if found is None else f"{name[: found.end()]}_{name[found.end() :]}"
+
+
+def relative(path: PurePath | str, folder: PurePath | str) -> str:
+    """Return the path from a folder to a file, with / between parts; a whole path to another drive."""
+    try:
+        found = relpath(path, folder)
+    except ValueError:
+        found = str(path)
+    return Path(found).as_posix()

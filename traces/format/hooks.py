@@ -1,0 +1,13 @@
+"""What a trace offers from files above its reader.
+
+`scanrack.traces` sets it, so that no import points upward.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+to_pandas: Callable[[Any, Sequence[str]], Any]
+to_polars: Callable[[Any, Sequence[str]], Any]
+read_columns: Callable[[Any], Any]
+short_text: Callable[[Any], str]
+as_html: Callable[[Any], str]

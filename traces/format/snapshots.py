@@ -1,0 +1,9 @@
+"""The attachment with snapshots of a program's values."""
+
+from __future__ import annotations
+
+SNAPSHOTS = "snapshots.txt.zst"
+"""Name of the attachment: zstd of lines, each the number of a scan, and the values before it in JSON."""
+
+SNAPSHOTS_BYTES = 16 * 1024 * 1024
+"""Most text of a recording's snapshots."""

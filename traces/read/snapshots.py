@@ -1,0 +1,38 @@
+"""Reads the snapshots of a recording, which may come from anywhere: text, limited in size, never executed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from ..format.records import TraceError, read_attachment, unpacked
+from ..format.snapshots import SNAPSHOTS, SNAPSHOTS_BYTES
+
+if TYPE_CHECKING:
+    from .reader import Trace
+
+_DIGITS = 15
+
+_MOST_BYTES = SNAPSHOTS_BYTES + (1 << 20)  # the numbers of the scans are not counted by the writer
+
+
+def snapshots_of(trace: Trace) -> Mapping[int, str]:
+    """Return the snapshots of a trace by the number of the scan that follows, as text of JSON.
+
+    There are none if they are damaged: a question then runs the scans from the first one.
+    """
+    spans = [span for span, name in trace.attachment_names() if name == SNAPSHOTS]
+    try:
+        return _lines(read_attachment(trace.file, spans[0]).data) if len(spans) == 1 else {}
+    except (TraceError, ValueError):
+        return {}
+
+
+def _lines(data: bytes) -> dict[int, str]:
+    found: dict[int, str] = {}
+    for line in unpacked(data, _MOST_BYTES).decode("ascii").splitlines():
+        number, _, values = line.partition(" ")
+        if not number.isdigit() or len(number) > _DIGITS:
+            raise ValueError("a snapshot without the number of its scan")
+        found[int(number)] = values
+    return found
