@@ -71,3 +71,12 @@ def test_the_speed_of_an_axis_is_that_of_the_last_fifty_scans(page, paused):
         bench.scan(50)
         speed = (bench.slot[1].status.position - before) * 10  # 50 scans of 2 ms
         until(partial(is_shown, f"{speed:,}"))
+
+
+def test_a_shaft_that_is_read_after_its_scan_is_shown(page, paused):
+    """In a pause the machines are read again: a frame of the same time has the shaft alone."""
+    page.open(paused.link, paused=True)
+    page.step(10)
+    page.until_scan(9, "paused")
+    page.run("return import('/state.js').then(state => state.take({machine: {1: {shaft: 4321}}}))")
+    page.until_value("1.shaft", "4321")

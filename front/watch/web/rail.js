@@ -21,7 +21,8 @@ class Rail {
     this.picture = svg("svg", { class: "rail", height: HEIGHT, role: "img", "aria-label": `Axis of slot ${slot.number}` });
     this.readings = readings(slot.machine.encoder, `${slot.number}.shaft`);
     this.node = el("div", { class: "machine" }, this.picture, this.readings.node);
-    this.paint = changes => { if (changes.t !== undefined) this.move(run.machine[slot.number] ?? {}); };
+    // Machines are read at intervals, and once more in a pause: that frame has the same time.
+    this.paint = changes => { if (changes.t !== undefined || changes.machine) this.move(run.machine[slot.number] ?? {}); };
     new ResizeObserver(() => this.draw()).observe(this.node);
   }
 
