@@ -88,6 +88,7 @@ def test_a_folder_with_something_in_it_is_left_alone(line, tmp_path):
     assert [each.name for each in (tmp_path / "reached").iterdir()] == ["notes.txt"]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_written_tests_pass_and_fail_once_the_program_has_lost_a_rung(line, tmp_path):
     line(Scenario(pushes=(START,)), invariants=["must_hold.py"])
