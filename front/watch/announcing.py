@@ -9,7 +9,7 @@ from ..jobs.record.editions import Edition, Editions
 from ..jobs.record.order_repeater import RecordedOrder
 from ..jobs.run.editing import ProgramEdit
 from ..jobs.run.running import JobRun
-from ..runtime.live.orders import Edit
+from ..runtime.live.actions import Edit
 from ..runtime.live.ring import Ring
 from .keeper import Keeper
 from .monitors.session_monitor import SessionProgram

@@ -30,7 +30,7 @@ from ..jobs.run.running import JobRun
 from ..jobs.trust.attachments import load_files, program_name
 from ..ladder import LadderLogic
 from ..ladder.python.sequences import Logic
-from ..runtime.live.orders import ALL, DRAFT_MOST, Draft, Edit, Source, names_in
+from ..runtime.live.actions import ALL, DRAFT_MOST, Draft, Edit, Source, names_in
 from ..runtime.live.session import Reply
 from .preview import Json, findings_of, mistake_of, mistakes_of, new_findings, preview_of
 

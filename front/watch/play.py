@@ -23,7 +23,7 @@ from ..jobs.record.editions import Editions, edition_of
 from ..jobs.record.order_repeater import RecordedOrder
 from ..jobs.run.running import JobRun, RunOptions
 from ..jobs.run.servers.tag_service import TagServices
-from ..runtime.live.orders import Edit
+from ..runtime.live.actions import Edit
 from ..runtime.live.ring import Ring
 from ..runtime.live.session import Session
 from ..runtime.live.tap import Notes, PipeInbox, Tap

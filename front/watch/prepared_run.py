@@ -11,7 +11,7 @@ from ..jobs.record.editions import Editions
 from ..jobs.record.order_repeater import RecordedOrder
 from ..jobs.run.running import JobRun
 from ..jobs.run.servers.kinds import ServerAddress
-from ..runtime.live.orders import Force
+from ..runtime.live.actions import Force
 from ..runtime.loop.pace import AdjustablePace
 
 

@@ -19,8 +19,8 @@ from ..jobs.record.order_repeater import is_session, lost_edits, orders_of
 from ..jobs.trust.attachments import job_of, spec_of
 from ..jobs.trust.trust import UntrustedError
 from ..runtime.config.rackspec import RackSpec
-from ..runtime.live.hands import GivenOrder
-from ..runtime.live.orders import Edit
+from ..runtime.live.actions import Edit
+from ..runtime.live.operator_actions import AppliedAction
 from ..runtime.loop.pace import interrupted_by
 from ..runtime.loop.scan import ScanFlag
 from ..terminal.status import BAD_INPUT, INTERRUPTED, complain, reason
@@ -35,7 +35,7 @@ from .monitors.trace_monitor import Source, TraceMonitor
 from .play import HOST, KEY_BYTES, Play, listen
 from .prepared_run import WatchOptions
 
-Prepare = Callable[[int, Iterable[GivenOrder], Editions, Path], None]
+Prepare = Callable[[int, Iterable[AppliedAction], Editions, Path], None]
 
 
 UNTRUSTED = (

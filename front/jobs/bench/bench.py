@@ -16,7 +16,7 @@ from ...ladder.python.online.editing import edit_logic
 from ...ladder.python.online.fields import Fields
 from ...ladder.python.sequences import Logic, Sequence
 from ...runtime.config.rackspec import RackSpec
-from ...runtime.live.orders import Edit, text_of
+from ...runtime.live.actions import Edit, text_of
 from ...runtime.loop.events import Event
 from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.pace import Watchdog

@@ -17,7 +17,7 @@ from ...io_images.times import seconds
 from ...ladder import Engine
 from ...ladder.python.sequences import Sequence as LogicSequence
 from ...runtime.config.rackspec import RackSpec
-from ...runtime.live.hands import GivenOrder, Hands
+from ...runtime.live.operator_actions import AppliedAction, OperatorActions
 from ...runtime.loop.cpu import Cpu, ScanFlag
 from ...runtime.loop.events import JsonValue
 from ...runtime.loop.faults import Cause, CpuFault, Fault
@@ -450,8 +450,10 @@ class _Run:
         """Return the giver of the scenario's orders; None without any."""
         if not self._orders:
             return None
-        given = [GivenOrder(each.at_ns // self._spec.scan_ns, each.order) for each in self._orders]
-        repeated = OrderRepeater(cpu, Hands(cpu, self._rack, _OrderDesk(self._watcher.moment.tags)), given)
+        given = [AppliedAction(each.at_ns // self._spec.scan_ns, each.order) for each in self._orders]
+        repeated = OrderRepeater(
+            cpu, OperatorActions(cpu, self._rack, _OrderDesk(self._watcher.moment.tags)), given
+        )
         cpu.add_listener(repeated)
         repeated.begin()
         return repeated

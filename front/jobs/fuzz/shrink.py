@@ -23,7 +23,7 @@ from typing import Any
 
 from ...io_images.amci3601.bits import InputBit
 from ...io_images.amci3601.firmware import KNOWN
-from ...runtime.loop.incidents import Incident
+from ...runtime.loop.incidents import InjectedFault
 from .run import BrokenInvariant
 from .scenarios.parts import Lasting, Part, Timed, parts_of, scenario_of
 from .scenarios.scenario import LostSteps, Press, Scenario, Shift, Signal, Turn
@@ -127,7 +127,7 @@ def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
         yield from (replace(part, value=float(value)) for value in rounder(int(part.value)))
     if isinstance(part, Turn):
         yield from (replace(part, counts=counts) for counts in rounder(part.counts) if counts)
-    if isinstance(part, Incident) and len(part.late_words) > 1:
+    if isinstance(part, InjectedFault) and len(part.late_words) > 1:
         words = part.late_words
         fewer = (words[:place] + words[place + 1 :] for place in range(len(words)))
         yield from (replace(part, late_words=each) for each in fewer)

@@ -43,7 +43,7 @@ from .rungs import is_rungs
 
 if TYPE_CHECKING:  # a program in Python needs no rungs
     from ...ladder import Controller, Program
-    from ...runtime.live.orders import Force
+    from ...runtime.live.actions import Force
 
 RACK_FUNCTION = "rack"
 """The function of a Python rack file that returns the `RackSpec`."""
@@ -257,7 +257,7 @@ def forces_to_hold(job: Job, wanted: bool) -> tuple[Force, ...]:
         raise ValueError(f"--forces: {job.program} has no forces")
     if not wanted:
         return ()
-    from ...runtime.live.orders import Force
+    from ...runtime.live.actions import Force
 
     return tuple(Force(tag, value) for tag, value in job.forces.items())
 

@@ -21,7 +21,7 @@ from ...ladder.prove.answers import tag_text
 from ...ladder.prove.monitors import Key, WatchedClaim
 from ...ladder.prove.replaying import ScanOf
 from ...ladder.state.lowered import LoweredProgram
-from ...runtime.live.hands import GivenOrder
+from ...runtime.live.operator_actions import AppliedAction
 from ...runtime.loop.faults import CpuFault
 from ...runtime.loop.listeners import QuietListener
 from ..load.loading import Job
@@ -245,5 +245,5 @@ def record(job: Job, found: OnRack, trace: Path) -> None:
 
 
 def _run(job: Job, scenario: RackScenario, ports: ExitStack, trace: Path | None = None) -> JobRun:
-    orders = [GivenOrder(scan, order) for scan, order in scenario.orders]
+    orders = [AppliedAction(scan, order) for scan, order in scenario.orders]
     return JobRun(job, ports, RunOptions(trace=trace, orders=orders, handled=True, keep=0))

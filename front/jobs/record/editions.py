@@ -16,8 +16,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ...runtime.live.hands import GivenOrder
-from ...runtime.live.orders import Edit
+from ...runtime.live.actions import Edit
+from ...runtime.live.operator_actions import AppliedAction
 from ...traces.format.topics import ORDERS
 from ...traces.read.reader import Trace
 from ...traces.write.recorder import Attachment
@@ -177,7 +177,7 @@ class Editions:
         return [attachment(f"{start}{name}", files[name]) for name in sorted(files)]
 
 
-def edits_of(trace: Trace) -> list[GivenOrder]:
+def edits_of(trace: Trace) -> list[AppliedAction]:
     """Return the recorded edits, in order; only chunks behind their files are read."""
     starts: dict[int, int] = {}
     for span, name in trace.attachment_names():
@@ -187,7 +187,7 @@ def edits_of(trace: Trace) -> list[GivenOrder]:
     return [each for each in found if each is not None]
 
 
-def _edit_behind(trace: Trace, number: int, offset: int) -> GivenOrder | None:
+def _edit_behind(trace: Trace, number: int, offset: int) -> AppliedAction | None:
     """Return an edit, whose order is in the chunks behind its files."""
     topics = {ORDERS.name, "/events"}
     for section in trace.sections:
@@ -199,7 +199,7 @@ def _edit_behind(trace: Trace, number: int, offset: int) -> GivenOrder | None:
 
 
 def editions_of(
-    trace: Trace, given: Iterable[GivenOrder], job: Job, folder: Path, *, trust: bool
+    trace: Trace, given: Iterable[AppliedAction], job: Job, folder: Path, *, trust: bool
 ) -> Editions:
     """Return the programs of a recorded session that may be used.
 

@@ -24,8 +24,8 @@ from ..record.sequence_watch import WatchesSequences, sequences_in
 
 if TYPE_CHECKING:  # most runs are neither operated nor edited
     from ...ladder.debug import Debugger
-    from ...runtime.live.hands import Desk, Hands
-    from ...runtime.live.orders import Edit
+    from ...runtime.live.actions import Edit
+    from ...runtime.live.operator_actions import OperatorActions, WritableTags
     from ..record.editions import Editions
 
 NO_TAGS: Mapping[str, list[str]] = MappingProxyType({"new": [], "changed": [], "dropped": []})
@@ -101,15 +101,15 @@ class RunProgram:
         """Return a recorder that also receives the sequences of the program, and the files of its edits."""
         return self.following(recorder if self._editions is None else RecordsEdits(recorder, self._editions))
 
-    def hands(self, cpu: Cpu, rack: Rack) -> Hands:
+    def hands(self, cpu: Cpu, rack: Rack) -> OperatorActions:
         """Return the executor of orders on a rack; orders on tags need a ladder program."""
-        from ...runtime.live.hands import Hands
+        from ...runtime.live.operator_actions import OperatorActions
 
         edit = None if self._editions is None else partial(self._edit, cpu, self._editions)
-        return Hands(cpu, rack, self.desk, edit)
+        return OperatorActions(cpu, rack, self.desk, edit)
 
     @property
-    def desk(self) -> Desk | None:
+    def desk(self) -> WritableTags | None:
         """The values of the program, to be set and forced; None if it has none."""
         return self.operated
 
@@ -130,7 +130,7 @@ class RunProgram:
         Raises:
             ValueError: it can't be used; the present one continues.
         """
-        from ...runtime.live.orders import names_in
+        from ...runtime.live.actions import names_in
 
         name, text, tags = self._take_over(cpu, editions.job(order.number), names_in(order.restart))
         cpu.announce(Event(at_ns, "edit", name, text, {**tags}))
@@ -155,7 +155,7 @@ class RunProgram:
 
     def _continues(self, logic: ScanLogic, cpu: Cpu, restart: Sequence[str]) -> TypeGuard[Logic]:
         """Whether a program in Python continues as another one; else that one begins anew."""
-        from ...runtime.live.orders import ALL
+        from ...runtime.live.actions import ALL
 
         both = isinstance(self.logic, Logic) and isinstance(logic, Logic)
         return both and bool(cpu.scan) and ALL not in restart
@@ -253,7 +253,7 @@ class RecordsEdits:
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Record an event."""
-        from ...runtime.live.orders import NAMES, Edit
+        from ...runtime.live.actions import NAMES, Edit
         from ..record.order_repeater import is_edit_with_files
 
         is_order = topic == ORDERS.name and fields["name"] == NAMES[Edit]

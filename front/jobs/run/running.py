@@ -29,8 +29,8 @@ from .hints import Hints
 
 if TYPE_CHECKING:  # imported late: the controllers of units take time to import
     from ...runtime.controllers.pcl601.line import Pcl601
-    from ...runtime.live.hands import Hands
-    from ...runtime.live.orders import Force
+    from ...runtime.live.actions import Force
+    from ...runtime.live.operator_actions import OperatorActions
     from ..record.editions import Editions
     from ..record.order_repeater import OrderRepeater, RecordedOrder
     from .rack_units import UnitsBeside
@@ -136,7 +136,7 @@ class JobRun:
         )
 
     @property
-    def hands(self) -> Hands:
+    def hands(self) -> OperatorActions:
         """Carries out orders on the rack; tags only of a program under a debugger."""
         return self.program.hands(self.cpu, self.rack)
 

@@ -14,8 +14,8 @@ from ...jobs.run.playback import RecordedInputs
 from ...ladder import LadderLogic
 from ...ladder.debug import Debugger
 from ...ladder.model.errors import LadderFault
-from ...runtime.live import orders
-from ...runtime.live.orders import ALL, Order
+from ...runtime.live import actions
+from ...runtime.live.actions import ALL, Action
 from ...runtime.live.ring import Rows
 from ...runtime.loop.rack import SLOT_BYTES, Card, Rack
 from ...runtime.loop.scan import LogicScan
@@ -65,7 +65,7 @@ class Indexer:
         self._keep = keep
         self._words = slots
         self._recorded = recorded
-        self._orders: dict[int, list[Order]] = {}
+        self._orders: dict[int, list[Action]] = {}
         self._links: dict[int, list[tuple[int, bool]]] = {}
         self.next = self._kept = 0
         self._forces: object = None
@@ -102,17 +102,17 @@ class Indexer:
             self._kept += 1
             self._forces = None
 
-    def _give(self, order: Order) -> None:
+    def _give(self, order: Action) -> None:
         """Carry out an order on the program; images and modules are recorded with its effect."""
         try:
             match order:
-                case orders.Edit():
+                case actions.Edit():
                     self._debugger.edit(self._edited.pop(0))
-                case orders.Write(tag, value):
+                case actions.Write(tag, value):
                     self._debugger.tags[tag] = value
-                case orders.Force(tag, value) if tag in self._debugger.tags:
+                case actions.Force(tag, value) if tag in self._debugger.tags:
                     self._debugger.force(tag, value)
-                case orders.Unforce(tag):
+                case actions.Unforce(tag):
                     self._debugger.unforce(None if tag == ALL else tag)
         except ValueError:
             pass  # an image; forces of images are in the recorded images

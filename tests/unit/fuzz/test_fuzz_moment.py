@@ -8,7 +8,7 @@ from scanrack.jobs.fuzz import Scenario, TrialBench, never
 from scanrack.jobs.fuzz.job import Setup, bench_of
 from scanrack.jobs.fuzz.scenarios.scenario import LostSteps
 from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.incidents import FaultKind, Incident
+from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
 
 EXAMPLE = Path(__file__).parents[3] / "examples/l5x/packer.toml"
 SPEC = RackSpec.model_validate({"program": "none.py", "slot": [{"number": 1, "module": "amci3601"}]})
@@ -67,7 +67,7 @@ def test_the_shaft_is_where_the_motor_is_and_lacks_what_it_has_lost():
     assert seen(lambda now: now.slot[1].shaft)[-1] == 300
     lost = Scenario(lost=(LostSteps(1, 100, 5),))
     assert seen(lambda now: now.slot[1].shaft, scenario=lost)[-1] == 295
-    cut = Scenario(incidents=(Incident(10_000_000, FaultKind.TORN_UPDATE, 1, 0, (1,)),))
+    cut = Scenario(incidents=(InjectedFault(10_000_000, FaultKind.TORN_UPDATE, 1, 0, (1,)),))
     assert seen(lambda now: now.slot[1].shaft, scenario=cut)[-1] == 300, "inside of what incidents happen to"
 
 

@@ -15,7 +15,7 @@ from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
 from scanrack.jobs.fuzz.scenarios.scenario import LostSteps, Shift
 from scanrack.jobs.fuzz.scenarios.words import told
 from scanrack.runtime.config.rackfile import load_rack_file
-from scanrack.runtime.loop.incidents import ON_THE_LINE, FaultKind, Incident
+from scanrack.runtime.loop.incidents import ON_THE_LINE, FaultKind, InjectedFault
 from scanrack.runtime.machine import Slip, Switch, TimelineEntry
 
 MS = 1_000_000
@@ -75,7 +75,7 @@ def test_shifts_and_losses_go_to_their_slot(spec):
 
 
 def test_incidents_come_after_those_of_the_rack_file(spec):
-    incident = Incident(3 * MS, FaultKind.TORN_UPDATE, 4, 0, (2, 3))
+    incident = InjectedFault(3 * MS, FaultKind.TORN_UPDATE, 4, 0, (2, 3))
     assert Scenario(incidents=(incident,)).laid_over(spec).incidents == (incident,)
 
 

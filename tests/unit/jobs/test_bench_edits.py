@@ -8,7 +8,7 @@ from scanrack.commands import build
 from scanrack.jobs.bench.opening import open_bench
 from scanrack.jobs.record.editions import edits_of
 from scanrack.ladder.files.rungfile import parse_program
-from scanrack.runtime.live.orders import Edit
+from scanrack.runtime.live.actions import Edit
 from scanrack.traces.read.reader import TraceEvent
 from typer.testing import CliRunner
 

@@ -14,7 +14,7 @@ from scanrack.commands import build
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.record.editions import Editions, edition_of
 from scanrack.jobs.run.running import JobRun, RunOptions
-from scanrack.runtime.live.orders import Edit
+from scanrack.runtime.live.actions import Edit
 from scanrack.traces.read.reader import TraceEvent, open_trace
 from typer.testing import CliRunner
 

@@ -11,7 +11,7 @@ from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.record.editions import Editions, edition_of
 from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.jobs.trust.attachments import attached_files
-from scanrack.runtime.live.orders import Edit
+from scanrack.runtime.live.actions import Edit
 from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from scanrack.runtime.config.server_table import ModbusTable
-from scanrack.runtime.live.orders import Store
+from scanrack.runtime.live.actions import Store
 from scanrack.runtime.outside.database import Database
 from scanrack.runtime.outside.modbus_session import ModbusSession
 from scanrack.runtime.outside.register_map import RegisterMap

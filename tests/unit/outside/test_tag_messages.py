@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.live.orders import Store
+from scanrack.runtime.live.actions import Store
 from scanrack.runtime.outside.room import BrokenClientError
 from served_tags import Client, ServedRack, batch, frame, message, symbol, unconnected, write_rack
 

@@ -11,7 +11,7 @@ from scanrack.jobs.prove.serving.aims import dead, scenario_to
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.prove.questions.points import PointState, RungPoint, run_to
 from scanrack.ladder.prove.system import ProgramSystem, ScanBounds
-from scanrack.runtime.live.orders import Write
+from scanrack.runtime.live.actions import Write
 
 pytestmark = pytest.mark.extra("prove")
 

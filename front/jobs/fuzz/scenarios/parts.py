@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from dataclasses import fields, replace
 from typing import Any
 
-from ....runtime.loop.incidents import Incident
-from .scenario import GivenOrder, Press, Push, Scenario, Signal, Tear, Turn
+from ....runtime.loop.incidents import InjectedFault
+from .scenario import OperatorAction, Press, Push, Scenario, Signal, Tear, Turn
 
 Part = tuple[str, Any]
 """A part of a scenario: its field, and itself."""
@@ -19,16 +19,16 @@ TIMED = {
     Push: "pushes",
     Signal: "signals",
     Turn: "turns",
-    Incident: "incidents",
+    InjectedFault: "incidents",
     Tear: "tears",
-    GivenOrder: "orders",
+    OperatorAction: "orders",
 }
 """Fields of the parts with an instant."""
 
-Lasting = Press | Push | Signal | Turn | Incident
+Lasting = Press | Push | Signal | Turn | InjectedFault
 """A part with an instant and a duration."""
 
-Timed = Lasting | Tear | GivenOrder
+Timed = Lasting | Tear | OperatorAction
 """A part with an instant."""
 
 

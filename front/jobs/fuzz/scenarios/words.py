@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ....io_images.times import seconds, time_text
-from ....runtime.live.orders import Force, Mode, Order, Unforce, Write
-from ....runtime.loop.incidents import FaultKind, Incident
+from ....runtime.live.actions import Action, Force, Mode, Unforce, Write
+from ....runtime.loop.incidents import FaultKind, InjectedFault
 from ....runtime.machine.spec import input_name
 from .scenario import Press, Push, Scenario, Signal, Tear, Turn
 
@@ -71,7 +71,7 @@ def _turn(turn: Turn) -> str:
     return f"the master encoder of slot {turn.slot} counts {way} by {abs(turn.counts):,}{_for(turn.for_ns)}"
 
 
-def _incident(incident: Incident) -> str:
+def _incident(incident: InjectedFault) -> str:
     late = ", ".join(map(str, incident.late_words))
     words = f"words {late} come" if len(incident.late_words) > 1 else f"word {late} comes"
     replies = "replies" if incident.for_ns else "a reply"
@@ -83,7 +83,7 @@ def _tear(tear: Tear) -> str:
     return f"new inputs come in the middle of the scan, before rung {tear.rung} of {tear.routine}"
 
 
-def _given(order: Order) -> str:
+def _given(order: Action) -> str:
     if isinstance(order, Unforce):
         return f"the force of {order.tag} is released"
     if isinstance(order, Mode):

@@ -24,9 +24,9 @@ from ....ladder.prove.solving.solver import is_installed
 from ....ladder.prove.system import RUN_ONLY, ProgramSystem, ScanBounds
 from ....ladder.run.engine import Engine
 from ....runtime.config.rackspec import RackSpec, SlotSpec
-from ....runtime.live.orders import Force, Write
+from ....runtime.live.actions import Force, Write
 from ...check.check import facts_of
-from ...fuzz.scenarios.scenario import GivenOrder, Press, Push, Scenario
+from ...fuzz.scenarios.scenario import OperatorAction, Press, Push, Scenario
 from ...load.loading import Job
 from ..scenario import on_scans_of
 from ..subject import subject_of_job
@@ -134,7 +134,7 @@ def scenario_to(
 def _aimed(spec: RackSpec, problem: ProgramSystem, scans: Sequence[ScanOf], at_ns: int) -> AimedScenario:
     found = on_scans_of(problem.lowered.layout, scans, spec.scan_ns)
     at = {scan: at_ns + scan * spec.scan_ns for scan in range(found.scans + 1)}
-    orders = [GivenOrder(at[scan], each) for scan, each in found.orders if isinstance(each, Write)]
+    orders = [OperatorAction(at[scan], each) for scan, each in found.orders if isinstance(each, Write)]
     presses: list[Press] = []
     pushes: list[Push] = []
     supposed = []

@@ -1,8 +1,8 @@
-"""Orders to a running rack, as data: checked when they are made, by the monitor and again by the session.
+"""Operator actions on a running rack, as data: checked by the monitor, and again by the session.
 
     {"do": "press", "slot": 1, "name": "home", "on": true}
 
-An order object is well formed. The rack checks slot, tag and input when the order is carried out.
+An action object is well formed. The rack checks slot, tag and input when it applies the action.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Pause:
 
 
 @dataclass(frozen=True, slots=True)
-class Go:
+class Continue:
     """Continue after a pause."""
 
 
@@ -117,7 +117,7 @@ class Unforce:
 
 
 @dataclass(frozen=True, slots=True)
-class Happen:
+class InjectFault:
     """Start an incident of a module now, see `runtime.loop.incidents`."""
 
     kind: str
@@ -134,7 +134,7 @@ class Breakpoint:
 
 
 @dataclass(frozen=True, slots=True)
-class Unbreak:
+class RemoveBreakpoint:
     """Remove a breakpoint, or "all"."""
 
     at: str
@@ -178,10 +178,10 @@ class Draft:
     take: bool = False  # save it, and continue with it
 
 
-Order = (
+Action = (
     Mode
     | Pause
-    | Go
+    | Continue
     | Step
     | Speed
     | Press
@@ -189,9 +189,9 @@ Order = (
     | Store
     | Force
     | Unforce
-    | Happen
+    | InjectFault
     | Breakpoint
-    | Unbreak
+    | RemoveBreakpoint
     | Reload
     | Edit
     | Branch
@@ -199,34 +199,34 @@ Order = (
     | Draft
 )
 
-ORDERS: Mapping[str, type[Order]] = {
+ACTIONS: Mapping[str, type[Action]] = {
     "mode": Mode,
     "pause": Pause,
-    "go": Go,
+    "go": Continue,
     "step": Step,
     "speed": Speed,
     "press": Press,
     "write": Write,
     "force": Force,
     "unforce": Unforce,
-    "incident": Happen,
+    "incident": InjectFault,
     "breakpoint": Breakpoint,
-    "unbreak": Unbreak,
+    "unbreak": RemoveBreakpoint,
     "reload": Reload,
     "branch": Branch,
 }
 """The orders that a page may give, by name."""
 
-TYPED: Mapping[str, type[Order]] = {"source": Source, "draft": Draft}
+TYPED: Mapping[str, type[Action]] = {"source": Source, "draft": Draft}
 """What a page may say of the program's text, by name; a recording has the edits that come of it."""
 
-RECORDED: Mapping[str, type[Order]] = {**ORDERS, "edit": Edit, "store": Store}
+RECORDED: Mapping[str, type[Action]] = {**ACTIONS, "edit": Edit, "store": Store}
 """The orders that a recording may contain, by name."""
 
-NAMES: Mapping[type[Order], str] = {kind: name for name, kind in {**RECORDED, **TYPED}.items()}
+NAMES: Mapping[type[Action], str] = {kind: name for name, kind in {**RECORDED, **TYPED}.items()}
 
 
-def order_of(said: object, known: Mapping[str, type[Order]] = ORDERS) -> Order:
+def action_of(said: object, known: Mapping[str, type[Action]] = ACTIONS) -> Action:
     """Return the order of a message.
 
     >>> order_of({"do": "step", "scans": 3})
@@ -268,13 +268,13 @@ _LEFT_OUT = ("restart", "keep", "client")
 """Texts that a message leaves out while they are empty."""
 
 
-def said_of(order: Order) -> dict[str, Any]:
+def said_of(order: Action) -> dict[str, Any]:
     """Return the message of an order; `order_of` reads it."""
     said = {"do": NAMES[type(order)], **asdict(order)}
     return {key: value for key, value in said.items() if value or key not in _LEFT_OUT}
 
 
-def text_of(order: Order) -> str:
+def text_of(order: Action) -> str:
     """Return an order in the notation of the trace.
 
     >>> text_of(Press(1, "home", True))

@@ -1,20 +1,20 @@
 """Orders: what is one, what is not, and what the refusal says."""
 
 import pytest
-from scanrack.runtime.live.orders import (
+from scanrack.runtime.live.actions import (
+    ACTIONS,
     DRAFT_MOST,
     MAX,
-    ORDERS,
     TYPED,
     Draft,
     Force,
-    Happen,
+    InjectFault,
     Mode,
     Press,
     Speed,
     Step,
     Write,
-    order_of,
+    action_of,
     parsed,
     said_of,
     text_of,
@@ -31,16 +31,16 @@ GOOD = [
     ({"do": "force", "tag": "Local:1:I.Data[0].3", "value": True}, Force("Local:1:I.Data[0].3", True)),
     (
         {"do": "incident", "kind": "torn-update", "slot": 1, "late_words": [1, 2]},
-        Happen("torn-update", 1, 0, (1, 2)),
+        InjectFault("torn-update", 1, 0, (1, 2)),
     ),
 ]
 
 
 @pytest.mark.parametrize(("said", "order"), GOOD, ids=lambda each: str(each)[:40])
 def test_an_order_is_made_of_its_message_and_makes_it_again(said, order):
-    assert order_of(said) == order
-    assert order_of(said_of(order)) == order
-    assert order_of(parsed(text_of(order))) == order
+    assert action_of(said) == order
+    assert action_of(said_of(order)) == order
+    assert action_of(parsed(text_of(order))) == order
 
 
 BAD: list[tuple[object, str]] = [
@@ -74,7 +74,7 @@ BAD: list[tuple[object, str]] = [
 @pytest.mark.parametrize(("said", "says"), BAD, ids=lambda each: str(each)[:40])
 def test_what_is_no_order_is_refused_with_what_is_allowed(said, says):
     with pytest.raises(ValueError) as refusal:  # noqa: PT011 - the text is compared
-        order_of(said)
+        action_of(said)
     assert says in str(refusal.value)
 
 
@@ -87,8 +87,8 @@ def test_numbers_that_json_does_not_have_are_refused():
 
 
 def test_every_order_can_be_named():
-    assert {name for name, kind in ORDERS.items() if kind.__name__ == "Happen"} == {"incident"}
-    assert len(ORDERS) == len(set(ORDERS.values()))
+    assert {name for name, kind in ACTIONS.items() if kind.__name__ == "InjectFault"} == {"incident"}
+    assert len(ACTIONS) == len(set(ACTIONS.values()))
 
 
 @pytest.mark.parametrize(
@@ -113,12 +113,12 @@ def test_a_number_that_no_float_holds_is_refused():
         {"do": "write", "tag": "T", "value": "\ud800"},
     ):
         with pytest.raises(ValueError, match="is not allowed"):
-            order_of(said)
+            action_of(said)
 
 
 def test_a_draft_has_a_text_that_fits_a_message():
     most = "ä" * (DRAFT_MOST // 2 - 1)  # two bytes each, and the quotation marks
-    assert order_of({"do": "draft", "text": most, "base": "0"}, TYPED) == Draft(most, "0")
+    assert action_of({"do": "draft", "text": most, "base": "0"}, TYPED) == Draft(most, "0")
     for text in (most + "ä", "\n" * (DRAFT_MOST // 2), "\ud800", 7):
         with pytest.raises(ValueError, match="text of up to 60,000 bytes"):
-            order_of({"do": "draft", "text": text, "base": "0"}, TYPED)
+            action_of({"do": "draft", "text": text, "base": "0"}, TYPED)

@@ -22,24 +22,24 @@ from ...io_images.times import exact_ns
 from ..loop.cpu import Cpu
 from ..loop.events import Event
 from ..loop.exposed import ExposedModule
-from ..loop.incidents import FaultKind, Incident
+from ..loop.incidents import FaultKind, InjectedFault
 from ..loop.rack import Rack
 from ..loop.scan import CpuMode
 from ..machine.spec import INPUT_NAMES
 from ..modules.record import ModuleWithInputs, NamedInputs
 from ..outside.images import output_slot
-from . import orders
-from .orders import ALL, NAMES, Order, Value, text_of
+from . import actions
+from .actions import ALL, NAMES, Action, Value, text_of
 
 
-class GivenOrder(NamedTuple):
+class AppliedAction(NamedTuple):
     """An order that was carried out before scan `scan`."""
 
     scan: int
-    order: Order
+    order: Action
 
 
-class Desk(Protocol):
+class WritableTags(Protocol):
     """A program whose tags can be set and forced: a debugger."""
 
     @property
@@ -69,7 +69,7 @@ class NamedImages(Protocol):
         """Return the address that a tag is a name of; None for any other tag."""
 
 
-class Hands:
+class OperatorActions:
     """Carries out orders on a rack.
 
     Args:
@@ -86,14 +86,14 @@ class Hands:
         self,
         cpu: Cpu,
         rack: Rack,
-        desk: Desk | None,
-        edit: Callable[[orders.Edit, int], None] | None = None,
+        desk: WritableTags | None,
+        edit: Callable[[actions.Edit, int], None] | None = None,
     ) -> None:
         self._cpu, self._rack, self._desk, self._editing = cpu, rack, desk, edit
-        self.given: list[GivenOrder] = []
+        self.given: list[AppliedAction] = []
         self.words: Mapping[int, ModuleWords] = {slot.number: slot.words for slot in rack.slots.values()}
 
-    def act(self, order: Order, at_ns: int, scan: int) -> None:
+    def act(self, order: Action, at_ns: int, scan: int) -> None:
         """Carry out an order before the next scan, and announce it.
 
         Raises:
@@ -102,7 +102,7 @@ class Hands:
         act = _ACTS.get(type(order))
         if act is not None:
             act(self, order, at_ns)
-        self.given.append(GivenOrder(scan, order))
+        self.given.append(AppliedAction(scan, order))
         name, behind_ns = NAMES[type(order)], max(at_ns - self._cpu.period_ns, 0)
         self._cpu.announce(Event(behind_ns, "order", name, sentence(order), {"order": text_of(order)}))
 
@@ -116,10 +116,10 @@ class Hands:
 
     # --- one order each
 
-    def _mode(self, order: orders.Mode, _at_ns: int) -> None:
+    def _mode(self, order: actions.Mode, _at_ns: int) -> None:
         self._cpu.mode = CpuMode[order.mode.upper()]
 
-    def _press(self, order: orders.Press, _at_ns: int) -> None:
+    def _press(self, order: actions.Press, _at_ns: int) -> None:
         module: Any = self._rack.slots[order.slot].module
         device = getattr(module, "module", module)  # inside of incidents
         if isinstance(device, NamedInputs):
@@ -134,12 +134,12 @@ class Hands:
         else:
             raise ValueError(f"slot {order.slot}: its inputs are real; they can't be set here")
 
-    def _write(self, order: orders.Write, _at_ns: int) -> None:
+    def _write(self, order: actions.Write, _at_ns: int) -> None:
         if self.image(order.tag) is not None:
             raise ValueError(f"{order.tag} is an image, which every scan writes again: force it instead")
         self._program(order.tag).tags[order.tag] = order.value
 
-    def _store(self, order: orders.Store, _at_ns: int) -> None:
+    def _store(self, order: actions.Store, _at_ns: int) -> None:
         data, keep = bytes.fromhex(order.data), bytes.fromhex(order.keep)
         slot = output_slot(order.tag)
         if slot is not None and slot in self._rack.slots:
@@ -154,13 +154,13 @@ class Hands:
             raise ValueError(f"{order.tag}: the program has no tags that clients can write")
         desk.store(order.tag, order.offset, data, keep)
 
-    def _force(self, order: orders.Force, _at_ns: int) -> None:
+    def _force(self, order: actions.Force, _at_ns: int) -> None:
         if (address := self.image(order.tag)) is not None:
             self._cpu.forces.set(address, _whole(order.tag, order.value))
         else:
             self._program(order.tag).force(order.tag, order.value)
 
-    def _unforce(self, order: orders.Unforce, _at_ns: int) -> None:
+    def _unforce(self, order: actions.Unforce, _at_ns: int) -> None:
         if order.tag == ALL:
             self._cpu.forces.clear()
             if self._desk is not None:
@@ -170,33 +170,33 @@ class Hands:
         else:
             self._program(order.tag).unforce(order.tag)
 
-    def _happen(self, order: orders.Happen, at_ns: int) -> None:
+    def _happen(self, order: actions.InjectFault, at_ns: int) -> None:
         module = self._rack.slots[order.slot].module
         if not isinstance(module, ExposedModule):
             raise ValueError(f"slot {order.slot}: can't inject faults into real modules")
         what, for_ns = FaultKind(order.kind), exact_ns(order.for_ms, "ms", "for_ms")
-        module.happen(Incident(at_ns, what, order.slot, for_ns, order.late_words))
+        module.happen(InjectedFault(at_ns, what, order.slot, for_ns, order.late_words))
 
-    def _edit(self, order: orders.Edit, at_ns: int) -> None:
+    def _edit(self, order: actions.Edit, at_ns: int) -> None:
         if self._editing is None:
             raise ValueError("the files of an edited program are not there")
         self._editing(order, at_ns)
 
-    def _program(self, tag: str) -> Desk:
+    def _program(self, tag: str) -> WritableTags:
         if self._desk is None:
             raise ValueError(f"{tag}: the program has no tags that can be set; images can be forced")
         return self._desk
 
 
-_ACTS: Mapping[type[Order], Callable[[Hands, Any, int], None]] = {
-    orders.Mode: Hands._mode,
-    orders.Press: Hands._press,
-    orders.Write: Hands._write,
-    orders.Store: Hands._store,
-    orders.Force: Hands._force,
-    orders.Unforce: Hands._unforce,
-    orders.Happen: Hands._happen,
-    orders.Edit: Hands._edit,
+_ACTS: Mapping[type[Action], Callable[[OperatorActions, Any, int], None]] = {
+    actions.Mode: OperatorActions._mode,
+    actions.Press: OperatorActions._press,
+    actions.Write: OperatorActions._write,
+    actions.Store: OperatorActions._store,
+    actions.Force: OperatorActions._force,
+    actions.Unforce: OperatorActions._unforce,
+    actions.InjectFault: OperatorActions._happen,
+    actions.Edit: OperatorActions._edit,
 }
 """The orders that act on the rack."""
 
@@ -209,32 +209,32 @@ def _whole(tag: str, value: Value) -> int:
 
 _LEVELS = {True: "energised", False: "de-energised", None: "left to the machine"}
 
-_SENTENCES: Mapping[type[Order], Callable[[Any], str]] = {
-    orders.Mode: lambda order: f"The key is turned to {order.mode}.",
-    orders.Pause: lambda _order: "The rack pauses.",
-    orders.Go: lambda _order: "The rack goes on.",
-    orders.Step: lambda order: f"{order.scans} scan{'s' * (order.scans != 1)}, then a pause.",
-    orders.Speed: lambda order: f"The speed is {order.factor}.",
-    orders.Press: lambda order: f"Slot {order.slot}: the {order.name} input is {_LEVELS[order.on]}.",
-    orders.Write: lambda order: f"{order.tag} is set to {_shown(order.value)}.",
-    orders.Store: lambda order: f"{order.client or 'A client'} writes {order.tag}.",
-    orders.Force: lambda order: f"{order.tag} is forced to {_shown(order.value)}.",
-    orders.Unforce: lambda order: (
+_SENTENCES: Mapping[type[Action], Callable[[Any], str]] = {
+    actions.Mode: lambda order: f"The key is turned to {order.mode}.",
+    actions.Pause: lambda _order: "The rack pauses.",
+    actions.Continue: lambda _order: "The rack goes on.",
+    actions.Step: lambda order: f"{order.scans} scan{'s' * (order.scans != 1)}, then a pause.",
+    actions.Speed: lambda order: f"The speed is {order.factor}.",
+    actions.Press: lambda order: f"Slot {order.slot}: the {order.name} input is {_LEVELS[order.on]}.",
+    actions.Write: lambda order: f"{order.tag} is set to {_shown(order.value)}.",
+    actions.Store: lambda order: f"{order.client or 'A client'} writes {order.tag}.",
+    actions.Force: lambda order: f"{order.tag} is forced to {_shown(order.value)}.",
+    actions.Unforce: lambda order: (
         "All forces are removed." if order.tag == ALL else f"{order.tag} is not forced any more."
     ),
-    orders.Happen: lambda order: f"Slot {order.slot}: {order.kind}.",
-    orders.Breakpoint: lambda order: f"A breakpoint is set: {order.at}.",
-    orders.Unbreak: lambda order: f"A breakpoint is removed: {order.at}.",
-    orders.Reload: lambda _order: "The program is loaded again.",
-    orders.Edit: lambda order: f"Edit {order.number} of the program.",
-    orders.Branch: lambda order: f"Another way from scan {order.scan:,} on.",
+    actions.InjectFault: lambda order: f"Slot {order.slot}: {order.kind}.",
+    actions.Breakpoint: lambda order: f"A breakpoint is set: {order.at}.",
+    actions.RemoveBreakpoint: lambda order: f"A breakpoint is removed: {order.at}.",
+    actions.Reload: lambda _order: "The program is loaded again.",
+    actions.Edit: lambda order: f"Edit {order.number} of the program.",
+    actions.Branch: lambda order: f"Another way from scan {order.scan:,} on.",
 }
 
 
-def sentence(order: Order) -> str:
+def sentence(order: Action) -> str:
     """Return an order as a sentence.
 
-    >>> from scanrack.runtime.live.orders import Press
+    >>> from scanrack.runtime.live.actions import Press
     >>> sentence(Press(1, "home", True))
     'Slot 1: the home input is energised.'
     """
