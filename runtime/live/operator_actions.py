@@ -27,7 +27,7 @@ from ..loop.rack import Rack
 from ..loop.scan import CpuMode
 from ..machine.spec import INPUT_NAMES
 from ..modules.record import ModuleWithInputs, NamedInputs
-from ..outside.images import output_slot
+from ..tag_servers.images import output_slot
 from . import actions
 from .actions import ALL, NAMES, Action, Value, text_of
 

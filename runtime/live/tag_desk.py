@@ -13,9 +13,9 @@ from ...io_images.enip.listing import Listing
 from ..loop.listeners import QuietListener
 from ..loop.pace import wall_ns
 from ..loop.rack import Rack
-from ..outside.exchange import ANSWER, answered
-from ..outside.images import GENERIC, IMAGE_BYTES, output_slot, with_images
-from ..outside.room import Operation, ReadBytes
+from ..tag_servers.exchange import ANSWER, answered
+from ..tag_servers.images import GENERIC, IMAGE_BYTES, output_slot, with_images
+from ..tag_servers.tag_snapshot import Operation, ReadBytes
 from .actions import Store
 from .mailbox import Mailbox, wake
 from .operator_actions import OperatorActions

@@ -12,7 +12,7 @@ from ...runtime.config.rackspec import RackSpec
 from ...traces.read.columns import Columns
 from ...traces.read.reader import Trace
 from ...traces.read.snapshots import snapshots_of
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 from ..load.loading import Job
 from ..record.editions import editions_of
 from ..record.order_repeater import orders_of
@@ -68,7 +68,7 @@ def why_of_trace(
         UntrustedError: Python of the trace would run.
         NotReachedError: the bit of `moment` does not become true.
     """
-    recording = Recording.of(trace, more)
+    recording = PackedTrace.of(trace, more)
     if not {"rack_file", "program_file"} <= set(trace.head.metadata):
         return _of_images(recording, what, moment, deep, want)
     job = job_of(trace, folder, trust=trust)
@@ -85,7 +85,7 @@ def why_of_trace(
 
 
 def _of_images(
-    recording: Recording,
+    recording: PackedTrace,
     what: str | None,
     moment: ScanChoice,
     deep: bool,
@@ -100,7 +100,7 @@ def _of_images(
 
 
 def _of_ladder(
-    recording: Recording,
+    recording: PackedTrace,
     job: Job,
     what: str | None,
     moment: ScanChoice,

@@ -23,7 +23,7 @@ from ...runtime.loop.scan import ScanLogic
 from ...runtime.machine.spec import input_name
 from ...traces.plot import Mark, save_page
 from ...traces.read.reader import open_trace
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 from ..load.claims import has_claims, with_monitors
 from ..load.loading import Job, load_job
 from ..load.program import load_program
@@ -220,7 +220,7 @@ def hand_over(
     again += _recorded(job, bench, found.scenario, scans, folder)
     late = inevitable(bench, found, go_on=go_on)
     with open_trace(folder / "trace.mcap") as trace:
-        cause = cause_of(Recording.of(trace), job, str(job.rack_file), found.broken)
+        cause = cause_of(PackedTrace.of(trace), job, str(job.rack_file), found.broken)
     chart = _drawn(found, late, folder)
     write_text(folder / "report.txt", report(found, late, cause, chart, again, check), used)
     return late is not None

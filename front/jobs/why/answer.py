@@ -18,7 +18,7 @@ from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.scan import ScanFlag
 from ...traces.format.layout import SlotInfo
 from ...traces.read.image_text import module_text
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 from .chain import Bits, RackChain
 from .chains.program import ProgramChain
 from .chains.waiting import of_axis
@@ -44,7 +44,7 @@ class Why:
         lines: the lines of the program that answers have named.
     """
 
-    recording: Recording
+    recording: PackedTrace
     row: int
     spec: RackSpec | None
     load: Load | None

@@ -14,7 +14,7 @@ from ...runtime.loop.faults import Fault
 from ...traces.format.layout import SlotInfo
 from ...traces.read.packed import PackedScans
 from ...traces.read.reader import TraceEvent
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 from ..history.shadow import Shadow
 from ..history.timeline import columns_of
 from .monitor import Json, Monitor
@@ -71,7 +71,7 @@ def _chains(monitor: Monitor, shadow: Shadow, tags: Sequence[str], scan: int) ->
     )
     told = monitor.states.up_to(scan, BACK)
     events = tuple(_event(each, monitor.states.forces_at(each["scan"])) for each in told)
-    recording = Recording(slots, PackedScans.of(len(slots), [columns_of(rows)]), events)
+    recording = PackedTrace(slots, PackedScans.of(len(slots), [columns_of(rows)]), events)
 
     def chains(*, deep: bool, **hooks: Any) -> Chains:
         return Chains(shadow.engine.lowered, Causes(shadow), deep, most=DEEPEST, **hooks)

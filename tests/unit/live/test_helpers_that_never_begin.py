@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from scanrack.commands import build
 from scanrack.jobs.run.servers import kinds, tag_service
-from scanrack.runtime.outside.setup import ETHERNET_IP
+from scanrack.runtime.tag_servers.setup import ETHERNET_IP
 from scanrack.watch import keeper
 from typer.testing import CliRunner
 

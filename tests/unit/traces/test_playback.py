@@ -17,7 +17,7 @@ from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read import packed
 from scanrack.traces.read.columns import Columns
 from scanrack.traces.read.packed import PackedScans
-from scanrack.traces.replay import Recording
+from scanrack.traces.replay import PackedTrace
 
 MS = 1_000_000
 RUN, FIRST, FORCED = 1, 4, 8
@@ -108,7 +108,7 @@ def test_levels_are_what_the_status_bits_show_by_the_active_level(
     words[3:, 9] = InputBit.HOME.value
     scans = np.arange(6, dtype=np.int64)
     columns = Columns(scans, scans * 2 * MS, np.ones(6, np.uint32), words)
-    stimuli = list(recorded_levels(Recording((SlotInfo(1, "amci3601"),), PackedScans.of(1, [columns]), ())))
+    stimuli = list(recorded_levels(PackedTrace((SlotInfo(1, "amci3601"),), PackedScans.of(1, [columns]), ())))
     home = [(each.at_ns, each.energised) for each in stimuli if each.input is InputBit.HOME]
     assert home[-1] == (5 * MS, energised), "half-way between the scans at 4 and 6 ms"
     assert home[-2][1] is not energised

@@ -16,10 +16,10 @@ from ....io_images.enip.listing import Listing
 from ....runtime.line.hosts import join_address
 from ....runtime.live.mailbox import Mailbox
 from ....runtime.live.tag_desk import NoTags, TagDesk
-from ....runtime.outside.images import with_images
-from ....runtime.outside.register_map import RegisterMap
-from ....runtime.outside.setup import MODBUS_TCP, OPC_UA, TagSetup
-from ....runtime.outside.variables import VARIABLES_MOST, TagTree
+from ....runtime.tag_servers.images import with_images
+from ....runtime.tag_servers.register_map import RegisterMap
+from ....runtime.tag_servers.setup import MODBUS_TCP, OPC_UA, TagSetup
+from ....runtime.tag_servers.variables import VARIABLES_MOST, TagTree
 from ...load.loading import Job
 from ...trust.launcher import Handed, Helper, TimeoutExpired, launch
 from ..running import JobRun

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ....ladder import LadderLogic
 from ....ladder.debug import CauseLink, Debugger
-from ....traces.replay import Recording
+from ....traces.replay import PackedTrace
 from ...load.loading import Job
 from ...replay.replaying import score_of
 from ...replay.tag_orders import TagOrders
@@ -15,7 +15,7 @@ from ..traced_run import Load
 
 
 def chain_of(
-    recording: Recording,
+    recording: PackedTrace,
     job: Job,
     what: str,
     row: int | None = None,

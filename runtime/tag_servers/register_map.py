@@ -41,7 +41,7 @@ from .mapped_tags import (
     mapped,
     packed,
 )
-from .room import ReadBytes, Room, WriteBytes
+from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
 
 ADDRESSES = 1 << 16
 
@@ -92,7 +92,7 @@ class RegisterMap:
         for place in range(size):
             cells[address + place] = _Cell(row, place)
 
-    def answer(self, pdu: bytes, room: Room) -> bytes:
+    def answer(self, pdu: bytes, snapshot: TagSnapshot) -> bytes:
         """Carry out a request; return the reply or exception.
 
         Args:
@@ -102,7 +102,7 @@ class RegisterMap:
         try:
             if function is None:
                 raise ModbusRefusedError(ILLEGAL_FUNCTION)
-            return pdu[:1] + function(self, pdu[1:], room)
+            return pdu[:1] + function(self, pdu[1:], snapshot)
         except ModbusRefusedError as refused:
             return bytes((pdu[0] | EXCEPTION, refused.code))
         except error:  # the data are too short or too long
@@ -112,68 +112,68 @@ class RegisterMap:
 
     # --- bits
 
-    def read_bits(self, table: str, data: bytes, room: Room) -> bytes:
+    def read_bits(self, table: str, data: bytes, snapshot: TagSnapshot) -> bytes:
         """Read coils or discrete inputs."""
         first, count = _PAIR.unpack(data)
         _check(count, READ_BITS_MOST)
         runs = self._runs(table, first, count)
-        bits = [bit for row, place, many in runs for bit in row.to_bits(place, many, room)]
+        bits = [bit for row, place, many in runs for bit in row.to_bits(place, many, snapshot)]
         return bytes((-(-count // 8),)) + packed(bits)
 
-    def write_bit(self, data: bytes, room: Room) -> bytes:
+    def write_bit(self, data: bytes, snapshot: TagSnapshot) -> bytes:
         """Write one coil."""
         address, value = _PAIR.unpack(data)
         if value not in COIL_VALUES:
             raise ModbusRefusedError(ILLEGAL_VALUE)
-        self._write_bits(address, [COIL_VALUES[value]], room)
+        self._write_bits(address, [COIL_VALUES[value]], snapshot)
         return data
 
-    def write_bits(self, data: bytes, room: Room) -> bytes:
+    def write_bits(self, data: bytes, snapshot: TagSnapshot) -> bytes:
         """Write several coils."""
         first, count, size = _SEVERAL.unpack_from(data)
         packed = data[_SEVERAL.size :]
         _check(count, WRITE_BITS_MOST)
         if size != -(-count // 8) or len(packed) != size:
             raise ModbusRefusedError(ILLEGAL_VALUE)
-        self._write_bits(first, [bool(packed[at // 8] >> at % 8 & 1) for at in range(count)], room)
+        self._write_bits(first, [bool(packed[at // 8] >> at % 8 & 1) for at in range(count)], snapshot)
         return data[: _PAIR.size]
 
-    def _write_bits(self, first: int, bits: Sequence[bool], room: Room) -> None:
+    def _write_bits(self, first: int, bits: Sequence[bool], snapshot: TagSnapshot) -> None:
         changes, at = [], 0
         for row, place, many in self._runs(COILS, first, len(bits)):
             _check_access(row)
             changes += [row.change(place, bits[at : at + many])]
             at += many
         for each in changes:
-            room.write(each)
+            snapshot.write(each)
 
     # --- registers
 
-    def read_words(self, table: str, data: bytes, room: Room) -> bytes:
+    def read_words(self, table: str, data: bytes, snapshot: TagSnapshot) -> bytes:
         """Read holding or input registers."""
         first, count = _PAIR.unpack(data)
         _check(count, READ_WORDS_MOST)
         words: list[int] = []
         for row, place, many in list(self._runs(table, first, count)):
             offset, size = row.values_at(place, many)
-            found = row.to_words(room.read(ReadBytes(row.target.symbol.index, offset, size)))
+            found = row.to_words(snapshot.read(ReadBytes(row.target.symbol.index, offset, size)))
             begin = place % row.words
             words += found[begin : begin + many]
         return bytes((2 * count,)) + Struct(f">{count}H").pack(*words)
 
-    def write_word(self, data: bytes, room: Room) -> bytes:
+    def write_word(self, data: bytes, snapshot: TagSnapshot) -> bytes:
         """Write one register."""
         address, word = _PAIR.unpack(data)
-        self._write_words(address, (word,), room)
+        self._write_words(address, (word,), snapshot)
         return data
 
-    def write_words(self, data: bytes, room: Room) -> bytes:
+    def write_words(self, data: bytes, snapshot: TagSnapshot) -> bytes:
         """Write several registers."""
         first, count, size = _SEVERAL.unpack_from(data)
-        self._write_words(first, _words(data[_SEVERAL.size :], count, size, WRITE_WORDS_MOST), room)
+        self._write_words(first, _words(data[_SEVERAL.size :], count, size, WRITE_WORDS_MOST), snapshot)
         return data[: _PAIR.size]
 
-    def mask_word(self, data: bytes, room: Room) -> bytes:
+    def mask_word(self, data: bytes, snapshot: TagSnapshot) -> bytes:
         """Set and clear bits of a register: (old AND and-mask) OR (or-mask AND NOT and-mask)."""
         address, keep, on = _MASK.unpack(data)
         ((row, place, _),) = self._runs(HOLDING_REGISTERS, address, 1)
@@ -182,19 +182,19 @@ class RegisterMap:
         if row.size == 1 or not isinstance(kind, PlainKind) or not kind.bits:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
         masks = (each.to_bytes(2, "little") for each in (on & ~keep & 0xFFFF, keep))
-        room.write(WriteBytes(row.target.symbol.index, row.byte_of(place), *masks))
+        snapshot.write(WriteBytes(row.target.symbol.index, row.byte_of(place), *masks))
         return data
 
-    def write_and_read(self, data: bytes, room: Room) -> bytes:
+    def write_and_read(self, data: bytes, snapshot: TagSnapshot) -> bytes:
         """Write registers, then read some."""
         read_at, read_count, first, count, size = _BOTH.unpack_from(data)
         _check(read_count, READ_WORDS_MOST)
         words = _words(data[_BOTH.size :], count, size, WRITE_AND_READ_MOST)
         list(self._runs(HOLDING_REGISTERS, read_at, read_count))  # refused as a whole, or not at all
-        self._write_words(first, words, room)
-        return self.read_words(HOLDING_REGISTERS, _PAIR.pack(read_at, read_count), room)
+        self._write_words(first, words, snapshot)
+        return self.read_words(HOLDING_REGISTERS, _PAIR.pack(read_at, read_count), snapshot)
 
-    def _write_words(self, first: int, words: Sequence[int], room: Room) -> None:
+    def _write_words(self, first: int, words: Sequence[int], snapshot: TagSnapshot) -> None:
         changes, at = [], 0
         for row, place, many in self._runs(HOLDING_REGISTERS, first, len(words)):
             _check_access(row)
@@ -204,7 +204,7 @@ class RegisterMap:
             changes += [WriteBytes(row.target.symbol.index, offset, row.to_bytes(words[at : at + many]))]
             at += many
         for each in changes:
-            room.write(each)
+            snapshot.write(each)
 
     def _runs(self, table: str, first: int, count: int) -> Iterator[tuple[MappedTag, int, int]]:
         """Yield the rows at addresses, each with its first place and the number of places."""
@@ -216,13 +216,13 @@ class RegisterMap:
             yield found[0].row, found[0].place, len(found)
 
 
-Function = Callable[[RegisterMap, bytes, Room], bytes]
+Function = Callable[[RegisterMap, bytes, TagSnapshot], bytes]
 
 _FUNCTIONS: Mapping[int, Function] = {
-    0x01: lambda registers, data, room: registers.read_bits(COILS, data, room),
-    0x02: lambda registers, data, room: registers.read_bits(DISCRETE_INPUTS, data, room),
-    0x03: lambda registers, data, room: registers.read_words(HOLDING_REGISTERS, data, room),
-    0x04: lambda registers, data, room: registers.read_words(INPUT_REGISTERS, data, room),
+    0x01: lambda registers, data, snapshot: registers.read_bits(COILS, data, snapshot),
+    0x02: lambda registers, data, snapshot: registers.read_bits(DISCRETE_INPUTS, data, snapshot),
+    0x03: lambda registers, data, snapshot: registers.read_words(HOLDING_REGISTERS, data, snapshot),
+    0x04: lambda registers, data, snapshot: registers.read_words(INPUT_REGISTERS, data, snapshot),
     0x05: RegisterMap.write_bit,
     0x06: RegisterMap.write_word,
     0x0F: RegisterMap.write_bits,

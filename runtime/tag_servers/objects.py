@@ -31,8 +31,8 @@ from ...io_images.enip.codes import (
 )
 from ...io_images.enip.paths import PROGRAM, Instance, Path
 from .database import Database, Row
-from .room import Room
 from .tag_services import HEAD_BYTES, Answer
+from .tag_snapshot import TagSnapshot
 
 ATTRIBUTES_MOST = 32
 """Most attributes that a request may name."""
@@ -179,11 +179,11 @@ def answer_template(database: Database, service: int, path: Path, data: bytes, m
     return PARTIAL, part[: most - HEAD_BYTES]
 
 
-def answer_clock(service: int, data: bytes, room: Room, most: int) -> Answer:
+def answer_clock(service: int, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
     """Answer a request to the wall clock: virtual time since 1970."""
     if service == SET_LIST:
         raise CipRefusedError(NOT_SETTABLE)
-    micros = room.now_ns // 1000
+    micros = snapshot.now_ns // 1000
     if service == GET_ALL:
         return DONE, struct.pack("<Q", micros)
     now = EPOCH + timedelta(microseconds=micros)
@@ -193,8 +193,8 @@ def answer_clock(service: int, data: bytes, room: Room, most: int) -> Answer:
     return answer_attributes(service, data, values, most)
 
 
-def answer_changes(service: int, data: bytes, room: Room, most: int) -> Answer:
+def answer_changes(service: int, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
     """Answer a request to the change counters: they count edits of the program."""
-    edits = struct.pack("<I", room.version)
+    edits = struct.pack("<I", snapshot.version)
     values = {1: struct.pack("<H", 1), 2: edits[:2], 3: edits, 4: edits, 10: edits}
     return answer_attributes(service, data, values, most)

@@ -42,8 +42,8 @@ from .objects import (
     answer_template,
     identity,
 )
-from .room import Room
 from .tag_services import HEAD_BYTES, TAG_SERVICES, Answer
+from .tag_snapshot import TagSnapshot
 
 DEEPEST = 2
 """Levels of batches and routed requests inside each other."""
@@ -77,7 +77,7 @@ class Router:
         self._target = lru_cache(PATHS_KEPT)(lambda place: database.resolve(self._path(place).steps))
         self._files = DataFiles(database) if database.listing.files else None
 
-    def answer(self, request: bytes, room: Room, most: int, depth: int = 0) -> bytes:
+    def answer(self, request: bytes, snapshot: TagSnapshot, most: int, depth: int = 0) -> bytes:
         """Return the reply of at most `most` bytes: service, status, data."""
         service = request[0] if request else 0
         try:
@@ -87,8 +87,8 @@ class Router:
             place, data = request[2:end], request[end:]
             path = self._path(place)
             if service == UNCONNECTED and path.numbers.get("class") == MANAGER:
-                return self._routed(data, room, most, depth)
-            status, reply = self._serve(service, place, path, data, room, most, depth)
+                return self._routed(data, snapshot, most, depth)
+            status, reply = self._serve(service, place, path, data, snapshot, most, depth)
         except CipRefusedError as refusal:
             return refused(service, refusal, most)
         except struct.error:
@@ -97,7 +97,7 @@ class Router:
             return refused(service, CipRefusedError(TOO_LARGE), most)
         return bytes((service & 0x7F | 0x80, 0, status, 0)) + reply
 
-    def _routed(self, data: bytes, room: Room, most: int, depth: int) -> bytes:
+    def _routed(self, data: bytes, snapshot: TagSnapshot, most: int, depth: int) -> bytes:
         """Answer a request inside of an Unconnected Send."""
         if depth >= DEEPEST:
             raise CipRefusedError(NO_SERVICE)
@@ -106,16 +106,23 @@ class Router:
             raise CipRefusedError(TOO_SHORT)
         at = 4 + size + size % 2
         check_route(data[at:])
-        return self.answer(data[4 : 4 + size], room, most, depth + 1)
+        return self.answer(data[4 : 4 + size], snapshot, most, depth + 1)
 
     def _serve(
-        self, service: int, place: bytes, path: Path, data: bytes, room: Room, most: int, depth: int
+        self,
+        service: int,
+        place: bytes,
+        path: Path,
+        data: bytes,
+        snapshot: TagSnapshot,
+        most: int,
+        depth: int,
     ) -> Answer:
         kind = path.numbers.get("class")
         if service in TAG_SERVICES and path.steps and kind in (None, SYMBOL):
-            return TAG_SERVICES[service](self.database, self._target(place), data, room, most)
+            return TAG_SERVICES[service](self.database, self._target(place), data, snapshot, most)
         if kind == ROUTER and service == BATCH:
-            return DONE, self._batch(data, room, most, depth)
+            return DONE, self._batch(data, snapshot, most, depth)
         if kind == SYMBOL:
             return self._lister.answer(service, path, data, most)
         if kind == TEMPLATE:
@@ -123,18 +130,18 @@ class Router:
         if kind == IDENTITY:
             return answer_identity(self.identity, service, path)
         if kind == CLOCK:
-            return answer_clock(service, data, room, most)
+            return answer_clock(service, data, snapshot, most)
         if kind == CHANGES:
-            return answer_changes(service, data, room, most)
+            return answer_changes(service, data, snapshot, most)
         if kind == PROGRAM_NAME and service == GET_ALL:
             return DONE, struct.pack("<H", len(self._name)) + self._name
         if kind == PCCC and service == EXECUTE_PCCC and self._files is not None:
-            return DONE, self._files.execute(data, room)
+            return DONE, self._files.execute(data, snapshot)
         if kind in _THERE or path.steps:
             raise CipRefusedError(NO_SERVICE)
         raise CipRefusedError(BAD_SEGMENT if kind is None else UNKNOWN_OBJECT)
 
-    def _batch(self, data: bytes, room: Room, most: int, depth: int) -> bytes:
+    def _batch(self, data: bytes, snapshot: TagSnapshot, most: int, depth: int) -> bytes:
         if depth >= DEEPEST:
             raise CipRefusedError(NO_SERVICE)
         (count,) = struct.unpack_from("<H", data)
@@ -149,7 +156,7 @@ class Router:
             raise CipRefusedError(BAD_VALUE)
         replies: list[bytes] = []
         for number, (begin, end) in enumerate(pairwise(places), 1):
-            reply = self.answer(data[begin:end], room, left - 6 * (count - number), depth + 1)
+            reply = self.answer(data[begin:end], snapshot, left - 6 * (count - number), depth + 1)
             left -= len(reply)
             replies.append(reply)
         starts = list(accumulate(map(len, replies), initial=heads))[:-1]

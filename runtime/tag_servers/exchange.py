@@ -12,7 +12,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Iterator, Sequence
 
-from .room import Operation, ReadBytes, WriteBytes
+from .tag_snapshot import Operation, ReadBytes, WriteBytes
 
 HEAD, PACKET, OPERATION = struct.Struct("<IH"), struct.Struct("<BH"), struct.Struct("<BIII")
 ANSWER, SIZE = struct.Struct("<IQ"), struct.Struct("<I")

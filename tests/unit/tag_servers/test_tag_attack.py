@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from amounts import amount
-from scanrack.runtime.outside.room import BrokenClientError
+from scanrack.runtime.tag_servers.tag_snapshot import BrokenClientError
 from served_tags import Client, ServedRack, batch, frame, message, symbol, unconnected, write_rack
 
 ONE = struct.pack("<H", 1)

@@ -27,7 +27,7 @@ from ...io_images.enip.codes import (
 )
 from ...io_images.enip.listing import PlainKind
 from .database import Database, Target
-from .room import ReadBytes, Room, WriteBytes
+from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
 
 Answer = tuple[int, bytes]
 """General status and data of a reply."""
@@ -46,18 +46,20 @@ def type_of(database: Database, target: Target) -> bytes:
     return struct.pack("<HH", STRUCTURED, database.templates.of(target.kind).handle)
 
 
-def _read(database: Database, target: Target, data: bytes, room: Room, most: int) -> Answer:
-    return _read_from(database, target, struct.unpack_from("<H", data)[0], 0, room, most)
+def _read(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
+    return _read_from(database, target, struct.unpack_from("<H", data)[0], 0, snapshot, most)
 
 
-def _read_part(database: Database, target: Target, data: bytes, room: Room, most: int) -> Answer:
+def _read_part(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
     count, skip = struct.unpack_from("<HI", data)
-    return _read_from(database, target, count, skip, room, most)
+    return _read_from(database, target, count, skip, snapshot, most)
 
 
-def _read_from(database: Database, target: Target, count: int, skip: int, room: Room, most: int) -> Answer:
+def _read_from(
+    database: Database, target: Target, count: int, skip: int, snapshot: TagSnapshot, most: int
+) -> Answer:
     if target.bit is not None:
-        byte = room.read(ReadBytes(target.symbol.index, target.offset, 1))[0]
+        byte = snapshot.read(ReadBytes(target.symbol.index, target.offset, 1))[0]
         return DONE, struct.pack("<HB", TYPE_CODES["BOOL"], byte >> target.bit & 1)
     if not 1 <= count <= target.count:
         raise CipRefusedError(GENERAL, BEYOND)
@@ -69,11 +71,11 @@ def _read_from(database: Database, target: Target, count: int, skip: int, room: 
         size = size // 4 * 4
     if size < 1:
         raise CipRefusedError(TOO_LARGE)
-    part = room.read(ReadBytes(target.symbol.index, target.offset + skip, size))
+    part = snapshot.read(ReadBytes(target.symbol.index, target.offset + skip, size))
     return (DONE if skip + size == total else PARTIAL), head + part
 
 
-def _write(database: Database, target: Target, data: bytes, room: Room, _most: int) -> Answer:
+def _write(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, _most: int) -> Answer:
     count, at = _head(database, target, data)
     total = _total(target, count)
     body = data[at : at + total]  # pycomm3 1.2.16 sends the message of a single write twice
@@ -82,13 +84,13 @@ def _write(database: Database, target: Target, data: bytes, room: Room, _most: i
     if target.bit is not None:
         on = 1 << target.bit if body[0] else 0
         keep = bytes([~(1 << target.bit) & 0xFF])
-        room.write(WriteBytes(target.symbol.index, target.offset, bytes([on]), keep))
+        snapshot.write(WriteBytes(target.symbol.index, target.offset, bytes([on]), keep))
     else:
-        room.write(WriteBytes(target.symbol.index, target.offset, body))
+        snapshot.write(WriteBytes(target.symbol.index, target.offset, body))
     return DONE, b""
 
 
-def _write_part(database: Database, target: Target, data: bytes, room: Room, most: int) -> Answer:
+def _write_part(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
     count, at = _head(database, target, data)
     total, (skip,) = _total(target, count), struct.unpack_from("<I", data, at)
     body = data[at + 4 :]
@@ -99,8 +101,8 @@ def _write_part(database: Database, target: Target, data: bytes, room: Room, mos
     if not body:
         raise CipRefusedError(TOO_SHORT)
     if target.bit is not None:
-        return _write(database, target, data[:at] + body, room, most)
-    room.write(WriteBytes(target.symbol.index, target.offset + skip, body))
+        return _write(database, target, data[:at] + body, snapshot, most)
+    snapshot.write(WriteBytes(target.symbol.index, target.offset + skip, body))
     return DONE, b""
 
 
@@ -120,7 +122,7 @@ def _total(target: Target, count: int) -> int:
     return 1 if target.bit is not None else count * target.kind.size
 
 
-def _modify(database: Database, target: Target, data: bytes, room: Room, _most: int) -> Answer:
+def _modify(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, _most: int) -> Answer:
     """Set and clear bits of an integer: first the mask of bits to set, then that of bits to leave."""
     database.refuse_write(target)
     (size,) = struct.unpack_from("<H", data)
@@ -133,11 +135,11 @@ def _modify(database: Database, target: Target, data: bytes, room: Room, _most: 
     ors, ands = data[2 : 2 + size], data[2 + size : 2 + 2 * size]
     keep = bytes(leave & ~on & 0xFF for on, leave in zip(ors, ands, strict=True))
     on = bytes(on & leave for on, leave in zip(ors, ands, strict=True))
-    room.write(WriteBytes(target.symbol.index, target.offset, on, keep))
+    snapshot.write(WriteBytes(target.symbol.index, target.offset, on, keep))
     return DONE, b""
 
 
-TagService = Callable[[Database, Target, bytes, Room, int], Answer]
+TagService = Callable[[Database, Target, bytes, TagSnapshot, int], Answer]
 
 TAG_SERVICES: Mapping[int, TagService] = {
     READ: _read,

@@ -17,7 +17,7 @@ from collections.abc import Mapping
 
 from ...io_images.enip.codes import NO_PRIVILEGE, TOO_SHORT, CipRefusedError
 from .database import Database, Symbol, Target
-from .room import ReadBytes, Room, WriteBytes
+from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
 
 TYPES: Mapping[str, tuple[int, ...]] = {
     "O": (0x8B, 0x82),
@@ -97,15 +97,15 @@ class DataFile:
         number, inside = divmod(at, self.element)
         return number * self._own + (inside if inside < 2 else 4 + (inside - 2 ^ 1))
 
-    def read(self, room: Room, start: int, size: int) -> bytes:
+    def read(self, snapshot: TagSnapshot, start: int, size: int) -> bytes:
         """Return bytes of the file."""
         runs = self.runs(start, size)
         first = min(at for _, at, _ in runs)
         last = max(at + length for _, at, length in runs)
-        raw = room.read(ReadBytes(self._symbol.index, first, last - first))
+        raw = snapshot.read(ReadBytes(self._symbol.index, first, last - first))
         return b"".join(raw[at - first : at - first + length] for _, at, length in runs)
 
-    def write(self, room: Room, start: int, data: bytes, mask: int) -> None:
+    def write(self, snapshot: TagSnapshot, start: int, data: bytes, mask: int) -> None:
         """Put bytes into the file, as one write; only the bits of a mask."""
         runs = self.runs(start, len(data))
         first = min(at for _, at, _ in runs)
@@ -117,7 +117,7 @@ class DataFile:
                 allowed = mask >> 8 * ((start + here + number) % 2) & 0xFF
                 put[place], keep[place] = data[here + number] & allowed, ~allowed & 0xFF
         kept = bytes(keep) if any(keep) else b""
-        room.write(WriteBytes(self._symbol.index, first, bytes(put), kept))
+        snapshot.write(WriteBytes(self._symbol.index, first, bytes(put), kept))
 
     def target(self) -> Target:
         """Return all of the file, to check access."""
@@ -143,7 +143,7 @@ class DataFiles:
                 number = int(match["number"]) if match["number"] else FIXED[letters]
                 self._files[number] = DataFile(letters, symbol)
 
-    def execute(self, data: bytes, room: Room) -> bytes:
+    def execute(self, data: bytes, snapshot: TagSnapshot) -> bytes:
         """Return the reply to a command."""
         if not data or not 1 <= data[0] <= 16 or len(data) < data[0] + 4:
             raise CipRefusedError(TOO_SHORT)
@@ -151,7 +151,7 @@ class DataFiles:
         command, _, number = struct.unpack_from("<BBH", rest)
         status, body = 0, b""
         try:
-            body = self._command(command, rest[4:], room)
+            body = self._command(command, rest[4:], snapshot)
         except PcccRefusedError as refusal:
             status = refusal.status
             body = b"" if refusal.extended is None else bytes([refusal.extended])
@@ -159,7 +159,7 @@ class DataFiles:
             status = ILLEGAL
         return requestor + struct.pack("<BBH", command | _REPLY, status, number) + body
 
-    def _command(self, command: int, rest: bytes, room: Room) -> bytes:
+    def _command(self, command: int, rest: bytes, snapshot: TagSnapshot) -> bytes:
         if command == _DIAGNOSTIC and rest[:1] == b"\x03":
             name = self._processor.encode("ascii", "replace")[:11].ljust(11)
             return b"\x00\xee\x31\x5b\x01" + name + bytes(8)
@@ -178,8 +178,8 @@ class DataFiles:
         if start + size > file.size:
             raise PcccRefusedError(EXTENDED, ADDRESS)
         if function in READS:
-            return file.read(room, start, size)
-        self._write(file, start, size, rest[at:], room, masked=function == MASKED)
+            return file.read(snapshot, start, size)
+        self._write(file, start, size, rest[at:], snapshot, masked=function == MASKED)
         return b""
 
     def _place(self, number: int, kind: int, element: int, sub: int) -> tuple[DataFile, int]:
@@ -194,7 +194,9 @@ class DataFiles:
             raise PcccRefusedError(EXTENDED, ADDRESS)
         return file, element * file.element + 2 * sub
 
-    def _write(self, file: DataFile, start: int, size: int, data: bytes, room: Room, *, masked: bool) -> None:
+    def _write(
+        self, file: DataFile, start: int, size: int, data: bytes, snapshot: TagSnapshot, *, masked: bool
+    ) -> None:
         mask = 0xFFFF
         if masked:
             (mask,) = struct.unpack_from("<H", data)
@@ -205,7 +207,7 @@ class DataFiles:
             raise PcccRefusedError(ILLEGAL)
         try:
             self._database.refuse_write(file.target())
-            file.write(room, start, data, mask)
+            file.write(snapshot, start, data, mask)
         except CipRefusedError as refusal:
             denied = refusal.status == NO_PRIVILEGE
             raise PcccRefusedError(EXTENDED, READ_ONLY if denied else ADDRESS) from refusal

@@ -35,7 +35,7 @@ class WriteBytes:
 Operation = ReadBytes | WriteBytes
 
 
-class Room(Protocol):
+class TagSnapshot(Protocol):
     """Values at one instant; a packet is answered inside of one.
 
     Attributes:
@@ -53,7 +53,7 @@ class Room(Protocol):
         """Put bytes; refused if the rack refuses them."""
 
 
-class Plan(Room):
+class Plan(TagSnapshot):
     """The first pass: notes what a packet needs.
 
     Attributes:
@@ -81,7 +81,7 @@ class Plan(Room):
         self.operations.append(change)
 
 
-class Instant(Room):
+class Instant(TagSnapshot):
     """The second pass: what the scan process has given, in the same order.
 
     Args:

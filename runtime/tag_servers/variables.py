@@ -13,7 +13,7 @@ from typing import Any
 from ...io_images.enip.listing import BOOL, Kind, ListedTag, StructuredKind
 from ...io_images.enip.paths import PROGRAM
 from .database import Database
-from .room import ReadBytes, WriteBytes
+from .tag_snapshot import ReadBytes, WriteBytes
 
 VARIABLES_MOST = 20_000
 """Most variables that a server shows; the tags behind them are left out."""

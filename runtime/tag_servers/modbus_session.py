@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from ..line.ports.modbustcp import HEADER, NotModbusError, reply_frame, split_frames
 from .register_map import RegisterMap
-from .room import BrokenClientError, Plan, Room
+from .tag_snapshot import BrokenClientError, Plan, TagSnapshot
 
 
 class ModbusSession:
@@ -36,6 +36,6 @@ class ModbusSession:
         self.router.answer(packet[HEADER.size :], plan)
         return plan
 
-    def reply(self, packet: bytes, room: Room) -> bytes:
+    def reply(self, packet: bytes, snapshot: TagSnapshot) -> bytes:
         """Answer a request."""
-        return reply_frame(packet, self.router.answer(packet[HEADER.size :], room))
+        return reply_frame(packet, self.router.answer(packet[HEADER.size :], snapshot))

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 from scanrack.io_images.enip.listing import DINT, ListedTag, Listing, Part, StructuredKind
-from scanrack.runtime.outside.database import Database
-from scanrack.runtime.outside.variables import VARIABLES_MOST, Leaf, TagGroup, TagTree, Variable
+from scanrack.runtime.tag_servers.database import Database
+from scanrack.runtime.tag_servers.variables import VARIABLES_MOST, Leaf, TagGroup, TagTree, Variable
 from served_tags import ServedRack, write_rack
 
 

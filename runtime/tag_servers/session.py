@@ -35,8 +35,8 @@ from ...io_images.enip.frames import (
     items_in,
 )
 from .connections import Connections
-from .room import BrokenClientError, Plan, Room
 from .router import Router
+from .tag_snapshot import BrokenClientError, Plan, TagSnapshot
 
 _KNOWN = (NOP, LIST_SERVICES, LIST_IDENTITY, LIST_INTERFACES, REGISTER, UNREGISTER, SEND, SEND_CONNECTED)
 _SERVICES = struct.pack("<HHHHH16s", 1, 0x100, 20, 1, 0x120, b"Communications")
@@ -103,13 +103,13 @@ class ClientSession:
             self._planned = version, packet.body, plan
         return self._planned[2]
 
-    def reply(self, packet: Frame, room: Room) -> bytes:
+    def reply(self, packet: Frame, snapshot: TagSnapshot) -> bytes:
         """Answer a packet; b"" if it gets no answer.
 
         Raises:
             BrokenClientError: the client ends its session.
         """
-        status, body = (packet.status, b"") if packet.status else self._answer(packet, room)
+        status, body = (packet.status, b"") if packet.status else self._answer(packet, snapshot)
         if status < 0:
             return b""
         handle = self._handle if packet.command == REGISTER else packet.session
@@ -118,7 +118,7 @@ class ClientSession:
     def _owns(self, packet: Frame) -> bool:
         return self._handle != 0 and packet.session == self._handle
 
-    def _answer(self, packet: Frame, room: Room) -> tuple[int, bytes]:
+    def _answer(self, packet: Frame, snapshot: TagSnapshot) -> tuple[int, bytes]:
         """Return status and body; a negative status for no answer."""
         if packet.command == REGISTER:
             return self._register(packet.body)
@@ -132,7 +132,7 @@ class ClientSession:
             return BAD_SESSION, b""
         if packet.command == UNREGISTER:
             raise BrokenClientError("the client has ended its session")
-        return self._sent(packet, room, planning=False)
+        return self._sent(packet, snapshot, planning=False)
 
     def _register(self, body: bytes) -> tuple[int, bytes]:
         if len(body) != 4:
@@ -144,7 +144,7 @@ class ClientSession:
         self._handle = next(self._numbers)
         return 0, body
 
-    def _sent(self, packet: Frame, room: Room, *, planning: bool) -> tuple[int, bytes]:
+    def _sent(self, packet: Frame, snapshot: TagSnapshot, *, planning: bool) -> tuple[int, bytes]:
         items = items_in(packet.body)
         if len(items) < 2:
             return BAD_DATA, b""
@@ -152,19 +152,21 @@ class ClientSession:
         if packet.command == SEND:
             if (first, address, second) != (NO_ADDRESS, b"", UNCONNECTED_DATA):
                 return BAD_DATA, b""
-            return 0, body_of((NO_ADDRESS, b""), (second, self._unconnected(data, room, planning=planning)))
+            return 0, body_of(
+                (NO_ADDRESS, b""), (second, self._unconnected(data, snapshot, planning=planning))
+            )
         if (first, second) != (CONNECTED_ADDRESS, CONNECTED_DATA) or len(address) != 4 or len(data) < 4:
             return BAD_DATA, b""
         connection = self._connections.get(int.from_bytes(address, "little"))
         if connection is None:
             return -1, b""  # as a controller: no answer
-        message = self.router.answer(data[2:], room, connection.most - 2)
+        message = self.router.answer(data[2:], snapshot, connection.most - 2)
         theirs = struct.pack("<I", connection.theirs)
         return 0, body_of((first, theirs), (second, data[:2] + message))
 
-    def _unconnected(self, request: bytes, room: Room, *, planning: bool) -> bytes:
+    def _unconnected(self, request: bytes, snapshot: TagSnapshot, *, planning: bool) -> bytes:
         if not Connections.is_meant(request):
-            return self.router.answer(request, room, UNCONNECTED_MOST)
+            return self.router.answer(request, snapshot, UNCONNECTED_MOST)
         return b"" if planning else self._connections.answer(request)
 
     def listed_identity(self) -> bytes:

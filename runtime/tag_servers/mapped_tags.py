@@ -9,8 +9,8 @@ from struct import Struct
 from ...io_images.enip.listing import BOOL, DWORD, SINT, PlainKind
 from ..config.server_table import HIGH_FIRST, MapRow
 from .database import Database, Target
-from .room import ReadBytes, Room, WriteBytes
 from .tag_paths import target_of
+from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
 
 COILS, DISCRETE_INPUTS, INPUT_REGISTERS, HOLDING_REGISTERS = (
     "coils",
@@ -104,10 +104,13 @@ class MappedTag:
 
     # --- coils
 
-    def to_bits(self, place: int, count: int, room: Room) -> list[bool]:
+    def to_bits(self, place: int, count: int, snapshot: TagSnapshot) -> list[bool]:
         """Read coils."""
         offset, size, shift = self._span(place, count)
-        data = int.from_bytes(room.read(ReadBytes(self.target.symbol.index, offset, size)), "little") >> shift
+        data = (
+            int.from_bytes(snapshot.read(ReadBytes(self.target.symbol.index, offset, size)), "little")
+            >> shift
+        )
         return [bool(data >> at & 1) for at in range(count)]
 
     def change(self, place: int, bits: Sequence[bool]) -> WriteBytes:

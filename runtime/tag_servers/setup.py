@@ -13,9 +13,9 @@ from ..config.server_table import ModbusTable
 from .database import Database
 from .modbus_session import ModbusSession
 from .register_map import RegisterMap
-from .room import Instant, Plan, Room
 from .router import Router
 from .session import ClientSession, Frame
+from .tag_snapshot import Instant, Plan, TagSnapshot
 
 ETHERNET_IP, MODBUS_TCP, OPC_UA = "ethernet-ip", "modbus-tcp", "opc-ua"
 """The protocols, as `--server` names them."""
@@ -67,7 +67,7 @@ class WireSession(Protocol):
     def plan(self, packet: Any, version: int) -> Plan:
         """Return what a packet needs; nothing changes."""
 
-    def reply(self, packet: Any, room: Room) -> bytes:
+    def reply(self, packet: Any, snapshot: TagSnapshot) -> bytes:
         """Answer a packet. BrokenClientError ends the client."""
 
 

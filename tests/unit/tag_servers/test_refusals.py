@@ -15,9 +15,9 @@ import pytest
 from scanrack.io_images.enip.codes import LISTING, CipRefusedError
 from scanrack.io_images.enip.listing import PLAIN, Part, StructuredKind
 from scanrack.io_images.enip.paths import Path as PathParts
-from scanrack.runtime.outside.database import Writable
-from scanrack.runtime.outside.objects import Lister, attributes_in
-from scanrack.runtime.outside.router import refused
+from scanrack.runtime.tag_servers.database import Writable
+from scanrack.runtime.tag_servers.objects import Lister, attributes_in
+from scanrack.runtime.tag_servers.router import refused
 from served_tags import Client, ServedRack, batch, frame, message, symbol, unconnected, write_rack
 
 READ, WRITE, MODIFY, READ_PART, WRITE_PART = 0x4C, 0x4D, 0x4E, 0x52, 0x53

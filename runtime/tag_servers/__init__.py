@@ -4,7 +4,7 @@
 |---|---|
 | `database.py` | tags by name and number; the bytes that a path means; what clients may write |
 | `templates.py` | structures as the template object shows them |
-| `room.py` | the instant at which a packet reads and writes; its two passes |
+| `tag_snapshot.py` | the instant at which a packet reads and writes; its two passes |
 | `exchange.py` | what packets need, and what comes back, as bytes between two processes |
 | `tag_services.py` | reading and writing tags |
 | `objects.py` | identity, listing, templates, clock, change counters |
