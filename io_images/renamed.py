@@ -11,6 +11,16 @@ from collections.abc import Mapping
 from typing import Any
 
 RENAMED: Mapping[str, str] = {
+    "scanrack.Job": "LoadedRack",
+    "scanrack.Moment": "Snapshot",
+    "scanrack.maximise": "maximize",
+    "scanrack.jobs.bench.bench.Bench.told": "events",
+    "scanrack.jobs.bench.bench.Bench.what_would": "suggest_inputs",
+    "scanrack.jobs.bench.slot.SlotBench.fail": "inject",
+    "scanrack.jobs.fuzz.Moment": "Snapshot",
+    "scanrack.jobs.fuzz.SlotMoment": "SlotSnapshot",
+    "scanrack.jobs.fuzz.UnsteadyError": "NondeterministicError",
+    "scanrack.jobs.fuzz.maximise": "maximize",
     "scanrack.runtime.line.clients.link.BadAnswerError": "BadResponseError",
     "scanrack.runtime.line.clients.link.UncertainError": "UnconfirmedMotionError",
     "scanrack.runtime.line.clients.probing.FoundController": "FoundDevice",
@@ -29,7 +39,7 @@ def renamed(module: str, name: str) -> object:
     new = RENAMED.get(f"{module}.{name}")
     if new is None:
         raise AttributeError(f"module {module!r} has no attribute {name!r}")
-    _warn(name, new)
+    _warn(name, new, frames=2)  # this function and `__getattr__`
     return getattr(sys.modules[module], new)
 
 
@@ -42,9 +52,9 @@ class OldName:
     def __get__(self, instance: object, owner: type) -> Any:
         if instance is None:
             return self
-        _warn(self._old, self._new)
+        _warn(self._old, self._new, frames=1)
         return getattr(instance, self._new)
 
 
-def _warn(old: str, new: str) -> None:
-    warnings.warn(f"{old} is now {new}", DeprecationWarning, stacklevel=3)
+def _warn(old: str, new: str, frames: int) -> None:
+    warnings.warn(f"{old} is now {new}", DeprecationWarning, stacklevel=2 + frames)

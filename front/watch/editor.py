@@ -23,7 +23,7 @@ from os.path import realpath
 from pathlib import Path
 from typing import NamedTuple
 
-from ..jobs.load.loading import Job, load_job
+from ..jobs.load.loading import LoadedRack, load_job
 from ..jobs.prove.serving.effects import Group, effects_of
 from ..jobs.record.editions import Edition, Editions, edition_of, folders_of, forget
 from ..jobs.run.running import JobRun
@@ -60,7 +60,7 @@ class Editor:
 
     def __init__(
         self,
-        job: Job,
+        job: LoadedRack,
         rack: str,
         run: JobRun,
         editions: Editions,
@@ -72,7 +72,7 @@ class Editor:
         self._hand_over, self._tell, self._manner = hand_over, tell, manner
         self._asked: deque[tuple[Source | Draft, Reply]] = deque()
         self._folders: set[Path] = set()  # of copies that were loaded
-        self._known: tuple[int, Job, list[Json]] | None = None
+        self._known: tuple[int, LoadedRack, list[Json]] | None = None
         self._ending, self._wake = threading.Event(), threading.Event()
         self._wanted = False
         self._restart = ""
@@ -143,7 +143,7 @@ class Editor:
             return lambda: self._tell({"mistake": mistake})
         return lambda: self._order(edition, job, restart)
 
-    def _order(self, edition: Edition, job: Job, restart: str) -> Edit | None:
+    def _order(self, edition: Edition, job: LoadedRack, restart: str) -> Edit | None:
         """Return the order that continues with a program; None if it already runs."""
         number = self._run.program.edits + 1
         if edition.files == self._editions[number - 1].files and not restart:
@@ -158,7 +158,7 @@ class Editor:
         self._editions.keep(number, edition, job)
         return Edit(number, edition.program, restart)
 
-    def _loaded(self) -> Job:
+    def _loaded(self) -> LoadedRack:
         """Load the program from the disk; ValueError if it can't be used."""
         forget([self._job.program.parent.resolve(), *self._folders])
         job = load_job(self._rack)
@@ -166,7 +166,7 @@ class Editor:
             raise ValueError(f"{job.program}: another program needs a new session")
         return job
 
-    def _usable(self, job: Job, restart: str) -> Job:
+    def _usable(self, job: LoadedRack, restart: str) -> LoadedRack:
         """Compile a program; ValueError if it can't be used."""
         if isinstance(job.logic, LadderLogic) is (self._run.program.debugger is None):
             raise ValueError(f"{job.program}: a program of another kind needs a new session")
@@ -243,7 +243,7 @@ class Editor:
 
         self._hand_over(tell)
 
-    def _previewed(self, text: str, restart: str, load: Callable[[], Job]) -> Callable[[], Json]:
+    def _previewed(self, text: str, restart: str, load: Callable[[], LoadedRack]) -> Callable[[], Json]:
         """Load an edited text; return what previews it between two scans."""
         program, texts = self._job.program, (self._running_text(), text)
         try:
@@ -263,7 +263,7 @@ class Editor:
 
         return shown
 
-    def _of_text(self, text: str) -> Job:
+    def _of_text(self, text: str) -> LoadedRack:
         """Load the running files with another text of the program, from a copy of them."""
         edition = self._running
         files = {**edition.files, program_name(self._job): text.encode()}
@@ -286,7 +286,7 @@ class Editor:
         with self._job.program.open(encoding="utf-8", newline="") as file:
             return file.read()
 
-    def _known_version(self) -> tuple[Job, list[Json]]:
+    def _known_version(self) -> tuple[LoadedRack, list[Json]]:
         """Return the program that runs, loaded again, and its findings."""
         number = self._run.program.edits
         if self._known is None or self._known[0] != number:
@@ -299,7 +299,7 @@ TYPED_SUFFIXES = (".rung", ".st", ".py")
 """Suffixes of programs that a page edits."""
 
 
-def _effects(running: Job, edited: Job) -> tuple[Group, ...]:
+def _effects(running: LoadedRack, edited: LoadedRack) -> tuple[Group, ...]:
     """Return what an edit of rungs can change."""
     if not isinstance(running.logic, LadderLogic) or not isinstance(edited.logic, LadderLogic):
         return ()

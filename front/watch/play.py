@@ -18,7 +18,7 @@ from contextlib import ExitStack
 from importlib.metadata import version
 from pathlib import Path
 
-from ..jobs.load.loading import Job
+from ..jobs.load.loading import LoadedRack
 from ..jobs.record.editions import Editions, edition_of
 from ..jobs.record.order_repeater import RecordedOrder
 from ..jobs.run.running import JobRun, RunOptions
@@ -57,7 +57,7 @@ def listen(port: int) -> socket.socket:
         raise ValueError(f"--port {port}: {text}: choose another one, or none for a free one") from error
 
 
-def watch_job(job: Job, wanted: WatchOptions) -> int:
+def watch_job(job: LoadedRack, wanted: WatchOptions) -> int:
     """Run a job in a session for pages; return the exit status."""
     with ExitStack() as stack:
         try:
@@ -92,7 +92,7 @@ class Play:
         self._next: PreparedRun | None = None
         self._services: TagServices | None = None
 
-    def play(self, job: Job) -> int:
+    def play(self, job: LoadedRack) -> int:
         """Play the session and its branches; return the exit status."""
         try:
             self._open_services(job)
@@ -107,13 +107,13 @@ class Play:
             complain(each)
         return self.go_on(job)
 
-    def _open_services(self, job: Job) -> None:
+    def _open_services(self, job: LoadedRack) -> None:
         """Open the ports for clients of tags; ValueError if one can't be used."""
         wanted = self._wanted
         self._services = TagServices(job, wanted.servers, complain, writes=not wanted.read_only)
         self._stack.callback(self._services.end)
 
-    def go_on(self, job: Job) -> int:
+    def go_on(self, job: LoadedRack) -> int:
         """Play the prepared run and its branches; return the exit status."""
         status = DONE
         while self._next is not None:
@@ -125,7 +125,7 @@ class Play:
             return complain("a helper process has never begun: its error stands above", NO_HELPER)
         return status
 
-    def _first(self, job: Job) -> PreparedRun:
+    def _first(self, job: LoadedRack) -> PreparedRun:
         """Prepare the session.
 
         Raises:
@@ -199,7 +199,7 @@ class Play:
             return _free(self._folder / "session.mcap")
         return kept if start.orders is None else _free(kept.with_name(f"{kept.stem}-{start.scan}.mcap"))
 
-    def _session(self, prepared: PreparedRun, job: Job) -> Session:
+    def _session(self, prepared: PreparedRun, job: LoadedRack) -> Session:
         run, start, pacer, wanted = prepared.run, prepared.start, prepared.pacer, self._wanted
         figures = MachineFigures(run.rack)
         if self._ring is None:
@@ -263,7 +263,7 @@ class Play:
 
         session.attend = attend_all
 
-    def _open(self, job: Job, ring: Ring, figures: MachineFigures, prepared: PreparedRun) -> None:
+    def _open(self, job: LoadedRack, ring: Ring, figures: MachineFigures, prepared: PreparedRun) -> None:
         """Print the link, and start the monitor."""
         wanted = self._wanted
         key, port = self._key or secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
@@ -327,7 +327,7 @@ def _free(path: Path) -> Path:
     return tried
 
 
-def _notes(run: JobRun, job: Job, ring: Ring, tap: Tap) -> Notes:
+def _notes(run: JobRun, job: LoadedRack, ring: Ring, tap: Tap) -> Notes:
     """Return the sender of the program's values to the monitor."""
     if run.program.debugger is not None:
         return LadderNotes(run.program.debugger, ring.snapshots)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import parse_qs, quote
 
-from ..jobs.load.loading import Job
+from ..jobs.load.loading import LoadedRack
 from ..jobs.record.editions import Editions, edition_of, editions_of, edits_of
 from ..jobs.record.order_repeater import is_session, lost_edits, orders_of
 from ..jobs.trust.attachments import job_of, spec_of
@@ -149,7 +149,7 @@ class OpenedRecording:
     def __init__(self, trace: Trace, place: TracePlace, folder: Path, *, trust: bool) -> None:
         self._trace, self._place = trace, place
         self._edits = edits_of(trace)
-        self.job: Job | None = None
+        self.job: LoadedRack | None = None
         self._editions: Editions | None = None
         try:
             self.job = job_of(trace, folder / "files", trust=trust)

@@ -13,7 +13,7 @@ from ...traces.read.columns import Columns
 from ...traces.read.reader import Trace
 from ...traces.read.snapshots import snapshots_of
 from ...traces.replay import PackedTrace
-from ..load.loading import Job
+from ..load.loading import LoadedRack
 from ..record.editions import editions_of
 from ..record.order_repeater import orders_of
 from ..replay.replaying import edit_notes, score_of
@@ -101,7 +101,7 @@ def _of_images(
 
 def _of_ladder(
     recording: PackedTrace,
-    job: Job,
+    job: LoadedRack,
     what: str | None,
     moment: ScanChoice,
     deep: bool,
@@ -166,7 +166,7 @@ def _asked(
     scans, row = why.recording, why.row
     text, chain = (text, None) if what is None else why.of(what, deep=deep)
     lines = tuple(dict.fromkeys([*why.lines, *(_lines(chain, why.load) if chain else ())]))
-    remedies = None if what is None or want is None else why.what_would(what, want)
+    remedies = None if what is None or want is None else why.suggest_inputs(what, want)
     return TraceAnswer(scans.numbers[row], scans.times[row], text, tuple(notes), lines, chain, remedies)
 
 

@@ -13,7 +13,7 @@ from ...ladder.debug import Debugger
 from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import ScanLogic
-from ..load.loading import Job, load_job
+from ..load.loading import LoadedRack, load_job
 from ..record.editions import Editions, edition_of
 from ..record.recording import recorder_for
 from ..record.sequence_watch import watching
@@ -29,7 +29,7 @@ class BenchObserver:
         """Return a context in which a program is loaded."""
         return nullcontext()
 
-    def listeners(self, job: Job, logic: ScanLogic) -> Iterable[ScanListener]:
+    def listeners(self, job: LoadedRack, logic: ScanLogic) -> Iterable[ScanListener]:
         """Return further listeners of a bench."""
         return ()
 
@@ -60,7 +60,7 @@ def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: b
     )
 
 
-def loading(job: Job, rack: str, program: str | None = None) -> Load | None:
+def loading(job: LoadedRack, rack: str, program: str | None = None) -> Load | None:
     """Return the loader of a job's Python program; None for a ladder program, which has a debugger.
 
     Args:
@@ -81,7 +81,7 @@ def with_edits(load: Load, editions: Editions) -> Load:
 
 
 def bench_of(
-    job: Job, record: Path | None = None, *, watched: bool = False, load: Load | None = None
+    job: LoadedRack, record: Path | None = None, *, watched: bool = False, load: Load | None = None
 ) -> Bench:
     """Put a loaded job on a bench, see `open_bench`; `load` reloads its program for `why`."""
     recorders: list[ScanListener] = []

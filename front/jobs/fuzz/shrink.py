@@ -26,7 +26,7 @@ from ...io_images.amci3601.firmware import KNOWN
 from ...runtime.loop.incidents import InjectedFault
 from .run import BrokenInvariant
 from .scenarios.parts import Lasting, Part, Timed, parts_of, scenario_of
-from .scenarios.scenario import LostSteps, Press, Scenario, Shift, Signal, Turn
+from .scenarios.scenario import LostSteps, Press, Scenario, Signal, SwitchOffset, Turn
 
 Inputs = Mapping[int, Sequence[InputBit]]
 """Inputs by slot number, those that are simpler to press first."""
@@ -133,7 +133,7 @@ def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
         yield from (replace(part, late_words=each) for each in fewer)
     if isinstance(part, LostSteps):
         yield from (replace(part, at=at) for at in rounder(part.at))
-    if isinstance(part, LostSteps | Shift):
+    if isinstance(part, LostSteps | SwitchOffset):
         yield from (replace(part, steps=steps) for steps in rounder(part.steps) if steps)
     if isinstance(part, tuple):  # a slot and its firmware
         slot, version = part

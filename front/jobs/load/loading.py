@@ -50,7 +50,7 @@ RACK_FUNCTION = "rack"
 
 
 @dataclass(frozen=True, slots=True)
-class Job:
+class LoadedRack:
     """A rack and its program, ready to run."""
 
     spec: RackSpec
@@ -63,7 +63,7 @@ class Job:
     notices: tuple[str, ...] = ()  # differences of program and rack from an export, a sentence for each
     world: World | None = None  # the racks that run beside it
     forces: Mapping[str, bool | int | float] = field(default_factory=dict)  # of an export, by address
-    tested: Job | None = None  # the job whose program a test routine was added to
+    tested: LoadedRack | None = None  # the job whose program a test routine was added to
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -87,7 +87,7 @@ class Job:
         return self.rack_file.parent
 
 
-def load_job(rack: str, program: str | None = None, world: World | None = None) -> Job:
+def load_job(rack: str, program: str | None = None, world: World | None = None) -> LoadedRack:
     """Load a rack and its program.
 
     Args:
@@ -114,11 +114,11 @@ def load_job(rack: str, program: str | None = None, world: World | None = None) 
     return _with_object(place, spec.program, path)
 
 
-def _load_beside(path: Path, world: World) -> Job:
+def _load_beside(path: Path, world: World) -> LoadedRack:
     return load_job(str(path), world=world)
 
 
-def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None = None) -> Job:
+def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None = None) -> LoadedRack:
     """Load a rack for `run`, `open_bench` and the like.
 
     Args:
@@ -138,7 +138,7 @@ def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None 
     return _with_object(place, program, None)
 
 
-def _with_object(place: _RackPlace, program: Callable[..., Any], file: Path | None) -> Job:
+def _with_object(place: _RackPlace, program: Callable[..., Any], file: Path | None) -> LoadedRack:
     """Return the job of a program that is an object of this process.
 
     Args:
@@ -179,7 +179,7 @@ def _source_file(program: Callable[..., Any]) -> Path:
         ) from error
 
 
-def with_tags(job: Job, patterns: Sequence[str]) -> Job:
+def with_tags(job: LoadedRack, patterns: Sequence[str]) -> LoadedRack:
     """Return a job that records further tags."""
     return replace(job, spec=job.spec.model_copy(update={"tags": (*job.spec.tags, *patterns)}))
 
@@ -247,7 +247,7 @@ def _rack_path(rack: str) -> Path:
     return path
 
 
-def forces_to_hold(job: Job, wanted: bool) -> tuple[Force, ...]:
+def forces_to_hold(job: LoadedRack, wanted: bool) -> tuple[Force, ...]:
     """Return the orders that hold the forces of an export; none if they are not wanted.
 
     Raises:
@@ -305,7 +305,7 @@ class _RackPlace:
         return RackFileError(f"{self.path}: {key if below is None else f'{key}.{below}'}: {error}")
 
 
-def _loaded(place: _RackPlace, load: Callable[[Stubs], LoadedProgram], *, own: bool = True) -> Job:
+def _loaded(place: _RackPlace, load: Callable[[Stubs], LoadedProgram], *, own: bool = True) -> LoadedRack:
     """Return the job of a program that takes the stubs, the cards and the axes of its rack.
 
     Args:
@@ -410,11 +410,11 @@ def _rack_name(rack: str) -> str:
     return Path(path).name if rack_form(Path(path)) is Form.DATA else f"{Path(path).name}:{name}"
 
 
-def _job(place: _RackPlace, program: LoadedProgram) -> Job:
+def _job(place: _RackPlace, program: LoadedProgram) -> LoadedRack:
     name, spec = f"{program.path.name}:{program.name}", place.spec
     notices = (*program.notices, *_other_modules(spec, program))
     rack = _rack_name(place.rack)
-    return Job(
+    return LoadedRack(
         *(spec, program.function, name, program.path, place.path, rack),
         notices=notices,
         world=place.world,

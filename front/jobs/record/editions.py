@@ -21,7 +21,7 @@ from ...runtime.live.operator_actions import AppliedAction
 from ...traces.format.topics import ORDERS
 from ...traces.read.reader import Trace
 from ...traces.write.recorder import Attachment
-from ..load.loading import Job, load_job
+from ..load.loading import LoadedRack, load_job
 from ..load.retaining import retaining
 from ..trust.attachments import (
     RETAINED,
@@ -58,7 +58,7 @@ class Edition:
         )
 
 
-def edition_of(job: Job) -> Edition:
+def edition_of(job: LoadedRack) -> Edition:
     """Return the files of a job that was just loaded from the disk; OSError if one can't be read."""
     made, paths = made_by(job), files_of(job)
     files = {name: path.read_bytes() for name, path in paths.items()}
@@ -79,14 +79,14 @@ class Editions:
     ) -> None:
         self._folder, self._rack = folder, rack
         self._known: dict[int, Edition] = dict(known or {})
-        self._loaded: dict[int, Job] = {}
+        self._loaded: dict[int, LoadedRack] = {}
         self._used: set[Path] = set()
         self._copies: Path | None = None
 
     def __getitem__(self, number: int) -> Edition:
         return self._known[number]
 
-    def keep(self, number: int, edition: Edition, job: Job) -> None:
+    def keep(self, number: int, edition: Edition, job: LoadedRack) -> None:
         """Add a loaded program; it replaces one with the same number."""
         self._known[number], self._loaded[number] = edition, job
         self.follow(job)
@@ -100,7 +100,7 @@ class Editions:
         """Whether there is more than the first program."""
         return any(self._known)
 
-    def again(self, number: int) -> Job:
+    def again(self, number: int) -> LoadedRack:
         """Return a program in its initial state from copies of its files, in a folder of our own.
 
         Raises:
@@ -112,7 +112,7 @@ class Editions:
             self._copies = Path(holder.name)
         return Editions(self._copies, None, self._known).job(number)
 
-    def follow(self, job: Job) -> None:
+    def follow(self, job: LoadedRack) -> None:
         """Note a loaded program: its modules are dropped when another one is loaded."""
         self._used |= folders_of(job)
 
@@ -127,7 +127,7 @@ class Editions:
         branch._used = set(self._used)
         return branch
 
-    def job(self, number: int) -> Job:
+    def job(self, number: int) -> LoadedRack:
         """Return a program in its initial state: the kept one, or a new load.
 
         Raises:
@@ -143,7 +143,7 @@ class Editions:
         self.follow(job)
         return job
 
-    def _load(self, edition: Edition) -> Job:
+    def _load(self, edition: Edition) -> LoadedRack:
         self.forget()
         if self._rack is not None and edition.is_on_disk:
             job = load_job(self._rack)
@@ -199,7 +199,7 @@ def _edit_behind(trace: Trace, number: int, offset: int) -> AppliedAction | None
 
 
 def editions_of(
-    trace: Trace, given: Iterable[AppliedAction], job: Job, folder: Path, *, trust: bool
+    trace: Trace, given: Iterable[AppliedAction], job: LoadedRack, folder: Path, *, trust: bool
 ) -> Editions:
     """Return the programs of a recorded session that may be used.
 
@@ -243,7 +243,7 @@ def forget(folders: Iterable[Path]) -> None:
         forget_imported(folder)
 
 
-def folders_of(job: Job) -> set[Path]:
+def folders_of(job: LoadedRack) -> set[Path]:
     """Return the folders in which a job's Python finds modules."""
     stubs = {(job.folder / each).parent.resolve() for each in job.stub_files}
     return {job.rack_file.parent.resolve(), job.program.parent.resolve(), *stubs}

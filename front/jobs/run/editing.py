@@ -18,7 +18,7 @@ from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import AttachedLogic, ScanLogic
 from ...traces.format.topics import ORDERS
 from ...traces.write.recorder import ScanRecorder
-from ..load.loading import Job
+from ..load.loading import LoadedRack
 from ..load.rungs import is_rungs
 from ..record.sequence_watch import WatchesSequences, sequences_in
 
@@ -136,7 +136,7 @@ class RunProgram:
         cpu.announce(Event(at_ns, "edit", name, text, {**tags}))
         self.on_edit(ProgramEdit(order.number, at_ns, name, text, tags))
 
-    def planned(self, cpu: Cpu, job: Job, restart: Sequence[str]) -> DescribedEdit:
+    def planned(self, cpu: Cpu, job: LoadedRack, restart: Sequence[str]) -> DescribedEdit:
         """Return what an edit with the program of a job would do; nothing changes.
 
         Raises:
@@ -161,7 +161,7 @@ class RunProgram:
         return both and bool(cpu.scan) and ALL not in restart
 
     def _take_over(
-        self, cpu: Cpu, job: Job, restart: Sequence[str]
+        self, cpu: Cpu, job: LoadedRack, restart: Sequence[str]
     ) -> tuple[str, str, Mapping[str, list[str]]]:
         """Continue with the program of a job; return its name, a sentence, and the tags concerned."""
         logic = job.logic

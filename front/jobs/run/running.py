@@ -20,7 +20,7 @@ from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.pace import FreeRun, Pacer
 from ...traces.write.recorder import ScanRecorder
 from ..load.building import build_cpu, build_rack
-from ..load.loading import Job
+from ..load.loading import LoadedRack
 from ..record.recording import recorder_for
 from ..record.sequence_watch import declared_axes, sequences_in, standing
 from .editing import RunProgram
@@ -69,7 +69,7 @@ class JobRun:
 
     Attributes:
         repeated: gives the orders of a recorded session; None without them.
-        stubs: the stubs in use, see `Job.stubs`.
+        stubs: the stubs in use, see `LoadedRack.stubs`.
         steps: the waits of the program's sequences at the end of the run, a sentence each; none after a
             fault.
 
@@ -81,7 +81,7 @@ class JobRun:
         OSError: the trace can't be written.
     """
 
-    def __init__(self, job: Job, ports: ExitStack, options: RunOptions = AS_IT_IS) -> None:
+    def __init__(self, job: LoadedRack, ports: ExitStack, options: RunOptions = AS_IT_IS) -> None:
         handled = options.handled or options.orders is not None or bool(options.forces)
         units = {unit.address: unit.make(job.folder) for unit in job.spec.unit}
         self.stubs = job.stubs
@@ -122,7 +122,7 @@ class JobRun:
             except ValueError as error:
                 options.warn(f"a force is not held: {error}")
 
-    def _recorder(self, job: Job, trace: Path, options: RunOptions, handled: bool) -> ScanRecorder:
+    def _recorder(self, job: LoadedRack, trace: Path, options: RunOptions, handled: bool) -> ScanRecorder:
         return recorder_for(
             job,
             self.rack,

@@ -25,7 +25,7 @@ from ...runtime.loop.events import Event
 from ...runtime.loop.listeners import QuietListener
 from ...runtime.loop.pace import RealTime
 from ...runtime.loop.scan import CpuMode, LogicScan
-from ..load.loading import Job, load_rack
+from ..load.loading import LoadedRack, load_rack
 
 CATALOG = "amci3601"
 SILENCE_MS = 500.0
@@ -120,7 +120,7 @@ class ServingPace(RealTime):
 @contextmanager
 def remote_job(
     rack: str | None, slot: int | None, silence_ms: float, *, whole: bool
-) -> Iterator[tuple[Job, ForeignPlc]]:
+) -> Iterator[tuple[LoadedRack, ForeignPlc]]:
     """Load a rack with a foreign PLC in place of its program.
 
     Args:

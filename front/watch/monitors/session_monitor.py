@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from typing_extensions import override
 
-from ...jobs.load.loading import Job, load_job
+from ...jobs.load.loading import LoadedRack, load_job
 from ...jobs.record.editions import folders_of, forget
 from ...jobs.trust.attachments import load_files
 from ...runtime.live.actions import InjectFault, Press, action_of, said_of
@@ -70,10 +70,10 @@ class Loader:
 
     def __init__(self, rack: str) -> None:
         self._rack = rack
-        self._jobs: dict[SessionProgram, Job] = {}
+        self._jobs: dict[SessionProgram, LoadedRack] = {}
         self._folders: set[Path] = set()
 
-    def job(self, ran: SessionProgram) -> Job:
+    def job(self, ran: SessionProgram) -> LoadedRack:
         """Load a program, once; ValueError if it can't be loaded."""
         if ran not in self._jobs:
             forget(self._folders)

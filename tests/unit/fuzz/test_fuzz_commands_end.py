@@ -3,7 +3,7 @@
 import pytest
 from scanrack.io_images.amci3601 import Configuration, InputBit
 from scanrack.jobs.fuzz import STANDARD, Scenario, TrialBench
-from scanrack.jobs.fuzz.laws.busy import RestMeter, axes_in
+from scanrack.jobs.fuzz.invariants.busy import RestMeter, axes_in
 from scanrack.ladder.python.axis3601 import Axis3601
 from scanrack.ladder.python.axis3601.evidence import Evidence
 from scanrack.ladder.python.sequences import Logic, dwell, sequence

@@ -11,7 +11,7 @@ from scanrack.commands import build
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
 from scanrack.jobs.fuzz import Press, Scenario, TrialBench
 from scanrack.jobs.fuzz.scenarios.drivescript import DriveScript, obstacle
-from scanrack.jobs.fuzz.scenarios.scenario import Shift
+from scanrack.jobs.fuzz.scenarios.scenario import SwitchOffset
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
 from typer.testing import CliRunner
@@ -90,7 +90,7 @@ PRESSED = Scenario(presses=(Press(1, InputBit.ESTOP, True, 400 * MS, 20 * MS),))
 WITHOUT_POWER = Scenario(incidents=(InjectedFault(500 * MS, FaultKind.POWER_CYCLE),))
 STOPPED = Scenario(incidents=(InjectedFault(480 * MS, FaultKind.PROGRAM_MODE, 0, 100 * MS),))
 FAILS = Scenario(presses=(Press(1, InputBit.CW_LIMIT, True, 480 * MS, 20 * MS),))
-NEARER = Scenario(shifts=(Shift(1, -200),))
+NEARER = Scenario(shifts=(SwitchOffset(1, -200),))
 OPEN = Scenario(incidents=(InjectedFault(500 * MS, FaultKind.LINE_DOWN, 1, 200 * MS),))
 LOST = Scenario(incidents=(InjectedFault(480 * MS, FaultKind.REPLIES_LOST),))
 DAMAGED = Scenario(incidents=(InjectedFault(480 * MS, FaultKind.REPLIES_DAMAGED),))

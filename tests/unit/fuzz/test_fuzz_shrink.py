@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.jobs.fuzz import BrokenInvariant, Counterexample, Press, Scenario
-from scanrack.jobs.fuzz.scenarios.scenario import LostSteps, Shift
+from scanrack.jobs.fuzz.scenarios.scenario import LostSteps, SwitchOffset
 from scanrack.jobs.fuzz.shrink import digits, parts_of, rounder, scenario_of, simpler_parts, smallest
 from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
 
@@ -35,7 +35,7 @@ def test_of_eleven_parts_the_two_that_suffice_are_left():
             InjectedFault(300 * MS, FaultKind.POWER_CYCLE, 1),
             InjectedFault(500 * MS, FaultKind.LINK_LOST, 1),
         ),
-        shifts=(Shift(1, 200),),
+        shifts=(SwitchOffset(1, 200),),
         lost=(LostSteps(1, 4000, 5),),
     )
     assert base.size == 11

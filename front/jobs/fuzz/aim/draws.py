@@ -31,7 +31,16 @@ from ..scenarios.kinds import (
 )
 from ..scenarios.panel import PanelTag
 from ..scenarios.parts import Lasting, Timed, parts_of, scenario_of, timed_parts, with_part
-from ..scenarios.scenario import LostSteps, OperatorAction, Push, Scenario, Shift, Signal, Tear, Turn
+from ..scenarios.scenario import (
+    ContactPress,
+    LostSteps,
+    OperatorAction,
+    Scenario,
+    Signal,
+    SwitchOffset,
+    TornUpdate,
+    Turn,
+)
 from ..scenarios.tearing import Rung
 from .contacts import Contact, Contacts
 from .edges import INPUTS, NEAR, NO_EDGES, Edges
@@ -177,7 +186,7 @@ class Draws:
     def _pressed_again(self, part: Contact, at: int) -> Contact:
         """Return the same press in another scan, of any axis that has this input."""
         at_ns = at * self.scan_ns
-        if isinstance(part, Push):
+        if isinstance(part, ContactPress):
             return replace(part, at_ns=at_ns)
         return replace(part, at_ns=at_ns, slot=self._random.choice(self._numbers))
 
@@ -370,13 +379,13 @@ class Draws:
             slot, late = random.choice(slots), random.sample(range(WORDS), random.randint(1, WORDS // 2))
         return InjectedFault(at * self.scan_ns, FaultKind.TORN_UPDATE, slot, 0, tuple(sorted(late)))
 
-    def _tear(self, at: int, edges: Edges) -> Tear:
+    def _tear(self, at: int, edges: Edges) -> TornUpdate:
         """Return a tear, most often in the scan before one that sees another input."""
         random = self._random
         if random.random() < BEFORE_INPUTS and (seen := edges.one_of(random, INPUTS)):
             at = seen - 1
         routine, rung = random.choice(self._rungs[1:])  # before the first one they are only late
-        return Tear(routine, rung, at * self.scan_ns)
+        return TornUpdate(routine, rung, at * self.scan_ns)
 
     def _line(self, at: int, edges: Edges) -> InjectedFault:
         """Return a lost or damaged reply, several in a row, an open line, or a controller without power."""
@@ -411,7 +420,7 @@ class Draws:
         return replace(scenario, firmware=tuple((slot, version) for slot in slots))
 
     def _shifted(self, scenario: Scenario) -> Scenario:
-        shift = Shift(self._random.choice(self._numbers), self._random.choice(STEPS))
+        shift = SwitchOffset(self._random.choice(self._numbers), self._random.choice(STEPS))
         return replace(scenario, shifts=(shift,))
 
     def _slipped(self, scenario: Scenario) -> Scenario:

@@ -16,7 +16,7 @@ from ....runtime.loop.incidents import FaultKind, InjectedFault
 from ....runtime.modules.record import Trait
 from ..scenarios.kinds import Kind, buttons, card_buttons, sensors, with_trait
 from ..scenarios.parts import Timed, with_part
-from ..scenarios.scenario import Press, Push, Scenario, Tear
+from ..scenarios.scenario import ContactPress, Press, Scenario, TornUpdate
 from ..scenarios.tearing import Rung
 from .corpus import Corpus, Entry
 from .edges import BEGINNING, INPUTS, THIN, TOGETHER
@@ -108,7 +108,7 @@ class Sweep:
             self._corpus.swept.update(changes)
             scans = sorted({scan - 1 for each in fresh for scan in each[:MOST_TORN] if scan > BEGINNING})
             for routine, rung in self._some_rungs() if scans else ():
-                tears = tuple(Tear(routine, rung, scan * self._spec.scan_ns) for scan in scans)
+                tears = tuple(TornUpdate(routine, rung, scan * self._spec.scan_ns) for scan in scans)
                 torn = replace(entry.scenario, tears=(*entry.scenario.tears, *tears))
                 yield (group, routine, rung), torn
 
@@ -134,4 +134,4 @@ class Sweep:
                         short = bit in buttons(slot) and self._random.random() < 0.5
                         yield Press(slot.number, bit, True, at_ns, SHORT_MS * 1_000_000 if short else for_ns)
             for number, name in card_buttons(self._spec):
-                yield Push(number, name, at_ns, for_ns)
+                yield ContactPress(number, name, at_ns, for_ns)

@@ -14,7 +14,7 @@ from ....runtime.config.rackspec import RackSpec
 from ....runtime.live.actions import InjectFault, Mode, Press
 from ....runtime.loop.incidents import FaultKind, InjectedFault
 from ...record.order_repeater import RecordedOrder
-from .scenario import Push, Scenario
+from .scenario import ContactPress, Scenario
 
 
 def with_orders(scenario: Scenario, given: Sequence[RecordedOrder], spec: RackSpec, end_ns: int) -> Scenario:
@@ -50,7 +50,7 @@ def _turns(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Itera
         yield InjectedFault(since, FaultKind.PROGRAM_MODE, 0)
 
 
-def _pushes(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[Push]:
+def _pushes(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[ContactPress]:
     """Yield the periods in which a contact of a card was operated."""
     cards = [slot for slot in spec.slot if "input" in slot.words.groups]
     closed = {slot.number: slot.options.get("normally_closed", ()) for slot in cards}
@@ -64,4 +64,4 @@ def _pushes(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iter
         ends = [at_ns for at_ns, _operated in changes[1:]] + [end_ns]
         for (at_ns, operated), until_ns in zip(changes, ends, strict=True):
             if operated and until_ns > at_ns:
-                yield Push(slot, name, at_ns, until_ns - at_ns)
+                yield ContactPress(slot, name, at_ns, until_ns - at_ns)

@@ -7,7 +7,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from ....runtime.loop.incidents import InjectedFault
-from .scenario import OperatorAction, Press, Push, Scenario, Signal, Tear, Turn
+from .scenario import ContactPress, OperatorAction, Press, Scenario, Signal, TornUpdate, Turn
 
 Part = tuple[str, Any]
 """A part of a scenario: its field, and itself."""
@@ -16,19 +16,19 @@ FIELDS = tuple(each.name for each in fields(Scenario))
 
 TIMED = {
     Press: "presses",
-    Push: "pushes",
+    ContactPress: "pushes",
     Signal: "signals",
     Turn: "turns",
     InjectedFault: "incidents",
-    Tear: "tears",
+    TornUpdate: "tears",
     OperatorAction: "orders",
 }
 """Fields of the parts with an instant."""
 
-Lasting = Press | Push | Signal | Turn | InjectedFault
+Lasting = Press | ContactPress | Signal | Turn | InjectedFault
 """A part with an instant and a duration."""
 
-Timed = Lasting | Tear | OperatorAction
+Timed = Lasting | TornUpdate | OperatorAction
 """A part with an instant."""
 
 

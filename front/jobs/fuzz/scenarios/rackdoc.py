@@ -17,7 +17,7 @@ from ....runtime.loop.incidents import InjectedFault
 from ....runtime.machine import MasterTurn, TimelineEntry
 from ....runtime.machine.spec import input_name
 from ....traces.files.portable import relative
-from .scenario import Push, Scenario, entries_of, in_succession, signal_entries
+from .scenario import ContactPress, Scenario, entries_of, in_succession, signal_entries
 
 Table = dict[str, Any]
 
@@ -113,7 +113,7 @@ def _entry(entry: TimelineEntry) -> Table:
     return {"at_ms": _ms(entry.at_ns), "input": input_name(entry.input), "energised": level}
 
 
-def _push(push: Push) -> Table:
+def _push(push: ContactPress) -> Table:
     return {"at_ms": _ms(push.at_ns), "input": push.input, "for_ms": _ms(push.for_ns)}
 
 

@@ -70,7 +70,7 @@ class Press(Part):
 
 
 @dataclass(frozen=True, slots=True)
-class Push(Part):
+class ContactPress(Part):
     """A contact of a card is operated for a time: a button, a selector switch."""
 
     input: StrictStr
@@ -98,7 +98,7 @@ class Turn(Part):
 
 
 @dataclass(frozen=True, slots=True)
-class Shift(Part):
+class SwitchOffset(Part):
     """A machine whose switches are displaced from the drawing."""
 
     steps: StrictInt
@@ -113,7 +113,7 @@ class LostSteps(Part):
 
 
 @dataclass(frozen=True, slots=True)
-class Tear:
+class TornUpdate:
     """An exchange within a scan: from a rung on the program sees the next inputs.
 
     It is due before the next scan, or nothing happens; so it is where the routine does not come to the rung.
@@ -169,13 +169,13 @@ class Scenario:
     firmware: Versions = ()  # versions of modules, by slot number, if they differ from the rack file
     presses: tuple[Press, ...] = ()
     incidents: tuple[InjectedFault, ...] = ()
-    shifts: tuple[Shift, ...] = ()  # displaced switches
+    shifts: tuple[SwitchOffset, ...] = ()  # displaced switches
     lost: tuple[LostSteps, ...] = ()  # lost steps
-    pushes: tuple[Push, ...] = ()  # people's actions on the contacts of cards
+    pushes: tuple[ContactPress, ...] = ()  # people's actions on the contacts of cards
     signals: tuple[Signal, ...] = ()
     turns: tuple[Turn, ...] = ()  # of master encoders
     orders: Orders = ()  # an operator's, of a proof's scenario
-    tears: tuple[Tear, ...] = ()  # scans within which the inputs change
+    tears: tuple[TornUpdate, ...] = ()  # scans within which the inputs change
 
     def laid_over(self, spec: RackSpec) -> RackSpec:
         """Return a rack with this scenario added."""
@@ -301,7 +301,7 @@ def in_succession(own: Iterable[MasterTurn], turns: Iterable[Turn]) -> tuple[Mas
     return tuple(made)
 
 
-def push_entry(push: Push) -> dict[str, Any]:
+def push_entry(push: ContactPress) -> dict[str, Any]:
     """Return a push as a row of a card's timeline."""
     return {"at_ms": push.at_ns / 1e6, "input": push.input, "for_ms": push.for_ns / 1e6}
 

@@ -8,7 +8,7 @@ from ....io_images.times import seconds, time_text
 from ....runtime.live.actions import Action, Force, Mode, Unforce, Write
 from ....runtime.loop.incidents import FaultKind, InjectedFault
 from ....runtime.machine.spec import input_name
-from .scenario import Press, Push, Scenario, Signal, Tear, Turn
+from .scenario import ContactPress, Press, Scenario, Signal, TornUpdate, Turn
 
 HAPPENS = {
     FaultKind.POWER_CYCLE: "the power of slot {slot} goes and comes back",
@@ -62,7 +62,7 @@ def _press(press: Press) -> str:
     return f"input {input_name(press.input)} of slot {press.slot} is {level}{_for(press.for_ns)}"
 
 
-def _input(part: Push | Signal, state: str) -> str:
+def _input(part: ContactPress | Signal, state: str) -> str:
     return f"input {part.input} of slot {part.slot} is {state}{_for(part.for_ns)}"
 
 
@@ -79,7 +79,7 @@ def _incident(incident: InjectedFault) -> str:
     return text + _for(incident.for_ns)
 
 
-def _tear(tear: Tear) -> str:
+def _tear(tear: TornUpdate) -> str:
     return f"new inputs come in the middle of the scan, before rung {tear.rung} of {tear.routine}"
 
 

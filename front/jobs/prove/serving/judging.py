@@ -14,7 +14,7 @@ from ....ladder.model.errors import LadderError
 from ...check import FileLine, Judgement
 from ...check.facts import Facts, Touch
 from ...check.rungs.values import BY_PEOPLE
-from ...load.loading import Job
+from ...load.loading import LoadedRack
 
 MOST_LINES = 400
 """Rungs and statements of a program up to which it is asked."""
@@ -33,7 +33,7 @@ RULES: Mapping[str, str] = {
 """Rules of `check` by the questions of a proof."""
 
 
-def verdicts(job: Job, facts: Facts) -> Iterator[Judgement]:
+def verdicts(job: LoadedRack, facts: Facts) -> Iterator[Judgement]:
     """Yield what proofs find in the lines that the user has written; nothing without the solver.
 
     Args:

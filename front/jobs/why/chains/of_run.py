@@ -5,7 +5,7 @@ from __future__ import annotations
 from ....ladder import LadderLogic
 from ....ladder.debug import CauseLink, Debugger
 from ....traces.replay import PackedTrace
-from ...load.loading import Job
+from ...load.loading import LoadedRack
 from ...replay.replaying import score_of
 from ...replay.tag_orders import TagOrders
 from ..answer import Why
@@ -16,7 +16,7 @@ from ..traced_run import Load
 
 def chain_of(
     recording: PackedTrace,
-    job: Job,
+    job: LoadedRack,
     what: str,
     row: int | None = None,
     *,

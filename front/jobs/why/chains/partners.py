@@ -12,13 +12,13 @@ from ....runtime.loop.faults import CpuFault
 from ....traces.replay import PackedTrace
 from ...load.beside import FromRack
 from ...load.building import build_cpu, build_rack
-from ...load.loading import Job, load_job
+from ...load.loading import LoadedRack, load_job
 from ..journal import Journal
 
 MOST_SCANS = 500_000
 """Most scans of the other rack: it runs again from its power-up."""
 
-Explain = Callable[[PackedTrace, Job, Debugger, str], CauseLink | None]
+Explain = Callable[[PackedTrace, LoadedRack, Debugger, str], CauseLink | None]
 """Returns the chain of a tag of a rack after the last scan of its recording."""
 
 
@@ -53,7 +53,7 @@ def chain_of_partner(
     return None if found is None else _named(found, source.rack.path.name, {})
 
 
-def _recorded(job: Job, debugger: Debugger, until_ns: int) -> PackedTrace | None:
+def _recorded(job: LoadedRack, debugger: Debugger, until_ns: int) -> PackedTrace | None:
     """Run a rack to the scans that begin before a time; None if there are none."""
     rack = build_rack(job.spec)
     journal = Journal(rack)

@@ -6,33 +6,33 @@ from dataclasses import replace
 
 from .busy import RestMeter
 from .invariants import Invariant, Watch, always, never
-from .scan_view import Moment
+from .scan_view import Snapshot
 
 
-def _any_slot(now: Moment, bit: str) -> bool:
+def _any_slot(now: Snapshot, bit: str) -> bool:
     return any(getattr(slot.status, bit) for slot in now.slot.values())
 
 
 @never
-def command_error(now: Moment) -> bool:
+def command_error(now: Snapshot) -> bool:
     """No command of the program is refused: COMMAND_ERROR is never set."""
     return _any_slot(now, "COMMAND_ERROR")
 
 
 @never
-def invalid_profile(now: Moment) -> bool:
+def invalid_profile(now: Snapshot) -> bool:
     """No move of the program has a profile the module refuses: INVALID_PROFILE is never set."""
     return _any_slot(now, "INVALID_PROFILE")
 
 
 @never
-def home_invalid(now: Moment) -> bool:
+def home_invalid(now: Snapshot) -> bool:
     """No homing of the program is refused: HOME_INVALID is never set."""
     return _any_slot(now, "HOME_INVALID")
 
 
 @always
-def one_motion(now: Moment) -> bool:
+def one_motion(now: Snapshot) -> bool:
     """Never two motion commands at once."""
     return all(slot.motions <= 1 for slot in now.slot.values())
 
@@ -40,7 +40,7 @@ def one_motion(now: Moment) -> bool:
 def _commands_end() -> Watch:
     rests: list[RestMeter] = []
 
-    def watch(now: Moment) -> str | None:
+    def watch(now: Snapshot) -> str | None:
         if not rests or now.resting:  # the axes begin anew when the PLC runs again
             rests[:] = [RestMeter(now.axes)]
         return rests[0].too_long(now.ns, linked=all(slot.linked for slot in now.slot.values()))

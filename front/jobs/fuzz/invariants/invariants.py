@@ -1,4 +1,4 @@
-"""Invariants: conditions of every scan of every run, as small functions of a moment."""
+"""Invariants: conditions of every scan of every run, as small functions of a snapshot."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from typing import Any
 from ....io_images.annotations import signature_of
 from ....io_images.times import parse_duration, time_text
 from ...load.modules_beside import find_beside
-from .scan_view import Moment
+from .scan_view import Snapshot
 
-Condition = Callable[[Moment], Any]
-"""A condition of a moment; its answer counts as true or false."""
+Condition = Callable[[Snapshot], Any]
+"""A condition of a snapshot; its answer counts as true or false."""
 
-Watch = Callable[[Moment], str | None]
+Watch = Callable[[Snapshot], str | None]
 """Checks every scan of one run; returns the violation, or None.
 
 Attributes that a watch may have: `applied`, whether it had something to check; `waiting`, whether its clock
@@ -94,7 +94,7 @@ class _Eventually:
         self.origin_scan = 0
         self.applied = False
 
-    def __call__(self, now: Moment) -> str | None:
+    def __call__(self, now: Snapshot) -> str | None:
         step_ns, self._last_ns = now.ns - self._last_ns, now.ns
         if answer(self._condition, now):
             self._since_ns = None
@@ -113,7 +113,7 @@ class _Eventually:
         """Whether the clock runs."""
         return self._since_ns is not None
 
-    def _start(self, now: Moment) -> None:
+    def _start(self, now: Snapshot) -> None:
         self._since_ns, self._paused_ns, self.origin_scan = now.ns, 0, now.scan
         self.applied = True
 
@@ -125,7 +125,7 @@ class _Eventually:
 def _single(condition: Condition, *, wanted: bool) -> Invariant:
     _check(condition)
 
-    def watch(now: Moment) -> str | None:
+    def watch(now: Snapshot) -> str | None:
         if bool(answer(condition, now)) is wanted:
             return None
         return f"it is {'false' if wanted else 'true'}"
@@ -134,7 +134,7 @@ def _single(condition: Condition, *, wanted: bool) -> Invariant:
 
 
 def _check(condition: Condition) -> None:
-    """Refuse a condition that does not accept a moment.
+    """Refuse a condition that does not accept a snapshot.
 
     Raises:
         InvariantError: it is not a function of one argument.
@@ -142,7 +142,7 @@ def _check(condition: Condition) -> None:
     try:
         signature_of(condition).bind(None)
     except TypeError as error:
-        raise InvariantError(f"{_name(condition)} has to take one argument, the moment: {error}") from None
+        raise InvariantError(f"{_name(condition)} has to take one argument, the snapshot: {error}") from None
 
 
 def _name(condition: Condition) -> str:
@@ -153,7 +153,7 @@ def _sentence(condition: Condition) -> str:
     return inspect.getdoc(condition) or _name(condition).replace("_", " ")
 
 
-def answer(condition: Condition, now: Moment) -> Any:
+def answer(condition: Condition, now: Snapshot) -> Any:
     """Evaluate a user's condition; an exception becomes an InvariantError with its place."""
     try:
         return condition(now)

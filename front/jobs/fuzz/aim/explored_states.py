@@ -21,20 +21,20 @@ MOST = 100_000
 """Largest number of states."""
 
 
-class Rests:
+class ExploredStates:
     """The states of one search, each with the first scan in which a run was in it."""
 
     def __init__(self) -> None:
         self._firsts: dict[bytes, int] = {}
 
-    def begin(self, scenario: Scenario, spec: RackSpec) -> Rester:
+    def begin(self, scenario: Scenario, spec: RackSpec) -> ExploredStateStop:
         """Return what ends the run of a scenario."""
         ends_ns = [_end_ns(part) for part in timed_parts(scenario)]
         whole = [part for _, part in parts_of(scenario) if not hasattr(part, "at_ns")]
-        return Rester(self._firsts, repr(whole), max(ends_ns, default=0) // spec.scan_ns + 2)
+        return ExploredStateStop(self._firsts, repr(whole), max(ends_ns, default=0) // spec.scan_ns + 2)
 
 
-class Rester:
+class ExploredStateStop:
     """Runs a CPU to its end, or to a state that is known.
 
     Args:

@@ -8,7 +8,7 @@ from functools import partial
 from ....ladder.prove.claims import ClaimKind
 from ....ladder.prove.monitors import MonitoredProgram, WatchedClaim
 from .invariants import Invariant, Watch
-from .scan_view import Moment
+from .scan_view import Snapshot
 
 
 def invariants_in(program: MonitoredProgram) -> Iterator[Invariant]:
@@ -25,7 +25,7 @@ def _watch(program: MonitoredProgram, asked: WatchedClaim) -> Watch:
     bits = [name for name, _ in (*program.assume, *asked.assume)]
     assumed = True
 
-    def watch(now: Moment) -> str | None:
+    def watch(now: Snapshot) -> str | None:
         nonlocal assumed
         assumed = assumed and all(now.tags[name] for name in bits)
         return "it is broken" if assumed and now.tags[asked.bit[0]] else None

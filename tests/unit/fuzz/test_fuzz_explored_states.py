@@ -2,9 +2,9 @@
 
 from scanrack.jobs.fuzz import Scenario, TrialBench, eventually, never
 from scanrack.jobs.fuzz.aim.edges import Edges
+from scanrack.jobs.fuzz.aim.explored_states import CALM, ExploredStates
 from scanrack.jobs.fuzz.aim.probe import Probe
-from scanrack.jobs.fuzz.aim.rests import CALM, Rests
-from scanrack.jobs.fuzz.scenarios.scenario import Push
+from scanrack.jobs.fuzz.scenarios.scenario import ContactPress
 from scanrack.runtime.config.rackspec import RackSpec
 
 MS = 1_000_000
@@ -31,13 +31,13 @@ def behind(press_ms):
 
 
 def run(rests, *presses_ms, asked=(), scans=LONG):
-    pushes = tuple(Push(1, "start", at * MS, 20 * MS) for at in presses_ms)
+    pushes = tuple(ContactPress(1, "start", at * MS, 20 * MS) for at in presses_ms)
     bench = TrialBench(SPEC, Counts, asked, scans)
     return bench.run(Scenario(pushes=pushes), probe=Probe(Edges()), rests=rests)
 
 
 def test_a_run_ends_where_another_has_been():
-    rests = Rests()
+    rests = ExploredStates()
     assert run(rests).scans == LONG, "nothing is known yet"
     assert run(rests, 100).scans == LONG, "a press has been counted"
     assert run(rests, 500).scans == behind(500) + CALM, "the run before has gone on from there"
@@ -47,7 +47,7 @@ def test_a_run_ends_where_another_has_been():
 
 
 def test_a_short_run_never_ends_early():
-    rests = Rests()
+    rests = ExploredStates()
     for _ in range(2):
         assert run(rests, scans=CALM).scans == CALM
 
@@ -57,7 +57,7 @@ def test_a_running_clock_goes_on():
     def comes(now):
         return False
 
-    rests = Rests()
+    rests = ExploredStates()
     for _ in range(2):
         assert run(rests, 100, asked=[comes]).scans == LONG
 
@@ -67,7 +67,7 @@ def test_what_has_broken_something_is_no_state_to_end_in():
     def late(now):
         return now.scan == LONG - 1
 
-    rests = Rests()
+    rests = ExploredStates()
     for _ in range(2):
         verdict = run(rests, asked=[late])
         assert verdict.broken is not None

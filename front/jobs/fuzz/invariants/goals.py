@@ -9,7 +9,7 @@ from typing import Any
 
 from ..aim.edges import SIZE, STATE
 from .invariants import Condition, Invariant, always, answer
-from .scan_view import Moment
+from .scan_view import Snapshot
 
 Note = Callable[[str, Hashable, int], None]
 """Notes a change: its group, kind and scan."""
@@ -22,24 +22,24 @@ def sometimes(condition: Condition) -> Invariant:
     `scanrack fuzz --strict` then ends with exit status 3.
 
     Raises:
-        InvariantError: the condition is not a function of one argument, the moment.
+        InvariantError: the condition is not a function of one argument, the snapshot.
     """
     return replace(always(condition), start=partial(Sometimes, condition), is_goal=True)
 
 
-def maximise(measure: Condition) -> Invariant:
+def maximize(measure: Condition) -> Invariant:
     """Make a number great: runs in which it grows by about a fifth are kept and varied.
 
     The summary has the greatest value. Integer tags and fields are followed anyway; this is for what is
     computed. Values below 1 do not count.
 
     Args:
-        measure: returns a number of the moment.
+        measure: returns a number of the snapshot.
 
     Raises:
-        InvariantError: the measure is not a function of one argument, the moment.
+        InvariantError: the measure is not a function of one argument, the snapshot.
     """
-    return replace(always(measure), start=partial(Greatest, measure), is_goal=True)
+    return replace(always(measure), start=partial(MaximumGoal, measure), is_goal=True)
 
 
 class Sometimes:
@@ -50,7 +50,7 @@ class Sometimes:
         self.applied = False
         self.note: Note | None = None
 
-    def __call__(self, now: Moment) -> None:
+    def __call__(self, now: Snapshot) -> None:
         """Note the first scan in which it is seen."""
         if not self.applied and answer(self._condition, now):
             self.applied = True
@@ -58,7 +58,7 @@ class Sometimes:
                 self.note(STATE, ("sometimes", str(self._condition.__name__), "seen"), now.scan)
 
 
-class Greatest:
+class MaximumGoal:
     """Watches a run for the greatest value of a number."""
 
     def __init__(self, measure: Condition) -> None:
@@ -72,7 +72,7 @@ class Greatest:
         """Whether there was a value."""
         return self.greatest is not None
 
-    def __call__(self, now: Moment) -> None:
+    def __call__(self, now: Snapshot) -> None:
         """Note a scan with a clearly greater value than before."""
         value: Any = answer(self._measure, now)
         if self.greatest is not None and value <= self.greatest:

@@ -17,7 +17,7 @@ NO_WORDS = Image().words
 """Words in force while the CPU sends nothing, and on a card, whose words are no commands."""
 
 
-class SlotMoment:
+class SlotSnapshot:
     """A module at the end of a scan.
 
     Attributes:
@@ -110,10 +110,10 @@ def _hex(image: Image) -> str:
     return " ".join(f"16#{word:04X}" for word in words)
 
 
-class Slots(dict[int, SlotMoment]):
+class Slots(dict[int, SlotSnapshot]):
     """The modules by slot number."""
 
-    def __missing__(self, number: object) -> SlotMoment:
+    def __missing__(self, number: object) -> SlotSnapshot:
         """Raise LookupError with the existing slots."""
         raise LookupError(f"no slot {number!r}: modules sit in {', '.join(map(str, self))}")
 
@@ -137,7 +137,7 @@ class ProgramState:
         raise AttributeError(f"the program has no {name}, only {', '.join(names) or 'tags'}")
 
 
-class Moment:
+class Snapshot:
     """The end of a scan; one object for a whole run, always at the latest scan.
 
     Attributes:
@@ -163,7 +163,7 @@ class Moment:
     ) -> None:
         self.scan = 0
         self.ns = 0
-        self.slot = Slots((number, SlotMoment(slot)) for number, slot in rack.slots.items())
+        self.slot = Slots((number, SlotSnapshot(slot)) for number, slot in rack.slots.items())
         self.tags = tags
         self.axes = axes
         self.state = state or ProgramState()
