@@ -17,6 +17,7 @@ RENAMED: Mapping[str, str] = {
     "scanrack.jobs.bench.bench.Bench.told": "events",
     "scanrack.jobs.bench.bench.Bench.what_would": "suggest_inputs",
     "scanrack.jobs.bench.slot.SlotBench.fail": "inject",
+    "scanrack.jobs.check.Judgement": "ProofFinding",
     "scanrack.jobs.fuzz.Moment": "Snapshot",
     "scanrack.jobs.fuzz.SlotMoment": "SlotSnapshot",
     "scanrack.jobs.fuzz.UnsteadyError": "NondeterministicError",

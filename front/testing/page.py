@@ -32,10 +32,10 @@ def page_line(trace: Path, shown: str, scan: int, tags: Sequence[str], run_s: fl
     """
     if scan >= MOST_SCANS or run_s > MOST_RUN_S:
         return f"scanrack share {shlex.quote(shown)}   # the page takes some seconds"
-    from ..watch.share.command import ShareWish, share  # imported late: half a second
+    from ..watch.share.command import ShareOptions, share  # imported late: half a second
 
     page = trace.with_suffix(".html")
-    wish = ShareWish(scan, before=SHOWN, most=SHOWN, others=0)
+    wish = ShareOptions(scan, before=SHOWN, most=SHOWN, others=0)
     try:
         share(trace, page, wish, trust=True, tags=tags if scan < WITH_ANSWERS else ())
     except Exception as error:  # a report is no place for a second failure

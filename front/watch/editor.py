@@ -8,7 +8,7 @@ A ladder program keeps the values of its tags, as in an online edit. A class of 
 and its sequences continue, see `ladder.python.online`; a Python function is loaded again. The page shows a
 mistake with its file and line, and the running program continues. A text that a page has edited is previewed,
 and saved only when the page takes it over; so is a saved file if the session wants previews.
-An edit is an order of its own, recorded with the program's files: see `jobs.record.editions`.
+An edit is an order of its own, recorded with the program's files: see `jobs.record.program_versions`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from typing import NamedTuple
 
 from ..jobs.load.loading import LoadedRack, load_job
 from ..jobs.prove.serving.effects import Group, effects_of
-from ..jobs.record.editions import Edition, Editions, edition_of, folders_of, forget
+from ..jobs.record.program_versions import ProgramVersion, ProgramVersions, folders_of, forget, version_of
 from ..jobs.run.running import JobRun
 from ..jobs.trust.attachments import load_files, program_name
 from ..ladder import LadderLogic
@@ -63,7 +63,7 @@ class Editor:
         job: LoadedRack,
         rack: str,
         run: JobRun,
-        editions: Editions,
+        editions: ProgramVersions,
         hand_over: Callable[[Takeover], None],
         tell: Callable[[Mapping[str, object]], None],
         manner: EditManner,
@@ -137,13 +137,13 @@ class Editor:
     def _takeover(self, restart: str) -> Takeover:
         try:
             job = self._usable(self._loaded(), restart)
-            edition = self._editions.with_copy(edition_of(job))
+            edition = self._editions.with_copy(version_of(job))
         except (ValueError, OSError) as error:
             mistake = mistake_of(error, self._job.program)
             return lambda: self._tell({"mistake": mistake})
         return lambda: self._order(edition, job, restart)
 
-    def _order(self, edition: Edition, job: LoadedRack, restart: str) -> Edit | None:
+    def _order(self, edition: ProgramVersion, job: LoadedRack, restart: str) -> Edit | None:
         """Return the order that continues with a program; None if it already runs."""
         number = self._run.program.edits + 1
         if edition.files == self._editions[number - 1].files and not restart:
@@ -275,7 +275,7 @@ class Editor:
         return job
 
     @property
-    def _running(self) -> Edition:
+    def _running(self) -> ProgramVersion:
         return self._editions[self._run.program.edits]
 
     def _running_text(self) -> str:

@@ -19,8 +19,8 @@ from importlib.metadata import version
 from pathlib import Path
 
 from ..jobs.load.loading import LoadedRack
-from ..jobs.record.editions import Editions, edition_of
 from ..jobs.record.order_repeater import RecordedOrder
+from ..jobs.record.program_versions import ProgramVersions, version_of
 from ..jobs.run.running import JobRun, RunOptions
 from ..jobs.run.servers.tag_service import TagServices
 from ..runtime.live.actions import Edit
@@ -38,7 +38,7 @@ from .editor import EditManner, Editor, Takeover
 from .history.watched_machines import PER_SLOT, MachineFigures
 from .history.watched_program import LadderNotes
 from .history.watched_python import PythonNotes
-from .keeper import Keeper
+from .monitor_supervisor import MonitorSupervisor
 from .monitors.monitor import SessionFacts
 from .monitors.session_monitor import Setup
 from .prepared_run import PreparedRun, Start, WatchOptions
@@ -87,7 +87,7 @@ class Play:
         self._wanted, self._listening, self._folder, self._stack = wanted, listening, folder, stack
         self._key = key
         self._ring: Ring | None = None
-        self._keeper: Keeper | None = None
+        self._supervisor: MonitorSupervisor | None = None
         self._inbox: PipeInbox | None = None
         self._next: PreparedRun | None = None
         self._services: TagServices | None = None
@@ -120,7 +120,7 @@ class Play:
             prepared, self._next = self._next, None
             with prepared.ports:
                 status = self._run(prepared, self._session(prepared, job))
-        lived = [each.end() for each in (self._keeper, self._services) if each is not None]
+        lived = [each.end() for each in (self._supervisor, self._services) if each is not None]
         if not all(lived) and status == DONE:
             return complain("a helper process has never begun: its error stands above", NO_HELPER)
         return status
@@ -132,11 +132,11 @@ class Play:
             ValueError: the job can't be run.
             OSError: the trace can't be written.
         """
-        editions = Editions(self._folder / "programs", self._wanted.rack)
-        editions.keep(0, editions.with_copy(edition_of(job)), job)
+        editions = ProgramVersions(self._folder / "programs", self._wanted.rack)
+        editions.keep(0, editions.with_copy(version_of(job)), job)
         return self._prepared(Start(paused=self._wanted.paused), editions)
 
-    def _prepared(self, start: Start, editions: Editions) -> PreparedRun:
+    def _prepared(self, start: Start, editions: ProgramVersions) -> PreparedRun:
         with ExitStack() as ports:
             if self._wanted.live:
                 for outcome in ports.enter_context(real_time()):  # before there are ports
@@ -170,7 +170,7 @@ class Play:
         self,
         scan: int,
         orders: Iterable[RecordedOrder],
-        editions: Editions,
+        editions: ProgramVersions,
         parent: Path,
         *,
         paused: bool = False,
@@ -212,8 +212,8 @@ class Play:
         hands = run.hands
         hands.given.extend(start.orders or ())
         session: Session
-        assert self._keeper is not None
-        programs = Announcer(run, prepared.editions, start.orders or (), tap.tell, self._keeper)
+        assert self._supervisor is not None
+        programs = Announcer(run, prepared.editions, start.orders or (), tap.tell, self._supervisor)
         run.program.on_edit = programs.tell_edit
 
         def hand_over(takeover: Takeover) -> None:
@@ -275,10 +275,10 @@ class Play:
         )  # fmt: skip
         machines, programs = tuple(figures.slots), programs_of(prepared.run, prepared.editions, ())
         setup = Setup(ring.shape, about, key, HOST, port, machines, str(prepared.trace), programs)
-        self._keeper = Keeper(setup, ring, self._listening, complain)
-        self._stack.callback(self._keeper.end)
-        self._inbox = PipeInbox(ring, self._keeper.pipe)
-        self._keeper.keep(self._inbox)
+        self._supervisor = MonitorSupervisor(setup, ring, self._listening, complain)
+        self._stack.callback(self._supervisor.end)
+        self._inbox = PipeInbox(ring, self._supervisor.pipe)
+        self._supervisor.keep(self._inbox)
         if self._key is not None:
             return
         link = f"http://{HOST}:{port}/#key={key}"

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...jobs.load.loading import LoadedRack
-from ...jobs.run.result import Tally, result_of
+from ...jobs.run.result import RunCounters, result_of
 from ...jobs.run.running import JobRun, RunOptions
 from ...jobs.trust.owned import check_recording
 from ...runtime.loop.pace import FreeRun, wall_ns
@@ -49,7 +49,7 @@ def run_job(
         as_json: print the summary as one JSON object, and the program's own output on standard error.
     """
     with ExitStack() as ports:
-        pacer, tally = options.pacer or FreeRun(), Tally()
+        pacer, tally = options.pacer or FreeRun(), RunCounters()
         if not pacer.free:
             _in_real_time(ports, quiet=quiet)  # before there are ports: their threads inherit it
         try:

@@ -25,7 +25,7 @@ from ...runtime.loop.rack import Rack, Slots
 from ...runtime.loop.scan import CpuMode, ScanLogic
 from ..load.building import build_cpu, build_rack
 from ..load.loading import load_job
-from ..record.editions import Editions, edition_of
+from ..record.program_versions import ProgramVersions, version_of
 from ..record.sequence_watch import WatchesSequences, sequences_in, standing, watching
 from ..record.tag_names import named_values, namespace_of
 from ..run.editing import tags_in
@@ -103,7 +103,7 @@ class Bench:
         listeners: Callable[[Rack], Iterable[ScanListener]] = lambda _rack: (),
         watched: bool = False,
         load: Load | None = None,
-        editions: Editions | None = None,
+        editions: ProgramVersions | None = None,
     ) -> None:
         self.spec = spec
         self._editions, self._edits = editions, 0
@@ -273,7 +273,7 @@ class Bench:
             raise ValueError(f"{rack}: this bench has no files: give the program itself")
         self._editions.forget()
         job = load_job(rack)
-        edition, number = edition_of(job), self._edits + 1
+        edition, number = version_of(job), self._edits + 1
         self._editions.keep(number, edition, job)
         self._order = {"order": text_of(Edit(number, edition.program, ", ".join(restart)))}
         try:

@@ -14,8 +14,8 @@ from ...traces.read.reader import Trace
 from ...traces.read.snapshots import snapshots_of
 from ...traces.replay import PackedTrace
 from ..load.loading import LoadedRack
-from ..record.editions import editions_of
 from ..record.order_repeater import orders_of
+from ..record.program_versions import versions_of
 from ..replay.replaying import edit_notes, score_of
 from ..replay.tag_orders import TagOrders, first_few
 from ..trust.attachments import job_of
@@ -75,7 +75,7 @@ def why_of_trace(
     if isinstance(job.logic, LadderLogic):
         return _of_ladder(recording, job, what, moment, deep, want, snapshots_of(trace))
     given = orders_of(trace.events())
-    editions = editions_of(trace, given, job, folder / "edits", trust=trust)
+    editions = versions_of(trace, given, job, folder / "edits", trust=trust)
     load = Load(
         job.program,
         lambda: job_of(trace, folder, trust=trust).logic,

@@ -55,7 +55,7 @@ class CheckReport:
 
 
 @dataclass(frozen=True, slots=True)
-class Judgement:
+class ProofFinding:
     """What a proof says: a finding of a rule for all inputs, or that a rule's finding is none.
 
     Attributes:
@@ -70,11 +70,11 @@ class Judgement:
     text: str = ""
 
 
-Prover = Callable[[LoadedRack, Facts], Iterable[Judgement]]
+Prover = Callable[[LoadedRack, Facts], Iterable[ProofFinding]]
 """Yields verdicts about a rack's program, of which the facts are known."""
 
 
-def _no_proofs(_job: LoadedRack, _facts: Facts) -> Iterable[Judgement]:
+def _no_proofs(_job: LoadedRack, _facts: Facts) -> Iterable[ProofFinding]:
     return ()
 
 
@@ -125,7 +125,7 @@ def _findings(subject: Subject) -> Iterator[Finding]:
                 yield Finding(rule.id, place, text, site)
 
 
-def _judged(found: list[Finding], verdicts: list[Judgement], facts: Facts) -> Iterator[Finding]:
+def _judged(found: list[Finding], verdicts: list[ProofFinding], facts: Facts) -> Iterator[Finding]:
     """Yield the findings with what is proved of them, and what only a proof finds where there is none."""
     places = {each.place for each in found}
     by_place = {(each.rule, each.place): each for each in verdicts}

@@ -20,8 +20,8 @@ from ...runtime.config.rackfile import RackFile, RackFileError, explained, load_
 from ...runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec
 from ...runtime.loop.scan import ScanLogic
 from ...traces.files.portable import no_device
-from .beside import World, stub_of_table
 from .exports import rack_of_export
+from .linked_racks import RackGroup, stub_of_table
 from .program import (
     EXPORT_SUFFIXES,
     L5X_SUFFIXES,
@@ -61,7 +61,7 @@ class LoadedRack:
     rack_name: str  # the rack file's name, with the function of one in Python
     retained: bytes | None = None  # the file of the ladder program's initial tags; None without one
     notices: tuple[str, ...] = ()  # differences of program and rack from an export, a sentence for each
-    world: World | None = None  # the racks that run beside it
+    world: RackGroup | None = None  # the racks that run beside it
     forces: Mapping[str, bool | int | float] = field(default_factory=dict)  # of an export, by address
     tested: LoadedRack | None = None  # the job whose program a test routine was added to
 
@@ -87,7 +87,7 @@ class LoadedRack:
         return self.rack_file.parent
 
 
-def load_job(rack: str, program: str | None = None, world: World | None = None) -> LoadedRack:
+def load_job(rack: str, program: str | None = None, world: RackGroup | None = None) -> LoadedRack:
     """Load a rack and its program.
 
     Args:
@@ -104,7 +104,7 @@ def load_job(rack: str, program: str | None = None, world: World | None = None) 
     path = _rack_path(rack)
     file = load_rack_file(path, load_modules) if rack_form(path) is Form.DATA else None
     spec = load_spec(rack)[0] if file is None else file.spec
-    place = _RackPlace(rack, path, spec, file, world or World(_load_beside))
+    place = _RackPlace(rack, path, spec, file, world or RackGroup(_load_beside))
     place.world.enter(path)
     if program is not None:
         return _loaded(place, lambda stubs: load_program(program, stubs=stubs, slots=_slots(spec)), own=False)
@@ -114,7 +114,7 @@ def load_job(rack: str, program: str | None = None, world: World | None = None) 
     return _with_object(place, spec.program, path)
 
 
-def _load_beside(path: Path, world: World) -> LoadedRack:
+def _load_beside(path: Path, world: RackGroup) -> LoadedRack:
     return load_job(str(path), world=world)
 
 
@@ -133,7 +133,7 @@ def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None 
     if program is None or isinstance(program, (str, Path)):
         return load_job(str(rack), None if program is None else str(program))
     spec, path = load_spec(str(rack))
-    place = _RackPlace(str(rack), path, spec, None, World(_load_beside))
+    place = _RackPlace(str(rack), path, spec, None, RackGroup(_load_beside))
     place.world.enter(path)
     return _with_object(place, program, None)
 
@@ -296,7 +296,7 @@ class _RackPlace:
     path: Path
     spec: RackSpec
     file: RackFile | None  # None for a rack in Python
-    world: World
+    world: RackGroup
 
     def refusal(self, key: str, error: Exception | str, below: str | None = None) -> RackFileError:
         """Return the error of a key, with its line in a TOML file."""

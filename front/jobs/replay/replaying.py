@@ -18,7 +18,7 @@ from ..load.building import build_rack, round_trip_ms
 from ..record.link_losses import link_changes
 from ..record.order_repeater import is_edit
 from ..run.build import build_playback
-from ..run.playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
+from ..run.playback import RecordedInputs, ReplayPlan, Stimulus, recorded_outputs, stimulated
 from ..run.running import Observer, unobserved
 from .input_levels import recorded_levels
 from .tag_orders import TagOrders, first_few
@@ -108,10 +108,10 @@ def recorded_rack(recording: PackedTrace, spec: RackSpec) -> Rack:
     )
 
 
-def score_of(recording: PackedTrace) -> Score:
+def score_of(recording: PackedTrace) -> ReplayPlan:
     """Return numbers, times, modes and forces of the scans of a recording."""
     forces = {event.scan: image_forces(event) for event in recording.events if event.topic == "/forces"}
-    return Score(recording.numbers, recording.times, recording.flags, forces)
+    return ReplayPlan(recording.numbers, recording.times, recording.flags, forces)
 
 
 def edit_notes(events: Iterable[TraceEvent]) -> list[str]:
@@ -138,7 +138,7 @@ _FRESH = {
 }
 
 
-def _assumptions(into: ReplayTarget, score: Score) -> Iterator[str]:
+def _assumptions(into: ReplayTarget, score: ReplayPlan) -> Iterator[str]:
     first = score.numbers[0]
     if first:
         yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"

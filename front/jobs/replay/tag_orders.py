@@ -22,7 +22,7 @@ from ...traces.format.topics import ORDERS
 from ...traces.read.reader import TraceEvent
 from ..record.logic_wrapper import unwrapped
 from ..record.order_repeater import OrderRepeater, is_edit, orders_of
-from ..run.playback import Score
+from ..run.playback import ReplayPlan
 
 Forced = Mapping[str, str | int | float | bool]
 
@@ -45,7 +45,7 @@ class TagOrders:
 
     def __init__(
         self,
-        score: Score,
+        score: ReplayPlan,
         events: Sequence[TraceEvent],
         edited: Callable[[int], ScanLogic] | None = None,
     ) -> None:
@@ -124,7 +124,7 @@ def forced_in(event: TraceEvent) -> Forced:
     return tags if isinstance(tags, Mapping) else {}
 
 
-def _unknown(score: Score, events: Sequence[TraceEvent]) -> Iterator[str]:
+def _unknown(score: ReplayPlan, events: Sequence[TraceEvent]) -> Iterator[str]:
     """Yield a note if tags were set to values that are not recorded."""
     changes = {event.scan: bool(forced_in(event)) for event in events if event.topic == "/forces"}
     forced = False

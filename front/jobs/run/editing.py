@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # most runs are neither operated nor edited
     from ...ladder.debug import Debugger
     from ...runtime.live.actions import Edit
     from ...runtime.live.operator_actions import OperatorActions, WritableTags
-    from ..record.editions import Editions
+    from ..record.program_versions import ProgramVersions
 
 NO_TAGS: Mapping[str, list[str]] = MappingProxyType({"new": [], "changed": [], "dropped": []})
 
@@ -44,7 +44,7 @@ class DescribedEdit(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Anew:
+class RestartEdit:
     """Edit that restarts a Python program: the objects of its module are new."""
 
     names: tuple[str, ...]  # its values
@@ -75,7 +75,7 @@ class RunProgram:
         editions: loads the programs of edits; None without edits.
     """
 
-    def __init__(self, logic: ScanLogic, *, handled: bool, editions: Editions | None) -> None:
+    def __init__(self, logic: ScanLogic, *, handled: bool, editions: ProgramVersions | None) -> None:
         self.debugger = _debugger_of(logic) if handled else None  # that debugger; None without one
         self.logic: ScanLogic = self.debugger or logic  # the program, under a debugger on an operable rack
         self.on_edit: Callable[[ProgramEdit], object] = lambda _edited: None  # called with every edit
@@ -124,7 +124,7 @@ class RunProgram:
         assert isinstance(self.logic, Logic), "an edit does not change the kind of a program"
         return self.logic
 
-    def _edit(self, cpu: Cpu, editions: Editions, order: Edit, at_ns: int) -> None:
+    def _edit(self, cpu: Cpu, editions: ProgramVersions, order: Edit, at_ns: int) -> None:
         """Continue with an edited program from the next scan on, and announce that.
 
         Raises:
@@ -151,7 +151,7 @@ class RunProgram:
             from ...ladder.python.online.editing import plan_edit
 
             return plan_edit(self._own_logic(), logic, restart).edit
-        return Anew(_value_names(self.logic))
+        return RestartEdit(_value_names(self.logic))
 
     def _continues(self, logic: ScanLogic, cpu: Cpu, restart: Sequence[str]) -> TypeGuard[Logic]:
         """Whether a program in Python continues as another one; else that one begins anew."""
@@ -246,7 +246,7 @@ def tags_in(edit: Changes) -> dict[str, list[str]]:
 class RecordsEdits:
     """A recorder that attaches the files of an edit before its order, or before a bench tells of it."""
 
-    def __init__(self, recorder: ScanRecorder, editions: Editions) -> None:
+    def __init__(self, recorder: ScanRecorder, editions: ProgramVersions) -> None:
         self._recorder, self._editions = recorder, editions
         self.scan = recorder.scan
         self.close = recorder.close

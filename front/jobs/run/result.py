@@ -31,7 +31,7 @@ class SeenError:
 
 
 @dataclass(slots=True)
-class Tally(QuietListener):
+class RunCounters(QuietListener):
     """A listener that counts. Its size does not grow with the length of a run.
 
     Attributes:
@@ -102,7 +102,7 @@ class RunResult:
     trace: Path | None  # path of the recording; None without one
 
 
-def result_of(run: JobRun, tally: Tally, trace: Path | None) -> RunResult:
+def result_of(run: JobRun, tally: RunCounters, trace: Path | None) -> RunResult:
     """Return the result of a finished run."""
     tally.end(run.rack)
     moves = [MoveCount(*key, count) for key, count in tally.moves.items()]
@@ -138,7 +138,7 @@ def run(
     job = rack if isinstance(rack, LoadedRack) else load_rack(rack)
     check_ports(job.spec, realtime=False, live=False)
     count = scans_to_run(job.spec, duration, scans, endless=False)
-    path, tally = None if trace is None else Path(trace), Tally()
+    path, tally = None if trace is None else Path(trace), RunCounters()
     with ExitStack() as ports:
         job_run = JobRun(job, ports, RunOptions(trace=path, listeners=[tally]))
         job_run.run(count)

@@ -31,8 +31,8 @@ if TYPE_CHECKING:  # imported late: the controllers of units take time to import
     from ...runtime.controllers.pcl601.line import Pcl601
     from ...runtime.live.actions import Force
     from ...runtime.live.operator_actions import OperatorActions
-    from ..record.editions import Editions
     from ..record.order_repeater import OrderRepeater, RecordedOrder
+    from ..record.program_versions import ProgramVersions
     from .rack_units import UnitsBeside
 
 Observer = Callable[[Cpu, int | None], AbstractContextManager[None]]
@@ -58,7 +58,7 @@ class RunOptions:
     keep: int | None = None  # number of earlier recordings to keep; None = the rack file's
     orders: Iterable[RecordedOrder] | None = None  # of a recorded session, given again to an operable rack
     forces: tuple[Force, ...] = ()  # of tags and images, held from the first scan on
-    editions: Editions | None = None  # loads the programs of edits; None without edits
+    editions: ProgramVersions | None = None  # loads the programs of edits; None without edits
 
 
 AS_IT_IS = RunOptions()

@@ -1,7 +1,7 @@
 """Runs a recorded program through once with regular snapshots, so that any of its scans can be shown at once.
 
 scan      0 ... 4,095   4,096 ...   8,192 ...
-values    *             *           *            from here the shadow continues, 60 ms at most
+values    *             *           *            from here the replica continues, 60 ms at most
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from ...runtime.live.ring import Rows
 from ...runtime.loop.rack import SLOT_BYTES, Card, Rack
 from ...runtime.loop.scan import LogicScan
 from .event_log import LAST_SCAN
+from .program_replica import Row, scans_in
 from .recorded_events import RecordedEvents
-from .shadow import Row, scans_in
 from .stretch import Stretch
 from .watched_program import Inputs, Values, inputs_of, values_of
 

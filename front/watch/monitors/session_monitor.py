@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 from typing_extensions import override
 
 from ...jobs.load.loading import LoadedRack, load_job
-from ...jobs.record.editions import folders_of, forget
+from ...jobs.record.program_versions import folders_of, forget
 from ...jobs.trust.attachments import load_files
 from ...runtime.live.actions import InjectFault, Press, action_of, said_of
 from ...runtime.live.ring import Ring, RingShape, Rows

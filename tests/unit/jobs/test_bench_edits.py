@@ -6,7 +6,7 @@ import pytest
 from scanrack import open_trace
 from scanrack.commands import build
 from scanrack.jobs.bench.opening import open_bench
-from scanrack.jobs.record.editions import edits_of
+from scanrack.jobs.record.program_versions import edits_of
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.runtime.live.actions import Edit
 from scanrack.traces.read.reader import TraceEvent

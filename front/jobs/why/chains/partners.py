@@ -10,8 +10,8 @@ from ....ladder.debug import CauseLink, Debugger
 from ....ladder.model.stubs import Partner
 from ....runtime.loop.faults import CpuFault
 from ....traces.replay import PackedTrace
-from ...load.beside import FromRack
 from ...load.building import build_cpu, build_rack
+from ...load.linked_racks import FromRack
 from ...load.loading import LoadedRack, load_job
 from ..journal import Journal
 

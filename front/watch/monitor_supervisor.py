@@ -41,7 +41,7 @@ class OrderReader(Protocol):
         """Read them from another pipe."""
 
 
-class Keeper:
+class MonitorSupervisor:
     """Keeps a monitor alive.
 
     Args:

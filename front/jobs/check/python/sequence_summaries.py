@@ -45,7 +45,7 @@ class _Place:
     depth: int = DEPTH
 
 
-class Stories:
+class SequenceSummaries:
     """The sequences of a class.
 
     Args:

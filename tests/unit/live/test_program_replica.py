@@ -3,8 +3,8 @@
 import pytest
 from scanrack.runtime.live.ring import row_type
 from scanrack.watch.history.lanes import ValueHistory
+from scanrack.watch.history.program_replica import MOST_INPUTS, MOST_VALUES, THINNED, SnapshotStore
 from scanrack.watch.history.recent import RecentRows
-from scanrack.watch.history.shadow import MOST_INPUTS, MOST_VALUES, THINNED, SnapshotStore
 from scanrack.watch.history.stretch import Stretches
 from scanrack.watch.history.timeline import Timeline
 from scanrack.watch.history.watched_program import Inputs, Values

@@ -74,7 +74,7 @@ class SnapshotStore:
                 self._thin_out()
 
     def _thin_out(self) -> None:
-        """Drop some of the older values: the shadow may need longer from one to the next."""
+        """Drop some of the older values: the replica may need longer from one to the next."""
         old = MOST_VALUES // 2
         keep = [at for at, scan in enumerate(self.scans) if at >= old or scan % THINNED == 0]
         self.scans = [self.scans[at] for at in keep]
@@ -162,7 +162,7 @@ class SessionScans(Source):
         return ScanInputs(row.now_ns, row.first, images, writes, known.forces)
 
 
-class Shadow(Replayer):
+class ProgramReplica(Replayer):
     """A ladder program that repeats scans of a session."""
 
     def __init__(

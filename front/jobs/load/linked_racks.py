@@ -88,7 +88,7 @@ class WatchedTag:
         return self.samples[place - 1]
 
 
-class RackBeside:
+class LinkedRack:
     """A rack of a world.
 
     Attributes:
@@ -163,25 +163,25 @@ class RackBeside:
 
 
 @dataclass(slots=True)
-class World:
+class RackGroup:
     """The racks that run in one virtual time, by path; the first one leads."""
 
-    load: Callable[[Path, World], Any]  # loads another rack file into it, and returns its job
-    racks: dict[Path, RackBeside] = field(default_factory=dict)
+    load: Callable[[Path, RackGroup], Any]  # loads another rack file into it, and returns its job
+    racks: dict[Path, LinkedRack] = field(default_factory=dict)
 
-    def rack(self, path: Path) -> RackBeside:
+    def rack(self, path: Path) -> LinkedRack:
         """Return a rack, loaded if it is new."""
         key = path.resolve()
         if key not in self.racks:
             self.enter(path).job = self.load(path, self)
         return self.racks[key]
 
-    def enter(self, path: Path) -> RackBeside:
+    def enter(self, path: Path) -> LinkedRack:
         """Add a rack that is about to be loaded, and return it."""
-        return self.racks.setdefault(path.resolve(), RackBeside(path, leads=not self.racks))
+        return self.racks.setdefault(path.resolve(), LinkedRack(path, leads=not self.racks))
 
     @property
-    def others(self) -> Sequence[RackBeside]:
+    def others(self) -> Sequence[LinkedRack]:
         """All racks except the first."""
         return list(self.racks.values())[1:]
 
@@ -190,7 +190,7 @@ class World:
 class FromRack:
     """A tag of another rack, as a `DataSource`."""
 
-    rack: RackBeside
+    rack: LinkedRack
     tag: str  # "" for that of the export
 
     def open(self, tag: str, rpi_ns: int) -> Sampler:
@@ -203,7 +203,7 @@ class FromRack:
         return f"{self.tag or 'the tag'} of {self.rack.path.name}"
 
 
-def stub_of_table(table: StubTable, folder: Path, world: World) -> Stub:
+def stub_of_table(table: StubTable, folder: Path, world: RackGroup) -> Stub:
     """Return the stub of a table in `[stubs]`; other rack files are loaded into the world."""
     source = _source(table, folder, world)
     if table.after_ns is None:
@@ -212,7 +212,7 @@ def stub_of_table(table: StubTable, folder: Path, world: World) -> Stub:
     return Ending(min(table.after_ns, NEVER), table.error, None if table.error else source, table.to)
 
 
-def _source(table: StubTable, folder: Path, world: World) -> DataSource | None:
+def _source(table: StubTable, folder: Path, world: RackGroup) -> DataSource | None:
     if table.rack:
         return FromRack(world.rack(folder / table.rack), table.tag)
     if table.table:

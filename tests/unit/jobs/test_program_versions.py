@@ -8,7 +8,7 @@ from contextlib import ExitStack
 import pytest
 from scanrack.commands import build
 from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.record.editions import Editions, edition_of
+from scanrack.jobs.record.program_versions import ProgramVersions, version_of
 from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.jobs.trust.attachments import attached_files
 from scanrack.runtime.live.actions import Edit
@@ -41,10 +41,10 @@ class Edited:
         self.folder, self.rack = folder, folder / "rack.toml"
         self.rack.write_text(RACK, encoding="utf-8")
         self.ports = ExitStack()
-        self.editions = Editions(folder / "copies", str(self.rack))
+        self.editions = ProgramVersions(folder / "copies", str(self.rack))
         self.write(program(1, 10))
         job = load_job(str(self.rack))
-        self.editions.keep(0, edition_of(job), job)
+        self.editions.keep(0, version_of(job), job)
         options = RunOptions(trace=record, handled=True, editions=self.editions)
         self.run = JobRun(self.editions.job(0), self.ports, options)
         self.hands = self.run.hands
@@ -55,8 +55,8 @@ class Edited:
     def edit(self, text, restart=""):
         self.write(text)
         job = load_job(str(self.rack))
-        order = Edit(self.run.program.edits + 1, edition_of(job).program, restart)
-        self.editions.keep(order.number, edition_of(job), job)
+        order = Edit(self.run.program.edits + 1, version_of(job).program, restart)
+        self.editions.keep(order.number, version_of(job), job)
         self.hands.act(order, self.run.cpu.now_ns, self.run.cpu.scan)
 
 

@@ -40,7 +40,7 @@ from .order_repeater import orders_of
 
 
 @dataclass(frozen=True, slots=True)
-class Edition:
+class ProgramVersion:
     """A program of a session: its files and its place in them."""
 
     rack: str  # the rack file among the files, `path[:function]`
@@ -58,14 +58,14 @@ class Edition:
         )
 
 
-def edition_of(job: LoadedRack) -> Edition:
+def version_of(job: LoadedRack) -> ProgramVersion:
     """Return the files of a job that was just loaded from the disk; OSError if one can't be read."""
     made, paths = made_by(job), files_of(job)
     files = {name: path.read_bytes() for name, path in paths.items()}
-    return Edition(made["rack_file"], made["program_file"], files, paths, job.retained)
+    return ProgramVersion(made["rack_file"], made["program_file"], files, paths, job.retained)
 
 
-class Editions:
+class ProgramVersions:
     """The programs of a session by their numbers; 0 is the first.
 
     Args:
@@ -75,23 +75,23 @@ class Editions:
     """
 
     def __init__(
-        self, folder: Path, rack: str | None = None, known: Mapping[int, Edition] | None = None
+        self, folder: Path, rack: str | None = None, known: Mapping[int, ProgramVersion] | None = None
     ) -> None:
         self._folder, self._rack = folder, rack
-        self._known: dict[int, Edition] = dict(known or {})
+        self._known: dict[int, ProgramVersion] = dict(known or {})
         self._loaded: dict[int, LoadedRack] = {}
         self._used: set[Path] = set()
         self._copies: Path | None = None
 
-    def __getitem__(self, number: int) -> Edition:
+    def __getitem__(self, number: int) -> ProgramVersion:
         return self._known[number]
 
-    def keep(self, number: int, edition: Edition, job: LoadedRack) -> None:
+    def keep(self, number: int, edition: ProgramVersion, job: LoadedRack) -> None:
         """Add a loaded program; it replaces one with the same number."""
         self._known[number], self._loaded[number] = edition, job
         self.follow(job)
 
-    def begin(self, edition: Edition) -> None:
+    def begin(self, edition: ProgramVersion) -> None:
         """Add the first program, whose files an edit may change."""
         self._known[0] = edition
 
@@ -110,7 +110,7 @@ class Editions:
             holder = tempfile.TemporaryDirectory(prefix="scanrack-")
             atexit.register(holder.cleanup)
             self._copies = Path(holder.name)
-        return Editions(self._copies, None, self._known).job(number)
+        return ProgramVersions(self._copies, None, self._known).job(number)
 
     def follow(self, job: LoadedRack) -> None:
         """Note a loaded program: its modules are dropped when another one is loaded."""
@@ -120,10 +120,10 @@ class Editions:
         """Drop the modules of the programs so far, so that their files are read again."""
         forget(self._used)
 
-    def up_to(self, number: int) -> Editions:
+    def up_to(self, number: int) -> ProgramVersions:
         """Return the programs up to a number, none of them loaded yet, for a branch."""
         known = {each: edition for each, edition in self._known.items() if each <= number}
-        branch = Editions(self._folder, self._rack, known)
+        branch = ProgramVersions(self._folder, self._rack, known)
         branch._used = set(self._used)
         return branch
 
@@ -143,7 +143,7 @@ class Editions:
         self.follow(job)
         return job
 
-    def _load(self, edition: Edition) -> LoadedRack:
+    def _load(self, edition: ProgramVersion) -> LoadedRack:
         self.forget()
         if self._rack is not None and edition.is_on_disk:
             job = load_job(self._rack)
@@ -152,19 +152,19 @@ class Editions:
         job = load_files(self._copied(edition), edition.rack, edition.program)
         return job if edition.retained is None else retaining(job, edition.retained, RETAINED)[0]
 
-    def of_a_session(self, begins: Edition) -> Editions:
+    def of_a_session(self, begins: ProgramVersion) -> ProgramVersions:
         """Return the programs of a new session, with a copy of each; OSError if a copy can't be written."""
         known = {0: begins, **self._known}
         copies = {number: self.with_copy(edition) for number, edition in known.items()}
-        session = Editions(self._folder, self._rack, copies)
+        session = ProgramVersions(self._folder, self._rack, copies)
         session._used = set(self._used)
         return session
 
-    def with_copy(self, edition: Edition) -> Edition:
+    def with_copy(self, edition: ProgramVersion) -> ProgramVersion:
         """Return a program with a copy of its files; OSError if it can't be written."""
         return replace(edition, place=self._copied(edition))
 
-    def _copied(self, edition: Edition) -> Path:
+    def _copied(self, edition: ProgramVersion) -> Path:
         self._folder.mkdir(parents=True, exist_ok=True)
         number = sum(1 for _ in self._folder.glob("program-*"))
         place = self._folder / f"program-{number}"
@@ -198,9 +198,9 @@ def _edit_behind(trace: Trace, number: int, offset: int) -> AppliedAction | None
     return None
 
 
-def editions_of(
+def versions_of(
     trace: Trace, given: Iterable[AppliedAction], job: LoadedRack, folder: Path, *, trust: bool
-) -> Editions:
+) -> ProgramVersions:
     """Return the programs of a recorded session that may be used.
 
     Args:
@@ -219,18 +219,20 @@ def editions_of(
         if isinstance(each.order, Edit):
             number, program = each.order.number, each.order.program
             known[number] = _recorded(files, number, rack, program, trust=trust)
-    editions = Editions(folder, None, known)
+    editions = ProgramVersions(folder, None, known)
     editions.follow(job)
     return editions
 
 
-def _recorded(files: Mapping[str, bytes], number: int, rack: str, program: str, *, trust: bool) -> Edition:
+def _recorded(
+    files: Mapping[str, bytes], number: int, rack: str, program: str, *, trust: bool
+) -> ProgramVersion:
     start = folder_of_edit(number)
     own = {name.removeprefix(start): data for name, data in files.items() if name.startswith(start)}
     if not own:
         raise ValueError(f"the trace does not bring the files of edit {number}, which its run needs")
     given = RunFiles(address_name(rack), own_program(rack, program) and address_name(program))
-    return Edition(rack, program, admitted(own, given, trust=trust))
+    return ProgramVersion(rack, program, admitted(own, given, trust=trust))
 
 
 def forget(folders: Iterable[Path]) -> None:
