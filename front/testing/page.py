@@ -42,15 +42,15 @@ def page_line(trace: Path, shown: str, scan: int, tags: Sequence[str], run_s: fl
     """
     if scan >= MOST_SCANS or run_s > MOST_RUN_S:
         return f"scanrack share {shlex.quote(shown)}   # the page takes some seconds"
-    from ..watch.share.command import ShareWish, share  # imported late: half a second
+    from ..watch.share.command import ShareOptions, share  # imported late: half a second
     from ..watch.share.failure import Failure
 
     page = trace.with_suffix(".html")
-    wish = ShareWish(scan, before=SHOWN, most=SHOWN, others=0)
+    options = ShareOptions(scan, before=SHOWN, most=SHOWN, others=0)
     answered = tags if scan < WITH_ANSWERS else ()
     failure = Failure(test.name, test.message, next(iter(answered), None), test.passed)
     try:
-        share(trace, page, wish, trust=True, tags=answered, failure=failure)
+        share(trace, page, options, trust=True, tags=answered, failure=failure)
     except Exception as error:  # a report is no place for a second failure
         return f"no page: {shortened(str(error))}"
     return page.resolve().as_uri()

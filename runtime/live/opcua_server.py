@@ -17,8 +17,8 @@ from typing import Any
 
 from ..line.hosts import join_address
 from ..line.ports.places import CLIENTS_MOST
-from ..outside.room import Operation
-from ..outside.setup import TagSetup
+from ..tag_servers.setup import TagSetup
+from ..tag_servers.tag_snapshot import Operation
 from .mailbox import AREA_BYTES, Mailbox
 from .opcua_space import TYPES, TagNode, TagSpace
 from .quiet import CLIENT_LOGS, give_back_memory, quiet

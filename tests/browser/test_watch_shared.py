@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from scanrack.commands import build
 from scanrack.jobs.bench.opening import open_bench
-from scanrack.watch.share.command import ShareWish, share
+from scanrack.watch.share.command import ShareOptions, share
 from scanrack.watch.share.failure import Failure
 from typer.testing import CliRunner
 from watched_page import until, watching, why_not
@@ -126,7 +126,7 @@ def test_the_page_of_a_failed_test_opens_on_what_failed(page, feeder_rack, tmp_p
     failure = Failure(
         "test_line.py::test_stroke", "Homing stays on\nfor ever", "Homing", tmp_path / "passed.mcap"
     )
-    wish = ShareWish(1199)
+    wish = ShareOptions(1199)
     share(
         *(tmp_path / "failed.mcap", tmp_path / "failed.html", wish),
         trust=True,

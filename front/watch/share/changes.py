@@ -22,7 +22,7 @@ from ...ladder.state.memory import Memory
 from ...ladder.state.tag_bytes import TagBytes
 from ...runtime.live.ring import Rows
 from ..history.catalog import PageRoutine, shown_value, value_of
-from ..history.shadow import Shadow
+from ..history.program_replica import ProgramReplica
 from ..history.timeline import Timeline
 
 ROWS_AT_ONCE = 4096
@@ -136,11 +136,13 @@ def take_words(lists: ChangeLists, rows: Rows, slots: Iterable[int]) -> None:
         lists.take(f"words\n{slot}\n{place}", scans[at].tolist(), values[at].tolist())
 
 
-def take_ladder(lists: ChangeLists, number: int, shadow: Shadow, walk: LadderWalk, ends: range) -> int:
+def take_ladder(
+    lists: ChangeLists, number: int, replica: ProgramReplica, walk: LadderWalk, ends: range
+) -> int:
     """Collect power and tags of a ladder program; return the scan after the last one that is known."""
     scan = ends.start
-    for _ in shadow.walk(ends.start, ends.stop - 1, noted=True):
-        for key, value in walk.changes(shadow.engine):
+    for _ in replica.walk(ends.start, ends.stop - 1, noted=True):
+        for key, value in walk.changes(replica.engine):
             part, _, name = key.partition("\n")
             lists.note(f"{part}\n{number}\n{name}", scan, value)
         scan += 1

@@ -167,10 +167,10 @@ def _program(monitor: TraceMonitor, lists: ChangeLists, program: Stretch, scans:
             shows[each["name"]] = {width: answer for width, (_, answer) in answers.items()}
             drawn.append(answers[widths[0]][0])
             names += drawn[-1].names
-        shadow = program.past
-        assert shadow is not None
-        walk = LadderWalk(shadow.engine, drawn, dict.fromkeys(names))
-        known = take_ladder(lists, number, shadow, walk, range(own[0], own[-1] + 1))
+        replica = program.past
+        assert replica is not None
+        walk = LadderWalk(replica.engine, drawn, dict.fromkeys(names))
+        known = take_ladder(lists, number, replica, walk, range(own[0], own[-1] + 1))
     return {
         "first": program.first,
         "known": known,

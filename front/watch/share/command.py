@@ -31,7 +31,7 @@ BEFORE, AFTER = 20_000, 2_000
 """Scans of a longer recording before and after the one shown first."""
 
 
-class ShareWish(NamedTuple):
+class ShareOptions(NamedTuple):
     """Scans shown on a page; at most one of scan and time."""
 
     scan: int | None = None  # None = the last one
@@ -60,7 +60,7 @@ class ShareWish(NamedTuple):
 def share(
     trace: Path,
     out: Path,
-    wish: ShareWish,
+    wish: ShareOptions,
     *,
     recording: bool = False,
     trust: bool = False,
@@ -89,7 +89,7 @@ def share(
 
 def shared(
     trace: Path,
-    wish: ShareWish,
+    wish: ShareOptions,
     *,
     recording: bool = False,
     trust: bool = False,
@@ -187,7 +187,7 @@ def _share_command(
     with reported_mistakes():
         if scan is not None and at is not None:
             raise ValueError("--scan and --at both name the scan shown first: give one of them")
-        wish = ShareWish(scan, None if at is None else parse_time(at), before, after, whole)
+        wish = ShareOptions(scan, None if at is None else parse_time(at), before, after, whole)
         target = trace.with_suffix(".html") if out is None else out
         data = share(trace, target, wish, recording=recording, trust=trust, told=tell_notes)
         say(f"{target}: {target.stat().st_size:,} bytes, scan {data['scan']:,} is shown first")

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 from ....io_images.amci3601 import CommandMsw
 from ....io_images.amci3601.parameters import RATE_MAX
-from ..facts import Remark
+from ..facts import LocalFinding
 from ..module_kinds import MODE_CONFIG
 from .output_writes import Write
 
@@ -23,7 +23,7 @@ WORD_RANGES = {
 """Allowed single values of output words 2 to 7 in any command, 0 included [chapter 5, notes 4 to 8]."""
 
 
-def held(writes: Sequence[Write]) -> Iterator[Remark]:
+def held(writes: Sequence[Write]) -> Iterator[LocalFinding]:
     """Yield the first instruction that sets a command bit which is never cleared."""
     for slot in dict.fromkeys(each.slot for each in writes):
         own = [each for each in writes if each.slot == slot and each.word == 0]
@@ -31,7 +31,7 @@ def held(writes: Sequence[Write]) -> Iterator[Remark]:
             setting = [e for e in own if e.known and e.sets & bit.value and not e.sets & MODE_CONFIG]
             if setting and not any(each.takes_back(bit.value) for each in own):
                 text = f"slot {slot}: {bit.name} is set here, and nothing takes it back after the command"
-                yield Remark(setting[0].place, text)
+                yield LocalFinding(setting[0].place, text)
 
 
 def computed(writes: Sequence[Write]) -> Iterator[str]:
@@ -44,7 +44,7 @@ def computed(writes: Sequence[Write]) -> Iterator[str]:
             yield f"slot {each.slot}: output words that the program computes or a block writes, as in {where}"
 
 
-def words_out_of_range(writes: Sequence[Write]) -> Iterator[Remark]:
+def words_out_of_range(writes: Sequence[Write]) -> Iterator[LocalFinding]:
     """Yield constants that are illegal in every output word from 2 to 7."""
     for each in writes:
         if not each.known or each.word not in WORD_RANGES:
@@ -53,4 +53,4 @@ def words_out_of_range(writes: Sequence[Write]) -> Iterator[Remark]:
         least, most = WORD_RANGES[each.word]
         if not least <= value <= most:
             text = f"slot {each.slot}: output word {each.word} is {value}: must be {least} to {most}"
-            yield Remark(each.place, text)
+            yield LocalFinding(each.place, text)

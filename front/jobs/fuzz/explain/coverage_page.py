@@ -11,7 +11,7 @@ from ....traces.files.guard import PAGE
 from ....traces.files.newfile import new_file
 from ..folder_lock import write_text
 from .coverage import CoveredLine
-from .unfired import ERROR_RULES, SilentRule
+from .unfired import ERROR_RULES, UnfiredRule
 
 STYLE = """\
 :root { color-scheme: light dark; --ink: #1b1f24; --soft: #57606a; --gap: #fff1e5; --edge: #bc4c00;
@@ -31,7 +31,7 @@ code { font-family: "DejaVu Sans Mono", Menlo, Consolas, monospace; font-size: 1
 
 
 def save_coverage(
-    file: Path, title: str, lines: Sequence[CoveredLine], runs: int, never: Sequence[SilentRule] = ()
+    file: Path, title: str, lines: Sequence[CoveredLine], runs: int, never: Sequence[UnfiredRule] = ()
 ) -> None:
     """Write the page.
 
@@ -100,7 +100,7 @@ def _lines(title: str, parts: Iterable[_Part]) -> Iterator[str]:
     yield "</body></html>"
 
 
-def _rule(each: SilentRule) -> str:
+def _rule(each: UnfiredRule) -> str:
     return (
         f"<li><span>{each.rule.id}</span><div>{escape(each.rule.text)}</div><b>{escape(each.says)}</b></li>"
     )
