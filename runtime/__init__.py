@@ -5,6 +5,7 @@ Time is an integer number of nanoseconds since power-up, everywhere. Only `loop.
 | folder | contents |
 |---|---|
 | `live/` | a rack that is watched and operated while it runs |
+| `tag_servers/` | tags over EtherNet/IP, Modbus and OPC UA, without sockets |
 | `config/` | rack files to objects |
 | `modules/` | the modules of slots, one registry |
 | `controllers/` | simulated controllers at the far end of a line |

@@ -547,7 +547,7 @@ class Debugger:
         """Return the chain of causes of a tag's value, None if it has not changed; see `Chains.of_tag`."""
         return self.chains(deep=deep).of_tag(tag, self._journal.latest)
 
-    def what_would(
+    def suggest_inputs(
         self, tag: str, wanted: object = None, *, scans: int = 10, name: Name = terminal
     ) -> Remedies:
         """Return the smallest sets of inputs that would give a tag a value within some scans, see `remedies`.

@@ -24,7 +24,7 @@ from scanrack.runtime.loop.scan import CpuMode, LogicScan
 from scanrack.traces.compare import EXACT
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.reader import open_trace
-from scanrack.traces.replay import Recording
+from scanrack.traces.replay import PackedTrace
 from scanrack.traces.write.recorder import ScanRecorder
 
 SCANS = 40
@@ -101,7 +101,7 @@ def test_a_recording_replayed_is_the_recording(
             act(cpu, actions.get(scan, "none"))
             cpu.run(1)
     with open_trace(trace) as opened:
-        recording = Recording.of(opened)
+        recording = PackedTrace.of(opened)
     for into in (
         (ReplayTarget.MODULE, ReplayTarget.PROGRAM, ReplayTarget.RACK)
         if not begin

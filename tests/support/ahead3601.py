@@ -19,7 +19,7 @@ from scanrack.io_images.image import Image
 from scanrack.runtime.loop.cpu import Cpu, CpuMode
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi, Exchange
 from scanrack.runtime.loop.exposed import ExposedModule
-from scanrack.runtime.loop.incidents import FaultKind, Incident
+from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
 from scanrack.runtime.loop.key_switch import KeySwitch
 from scanrack.runtime.loop.listeners import ScanListener
 from scanrack.runtime.loop.rack import Card, Rack
@@ -69,7 +69,7 @@ class World:
     rpi_ns: int | None = None
     slips: Sequence[Slip] = ()
     jams: Sequence[Jam] = ()
-    incidents: Sequence[Incident] = ()
+    incidents: Sequence[InjectedFault] = ()
     neighbours: bool = False
 
     def rack(self) -> Rack:
@@ -219,7 +219,7 @@ class Rig:
     def happen(self, what, for_ns) -> None:
         """Let an incident come a little later, in a slot that is exposed to some already."""
         at_ns = self.cpu.now_ns + 12_345_678
-        late = Incident(at_ns, what, 1, for_ns)
+        late = InjectedFault(at_ns, what, 1, for_ns)
         if self.exposed is not None:
             self.act(lambda rig: rig.exposed.happen(late))
 

@@ -16,7 +16,7 @@ from blocks3601 import BlocksBench
 from scanrack import Axis3601, Configuration, Direction, Logic
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, InputBit
 from scanrack.io_images.image import Image
-from scanrack.jobs.fuzz.laws.busy import RestMeter, axes_in
+from scanrack.jobs.fuzz.invariants.busy import RestMeter, axes_in
 from scanrack.ladder.python.axis3601.drive import Drive
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi

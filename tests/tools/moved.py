@@ -145,9 +145,8 @@ def relative_to(module: str, package: str) -> str:
 def main(old: str, new: str) -> None:
     """Move, and print the changed files, the tests among them counted."""
     changed = Move(old, new).carry_out()
-    print("\n".join(changed))
     tests = sum(name.startswith("tests/") for name in changed)
-    print(f"{len(changed)} files changed, {tests} of them tests")
+    sys.stdout.write("\n".join([*changed, f"{len(changed)} files changed, {tests} of them tests", ""]))
 
 
 if __name__ == "__main__":

@@ -131,8 +131,8 @@ class ScanRecorder:
         self._batch_scans = max(1, min(chunk_scans, CHUNK_BYTES_MAX // message))
         self._chunk_bytes = chunk_bytes = self._batch_scans * message
         if not isinstance(target, TraceFile):
-            ballast = 2 * chunk_bytes + sum(len(file.data) for file in files) + SUMMARY_ROOM
-            target = open_trace_file(Path(target), ballast, keeping)
+            reserve = 2 * chunk_bytes + sum(len(file.data) for file in files) + SUMMARY_ROOM
+            target = open_trace_file(Path(target), reserve, keeping)
         self._file = target
         self._begin(chunk_bytes, head, files)
 

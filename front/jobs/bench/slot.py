@@ -7,6 +7,7 @@ from typing import Any
 
 from ...io_images.amci3601.words import profile_of
 from ...io_images.image import Image
+from ...io_images.renamed import OldName
 from ...runtime.loop.exposed import incident_event
 from ...runtime.loop.incidents import TROUBLES, FaultKind
 from ...runtime.loop.rack import Slot
@@ -97,7 +98,7 @@ class SlotBench:
         self._module.power_cycle()
         self._tell(FaultKind.POWER_CYCLE, begins=True)
 
-    def fail(self, how: str | None) -> None:
+    def inject(self, how: str | None) -> None:
         """Inject a fault into the module, or end it (None).
 
         Args:
@@ -116,6 +117,8 @@ class SlotBench:
         else:
             self._device.inject(None if how is None else names[how])
         self._tell(None if how is None else FaultKind(how), begins=how is not None)
+
+    fail = OldName()
 
     def _tell(self, what: FaultKind | None, *, begins: bool) -> None:
         """Report what a test did to the module with the next scan, as an incident of a rack file is."""

@@ -12,7 +12,7 @@ from ...io_images.amci3601.words import Profile, is_stepper
 from ...io_images.image import Image
 from ...runtime.config.rackspec import SlotSpec, profile_in
 from ...runtime.config.tomllines import KeyLines, KeyPath
-from ..load.loading import Job
+from ..load.loading import LoadedRack
 from .facts import Access, Command, Facts, FileLine, SentCommand, Variable
 from .words import SentImage, sent_images
 
@@ -31,7 +31,7 @@ class Violation(NamedTuple):
 class Subject:
     """A rack with the facts of its program."""
 
-    job: Job
+    job: LoadedRack
     facts: Facts
     lines: KeyLines | None  # of the rack file; None for a rack in Python, and without one
     alone: bool = False  # whether there is no rack, and so no machine

@@ -20,8 +20,8 @@ from ...runtime.loop.incidents import FaultKind
 from ...runtime.loop.scan import MODE_MASK, CpuMode
 from ...traces.format.layout import SlotInfo
 from ...traces.read.reader import TraceEvent
-from ...traces.replay import Recording
-from ..load.loading import Job
+from ...traces.replay import PackedTrace
+from ..load.loading import LoadedRack
 from .chains.axis_blocks import AxisBlocks
 from .chains.partners import chain_of_partner
 from .outranked import Outranking, forced, of_cpu, of_link, spellings
@@ -72,7 +72,7 @@ class RackChain:
         program: the ladder program, whose partners are asked, too; None for none.
     """
 
-    recording: Recording
+    recording: PackedTrace
     maker: Callable[..., Chains] | None = None
     deep: bool = False
     program: LadderLogic | None = None
@@ -231,7 +231,9 @@ class RackChain:
             [(found,)], kind="partner", **parts, text=f"a sample of {program.stubs[each.tag.upper()]}"
         )
 
-    def _of_other(self, recording: Recording, job: Job, debugger: Debugger, tag: str) -> CauseLink | None:
+    def _of_other(
+        self, recording: PackedTrace, job: LoadedRack, debugger: Debugger, tag: str
+    ) -> CauseLink | None:
         """Return the chain of a tag of another rack after its last scan."""
         other = RackChain(recording, debugger.chains, self.deep, debugger.program)
         return other.of_tag(tag, len(recording.scans) - 1)

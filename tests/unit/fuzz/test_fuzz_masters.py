@@ -6,7 +6,7 @@ import pytest
 from scanrack.io_images.amci3601 import Configuration, Direction, Follower, InputBit, StatusView
 from scanrack.jobs.fuzz import Scenario, TrialBench
 from scanrack.jobs.fuzz.aim.draws import Draws
-from scanrack.jobs.fuzz.laws.invariants import never
+from scanrack.jobs.fuzz.invariants.invariants import never
 from scanrack.jobs.fuzz.scenarios.kinds import Kind
 from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
 from scanrack.jobs.fuzz.scenarios.scenario import Turn

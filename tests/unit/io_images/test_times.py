@@ -24,7 +24,7 @@ from scanrack.io_images.times import (
     seconds_column,
     time_text,
 )
-from scanrack.jobs.fuzz.laws.invariants import eventually
+from scanrack.jobs.fuzz.invariants.invariants import eventually
 from scanrack.jobs.load.loading import scans_to_run
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.files.steps import parse_steps

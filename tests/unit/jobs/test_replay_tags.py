@@ -12,7 +12,7 @@ from scanrack.jobs.bench import Bench
 from scanrack.jobs.bench.opening import open_bench
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.run.running import JobRun, RunOptions
-from scanrack.runtime.live.orders import Force, Order, Unforce, Write
+from scanrack.runtime.live.actions import Action, Force, Unforce, Write
 from typer.testing import CliRunner
 
 LADDER = """
@@ -38,7 +38,7 @@ def rack(tmp_path: Path) -> Path:
     return rack
 
 
-def session(rack: Path, *orders: tuple[int, Order]) -> Path:
+def session(rack: Path, *orders: tuple[int, Action]) -> Path:
     """Record twelve scans of a session in which orders are given before some of them."""
     trace = rack.with_name("session.mcap")
     with ExitStack() as ports:

@@ -204,7 +204,7 @@ def test_a_session_that_does_not_begin_closes_its_recording_before_the_folder_is
         raise OSError(errno.EAGAIN, "no helper")
 
     monkeypatch.setattr(play.tempfile, "TemporaryDirectory", Folder)
-    monkeypatch.setattr(play, "Keeper", no_helper)
+    monkeypatch.setattr(play, "MonitorSupervisor", no_helper)
     result = CliRunner().invoke(build(), ["watch", str(FEEDER), "--for", "20ms", "--speed", "max"])
     assert "no helper" in str(result.exception)
     assert (folders, left) == ([["session.mcap"]], [])

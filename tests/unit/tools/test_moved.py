@@ -1,4 +1,4 @@
-"""A private module moves with few changes: tests speak to the doors of rooms, and a script rewrites the rest."""
+"""A private module moves with few changes: tests speak to doors of rooms, a script does the rest."""
 
 from __future__ import annotations
 
@@ -34,7 +34,11 @@ BUILD = Move("scanrack.ladder.files", "scanrack.ladder.texts.forms")
         ("ladder/debug/causes.py", "    from ..files import a\n", "    from ..texts.forms import a\n"),
         ("ladder/files/rungfile.py", "from ..model.tree import Rung\n", "from ...model.tree import Rung\n"),
         ("ladder/files/rungfile.py", "from .steps import Steps\n", "from .steps import Steps\n"),
-        ("front/jobs/a.py", "from ...ladder.files.a import b\n", "from ...ladder.texts.forms.a import b\n"),
+        (
+            "front/jobs/run/a.py",
+            "from ...ladder.files.a import b\n",
+            "from ...ladder.texts.forms.a import b\n",
+        ),
         ("ladder/a.py", "from . import files\n", "from .texts import forms as files\n"),
         (
             "tests/a.py",

@@ -8,7 +8,7 @@ import pytest
 from made_traces import idle, record
 from scanrack import open_bench
 from scanrack.commands import build
-from scanrack.jobs.fuzz.laws.invariants import InvariantError, load_invariants
+from scanrack.jobs.fuzz.invariants.invariants import InvariantError, load_invariants
 from scanrack.jobs.load.program import load_program
 from scanrack.runtime.config.rackfile import load_rack_file
 from scanrack.traces.export import write_csv, write_parquet, write_vcd

@@ -10,7 +10,7 @@ from ....ladder.model.operands import Constant, Group, Place
 from ....ladder.model.spec import Use
 from ....ladder.model.tags import Tag, tag_in
 from ....ladder.state.lowered import AddOnCall
-from ..facts import Facts, FileLine, Remark
+from ..facts import Facts, FileLine, LocalFinding
 from ..logic import AllOf, never
 from .blocks import OWNER, BlockCall
 from .values import Values
@@ -65,7 +65,7 @@ def called_twice(points: Placed, facts: Facts) -> None:
 
 def parameters_out_of_range(
     points: Placed, values: Values, tags: Mapping[str, Tag], limits: Limits
-) -> Iterator[Remark]:
+) -> Iterator[LocalFinding]:
     """Yield the numbers that the program itself writes to parameters of motion blocks."""
     target_range = (PARAMETER_MIN, PARAMETER_MAX)
     ranges = {
@@ -85,7 +85,7 @@ def parameters_out_of_range(
         least, most = ranges.get(target.leaf.path.upper().rpartition(".")[2], (None, None))
         found = values.of(source)
         if least is not None and most is not None and found.outside(least, most):
-            yield Remark(place, f"{target.text} is {found}: must be {least} to {most}")
+            yield LocalFinding(place, f"{target.text} is {found}: must be {least} to {most}")
 
 
 def _is_block(tag: Tag | None) -> bool:

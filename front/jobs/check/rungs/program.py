@@ -18,7 +18,7 @@ from ....ladder.model.tags import tag_in
 from ....ladder.state.lowered import LoweredLine, LoweredProgram, steps_of
 from ....runtime.config.rackspec import RackSpec, profile_in
 from ...load.program import SLC_SUFFIXES
-from ..facts import Facts, FileLine, Remark, SentCommand
+from ..facts import Facts, FileLine, LocalFinding, SentCommand
 from .accesses import Variables, accesses_of, declaration_lines
 from .block_mistakes import called_twice, misordered, parameters_out_of_range
 from .blocks import block_calls, commands_of, slots_of
@@ -98,11 +98,11 @@ class _ProgramReader:
         endless(self.routines, self._place, facts)
         return facts
 
-    def _warnings(self, calls: RoutineCalls) -> Iterator[tuple[str, Remark]]:
+    def _warnings(self, calls: RoutineCalls) -> Iterator[tuple[str, LocalFinding]]:
         """Yield the warnings of the build, without coils of routines that exclude each other."""
         repeated = []
         for each in self.program.warnings:
-            remark = Remark(FileLine(each.site.file or str(self.path), each.site.line or 1), each.text)
+            remark = LocalFinding(FileLine(each.site.file or str(self.path), each.site.line or 1), each.text)
             if each.rule == "repeated-coil":
                 repeated.append(remark)
             else:
@@ -153,13 +153,13 @@ class _ProgramReader:
                 )
                 facts.sites.setdefault(place, site)
 
-    def _unreached(self) -> Iterator[Remark]:
+    def _unreached(self) -> Iterator[LocalFinding]:
         for routine in self.program.routines:
             origins = {each.number: each.origin for each in routine.chart.steps} if routine.chart else {}
             for each in unreached(routine.chart) if routine.chart else ():
                 origin = origins[each.number]
                 text = f"{each.text}, in chart {routine.name}; only SFR can reach it"
-                yield Remark(FileLine(origin.file or str(self.path), origin.line or 1), text)
+                yield LocalFinding(FileLine(origin.file or str(self.path), origin.line or 1), text)
 
     # --- the text
 

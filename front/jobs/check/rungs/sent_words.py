@@ -10,7 +10,7 @@ from ....io_images.amci3601.configuration import check
 from ....io_images.thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands
 from ....ladder.state.lowered import AddOnCall, LoweredLine, steps_of
 from ....runtime.config.rackspec import SlotSpec, profile_in
-from ..facts import Command, FileLine, Remark, SentCommand
+from ..facts import Command, FileLine, LocalFinding, SentCommand
 from ..module_kinds import MODE_CONFIG, MOVES, SEARCHES, kinds_of
 from ..ranges import Range, exactly
 from .output_writes import Write, WriteReader, output_word
@@ -89,7 +89,7 @@ class SentWords:
                     speed = {"speed": exactly(1000 * high + each.sets)}
                     yield _command("move_by", each, "output words 4 and 5", speed)
 
-    def at_once(self) -> Iterator[Remark]:
+    def at_once(self) -> Iterator[LocalFinding]:
         """Yield the copies of a command with its parameters that an update may interrupt: CPS is not."""
         for line, place in self._lines:
             written = set()
@@ -99,14 +99,18 @@ class SentWords:
                 if target is None or target[0] not in self._slots or output_word(operand) is None:
                     continue
                 if step.name == "COP":
-                    yield Remark(place, f"COP writes command and parameters of slot {target[0]} at once")
+                    yield LocalFinding(
+                        place, f"COP writes command and parameters of slot {target[0]} at once"
+                    )
                 elif step.name in ("MOV", "OTE", "OTL", ":="):
                     written.add(target)
             for slot in {slot for slot, word in written if word == 0}:
                 if any(other == slot and word > 1 for other, word in written):
-                    yield Remark(place, f"the rung writes command and parameters of slot {slot} at once")
+                    yield LocalFinding(
+                        place, f"the rung writes command and parameters of slot {slot} at once"
+                    )
 
-    def out_of_range(self) -> Iterator[Remark]:
+    def out_of_range(self) -> Iterator[LocalFinding]:
         """Yield the constants that are copied to a 3601, and that it refuses."""
         for each in self._copies:
             profile = profile_in(self._slots.values(), each.slot)
@@ -114,10 +118,12 @@ class SentWords:
                 slot = None if each.slot is None else self._slots.get(each.slot)
                 version = "4.1" if slot is None else slot.firmware
                 for rule in check(each.words, Firmware.parse(version), profile.limits):
-                    yield Remark(each.place, f"the configuration is invalid: {profile.rules[rule].clause}")
+                    yield LocalFinding(
+                        each.place, f"the configuration is invalid: {profile.rules[rule].clause}"
+                    )
             elif each.words[0] & MOVES:
                 illegal = _illegal(Parameters.read(each.words), profile.limits)
-                yield from (Remark(each.place, text) for text in illegal)
+                yield from (LocalFinding(each.place, text) for text in illegal)
 
     def _copied(self, line: LoweredLine, place: FileLine) -> Iterator[SentCommand]:
         """Yield constants that are copied to all words of a 3601, or passed to a block as configuration."""

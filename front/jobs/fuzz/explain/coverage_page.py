@@ -11,7 +11,7 @@ from ....traces.files.guard import PAGE
 from ....traces.files.newfile import new_file
 from ..folder_lock import write_text
 from .coverage import CoveredLine
-from .unfired import SilentRule
+from .unfired import UnfiredRule
 
 STYLE = """\
 :root { color-scheme: light dark; --ink: #1b1f24; --soft: #57606a; --gap: #fff1e5; --edge: #bc4c00;
@@ -35,7 +35,7 @@ def save_coverage(
     title: str,
     lines: Sequence[CoveredLine],
     runs: int,
-    never: Sequence[SilentRule] = (),
+    never: Sequence[UnfiredRule] = (),
     rules: int = 0,
 ) -> None:
     """Write the page.
@@ -106,7 +106,7 @@ def _lines(title: str, parts: Iterable[_Part]) -> Iterator[str]:
     yield "</body></html>"
 
 
-def _rule(each: SilentRule) -> str:
+def _rule(each: UnfiredRule) -> str:
     return (
         f"<li><span>{each.rule.id}</span><div>{escape(each.rule.text)}</div><b>{escape(each.says)}</b></li>"
     )

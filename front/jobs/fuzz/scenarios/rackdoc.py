@@ -13,12 +13,12 @@ from ....io_images.input_files import read_input_text
 from ....io_images.text_limits import TextKind
 from ....runtime.config.rackfile import parse_toml
 from ....runtime.config.rackspec import RackSpec
-from ....runtime.loop.incidents import Incident
+from ....runtime.loop.incidents import InjectedFault
 from ....runtime.machine import MasterTurn, TimelineEntry
 from ....runtime.machine.spec import input_name
 from ....traces.files.portable import relative
 from ...load.program import is_python
-from .scenario import Push, Scenario, entries_of, in_succession, signal_entries
+from .scenario import ContactPress, Scenario, entries_of, in_succession, signal_entries
 
 Table = dict[str, Any]
 
@@ -125,7 +125,7 @@ def _entry(entry: TimelineEntry) -> Table:
     return {"at_ms": _ms(entry.at_ns), "input": input_name(entry.input), "energised": level}
 
 
-def _push(push: Push) -> Table:
+def _push(push: ContactPress) -> Table:
     return {"at_ms": _ms(push.at_ns), "input": push.input, "for_ms": _ms(push.for_ns)}
 
 
@@ -138,7 +138,7 @@ def _plain(value: object) -> object:
     return int(value) if isinstance(value, float) and value == int(value) else value
 
 
-def _incident(incident: Incident) -> Table:
+def _incident(incident: InjectedFault) -> Table:
     table: Table = {"at_ms": _ms(incident.at_ns), "what": incident.what.value}
     if incident.slot:
         table["slot"] = incident.slot
