@@ -66,6 +66,7 @@ from .moves import Direction, FindHome, Follower, Manual, Move, MoveKind, Resume
 from .parameters import LIMITS_3601, Limits, Parameters, target_in_range
 from .rules import RULES, Rule, StatusBits, bit_names
 from .status import ConfigurationStatus, Status, StatusView
+from .words import WORDS_3601, Profile
 
 __all__ = [
     "ALL_INPUTS",
@@ -76,6 +77,7 @@ __all__ = [
     "LIVE_BITS",
     "MOTIONS",
     "RULES",
+    "WORDS_3601",
     "Acceleration",
     "BlendHeader",
     "BlendSegment",
@@ -101,6 +103,7 @@ __all__ = [
     "Parameters",
     "PresetEncoder",
     "PresetPosition",
+    "Profile",
     "ResetErrors",
     "Resume",
     "Rule",

@@ -14,7 +14,7 @@ import pytest
 from mcap.reader import make_reader
 from scanrack.commands import build
 from scanrack.runtime.loop.pace import ending_as_interrupt, interrupted_by
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from typer.testing import CliRunner
 
 ENDING = [signal.SIGTERM, signal.SIGHUP]

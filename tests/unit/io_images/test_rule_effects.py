@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from scanrack.io_images.amci3601 import RULES
+from scanrack.io_images.amci3601 import RULES, WORDS_3601
 from scanrack.io_images.amci3601.configuration import INVALID_CONFIGURATIONS
 from scanrack.io_images.amci3601.rules.rule import COMMAND_ERROR, CONFIG_ERROR, INVALID_PROFILE
-from scanrack.io_images.amci3601.words import WORDS_3601
 from scanrack.runtime.modules import amci3601
 from scanrack.runtime.modules.amci3601.latches import BrokenRule, Latches, bits_of
 
