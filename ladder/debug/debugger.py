@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...io_images.times import seconds
-from ..build.runnable import LadderLogic
 from ..compiler.observed import LineKey
+from ..lowering.runnable import LadderLogic
 from ..model.errors import LadderError, LadderFault
 from ..model.operands import FAULT, Constant, Group, Place
 from ..model.resolver import Resolver, address_in

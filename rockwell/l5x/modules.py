@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Mapping
 
-from ...ladder.build.calls import MODULE, MODULE_TAG
+from ...ladder.lowering.calls import MODULE, MODULE_TAG
 from ...ladder.model.errors import LadderError
 from ...ladder.model.expressions import parse_address
 from ...ladder.model.resolver import slot_of_image

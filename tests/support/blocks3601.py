@@ -16,9 +16,9 @@ from functools import cache
 from bench3601 import CONFIGURATION
 from scanrack import Program
 from scanrack.io_images.amci3601 import InputBit, StatusView
-from scanrack.ladder.build.addon import ParameterMode
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.files.rungreader import load_library
+from scanrack.ladder.lowering.addon import ParameterMode
 from scanrack.runtime import Amci3601, Card, Cpu, Rack
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
