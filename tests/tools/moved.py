@@ -1,6 +1,6 @@
 """Move a module or a package, and rewrite every import of it: `python -m tests.tools.moved OLD NEW`.
 
-    python -m tests.tools.moved scanrack.ladder.lowering scanrack.ladder.lowering
+    python -m tests.tools.moved scanrack.ladder.debug scanrack.ladder.debugging
 
 Relative imports of the product, the dotted name in tests, docs and contracts, and paths from the root are
 rewritten; the files are moved by git. A package that is new needs a line in `packages` of `pyproject.toml`.
@@ -45,7 +45,7 @@ def module_of(path: Path) -> str:
 def path_of(module: str) -> Path:
     """Return the file or folder of a dotted name, from the root, without its suffix.
 
-    >>> path_of("scanrack.ladder.lowering").as_posix(), path_of("scanrack.jobs.why").as_posix()
+    >>> path_of("scanrack.ladder.debug").as_posix(), path_of("scanrack.jobs.why").as_posix()
     ('ladder/debug', 'front/jobs/why')
     """
     parts = module.split(".")[1:]
