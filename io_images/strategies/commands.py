@@ -29,7 +29,7 @@ from ..amci3601 import (
 )
 from ..image import WORD_MAX
 from ..thousands import PARAMETER_MAX
-from .values import rates, shapes, speeds, targets
+from .command_values import rates, shapes, speeds, targets
 
 directions = st.sampled_from(Direction)
 RELATIVE_FIRST = (MoveKind.RELATIVE, MoveKind.ABSOLUTE)

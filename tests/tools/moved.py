@@ -101,8 +101,8 @@ class Move:
         new_parent, _, new_leaf = self.new.rpartition(".")
         text = re.sub(rf"\b{re.escape(self.old)}\b", self.new, text)
         text = re.sub(
-            rf"^(\s*)from {re.escape(parent)} import {leaf}$",
-            rf"\1from {new_parent} import {new_leaf}" + ("" if leaf == new_leaf else f" as {leaf}"),
+            rf"^( *)from {re.escape(parent)} import {leaf}(?: as (\w+))?$",
+            lambda found: f"{found[1]}from {new_parent} import {new_leaf} as {found[2] or leaf}",
             text,
             flags=re.MULTILINE,
         )

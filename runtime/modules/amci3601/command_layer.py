@@ -22,7 +22,7 @@ from ....io_images.amci3601 import CommandMsw, Firmware
 from ....io_images.amci3601.words import WORDS_3601, Profile
 from ...loop.events import Event, JsonValue
 from . import configuring
-from .axis import Axis
+from .axis_protocol import Axis
 from .capabilities import AxisRequest, Feature, Refusal
 from .command_words import COMMAND_BITS, CommandWords
 from .commands import COMMANDS, obey_store_minimum

@@ -16,7 +16,7 @@ from typing import ClassVar, Protocol
 
 from ....io_images.amci3601 import Firmware, InputBit
 from ....io_images.amci3601.words import Profile
-from .axis import Axis
+from .axis_protocol import Axis
 from .capabilities import Feature, Refusal
 from .command_words import CommandWords
 from .latches import BrokenRule

@@ -98,7 +98,7 @@ EQUIVALENT = (
         "a distance of 0 is left out one line above",
     ),
     Equivalent(
-        "ladder/compiler/values.py",
+        "ladder/compiler/value_writer.py",
         "ValueWriter.converted",
         "width or 64",
         "64",

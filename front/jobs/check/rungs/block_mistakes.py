@@ -13,7 +13,7 @@ from ....ladder.state.lowered import AddOnCall
 from ..facts import Facts, FileLine, LocalFinding
 from ..logic import AllOf, never
 from .blocks import OWNER, BlockCall
-from .values import Values
+from .number_ranges import Values
 from .walk import Point
 
 Placed = Sequence[tuple[Point, FileLine]]

@@ -27,6 +27,7 @@ from .conditions import Conditions, on_delays
 from .controls import shared
 from .loops import counted, counts_by_site, endless
 from .mistakes import Mistakes
+from .number_ranges import Values
 from .output_writes import WriteReader, path_of
 from .outputs import OutputBits
 from .sent_words import SentWords
@@ -34,7 +35,6 @@ from .steps import Steps
 from .structure import Structure, own_routines
 from .subscripts import note_subscripts
 from .terminals import Terminals
-from .values import Values
 from .walk import Walker
 from .word_writes import word_writes
 from .written_words import computed, held, words_out_of_range

@@ -15,7 +15,7 @@ from typing_extensions import override
 from .....io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw
 from .....io_images.thousands import is_legal_pair, join_thousands
 from ....kinematics import Shape
-from ..axis import BlendProgram
+from ..axis_protocol import BlendProgram
 from ..blend_session import BlendSession
 from ..capabilities import Feature
 from ..command_words import CommandWords
