@@ -6,7 +6,7 @@ import pytest
 from relation import Relation
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.prove.algebra.meaning import BOOL
-from scanrack.ladder.prove.algebra.terms import and_, var
+from scanrack.ladder.prove.algebra.terms import T, and_, var
 from scanrack.ladder.prove.relation.paths import Paths
 from scanrack.ladder.prove.relation.symbols import UnmodelledError
 
@@ -31,7 +31,8 @@ def test_passes_of_a_value_whose_rounding_is_not_modeled(mode, expression):
 
 
 def test_a_repeated_prefix_meets_the_same_unknowns():
-    paths, made = Paths(), []
+    paths = Paths()
+    made: list[T] = []
 
     def unknown():
         made.append(var(f"?{len(made)}", BOOL))
