@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Thread
@@ -18,8 +17,6 @@ from scanrack.runtime.line.ports import Stop, serve_until_interrupted
 from scanrack.runtime.line.wire import LineFormat
 from scanrack.runtime.loop.pace import Clock
 from typer.testing import CliRunner
-
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
 
 
 @contextmanager
