@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from ...io_images.amci3601 import ALL_INPUTS, InputBit
 from ...io_images.image import WORDS
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 from ...traces.signals.decode import in_command_mode
 from ..run.playback import Stimulus
 
 
-def recorded_levels(recording: Recording) -> Iterator[Stimulus]:
+def recorded_levels(recording: PackedTrace) -> Iterator[Stimulus]:
     """Yield the level of every input at the beginning, and whenever it changed, in order of time.
 
     An unused input shows no level: it counts as not active.
@@ -31,7 +31,7 @@ def recorded_levels(recording: Recording) -> Iterator[Stimulus]:
             yield from _levels_of(recording, slot.number)
 
 
-def _levels_of(recording: Recording, slot: int) -> Iterator[Stimulus]:
+def _levels_of(recording: PackedTrace, slot: int) -> Iterator[Stimulus]:
     first_ns = recording.times[0]
     before: int | None = None
     for at_ns, levels in _shown(recording, recording.place(slot) // 2):
@@ -43,7 +43,7 @@ def _levels_of(recording: Recording, slot: int) -> Iterator[Stimulus]:
         before = levels
 
 
-def _shown(recording: Recording, place: int) -> Iterator[tuple[int, int]]:
+def _shown(recording: PackedTrace, place: int) -> Iterator[tuple[int, int]]:
     """Yield the first levels of a slot, and those after every change: time, ns, and mask of energized inputs.
 
     Args:

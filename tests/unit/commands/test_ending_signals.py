@@ -16,7 +16,7 @@ from mcap.reader import make_reader
 from scanrack import __main__
 from scanrack.commands import build
 from scanrack.runtime.loop.pace import ending_as_interrupt, interrupted_by
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from typer.testing import CliRunner
 
 ENDING = [signal.SIGTERM, signal.SIGHUP]

@@ -18,8 +18,7 @@ from typing import Any, NamedTuple
 
 import pytest
 from scanrack.commands import COMMANDS
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.write.recorder import ScanRecorder
+from scanrack.traces import ScanRecorder, SlotInfo
 from watching import Watched, page_of
 from windows import PATIENCE_S, Windows, start
 from windows_files import users

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.fuzz.campaign.state import State
+from scanrack.jobs import State
 from scanrack.jobs.fuzz.run import BrokenInvariant
 from scanrack.jobs.trust import attachments
 from scanrack.jobs.trust.extracting import checked_name

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 import serial
 from scanrack.commands import build
+from scanrack.runtime import LineFormat
 from scanrack.runtime.line import serialport
 from scanrack.runtime.line.clients.link import LinkError, SerialLink
-from scanrack.runtime.line.wire import LineFormat
 from typer.testing import CliRunner
 
 NAMES = ["COM3", "COM10", r"\\.\COM10"]

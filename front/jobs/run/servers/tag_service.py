@@ -16,11 +16,11 @@ from ....io_images.enip.listing import Listing
 from ....runtime.line.hosts import join_address
 from ....runtime.live.mailbox import Mailbox
 from ....runtime.live.tag_desk import NoTags, TagDesk
-from ....runtime.outside.images import with_images
-from ....runtime.outside.register_map import RegisterMap
-from ....runtime.outside.setup import MODBUS_TCP, OPC_UA, TagSetup
-from ....runtime.outside.variables import VARIABLES_MOST, TagTree
-from ...load.loading import Job
+from ....runtime.tag_servers.images import with_images
+from ....runtime.tag_servers.register_map import RegisterMap
+from ....runtime.tag_servers.setup import MODBUS_TCP, OPC_UA, TagSetup
+from ....runtime.tag_servers.variables import VARIABLES_MOST, TagTree
+from ...load.loading import LoadedRack
 from ...trust.launcher import Handed, Helper, TimeoutExpired, launch
 from ..running import JobRun
 from .kinds import ServerAddress
@@ -52,7 +52,9 @@ class TagService:
         ValueError: the port can't be used.
     """
 
-    def __init__(self, job: Job, where: ServerAddress, say: Callable[[str], object], *, writes: bool) -> None:
+    def __init__(
+        self, job: LoadedRack, where: ServerAddress, say: Callable[[str], object], *, writes: bool
+    ) -> None:
         if where.kind.maps and job.spec.server.modbus is None:
             raise ValueError(f"--server {where.protocol}: the rack file has no [{where.kind.maps}]")
         self._say, self._writes, self._spec = say, writes, job.spec
@@ -241,7 +243,7 @@ class TagServices:
     """
 
     def __init__(
-        self, job: Job, wanted: Sequence[ServerAddress], say: Callable[[str], object], *, writes: bool
+        self, job: LoadedRack, wanted: Sequence[ServerAddress], say: Callable[[str], object], *, writes: bool
     ) -> None:
         self._services: list[TagService] = []
         with ExitStack() as opened:
