@@ -59,6 +59,7 @@ GROUPS = {
         "why": Entry(".programs.why", "Explain why a tag has its value."),
         "ladder": Entry(".programs.ladder", "Draw rungs."),
         "xref": Entry(".programs.why", "List where tags are read and written."),
+        "tags": Entry(".programs.tags", "List the tags that clients of --server see."),
         "l5x": Entry(".programs.l5x", "Report what an L5X or SLC export supports."),
     },
     "Search and prove": {
