@@ -1,10 +1,10 @@
 """The list of tags as files that HMI software imports; a row of `FORMATS` for each.
 
-| software | file | what its columns and keys mean |
+| software | file | source |
 |---|---|---|
-| Kepware | CSV of a device | "CSV Import and Export" of KEPServerEX, and its Allen-Bradley ControlLogix Ethernet help |
-| FactoryTalk View | CSV of HMI tags, version 002 | "CSV File Column Ordering" [2711E-6.12, p. 6-23]; first lines as in exports |
-| Ignition | JSON of tags | "Exporting and Importing Tags" and "Tag Properties" of Ignition 8.1 |
+| Kepware | CSV of a device | help of KEPServerEX, "CSV Import and Export", and of its Logix driver |
+| FactoryTalk View | CSV of HMI tags | "CSV File Column Ordering" [2711E-6.12, p. 6-23]; heads as exported |
+| Ignition | JSON of tags | manual of 8.1, "Exporting and Importing Tags", "Tag Properties" |
 | Node-RED | a flow | node-red-contrib-cip-ethernet-ip |
 
 None of these programs was at hand to import a file; that of Node-RED is read by its library, st-ethernet-ip.
@@ -62,8 +62,8 @@ class TagFile:
 # --- Kepware
 
 _KEPWARE_HEAD = (
-    "Tag Name,Address,Data Type,Respect Data Type,Client Access,Scan Rate,Scaling,Raw Low,Raw High,Scaled Low,"
-    "Scaled High,Scaled Data Type,Clamp Low,Clamp High,Eng Units,Description,Negate Value"
+    "Tag Name,Address,Data Type,Respect Data Type,Client Access,Scan Rate,Scaling,Raw Low,Raw High,"
+    "Scaled Low,Scaled High,Scaled Data Type,Clamp Low,Clamp High,Eng Units,Description,Negate Value"
 )
 _KEPWARE: Mapping[str, str] = {
     "BOOL": "Boolean",
@@ -121,10 +121,11 @@ def _plain(name: str, separator: str) -> str:
 # --- FactoryTalk View
 
 _FACTORYTALK_HEAD = (
-    ";Tag Type, Tag Name, Tag Description, Read Only, Data Source, Security Code, Alarmed, Native Type, Value Type,"
-    " Min Analog, Max Analog, Initial Analog, Scale, Offset, DeadBand, Units, Off Label Digital, On Label Digital,"
-    " Initial Digital, Length String, Initial String, Retentive, Address, System Source Name, System Source Index,"
-    " RIO Address, Element Size Block, Number Elements Block, Initial Block"
+    ";Tag Type, Tag Name, Tag Description, Read Only, Data Source, Security Code, Alarmed, Native Type,"
+    " Value Type, Min Analog, Max Analog, Initial Analog, Scale, Offset, DeadBand, Units, Off Label Digital,"
+    " On Label Digital, Initial Digital, Length String, Initial String, Retentive, Address,"
+    " System Source Name, System Source Index, RIO Address, Element Size Block, Number Elements Block,"
+    " Initial Block"
 )
 _FACTORYTALK_FIRST = ";###002 - THIS LINE CONTAINS VERSION INFORMATION. DO NOT REMOVE!!!"
 _COLUMNS = _FACTORYTALK_HEAD.count(",") + 1
@@ -251,9 +252,7 @@ _NODE_RED = {name: name for name in ("BOOL", "SINT", "INT", "DINT", "REAL")}
 
 
 def node_red(rows: Iterable[TagRow], title: str) -> TagFile:
-    """Return a flow: an endpoint with the tags, a node that shows all of them, and one that writes each
-    writable tag.
-    """
+    """Return a flow: an endpoint, a node that shows all tags, and a node for each writable one."""
     made = TagFile()
     table: dict[str, dict[str, dict[str, str]]] = {}
     outs = []

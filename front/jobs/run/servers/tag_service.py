@@ -274,7 +274,7 @@ class TagServices:
 
 
 def _problems(job: Job, listing: Listing, protocol: str) -> list[str]:
-    """Return a sentence for each name of `writable`, and of the map of a server that has one, without a tag."""
+    """Return a sentence for each name without a tag, in `writable` or in the map that a server has."""
     server = job.spec.server
     database = Database(listing, server.writable)
     found = unknown_patterns(database, server.writable)
