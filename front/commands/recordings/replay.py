@@ -40,7 +40,7 @@ def _replay_command(
             "--stimuli",
             help="What acts on the machine: the rack file's timeline and stations, the recorded stimuli, or "
             "the recorded levels of the inputs.",
-            show_default="machine; recorded, into a rack",
+            show_default="machine; recorded, into a rack; inputs, if the trace begins in operation",
         ),
     ] = None,
     tolerance_time: ToleranceTimeOption = "0s",
@@ -49,6 +49,15 @@ def _replay_command(
         bool, typer.Option("--to-the-end", help="Continue after the first scan that differs.")
     ] = False,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
+    configuration: Annotated[
+        str | None,
+        typer.Option(
+            "--configuration",
+            metavar="WORDS",
+            help="Configuration of a 3601 at the beginning: '843Ch 003Ch 0 500'.",
+            show_default="the first in the trace",
+        ),
+    ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -57,6 +66,9 @@ def _replay_command(
     Rack and program are those that came with the trace, or what --rack and --program say: so a changed
     program is checked against an old trace. With a tolerance the whole trace is replayed and
     compared by time, see scanrack compare.
+
+    A 3601 that was in operation before the trace is taken as an image shows it at rest, and compared from the
+    scan after that. Its configuration is the first that the trace shows, or --configuration.
 
     Exit status: 0 the same, 1 something differs, 2 a file or option can't be used, 130 stopped by Ctrl-C.
 
@@ -75,6 +87,7 @@ def _replay_command(
         tolerance_counts,
         to_the_end,
         trust,
+        configuration,
         as_json,
         quiet,
     )
