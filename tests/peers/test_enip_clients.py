@@ -239,3 +239,35 @@ def test_the_flow_for_node_red_is_read_by_its_library(bench: tuple[ServedRack, i
 
 
 FLOW = {"aSint", "anInt", "aDint", "aReal", "aBool", "Grid", "Fill", "Program:Main"}
+
+
+def test_the_examples_of_exports_are_written_by_pycomm3() -> None:
+    """Bits of B3 start the conveyor of an SLC program; an HMI changes a recipe of an L5X."""
+    with (
+        served(EXAMPLES / "slc/conveyor.toml") as (_, port),
+        pycomm3_client(pycomm3.SLCDriver, port) as plc,
+    ):
+        assert not plc.read("B3:0/2").value
+        assert plc.write(("B3:0/0", True)).error is None
+        assert plc.write(("C5:0.PRE", 3)).error is not None  # it names the control word
+        assert plc.read("B3:0/2").value
+    with served(EXAMPLES / "l5x/mixer.toml") as (rack, port):
+        with pycomm3_client(pycomm3.LogixDriver, port) as plc:
+            assert plc.write("Recipes[1].Degrees", 42.5).error is None
+            assert plc.write("ToLine.Number", 1).error is not None
+        assert in_rack(rack, "Recipes[1].Degrees") == 42.5
+
+
+def test_what_clients_make_of_what_they_can_not_have(bench: tuple[ServedRack, int]) -> None:
+    """docs/hmi.md, Limits: a bit that a DINT lacks, and 999 DINTs in one packet; neither gives wrong data."""
+    rack, port = bench
+    rack.debugger.tags["aDint"] = 5
+    with pycomm3_client(pycomm3.LogixDriver, port) as plc:
+        assert plc.read("Dints{998}").error is None
+        assert plc.read("Dints{999}").error == "Insufficient Packet Space"
+        assert len(plc.read("Dints{1001}").value) == 1001
+        plc.write("aDint.32", True)
+    assert rack.debugger.tags["aDint"] == 5
+
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
