@@ -278,8 +278,8 @@ from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.run.running import JobRun, RunOptions
 from contextlib import ExitStack
 from scanrack.runtime.live.tag_server import TagServer
-from scanrack.runtime.outside.room import ReadBytes
-from scanrack.runtime.outside.setup import TagSetup
+from scanrack.runtime.tag_servers.tag_snapshot import ReadBytes
+from scanrack.runtime.tag_servers.setup import TagSetup
 
 with ExitStack() as ports:
     run = JobRun(load_job(sys.argv[1]), ports, RunOptions(handled=True))

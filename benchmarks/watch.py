@@ -44,7 +44,7 @@ from scanrack.runtime.loop.pace import AdjustablePace
 from scanrack.runtime.loop.realtime import frozen_collector
 from scanrack.watch.history.watched_machines import PER_SLOT, MachineFigures
 from scanrack.watch.history.watched_program import LadderNotes
-from scanrack.watch.keeper import Keeper
+from scanrack.watch.monitor_supervisor import MonitorSupervisor
 from scanrack.watch.monitors.monitor import SessionFacts
 from scanrack.watch.monitors.session_monitor import SessionProgram, Setup
 from websockets.asyncio.client import connect
@@ -166,16 +166,18 @@ def measure(way: str, seconds: float, speed: float | None) -> dict[str, object]:
         return result
 
 
-def _monitor(ring: Ring, figures: MachineFigures, trace: Path, stack: ExitStack) -> tuple[Keeper, str]:
+def _monitor(
+    ring: Ring, figures: MachineFigures, trace: Path, stack: ExitStack
+) -> tuple[MonitorSupervisor, str]:
     listening = stack.enter_context(socket.create_server(("127.0.0.1", 0)))
     port, key = listening.getsockname()[1], secrets.token_hex(16)
     about = SessionFacts("0", "feeder", str(FEEDER), "rack", False, False, None)
     programs = (SessionProgram(0, str(FEEDER.parent), "feeder.toml", "feeder.rung"),)
     setup = Setup(ring.shape, about, key, "127.0.0.1", port, tuple(figures.slots), str(trace), programs)
-    return Keeper(setup, ring, listening, lambda _text: None), f"127.0.0.1:{port} {key}"
+    return MonitorSupervisor(setup, ring, listening, lambda _text: None), f"127.0.0.1:{port} {key}"
 
 
-def _spent(keeper: Keeper | None) -> float:
+def _spent(keeper: MonitorSupervisor | None) -> float:
     """Return the processor time of the monitor so far, s."""
     if keeper is None:
         return 0.0

@@ -28,7 +28,7 @@ from scanrack import open_bench
 from scanrack.jobs.bench import Bench
 from scanrack.ladder.debug import replay
 from scanrack.traces.read.reader import open_trace
-from scanrack.traces.replay import Recording
+from scanrack.traces.replay import PackedTrace
 
 FEEDER = Path(__file__).parents[1] / "examples" / "feeder" / "feeder.toml"
 CHANGED = 5_247
@@ -48,7 +48,7 @@ def spent(action: Callable[[], object]) -> float:
 def read(path: Path) -> int:
     """Read a recording, unpack it, and return the number of its scans."""
     with open_trace(path) as trace:
-        recording = Recording.of(trace)
+        recording = PackedTrace.of(trace)
     return len(recording.columns.scan)
 
 

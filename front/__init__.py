@@ -34,13 +34,13 @@ if TYPE_CHECKING:  # the names of the front door: type checkers import these lin
     from .io_images.amci3601.bits import InputBit as InputBit
     from .jobs.bench import Bench as Bench
     from .jobs.bench.opening import open_bench as open_bench
-    from .jobs.fuzz.laws.goals import maximise as maximise
-    from .jobs.fuzz.laws.goals import sometimes as sometimes
-    from .jobs.fuzz.laws.invariants import always as always
-    from .jobs.fuzz.laws.invariants import eventually as eventually
-    from .jobs.fuzz.laws.invariants import never as never
-    from .jobs.fuzz.laws.scan_view import Moment as Moment
-    from .jobs.load.loading import Job as Job
+    from .jobs.fuzz.invariants.goals import maximize as maximize
+    from .jobs.fuzz.invariants.goals import sometimes as sometimes
+    from .jobs.fuzz.invariants.invariants import always as always
+    from .jobs.fuzz.invariants.invariants import eventually as eventually
+    from .jobs.fuzz.invariants.invariants import never as never
+    from .jobs.fuzz.invariants.scan_view import Snapshot as Snapshot
+    from .jobs.load.loading import LoadedRack as LoadedRack
     from .jobs.load.loading import load_rack as load_rack
     from .jobs.run.result import RunResult as RunResult
     from .jobs.run.result import run as run
@@ -86,7 +86,7 @@ if TYPE_CHECKING:  # the names of the front door: type checkers import these lin
     from .ladder import Controller as Controller
     from .ladder import Program as Program
     from .ladder import read_program as read_program
-    from .ladder.build.python_rungs import RungMaker as RungMaker
+    from .ladder.lowering.python_rungs import RungMaker as RungMaker
     from .ladder.python.axis3601 import Axis3601 as Axis3601
     from .ladder.python.axis3601 import AxisError as AxisError
     from .ladder.python.axis3601 import CommandAborted as CommandAborted
@@ -130,6 +130,7 @@ if TYPE_CHECKING:  # the names of the front door: type checkers import these lin
     from .traces.read.reader import Trace as Trace
     from .traces.read.reader import open_trace as open_trace
 
+    Job, Moment, maximise = LoadedRack, Snapshot, maximize  # old names, see `io_images.renamed`
     __version__: str
     __loader__: Any
 
@@ -137,6 +138,11 @@ if TYPE_CHECKING:  # the names of the front door: type checkers import these lin
 def __getattr__(name: str) -> object:
     if name == "__all__":
         return list(_homes())
+    if name not in _homes():
+        from .io_images.renamed import RENAMED, renamed
+
+        if f"{__name__}.{name}" in RENAMED:
+            return renamed(__name__, name)
     found = _find(name)
     globals()[name] = found
     return found

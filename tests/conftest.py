@@ -130,6 +130,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if _is_whole_suite(config) and not asked:
         config.option.markexpr = "not slow"
     items.sort(key=_turn)
+    if not config.getoption("--long"):
+        for item in items:
+            if item.get_closest_marker("long"):
+                item.add_marker(pytest.mark.skip(reason="takes long: with --long"))
     skip_without_extras(items)
 
 

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ..io_images.image import IMAGE_BYTES
+from ..io_images.renamed import renamed
 from .compare import EXACT, Comparison, Tolerance, compare_parts
 from .format.layout import SLOT_BYTES, SlotInfo
 from .read.arrays import column_chunks, extent
@@ -28,7 +29,7 @@ Image = tuple[int, str]
 
 
 @dataclass(frozen=True, slots=True)
-class Recording:
+class PackedTrace:
     """A trace in memory, packed, to be played."""
 
     slots: tuple[SlotInfo, ...]
@@ -36,7 +37,7 @@ class Recording:
     events: tuple[TraceEvent, ...]  # all messages but images, in order
 
     @classmethod
-    def of(cls, trace: Trace, more: Columns | None = None) -> Recording:
+    def of(cls, trace: Trace, more: Columns | None = None) -> PackedTrace:
         """Read a trace.
 
         Args:
@@ -109,7 +110,7 @@ class Follower:
 
     def __init__(
         self,
-        recording: Recording,
+        recording: PackedTrace,
         memory: bytearray,
         images: Sequence[Image],
         *,
@@ -183,3 +184,7 @@ def _first_scans(chunks: Iterator[Columns], count: int) -> Iterator[Columns]:
         count -= len(columns.scan)
         if count <= 0:
             return
+
+
+def __getattr__(name: str) -> object:
+    return renamed(__name__, name)

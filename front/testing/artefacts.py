@@ -18,7 +18,7 @@ from ..ladder.model.errors import LadderFault
 from ..runtime.loop.faults import CpuFault
 from ..traces.files.portable import relative
 from .folder import ArtefactFolder, file_name
-from .page import page_line
+from .page import FailedTest, page_line
 
 if TYPE_CHECKING:
     import pytest
@@ -51,6 +51,7 @@ class TestArtefacts:
     __test__ = False  # for pytest: it is no test
 
     def __init__(self, item: pytest.Item, base: Path) -> None:
+        self._test = item.nodeid
         self._near = item.config.invocation_params.dir
         self._keep = item.config.getoption("--scanrack-keep")
         self.folder = ArtefactFolder(base, item.nodeid)
@@ -93,6 +94,8 @@ class TestArtefacts:
                 report.sections.append((SECTION, "\n".join(self._told(error))))
         if report.when == "teardown":
             if self._keep == "all" or (self._keep == "failed" and self._failed):
+                if not self._failed:
+                    self.folder.keep_passed()
                 self.folder.remove_if_unused()
             else:
                 self.folder.remove()
@@ -127,7 +130,14 @@ class TestArtefacts:
         if trace is not None:
             path = relative(trace, self._near)
             yield f"  scanrack watch {shlex.quote(f'{path}#scan={scan}')}"
-            yield f"  {page_line(trace, path, scan, tags_of(error, bench), run_s)}"
+            test = FailedTest(self._test, _message(error), self.folder.passed_trace(trace))
+            yield f"  {page_line(trace, path, scan, tags_of(error, bench), run_s, test)}"
+
+
+def _message(error: BaseException) -> str:
+    """Return what a failure says; the kind of an assertion says nothing."""
+    said = str(error)
+    return said if isinstance(error, AssertionError) and said else f"{type(error).__name__}: {said}"
 
 
 def tags_of(error: BaseException, bench: Bench) -> list[str]:

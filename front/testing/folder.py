@@ -4,6 +4,8 @@ scanrack-artefacts/                     with a .gitignore, which says that scanr
 test_feeder.py--test_strokes/         of test_feeder.py::test_strokes
 .scanrack-test                      its test; only folders with this file are ever emptied
 feeder.mcap, feeder.html
+.scanrack-passed                    if that test has passed
+passed/feeder.mcap                  of its last run that passed, while later ones fail
 """
 
 from __future__ import annotations
@@ -19,6 +21,8 @@ from ..traces.files.locking import is_being_recorded
 from ..traces.files.portable import no_device
 
 MARK = ".scanrack-test"
+PASSED_MARK = ".scanrack-passed"
+PASSED = "passed"
 IGNORE = "# made by the pytest plugin of scanrack\n*\n"
 LONGEST = 80
 """Characters of a folder's name, its digest apart."""
@@ -103,8 +107,19 @@ class ArtefactFolder:
                     f"{trace} is being recorded by another run of the test: "
                     "give --scanrack-artefacts another folder"
                 )
-        shutil.rmtree(path)
+        _empty(path)
         return True
+
+    def passed_trace(self, trace: Path) -> Path | None:
+        """Return the trace of that name of the last run that passed, if there is one."""
+        path = trace.parent / PASSED / trace.name
+        return path if path.is_file() else None
+
+    def keep_passed(self) -> None:
+        """Keep the folder as that of a run that has passed."""
+        if self._path is not None:
+            (self._path / PASSED_MARK).touch()
+            shutil.rmtree(self._path / PASSED, ignore_errors=True)
 
     def _is_own(self, path: Path) -> bool:
         try:
@@ -121,8 +136,24 @@ class ArtefactFolder:
 
     def remove_if_unused(self) -> None:
         """Remove the folder if the test left nothing in it."""
-        if self._path is not None and all(each.name == MARK for each in self._path.iterdir()):
+        own = {MARK, PASSED_MARK, PASSED}
+        if self._path is not None and all(each.name in own for each in self._path.iterdir()):
             self.remove()
+
+
+def _empty(path: Path) -> None:
+    """Empty a test's folder, except for the traces of the last run that passed."""
+    kept = path / PASSED
+    if (path / PASSED_MARK).exists():  # the run before this one
+        shutil.rmtree(kept, ignore_errors=True)
+        kept.mkdir()
+        for trace in path.glob("*.mcap"):
+            trace.replace(kept / trace.name)
+    for each in path.iterdir():
+        if each.is_symlink() or not each.is_dir():
+            each.unlink()
+        elif each != kept:
+            shutil.rmtree(each)
 
 
 def _make_base(base: Path) -> None:

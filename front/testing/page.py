@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from ..io_images.text_limits import shortened
 
@@ -21,7 +22,15 @@ SHOWN = 4_000
 """Scans in the page, up to the failure."""
 
 
-def page_line(trace: Path, shown: str, scan: int, tags: Sequence[str], run_s: float) -> str:
+class FailedTest(NamedTuple):
+    """A test that has failed."""
+
+    name: str  # as pytest shows it
+    message: str
+    passed: Path | None = None  # the trace of its last run that passed
+
+
+def page_line(trace: Path, shown: str, scan: int, tags: Sequence[str], run_s: float, test: FailedTest) -> str:
     """Write the page of a recording beside it; return the line of the report.
 
     Args:
@@ -29,15 +38,19 @@ def page_line(trace: Path, shown: str, scan: int, tags: Sequence[str], run_s: fl
         scan: the scan of the failure.
         tags: whose why the page answers.
         run_s: processor time since the bench was opened, s.
+        test: the page opens on what it says.
     """
     if scan >= MOST_SCANS or run_s > MOST_RUN_S:
         return f"scanrack share {shlex.quote(shown)}   # the page takes some seconds"
-    from ..watch.share.command import ShareWish, share  # imported late: half a second
+    from ..watch.share.command import ShareOptions, share  # imported late: half a second
+    from ..watch.share.failure import Failure
 
     page = trace.with_suffix(".html")
-    wish = ShareWish(scan, before=SHOWN, most=SHOWN, others=0)
+    options = ShareOptions(scan, before=SHOWN, most=SHOWN, others=0)
+    answered = tags if scan < WITH_ANSWERS else ()
+    failure = Failure(test.name, test.message, next(iter(answered), None), test.passed)
     try:
-        share(trace, page, wish, trust=True, tags=tags if scan < WITH_ANSWERS else ())
+        share(trace, page, options, trust=True, tags=answered, failure=failure)
     except Exception as error:  # a report is no place for a second failure
         return f"no page: {shortened(str(error))}"
     return page.resolve().as_uri()

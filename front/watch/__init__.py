@@ -1,7 +1,7 @@
 """`scanrack watch`: a rack that runs, in the browser.
 
     scan process                                   monitor process
-    play.py, keeper.py -> runtime/live  ==ring==> session_monitor.py -> server.py -> pages
+    play.py, monitor_supervisor.py -> runtime/live  ==ring==> session_monitor.py -> server.py -> pages
                                  ^------- orders -----'
 
 | file or room | content |

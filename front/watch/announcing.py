@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from ..jobs.record.editions import Edition, Editions
 from ..jobs.record.order_repeater import RecordedOrder
+from ..jobs.record.program_versions import ProgramVersion, ProgramVersions
 from ..jobs.run.editing import ProgramEdit
 from ..jobs.run.running import JobRun
-from ..runtime.live.orders import Edit
+from ..runtime.live.actions import Edit
 from ..runtime.live.ring import Ring
-from .keeper import Keeper
+from .monitor_supervisor import MonitorSupervisor
 from .monitors.session_monitor import SessionProgram
 
 
 def programs_of(
-    run: JobRun, editions: Editions, orders: Sequence[RecordedOrder]
+    run: JobRun, editions: ProgramVersions, orders: Sequence[RecordedOrder]
 ) -> tuple[SessionProgram, ...]:
     """Return the programs of a run so far."""
     edits = [each.scan for each in orders if isinstance(each.order, Edit)][: run.program.edits]
@@ -29,12 +29,12 @@ class Announcer:
     def __init__(
         self,
         run: JobRun,
-        editions: Editions,
+        editions: ProgramVersions,
         orders: Sequence[RecordedOrder],
         tell: Callable[[Mapping[str, object]], None],
-        keeper: Keeper,
+        supervisor: MonitorSupervisor,
     ) -> None:
-        self._run, self._editions, self._tell, self._keeper = run, editions, tell, keeper
+        self._run, self._editions, self._tell, self._supervisor = run, editions, tell, supervisor
         self._programs = programs_of(run, editions, orders)
         self._again = orders[-1].scan if orders else -1
 
@@ -42,7 +42,7 @@ class Announcer:
         """Announce an edit."""
         program = _ran(self._editions[edited.number], edited.at_ns // self._run.cpu.period_ns)
         self._programs += (program,)
-        self._keeper.go_on_with(programs=self._programs)
+        self._supervisor.go_on_with(programs=self._programs)
         again = program.first <= self._again
         fields = {"number": edited.number, "program": program, "again": again}
         self._tell({"edited": {"text": edited.text, **edited.tags, **fields}})
@@ -54,11 +54,11 @@ class Announcer:
             ring: the branch writes into it from here on.
             record: the same, if it is kept.
         """
-        self._keeper.go_on_with(trace=str(trace), record=record, programs=self._programs)
+        self._supervisor.go_on_with(trace=str(trace), record=record, programs=self._programs)
         places = {"rows": ring.written, "snapshots": ring.snapshots.end}
         self._tell({"branch": {"trace": str(trace), "record": record, "programs": self._programs, **places}})
 
 
-def _ran(edition: Edition, first: int) -> SessionProgram:
+def _ran(edition: ProgramVersion, first: int) -> SessionProgram:
     assert edition.place is not None, "a monitor reads a copy"
     return SessionProgram(first, str(edition.place), edition.rack, edition.program)

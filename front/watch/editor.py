@@ -8,7 +8,7 @@ A ladder program keeps the values of its tags, as in an online edit. A class of 
 and its sequences continue, see `ladder.python.online`; a Python function is loaded again. The page shows a
 mistake with its file and line, and the running program continues. A text that a page has edited is previewed,
 and saved only when the page takes it over; so is a saved file if the session wants previews.
-An edit is an order of its own, recorded with the program's files: see `jobs.record.editions`.
+An edit is an order of its own, recorded with the program's files: see `jobs.record.program_versions`.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from os.path import realpath
 from pathlib import Path
 from typing import NamedTuple
 
-from ..jobs.load.loading import Job, load_job
+from ..jobs.load.loading import LoadedRack, load_job
 from ..jobs.prove.serving.effects import Group, effects_of
-from ..jobs.record.editions import Edition, Editions, edition_of, folders_of, forget
+from ..jobs.record.program_versions import ProgramVersion, ProgramVersions, folders_of, forget, version_of
 from ..jobs.run.running import JobRun
 from ..jobs.trust.attachments import load_files, program_name
 from ..ladder import LadderLogic
 from ..ladder.python.sequences import Logic
-from ..runtime.live.orders import ALL, DRAFT_MOST, Draft, Edit, Source, names_in
+from ..runtime.live.actions import ALL, DRAFT_MOST, Draft, Edit, Source, names_in
 from ..runtime.live.session import Reply
 from .preview import Json, findings_of, mistake_of, mistakes_of, new_findings, preview_of
 
@@ -60,10 +60,10 @@ class Editor:
 
     def __init__(
         self,
-        job: Job,
+        job: LoadedRack,
         rack: str,
         run: JobRun,
-        editions: Editions,
+        editions: ProgramVersions,
         hand_over: Callable[[Takeover], None],
         tell: Callable[[Mapping[str, object]], None],
         manner: EditManner,
@@ -72,7 +72,7 @@ class Editor:
         self._hand_over, self._tell, self._manner = hand_over, tell, manner
         self._asked: deque[tuple[Source | Draft, Reply]] = deque()
         self._folders: set[Path] = set()  # of copies that were loaded
-        self._known: tuple[int, Job, list[Json]] | None = None
+        self._known: tuple[int, LoadedRack, list[Json]] | None = None
         self._ending, self._wake = threading.Event(), threading.Event()
         self._wanted = False
         self._restart = ""
@@ -137,13 +137,13 @@ class Editor:
     def _takeover(self, restart: str) -> Takeover:
         try:
             job = self._usable(self._loaded(), restart)
-            edition = self._editions.with_copy(edition_of(job))
+            edition = self._editions.with_copy(version_of(job))
         except (ValueError, OSError) as error:
             mistake = mistake_of(error, self._job.program)
             return lambda: self._tell({"mistake": mistake})
         return lambda: self._order(edition, job, restart)
 
-    def _order(self, edition: Edition, job: Job, restart: str) -> Edit | None:
+    def _order(self, edition: ProgramVersion, job: LoadedRack, restart: str) -> Edit | None:
         """Return the order that continues with a program; None if it already runs."""
         number = self._run.program.edits + 1
         if edition.files == self._editions[number - 1].files and not restart:
@@ -158,7 +158,7 @@ class Editor:
         self._editions.keep(number, edition, job)
         return Edit(number, edition.program, restart)
 
-    def _loaded(self) -> Job:
+    def _loaded(self) -> LoadedRack:
         """Load the program from the disk; ValueError if it can't be used."""
         forget([self._job.program.parent.resolve(), *self._folders])
         job = load_job(self._rack)
@@ -166,7 +166,7 @@ class Editor:
             raise ValueError(f"{job.program}: another program needs a new session")
         return job
 
-    def _usable(self, job: Job, restart: str) -> Job:
+    def _usable(self, job: LoadedRack, restart: str) -> LoadedRack:
         """Compile a program; ValueError if it can't be used."""
         if isinstance(job.logic, LadderLogic) is (self._run.program.debugger is None):
             raise ValueError(f"{job.program}: a program of another kind needs a new session")
@@ -243,7 +243,7 @@ class Editor:
 
         self._hand_over(tell)
 
-    def _previewed(self, text: str, restart: str, load: Callable[[], Job]) -> Callable[[], Json]:
+    def _previewed(self, text: str, restart: str, load: Callable[[], LoadedRack]) -> Callable[[], Json]:
         """Load an edited text; return what previews it between two scans."""
         program, texts = self._job.program, (self._running_text(), text)
         try:
@@ -263,7 +263,7 @@ class Editor:
 
         return shown
 
-    def _of_text(self, text: str) -> Job:
+    def _of_text(self, text: str) -> LoadedRack:
         """Load the running files with another text of the program, from a copy of them."""
         edition = self._running
         files = {**edition.files, program_name(self._job): text.encode()}
@@ -275,7 +275,7 @@ class Editor:
         return job
 
     @property
-    def _running(self) -> Edition:
+    def _running(self) -> ProgramVersion:
         return self._editions[self._run.program.edits]
 
     def _running_text(self) -> str:
@@ -286,7 +286,7 @@ class Editor:
         with self._job.program.open(encoding="utf-8", newline="") as file:
             return file.read()
 
-    def _known_version(self) -> tuple[Job, list[Json]]:
+    def _known_version(self) -> tuple[LoadedRack, list[Json]]:
         """Return the program that runs, loaded again, and its findings."""
         number = self._run.program.edits
         if self._known is None or self._known[0] != number:
@@ -299,7 +299,7 @@ TYPED_SUFFIXES = (".rung", ".st", ".py")
 """Suffixes of programs that a page edits."""
 
 
-def _effects(running: Job, edited: Job) -> tuple[Group, ...]:
+def _effects(running: LoadedRack, edited: LoadedRack) -> tuple[Group, ...]:
     """Return what an edit of rungs can change."""
     if not isinstance(running.logic, LadderLogic) or not isinstance(edited.logic, LadderLogic):
         return ()

@@ -18,12 +18,12 @@ from contextlib import ExitStack
 from importlib.metadata import version
 from pathlib import Path
 
-from ..jobs.load.loading import Job
-from ..jobs.record.editions import Editions, edition_of
+from ..jobs.load.loading import LoadedRack
 from ..jobs.record.order_repeater import RecordedOrder
+from ..jobs.record.program_versions import ProgramVersions, version_of
 from ..jobs.run.running import JobRun, RunOptions
 from ..jobs.run.servers.tag_service import TagServices
-from ..runtime.live.orders import Edit
+from ..runtime.live.actions import Edit
 from ..runtime.live.ring import Ring
 from ..runtime.live.session import Session
 from ..runtime.live.tap import Notes, PipeInbox, Tap
@@ -38,7 +38,7 @@ from .editor import EditManner, Editor, Takeover
 from .history.watched_machines import PER_SLOT, MachineFigures
 from .history.watched_program import LadderNotes
 from .history.watched_python import PythonNotes
-from .keeper import Keeper
+from .monitor_supervisor import MonitorSupervisor
 from .monitors.monitor import SessionFacts
 from .monitors.session_monitor import Setup
 from .prepared_run import PreparedRun, Start, WatchOptions
@@ -57,7 +57,7 @@ def listen(port: int) -> socket.socket:
         raise ValueError(f"--port {port}: {text}: choose another one, or none for a free one") from error
 
 
-def watch_job(job: Job, wanted: WatchOptions) -> int:
+def watch_job(job: LoadedRack, wanted: WatchOptions) -> int:
     """Run a job in a session for pages; return the exit status."""
     with ExitStack() as stack:
         try:
@@ -87,12 +87,12 @@ class Play:
         self._wanted, self._listening, self._folder, self._stack = wanted, listening, folder, stack
         self._key = key
         self._ring: Ring | None = None
-        self._keeper: Keeper | None = None
+        self._supervisor: MonitorSupervisor | None = None
         self._inbox: PipeInbox | None = None
         self._next: PreparedRun | None = None
         self._services: TagServices | None = None
 
-    def play(self, job: Job) -> int:
+    def play(self, job: LoadedRack) -> int:
         """Play the session and its branches; return the exit status."""
         try:
             self._open_services(job)
@@ -105,36 +105,36 @@ class Play:
             complain(each)
         return self.go_on(job)
 
-    def _open_services(self, job: Job) -> None:
+    def _open_services(self, job: LoadedRack) -> None:
         """Open the ports for clients of tags; ValueError if one can't be used."""
         wanted = self._wanted
         self._services = TagServices(job, wanted.servers, complain, writes=not wanted.read_only)
         self._stack.callback(self._services.end)
 
-    def go_on(self, job: Job) -> int:
+    def go_on(self, job: LoadedRack) -> int:
         """Play the prepared run and its branches; return the exit status."""
         status = DONE
         while self._next is not None:
             prepared, self._next = self._next, None
             with prepared.ports:
                 status = self._run(prepared, self._session(prepared, job))
-        lived = [each.end() for each in (self._keeper, self._services) if each is not None]
+        lived = [each.end() for each in (self._supervisor, self._services) if each is not None]
         if not all(lived) and status == DONE:
             return complain("a helper process has never begun: its error stands above", NO_HELPER)
         return status
 
-    def _first(self, job: Job) -> PreparedRun:
+    def _first(self, job: LoadedRack) -> PreparedRun:
         """Prepare the session.
 
         Raises:
             ValueError: the job can't be run.
             OSError: the trace can't be written.
         """
-        editions = Editions(self._folder / "programs", self._wanted.rack)
-        editions.keep(0, editions.with_copy(edition_of(job)), job)
+        editions = ProgramVersions(self._folder / "programs", self._wanted.rack)
+        editions.keep(0, editions.with_copy(version_of(job)), job)
         return self._prepared(Start(paused=self._wanted.paused), editions)
 
-    def _prepared(self, start: Start, editions: Editions) -> PreparedRun:
+    def _prepared(self, start: Start, editions: ProgramVersions) -> PreparedRun:
         with ExitStack() as ports:
             if self._wanted.live:
                 for outcome in ports.enter_context(real_time()):  # before there are ports
@@ -168,7 +168,7 @@ class Play:
         self,
         scan: int,
         orders: Iterable[RecordedOrder],
-        editions: Editions,
+        editions: ProgramVersions,
         parent: Path,
         *,
         paused: bool = False,
@@ -197,7 +197,7 @@ class Play:
             return _free(self._folder / "session.mcap")
         return kept if start.orders is None else _free(kept.with_name(f"{kept.stem}-{start.scan}.mcap"))
 
-    def _session(self, prepared: PreparedRun, job: Job) -> Session:
+    def _session(self, prepared: PreparedRun, job: LoadedRack) -> Session:
         run, start, pacer, wanted = prepared.run, prepared.start, prepared.pacer, self._wanted
         figures = MachineFigures(run.rack)
         if self._ring is None:
@@ -210,8 +210,8 @@ class Play:
         hands = run.hands
         hands.given.extend(start.orders or ())
         session: Session
-        assert self._keeper is not None
-        programs = Announcer(run, prepared.editions, start.orders or (), tap.tell, self._keeper)
+        assert self._supervisor is not None
+        programs = Announcer(run, prepared.editions, start.orders or (), tap.tell, self._supervisor)
         run.program.on_edit = programs.tell_edit
 
         def hand_over(takeover: Takeover) -> None:
@@ -261,7 +261,7 @@ class Play:
 
         session.attend = attend_all
 
-    def _open(self, job: Job, ring: Ring, figures: MachineFigures, prepared: PreparedRun) -> None:
+    def _open(self, job: LoadedRack, ring: Ring, figures: MachineFigures, prepared: PreparedRun) -> None:
         """Print the link, and start the monitor."""
         wanted = self._wanted
         key, port = self._key or secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
@@ -273,10 +273,10 @@ class Play:
         )  # fmt: skip
         machines, programs = tuple(figures.slots), programs_of(prepared.run, prepared.editions, ())
         setup = Setup(ring.shape, about, key, HOST, port, machines, str(prepared.trace), programs)
-        self._keeper = Keeper(setup, ring, self._listening, complain)
-        self._stack.callback(self._keeper.end)
-        self._inbox = PipeInbox(ring, self._keeper.pipe)
-        self._keeper.keep(self._inbox)
+        self._supervisor = MonitorSupervisor(setup, ring, self._listening, complain)
+        self._stack.callback(self._supervisor.end)
+        self._inbox = PipeInbox(ring, self._supervisor.pipe)
+        self._supervisor.keep(self._inbox)
         if self._key is not None:
             return
         link = f"http://{HOST}:{port}/#key={key}"
@@ -325,7 +325,7 @@ def _free(path: Path) -> Path:
     return tried
 
 
-def _notes(run: JobRun, job: Job, ring: Ring, tap: Tap) -> Notes:
+def _notes(run: JobRun, job: LoadedRack, ring: Ring, tap: Tap) -> Notes:
     """Return the sender of the program's values to the monitor."""
     if run.program.debugger is not None:
         return LadderNotes(run.program.debugger, ring.snapshots)

@@ -7,11 +7,11 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ..jobs.record.editions import Editions
 from ..jobs.record.order_repeater import RecordedOrder
+from ..jobs.record.program_versions import ProgramVersions
 from ..jobs.run.running import JobRun
 from ..jobs.run.servers.kinds import ServerAddress
-from ..runtime.live.orders import Force
+from ..runtime.live.actions import Force
 from ..runtime.loop.pace import AdjustablePace
 
 
@@ -55,5 +55,5 @@ class PreparedRun:
     run: JobRun
     pacer: AdjustablePace
     trace: Path
-    editions: Editions
+    editions: ProgramVersions
     ports: ExitStack

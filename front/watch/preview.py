@@ -16,7 +16,7 @@ from typing import Any
 
 from ..io_images.site import Site, SiteError, sites_of
 from ..jobs.check import check_rack
-from ..jobs.load.loading import Job
+from ..jobs.load.loading import LoadedRack
 from ..jobs.prove.serving.effects import Group
 from ..jobs.run.editing import DescribedEdit
 from ..ladder.model.errors import BuildError
@@ -84,7 +84,7 @@ def _mistake(text: str, site: Site, program: Path) -> Json:
     return {"text": text, "file": program.name, "line": site.line if own else None}
 
 
-def findings_of(job: Job) -> list[Json]:
+def findings_of(job: LoadedRack) -> list[Json]:
     """Return what `scanrack check` says of a program's own file: line, rule and sentence."""
     return [
         {"line": each.place.line, "rule": each.rule, "text": f"{each.text}; {each.row.remedy}"}

@@ -13,14 +13,14 @@ from pathlib import Path
 from typing import NamedTuple
 from urllib.parse import parse_qs, quote
 
-from ..jobs.load.loading import Job
-from ..jobs.record.editions import Editions, edition_of, editions_of, edits_of
+from ..jobs.load.loading import LoadedRack
 from ..jobs.record.order_repeater import is_session, lost_edits, orders_of
+from ..jobs.record.program_versions import ProgramVersions, edits_of, version_of, versions_of
 from ..jobs.trust.attachments import job_of, spec_of
 from ..jobs.trust.trust import UntrustedError
 from ..runtime.config.rackspec import RackSpec
-from ..runtime.live.hands import GivenOrder
-from ..runtime.live.orders import Edit
+from ..runtime.live.actions import Edit
+from ..runtime.live.operator_actions import AppliedAction
 from ..runtime.loop.pace import interrupted_by
 from ..runtime.loop.scan import ScanFlag
 from ..terminal.status import BAD_INPUT, INTERRUPTED, complain, reason
@@ -35,7 +35,7 @@ from .monitors.trace_monitor import Source, TraceMonitor
 from .play import HOST, KEY_BYTES, Play, listen
 from .prepared_run import WatchOptions
 
-Prepare = Callable[[int, Iterable[GivenOrder], Editions, Path], None]
+Prepare = Callable[[int, Iterable[AppliedAction], ProgramVersions, Path], None]
 
 
 UNTRUSTED = (
@@ -149,11 +149,11 @@ class OpenedRecording:
     def __init__(self, trace: Trace, place: TracePlace, folder: Path, *, trust: bool) -> None:
         self._trace, self._place = trace, place
         self._edits = edits_of(trace)
-        self.job: Job | None = None
-        self._editions: Editions | None = None
+        self.job: LoadedRack | None = None
+        self._editions: ProgramVersions | None = None
         try:
             self.job = job_of(trace, folder / "files", trust=trust)
-            self._editions = editions_of(trace, self._edits, self.job, folder / "programs", trust=trust)
+            self._editions = versions_of(trace, self._edits, self.job, folder / "programs", trust=trust)
             self._spec: RackSpec = self.job.spec
         except UntrustedError as error:
             complain(f"note: the program is not shown: {error}", BAD_INPUT)
@@ -200,7 +200,7 @@ class OpenedRecording:
         if not is_session(self._trace):
             self._check_untouched(scan)
         try:
-            editions = self._editions.of_a_session(edition_of(self.job))
+            editions = self._editions.of_a_session(version_of(self.job))
         except OSError as error:
             raise ValueError(f"the programs of a branch can't be written: {reason(error)}") from error
         orders = orders_of(self._trace.events(topics={ORDERS.name, "/events"}))

@@ -16,7 +16,7 @@ from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from ..runtime.live.orders import parsed
+from ..runtime.live.actions import parsed
 from ..runtime.live.quiet import CLIENT_LOGS, quiet
 from .gate import Gate
 from .monitors.monitor import Monitor

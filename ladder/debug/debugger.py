@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...io_images.times import seconds
-from ..build.runnable import LadderLogic
 from ..compiler.observed import LineKey
+from ..lowering.runnable import LadderLogic
 from ..model.errors import LadderError, LadderFault
 from ..model.operands import FAULT, Constant, Group, Place
 from ..model.resolver import Resolver, address_in
@@ -34,9 +34,9 @@ from .links import CauseLink
 from .never import NO_BLOCKS, AtRest, Blocks, at_rest_unknown
 from .remedies import Remedies, of_input
 from .replay import Replayer, Truths, input_leaves
+from .rung_values import with_values
 from .stretch import ScanInputs, Write
 from .trials import Name, Trials, terminal
-from .values import with_values
 from .watched import Change, shown
 from .watching import WatchedEngine
 
@@ -547,7 +547,7 @@ class Debugger:
         """Return the chain of causes of a tag's value, None if it has not changed; see `Chains.of_tag`."""
         return self.chains(deep=deep).of_tag(tag, self._journal.latest)
 
-    def what_would(
+    def suggest_inputs(
         self, tag: str, wanted: object = None, *, scans: int = 10, name: Name = terminal
     ) -> Remedies:
         """Return the smallest sets of inputs that would give a tag a value within some scans, see `remedies`.

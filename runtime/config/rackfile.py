@@ -28,7 +28,7 @@ from .axis_tables import AxisTable
 from .fuzz_table import FuzzTable
 from .machine_tables import MachineTable, StationTable, TimelineTable, TurnTable
 from .prove_tables import PropertyTable, ProveTable
-from .rackspec import ForceSpec, IncidentSpec, MisplacedError, RackSpec, SlotSpec
+from .rackspec import ForceSpec, InjectedFaultSpec, MisplacedError, RackSpec, SlotSpec
 from .serial_units import UnitSpec
 from .stub_tables import StubStep, StubTable
 from .tomllines import KeyLines, KeyPath
@@ -256,7 +256,7 @@ _MODELS: Mapping[tuple[str, ...], type[BaseModel] | type[Switch | EncoderSpec | 
     (): RackSpec,
     ("slot",): SlotSpec,
     ("force",): ForceSpec,
-    ("incident",): IncidentSpec,
+    ("incident",): InjectedFaultSpec,
     ("unit",): UnitSpec,
     ("axes", ANY): AxisTable,
     ("fuzz",): FuzzTable,

@@ -12,7 +12,7 @@ are unique, addresses of forces exist, modules accept their options.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from decimal import Decimal
 from typing import Annotated, Any, Literal, Self, TypeVar
 
@@ -30,12 +30,13 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from ...io_images.addresses import allowed, parse_address
 from ...io_images.amci3601.firmware import KNOWN, Firmware
+from ...io_images.amci3601.words import WORDS_3601, Profile, is_stepper
 from ...io_images.module_words import ModuleWords
 from ...io_images.site import SettingError, SiteError
 from ...io_images.times import exact_ns
 from ..loop.events import JsonValue
 from ..loop.forces import check_value
-from ..loop.incidents import ON_THE_LINE, FaultKind, Incident
+from ..loop.incidents import ON_THE_LINE, FaultKind, InjectedFault
 from ..loop.module import Module
 from ..machine import MachineSpec
 from ..machine.spec import INPUT_NAMES
@@ -241,6 +242,14 @@ class SlotSpec(Table):
         return self
 
 
+def profile_in(slots: Iterable[SlotSpec], number: int | None) -> Profile:
+    """Return the profile of a slot; without a stepper there, that of the fastest in the rack, or a 3601's."""
+    steppers = {slot.number: words for slot in slots if is_stepper(words := slot.words)}
+    if number in steppers:
+        return steppers[number]
+    return max(steppers.values(), key=lambda each: each.limits.speed, default=WORDS_3601)
+
+
 class ForceSpec(Table):
     """A force that holds from the first scan on.
 
@@ -262,7 +271,7 @@ def _happening(value: object) -> object:
     return FaultKind(value)
 
 
-class IncidentSpec(Table):
+class InjectedFaultSpec(Table):
     """An event of a module or of the CPU, beside commands and inputs.
 
     Attributes:
@@ -287,11 +296,13 @@ class IncidentSpec(Table):
     for_s: Seconds | None = None
     late_words: Annotated[tuple[int, ...], Field(strict=False)] = ()
 
-    def incident(self, only_slot: int = 1) -> Incident:
+    def incident(self, only_slot: int = 1) -> InjectedFault:
         """Return the incident; ValueError if times or words are missing or contradict each other."""
         lasting = self.for_ms is not None or self.for_s is not None
         slot = 0 if self.what is FaultKind.PROGRAM_MODE else self.slot or only_slot
-        return Incident(self.ns("at"), self.what, slot, self.ns("for") if lasting else 0, self.late_words)
+        return InjectedFault(
+            self.ns("at"), self.what, slot, self.ns("for") if lasting else 0, self.late_words
+        )
 
     @model_validator(mode="after")
     def _is_possible(self) -> Self:
@@ -357,11 +368,11 @@ class RackSpec(Table):
     modules: dict[str, str] = Field(default_factory=dict)
     slot: Annotated[tuple[SlotSpec, ...], Field(strict=False, min_length=1)]
     force: Annotated[tuple[ForceSpec, ...], Field(strict=False)] = ()
-    incident: Annotated[tuple[IncidentSpec, ...], Field(strict=False)] = ()
+    incident: Annotated[tuple[InjectedFaultSpec, ...], Field(strict=False)] = ()
     unit: Annotated[tuple[UnitSpec, ...], Field(strict=False)] = ()
 
     @property
-    def incidents(self) -> tuple[Incident, ...]:
+    def incidents(self) -> tuple[InjectedFault, ...]:
         """The incidents, in the order given."""
         return tuple(each.incident(self.slot[0].number) for each in self.incident)
 
@@ -504,7 +515,7 @@ class RackSpec(Table):
                 says = "the line of a real port can't be disturbed"
                 raise MisplacedError(("incident", index, "what"), each.what.value, says)
 
-    def _slot_of(self, incident: IncidentSpec) -> SlotSpec:
+    def _slot_of(self, incident: InjectedFaultSpec) -> SlotSpec:
         return next(slot for slot in self.slot if slot.number == (incident.slot or self.slot[0].number))
 
     def _check_units(self) -> None:

@@ -8,8 +8,8 @@
 |---|---|
 | `shared_memory.py` | memory that two processes see |
 | `ring.py` | scans, events and snapshots to another process, without a lock and without waiting |
-| `orders.py` | orders as data, checked when they are made |
-| `hands.py` | carries out and announces orders that act on the rack |
+| `actions.py` | operator actions as data, checked when they are made |
+| `operator_actions.py` | applies and announces actions that change the rack |
 | `session.py` | pause, step, speed, breakpoints; the loop around the CPU |
 | `tap.py` | the listener between the scan loop and the ring |
 

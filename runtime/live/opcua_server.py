@@ -17,8 +17,8 @@ from typing import Any
 
 from ..line.hosts import join_address
 from ..line.ports.places import CLIENTS_MOST
-from ..outside.room import Operation
-from ..outside.setup import TagSetup
+from ..tag_servers.setup import TagSetup
+from ..tag_servers.tag_snapshot import Operation
 from .mailbox import AREA_BYTES, Mailbox
 from .opcua_space import TYPES, TagNode, TagSpace
 from .quiet import CLIENT_LOGS, give_back_memory, quiet
@@ -63,6 +63,7 @@ class OpcUaServer:
         self._server: Any = import_module("asyncua").Server()
         self._listening, self._process = listening, process
         self._turn = asyncio.Lock()
+        self._exchanges: set[asyncio.Task[list[bytes | None] | None]] = set()
         self._tidy: asyncio.Task[None] | None = None
         self._space: TagSpace
 
@@ -285,7 +286,19 @@ class OpcUaServer:
     async def _carry_out(
         self, operations: Sequence[Operation], client: str, version: int
     ) -> list[bytes | None] | None:
-        """Return the results of a packet for an edition of the program; None if it has been edited."""
+        """Return the results of a packet for an edition of the program; None if it has been edited.
+
+        A client that is cut off meanwhile ends its own wait, not the exchange: two of them at once would wait
+        for one answer forever.
+        """
+        work = asyncio.create_task(self._exchange(operations, client, version))
+        self._exchanges.add(work)  # the loop itself keeps no task alive
+        work.add_done_callback(self._exchanges.discard)
+        return await asyncio.shield(work)
+
+    async def _exchange(
+        self, operations: Sequence[Operation], client: str, version: int
+    ) -> list[bytes | None] | None:
         async with self._turn:
             if version != self._process.version:
                 return None

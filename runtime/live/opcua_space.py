@@ -11,8 +11,8 @@ from importlib import import_module
 from typing import Any
 
 from ...io_images.enip.listing import Kind
-from ..outside.database import Database
-from ..outside.variables import VARIABLES_MOST, Leaf, TagGroup, TagTree, Variable
+from ..tag_servers.database import Database
+from ..tag_servers.variables import VARIABLES_MOST, Leaf, TagGroup, TagTree, Variable
 
 TYPES: Mapping[str, str] = {
     "BOOL": "Boolean",

@@ -18,9 +18,9 @@ from typing import Any, Protocol
 from ..loop.cpu import Cpu, CpuFault
 from ..loop.pace import AdjustablePace, stopping_on_interrupt
 from ..loop.phases import ScanPhases
-from . import orders
-from .hands import GivenOrder, Hands
-from .orders import ALL, Order, order_of, parsed
+from . import actions
+from .actions import ALL, Action, action_of, parsed
+from .operator_actions import AppliedAction, OperatorActions
 from .speeds import MAX
 
 WAIT_S = 0.02
@@ -30,7 +30,7 @@ WAIT_S = 0.02
 Reply = Callable[[Mapping[str, object]], None]
 """Sends an answer to the page that has asked: `ok` and more, or `refused`."""
 
-GIVEN = {**orders.ORDERS, **orders.TYPED}
+GIVEN = {**actions.ACTIONS, **actions.TYPED}
 """What a monitor may pass on, by name."""
 
 
@@ -100,7 +100,7 @@ class Session:
     def __init__(
         self,
         cpu: Cpu,
-        hands: Hands,
+        hands: OperatorActions,
         pacer: AdjustablePace,
         inbox: Inbox,
         tell: Callable[[Mapping[str, object]], None],
@@ -118,8 +118,8 @@ class Session:
         self.attend: Callable[[], None] = lambda: None
         self.give: Callable[[], None] = lambda: None
         self.on_fault: Callable[[CpuFault], object] = lambda _fault: None
-        self.takeovers: deque[Callable[[], Order | None]] = deque()
-        self.edit: Callable[[orders.Source | orders.Draft, Reply], None] | None = None
+        self.takeovers: deque[Callable[[], Action | None]] = deque()
+        self.edit: Callable[[actions.Source | actions.Draft, Reply], None] | None = None
         self.branch: int | None = None
         self._repeats = False
         self._until: int | None = None
@@ -133,7 +133,7 @@ class Session:
         return self._cpu.scan
 
     @property
-    def given(self) -> Sequence[GivenOrder]:
+    def given(self) -> Sequence[AppliedAction]:
         """The orders that were carried out."""
         return self._hands.given
 
@@ -238,8 +238,8 @@ class Session:
             try:
                 said = parsed(self._inbox.take())
                 number = said["id"]
-                order = order_of(said["order"], GIVEN)
-                if isinstance(order, orders.Source | orders.Draft):
+                order = action_of(said["order"], GIVEN)
+                if isinstance(order, actions.Source | actions.Draft):
                     self._ask_editor(order, number)
                     continue
                 self.obey(order, at_ns, scan)
@@ -250,17 +250,17 @@ class Session:
                 self._tell({"answer": {"id": number, "refused": text}})
             else:
                 answer = {"id": number, "ok": True, "scan": scan}
-                if isinstance(order, orders.Step):
+                if isinstance(order, actions.Step):
                     self._stepping = answer
                     return
                 self._tell({"answer": answer})
 
-    def _ask_editor(self, order: orders.Source | orders.Draft, number: object) -> None:
+    def _ask_editor(self, order: actions.Source | actions.Draft, number: object) -> None:
         if self.edit is None:
             raise ValueError("this program can't be edited while it runs")
         self.edit(order, lambda told: self._tell({"answer": {"id": number, **told}}))
 
-    def _take_over(self, takeover: Callable[[], Order | None], at_ns: int, scan: int) -> None:
+    def _take_over(self, takeover: Callable[[], Action | None], at_ns: int, scan: int) -> None:
         """Continue with an edited program, or report its mistakes to the page."""
         try:
             order = takeover()
@@ -275,13 +275,13 @@ class Session:
         self._show()
         self.give()
 
-    def obey(self, order: Order, at_ns: int, scan: int) -> None:
+    def obey(self, order: Action, at_ns: int, scan: int) -> None:
         """Carry out an order; ValueError if it can't be carried out, and nothing has changed.
 
         Args:
             at_ns: virtual time of the next scan, before which it acts.
         """
-        if not isinstance(order, orders.Branch):
+        if not isinstance(order, actions.Branch):
             self._refuse_after_fault()
         self._next = scan
         act = _ACTS.get(type(order))
@@ -318,12 +318,12 @@ class Session:
         self._cpu.stop()
         self._show()
 
-    def _go(self, _order: orders.Go) -> None:
+    def _go(self, _order: actions.Continue) -> None:
         self.state.paused = False
         self.state.met = []
         self._end_step()
 
-    def _step(self, order: orders.Step) -> None:
+    def _step(self, order: actions.Step) -> None:
         self._refuse_if_live("step")
         self.state.paused = False
         self.state.met = []
@@ -338,18 +338,18 @@ class Session:
             answer, self._stepping = self._stepping, None
             self._tell({"answer": {"id": answer["id"], "refused": refused} if refused else answer})
 
-    def _speed(self, order: orders.Speed) -> None:
+    def _speed(self, order: actions.Speed) -> None:
         self._refuse_if_live("speed")
         self.state.speed = None if isinstance(order.factor, str) else float(order.factor)
         self._pacer.speed = self.state.speed
 
-    def _break(self, order: orders.Breakpoint) -> None:
+    def _break(self, order: actions.Breakpoint) -> None:
         self._refuse_if_live("breakpoint")
         if order.at not in self.state.breakpoints:
             self._set(order.at)
             self.state.breakpoints.append(order.at)
 
-    def _unbreak(self, order: orders.Unbreak) -> None:
+    def _unbreak(self, order: actions.RemoveBreakpoint) -> None:
         left = [each for each in self.state.breakpoints if each != order.at and order.at != ALL]
         if len(left) == len(self.state.breakpoints) and order.at != ALL:
             there = ", ".join(left) or "none"
@@ -372,7 +372,7 @@ class Session:
             raise ValueError("the program is a Python function: it has no rungs to stop at")
         return self._stops
 
-    def _begin_branch(self, order: orders.Branch) -> None:
+    def _begin_branch(self, order: actions.Branch) -> None:
         self._refuse_if_live("branch")
         if order.scan > self._next:
             raise ValueError(f"scan {order.scan} has not been run yet: the next one is {self._next}")
@@ -382,7 +382,7 @@ class Session:
         self.branch = order.scan
         self.end()
 
-    def _load_again(self, order: orders.Reload) -> None:
+    def _load_again(self, order: actions.Reload) -> None:
         if self._reload is None:
             raise ValueError("this program can't be edited while it runs")
         self._reload(order.restart)
@@ -400,14 +400,14 @@ def _faulted(fault: CpuFault) -> str:
 _RUNG = re.compile(r"(?P<routine>.+)\.(?P<rung>\d+)")
 """A rung, `Main.3`, which no tag looks like: bits of tags are watched as the tags."""
 
-_ACTS: Mapping[type[Order], Callable[[Session, Any], None]] = {
-    orders.Pause: Session._pause,
-    orders.Go: Session._go,
-    orders.Step: Session._step,
-    orders.Speed: Session._speed,
-    orders.Breakpoint: Session._break,
-    orders.Unbreak: Session._unbreak,
-    orders.Reload: Session._load_again,
-    orders.Branch: Session._begin_branch,
+_ACTS: Mapping[type[Action], Callable[[Session, Any], None]] = {
+    actions.Pause: Session._pause,
+    actions.Continue: Session._go,
+    actions.Step: Session._step,
+    actions.Speed: Session._speed,
+    actions.Breakpoint: Session._break,
+    actions.RemoveBreakpoint: Session._unbreak,
+    actions.Reload: Session._load_again,
+    actions.Branch: Session._begin_branch,
 }
 """The orders that act on the session itself."""

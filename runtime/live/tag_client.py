@@ -6,8 +6,8 @@ import socket
 from typing import Any
 
 from ..loop.pace import wall_ns
-from ..outside.room import BrokenClientError
-from ..outside.setup import WireSession
+from ..tag_servers.setup import WireSession
+from ..tag_servers.tag_snapshot import BrokenClientError
 
 WAITING_MOST = 32
 """Packets of a client that wait for an answer."""

@@ -13,12 +13,12 @@ from ...io_images.enip.listing import Listing
 from ..loop.listeners import QuietListener
 from ..loop.pace import wall_ns
 from ..loop.rack import Rack
-from ..outside.exchange import ANSWER, answered
-from ..outside.images import GENERIC, IMAGE_BYTES, output_slot, with_images
-from ..outside.room import Operation, ReadBytes
-from .hands import Hands
+from ..tag_servers.exchange import ANSWER, answered
+from ..tag_servers.images import GENERIC, IMAGE_BYTES, output_slot, with_images
+from ..tag_servers.tag_snapshot import Operation, ReadBytes
+from .actions import Store
 from .mailbox import Mailbox, wake
-from .orders import Store
+from .operator_actions import OperatorActions
 
 
 class ProgramTags(Protocol):
@@ -62,7 +62,7 @@ class TagDesk(QuietListener):
         self,
         mailbox: Mailbox,
         waker: socket.socket,
-        hands: Hands,
+        hands: OperatorActions,
         rack: Rack,
         period_ns: int,
         tags: Callable[[], ProgramTags],

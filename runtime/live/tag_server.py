@@ -1,4 +1,4 @@
-"""The server's process: sockets and sessions of clients; see `runtime.outside`.
+"""The server's process: sockets and sessions of clients; see `runtime.tag_servers`.
 
 Packets that wait, one of each client, go to the scan process together, and are answered at one instant.
 Nothing that a client sends costs another one more than a packet's time.
@@ -14,9 +14,9 @@ from typing import Protocol
 
 from ..line.ports.places import make_place
 from ..loop.pace import wall_ns
-from ..outside.exchange import ANSWER, Packet, request_of, results_in
-from ..outside.room import BrokenClientError, Instant, Operation, Plan, ReadBytes
-from ..outside.setup import SESSIONS, TagSetup
+from ..tag_servers.exchange import ANSWER, Packet, request_of, results_in
+from ..tag_servers.setup import SESSIONS, TagSetup
+from ..tag_servers.tag_snapshot import BrokenClientError, Instant, Operation, Plan, ReadBytes
 from .mailbox import AREA_BYTES, Mailbox
 from .shared_memory import SharedMemory
 from .tag_client import Client

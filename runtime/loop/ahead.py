@@ -61,7 +61,7 @@ class Block(NamedTuple):
         return cls(zip(rows, repeat(True)), len(rows))
 
 
-class Outlook:
+class RackPrediction:
     """The combined prediction of a rack's modules.
 
     Attributes:

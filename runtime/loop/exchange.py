@@ -31,7 +31,7 @@ from typing import Protocol, TypeAlias
 from typing_extensions import override
 
 from ...io_images.image import IMAGE_BYTES, Image
-from .ahead import Block, Outlook, outputs_of
+from .ahead import Block, RackPrediction, outputs_of
 from .rack import SLOT_BYTES, Rack
 
 RPI_NS = 2_000_000
@@ -94,7 +94,7 @@ class EndOfScan(Exchange):
         self._rack, self._memory = rack, rack.memory
         self._sent = bytearray(len(rack.memory))
         self._lines = _lines(rack, self._sent)
-        self._outlook = Outlook(rack, _images(self._sent))
+        self._outlook = RackPrediction(rack, _images(self._sent))
         self._latest_ns = 0
 
     def latch_inputs(self, now_ns: int) -> bool:
@@ -197,7 +197,7 @@ class EveryRpi(Exchange):
         self._waiting = bytearray(len(rack.memory))
         self._sent = bytearray(len(rack.memory))
         self._lines = _lines(rack, self._sent)
-        self._outlook = Outlook(rack, _images(self._sent))
+        self._outlook = RackPrediction(rack, _images(self._sent))
         self._next_ns = 0
         self._starting = False
 

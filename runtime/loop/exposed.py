@@ -10,7 +10,7 @@ from typing_extensions import override
 from ...io_images.image import Image
 from .events import Event, JsonValue
 from .exchange import RPI_NS
-from .incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind, Incident
+from .incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind, InjectedFault
 from .module import ForeseeingModule, Module, unnoticed
 from .module_fault import ModuleFault
 
@@ -60,7 +60,7 @@ class ExposedModule(Module):
         ValueError: the module can't simulate faults.
     """
 
-    def __init__(self, module: Module, incidents: Iterable[Incident]) -> None:
+    def __init__(self, module: Module, incidents: Iterable[InjectedFault]) -> None:
         self.module = module
         self._foreseeing = module if isinstance(module, ForeseeingModule) else None  # expensive to ask
         self.events = module.events
@@ -80,7 +80,7 @@ class ExposedModule(Module):
         self._late_ns = 0
         self._torn = Image()
 
-    def happen(self, incident: Incident) -> None:
+    def happen(self, incident: InjectedFault) -> None:
         """Add an incident, not earlier than the last `update`.
 
         Raises:
@@ -174,7 +174,7 @@ class ExposedModule(Module):
         self._now_ns = now_ns
         return self.module.update(now_ns, self._torn if torn else outputs)
 
-    def _act(self, at_ns: int, incident: Incident, *, begins: bool) -> None:
+    def _act(self, at_ns: int, incident: InjectedFault, *, begins: bool) -> None:
         what = incident.what
         if isinstance(self.module, OnALine) and what in ON_THE_LINE:
             self.module.disturb(what, begins=begins, lasts=bool(incident.for_ns))
@@ -213,7 +213,7 @@ def _can_happen(what: FaultKind, module: Module) -> bool:
     return what not in TROUBLES or isinstance(module, ModuleWithFaults)
 
 
-def _acts(incident: Incident) -> Iterable[tuple[int, Incident, bool]]:
+def _acts(incident: InjectedFault) -> Iterable[tuple[int, InjectedFault, bool]]:
     yield incident.at_ns, incident, True
     if incident.for_ns and incident.what in LASTING:
         yield incident.at_ns + incident.for_ns, incident, False

@@ -70,7 +70,7 @@ LASTING = TROUBLES.keys() | ON_THE_LINE - {FaultKind.CONTROLLER_POWER_CYCLE}
 
 
 @dataclass(frozen=True, slots=True)
-class Incident:
+class InjectedFault:
     """One incident.
 
     Attributes:

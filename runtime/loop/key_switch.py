@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing_extensions import override
 
 from .cpu import Cpu
-from .incidents import Incident
+from .incidents import InjectedFault
 from .listeners import QuietListener
 from .scan import CpuMode
 
@@ -15,7 +15,7 @@ from .scan import CpuMode
 class KeySwitch(QuietListener):
     """A listener that turns the CPU's key to program and back, at the end of the scan in which it is due."""
 
-    def __init__(self, cpu: Cpu, incidents: Iterable[Incident]) -> None:
+    def __init__(self, cpu: Cpu, incidents: Iterable[InjectedFault]) -> None:
         self._cpu = cpu
         turns = []
         for each in incidents:

@@ -4,12 +4,17 @@ Broken on purpose: `connection` allowed in the policy of page_file.py, a scan to
 embedded.js: a test turns red.
 """
 
+from pathlib import Path
+
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.bench.opening import open_bench
+from scanrack.jobs import open_bench
+from scanrack.watch.share.command import ShareOptions, share
+from scanrack.watch.share.failure import Failure
 from typer.testing import CliRunner
 from watched_page import until, watching, why_not
 
+FEEDER = Path(__file__).parents[2] / "examples" / "feeder"
 SCANS = 3000
 LOOKS = [0, 1, 777, 1500, 2999]
 LOADED = """
@@ -105,3 +110,39 @@ def test_the_button_of_a_running_rack_writes_the_page_of_its_scan(page, feeder_r
     page.until_handle("state", "past")
     assert 4000 <= int(page.handle("scan") or 0) < SCANS + 2000
     assert page.control("Copy the link").is_enabled()
+
+
+def test_the_page_of_a_failed_test_opens_on_what_failed(page, feeder_rack, tmp_path):
+    """The second run has a slower stroke: its velocity differs from the first scan on."""
+    program = tmp_path / "slow.rung"
+    text = (FEEDER / "feeder.rung").read_text(encoding="utf-8")
+    slow = tmp_path / "slow.toml"
+    program.write_text(text.replace("OutGo,6000,4000,", "OutGo,6000,2000,"), encoding="utf-8")
+    old = (FEEDER / "feeder.rung").as_posix()
+    slow.write_text(feeder_rack.read_text(encoding="utf-8").replace(old, "slow.rung"), encoding="utf-8")
+    for rack, name in ((feeder_rack, "passed.mcap"), (slow, "failed.mcap")):
+        with open_bench(rack, record=tmp_path / name) as bench:
+            bench.scan(1200)
+    failure = Failure(
+        "test_line.py::test_stroke", "Homing stays on\nfor ever", "Homing", tmp_path / "passed.mcap"
+    )
+    wish = ShareOptions(1199)
+    share(
+        *(tmp_path / "failed.mcap", tmp_path / "failed.html", wish),
+        trust=True,
+        tags=["Homing"],
+        failure=failure,
+    )
+    page.browser.get((tmp_path / "failed.html").as_uri())
+    page.until_scan(1199, "past")
+    said = page.run("return document.getElementById('failed').innerText")
+    assert said.startswith("test_line.py::test_stroke failed")
+    assert "Homing stays on\nfor ever" in said
+    assert (
+        "Differs from the last run that passed since scan 0, 00:00.000: Out.Profile.Velocity, Out.Velocity"
+        in said
+    )
+    until(lambda: page.run("return document.querySelectorAll('#causes li').length") > 1)
+    page.press("scan 0, 00:00.000")
+    page.until_scan(0, "past")
+    assert page.messages() == []

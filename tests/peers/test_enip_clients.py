@@ -17,7 +17,7 @@ import pytest
 from aliased_tags import write_aliases
 from logix_clients import pycomm3_client, pylogix_client
 from scanrack.jobs.run.servers.tag_formats import FORMATS
-from scanrack.runtime.outside.tag_list import tag_rows
+from scanrack.runtime.tag_servers.tag_list import tag_rows
 from served_tags import ServedRack, served, write_rack
 
 with warnings.catch_warnings():

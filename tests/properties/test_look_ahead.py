@@ -10,8 +10,9 @@ from ahead3601 import TICK_NS, Rig, World, played, replayed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scanrack.io_images.amci3601 import InputBit
+from scanrack.runtime import FaultKind, InjectedFault
 from scanrack.runtime.loop import ahead, scans_ahead
-from scanrack.runtime.loop.incidents import TROUBLES, FaultKind, Incident
+from scanrack.runtime.loop.incidents import TROUBLES
 from scanrack.runtime.machine import Jam, Slip
 from steps3601 import Wait
 from stories3601 import THEMES, scripts
@@ -59,7 +60,7 @@ def incidents(draw):
         slot = 0 if what is FaultKind.PROGRAM_MODE else 1
         words = (1, 2, 3) if what is FaultKind.TORN_UPDATE else ()
         for_ns = 0 if what is FaultKind.POWER_CYCLE else draw(st.integers(1, 300)) * MS
-        found.append(Incident(at_ns, what, slot, for_ns, words))
+        found.append(InjectedFault(at_ns, what, slot, for_ns, words))
     return found
 
 

@@ -16,19 +16,15 @@ from typing import Any
 import oracle_bits as bits
 from scanrack.io_images.amci3601 import Direction, Idle, InputBit, Manual
 from scanrack.io_images.image import Image
-from scanrack.runtime.loop.cpu import Cpu, CpuMode
+from scanrack.runtime import Amci3601, Card, Cpu, CpuMode, FaultKind, InjectedFault, Rack
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi, Exchange
 from scanrack.runtime.loop.exposed import ExposedModule
-from scanrack.runtime.loop.incidents import FaultKind, Incident
 from scanrack.runtime.loop.key_switch import KeySwitch
 from scanrack.runtime.loop.listeners import ScanListener
-from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.machine import EncoderSpec, Jam, Machine, MachineSpec, Slip, Switch
-from scanrack.runtime.modules.amci3601 import Amci3601
 from scanrack.runtime.modules.cards.module import GenericCard
 from scanrack.runtime.modules.cards.options import Cam, CardOptions, InputPress
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.write.recorder import ScanRecorder
+from scanrack.traces import ScanRecorder, SlotInfo
 
 TICK_NS = 250_000
 SECOND_SLOT = ((0x843F, 0x003F, 1, 0, 0, 0, 0, 0), Idle(), Manual(Direction.CCW, 1200, 30, 30))
@@ -69,7 +65,7 @@ class World:
     rpi_ns: int | None = None
     slips: Sequence[Slip] = ()
     jams: Sequence[Jam] = ()
-    incidents: Sequence[Incident] = ()
+    incidents: Sequence[InjectedFault] = ()
     neighbours: bool = False
 
     def rack(self) -> Rack:
@@ -219,7 +215,7 @@ class Rig:
     def happen(self, what, for_ns) -> None:
         """Let an incident come a little later, in a slot that is exposed to some already."""
         at_ns = self.cpu.now_ns + 12_345_678
-        late = Incident(at_ns, what, 1, for_ns)
+        late = InjectedFault(at_ns, what, 1, for_ns)
         if self.exposed is not None:
             self.act(lambda rig: rig.exposed.happen(late))
 

@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from scanrack.jobs import ContactPress
 from scanrack.jobs.fuzz import Counterexample, Scenario, TrialBench, never
-from scanrack.jobs.fuzz.scenarios.scenario import Push
-from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.runtime import RackSpec, SlotSpec
 
 NS = 2_000_000
 OPTIONS: Any = {"inputs": {"a": 0, "b": 1, "c": 2}}
@@ -84,7 +84,7 @@ class _Program:
 
 def pushes(*given: tuple[str, int, int]) -> Scenario:
     """Return pushes: name, first scan, scans."""
-    return Scenario(pushes=tuple(Push(2, name, at * NS, scans * NS) for name, at, scans in given))
+    return Scenario(pushes=tuple(ContactPress(2, name, at * NS, scans * NS) for name, at, scans in given))
 
 
 def one(plant: Plant) -> bool:

@@ -13,18 +13,17 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.runtime.config.server_table import ModbusTable
 from scanrack.runtime.live.mailbox import Mailbox
 from scanrack.runtime.live.tag_desk import TagDesk
 from scanrack.runtime.live.tag_server import Answers, TagServer
-from scanrack.runtime.outside.database import Database
-from scanrack.runtime.outside.exchange import ANSWER, Packet, request_of, results_in
-from scanrack.runtime.outside.room import Instant
-from scanrack.runtime.outside.router import Router
-from scanrack.runtime.outside.session import ClientSession, Frame
-from scanrack.runtime.outside.setup import MODBUS_TCP, TagSetup
+from scanrack.runtime.tag_servers.database import Database
+from scanrack.runtime.tag_servers.exchange import ANSWER, Packet, request_of, results_in
+from scanrack.runtime.tag_servers.router import Router
+from scanrack.runtime.tag_servers.session import ClientSession, Frame
+from scanrack.runtime.tag_servers.setup import MODBUS_TCP, TagSetup
+from scanrack.runtime.tag_servers.tag_snapshot import Instant
 
 PROGRAM = """CONTROLLER bench
 TYPE Inner (Time : DINT, Valve : BOOL, Ready : BOOL, Speed : REAL)

@@ -419,7 +419,7 @@ def do(bench: Any, done: str) -> None:
         elif word == "key":
             bench.program_mode() if name == "program" else bench.run_mode()
         elif word == "fail":
-            bench.slot[int(name)].fail(value if given else None)
+            bench.slot[int(name)].inject(value if given else None)
         elif word == "cycle":
             bench.slot[int(name)].power_cycle()
         else:

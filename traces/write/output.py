@@ -1,12 +1,12 @@
 """The file behind a recorder: whole records, and room reserved for the end.
 
 A trace without its summary opens in few tools, and a full disk has no room for
-one. A ballast therefore reserves room from the start: an anonymous file in
+one. A reserve therefore holds space from the start: an anonymous file in
 the same directory, as large as everything that must be writable when the disk is
 full: the open chunk, its index and the summary.
 
-    disk  | trace ............ | ballast |          recording
-    disk  | trace .......................|X         no room: the ballast is released,
+    disk  | trace ............ | reserve |          recording
+    disk  | trace .......................|X         no room: the reserve is released,
     disk  | trace ...........chunk|                 the chunk is finished,
     disk  | trace ...........chunk|summary|         the recorder is notified, the summary written
 
@@ -42,7 +42,7 @@ SUMMARY_BYTES_PER_WRITE = 256
 """Upper bound of a write's share of the summary: at most one chunk index of 77 + 10 bytes per channel."""
 
 SUMMARY_ROOM = 64 * 1024
-"""The ballast's room for the summary; it grows by this size whenever it may be used up."""
+"""The reserve's room for the summary; it grows by this size whenever it may be used up."""
 
 
 class TraceFull(OSError):  # noqa: N818 - it says what is the matter
@@ -74,8 +74,8 @@ class RawFile(Protocol):
         """Close the file."""
 
 
-class Room(Protocol):
-    """Reserved room on the disk that can be released at once."""
+class ReservedSpace(Protocol):
+    """Reserved space on the disk that can be released at once."""
 
     size: int
     """Bytes held."""
@@ -87,8 +87,8 @@ class Room(Protocol):
         """Release all of it."""
 
 
-class Ballast:
-    """Room reserved by an anonymous file in a directory; it ends with the process.
+class DiskReserve:
+    """Space reserved by an anonymous file in a directory; it ends with the process.
 
     Raises:
         OSError: no file can be created there.
@@ -111,7 +111,7 @@ class Ballast:
             noise = noise[written:]
 
     def release(self) -> None:
-        """Release the room."""
+        """Release the space."""
         self.size = 0
         self._file.close()
 
@@ -119,12 +119,12 @@ class Ballast:
 class TraceFile:
     """Appends whole records, and cuts the file back to whole records on an error.
 
-    `full` becomes true once the ballast has been used up: the data written so far
+    `full` becomes true once the reserve has been used up: the data written so far
     is safe, the summary still fits, and nothing else should follow.
 
     Args:
         raw: the empty file.
-        room: the ballast, or None. Without one, a full disk costs the open chunk
+        room: the reserve, or None. Without one, a full disk costs the open chunk
             and the summary.
         keeping: keeps earlier recordings, or None.
         drafts: whether drafts are possible: in a file, but not on a device.
@@ -135,7 +135,7 @@ class TraceFile:
         self,
         raw: RawFile,
         name: str,
-        room: Room | None = None,
+        room: ReservedSpace | None = None,
         keeping: RecordingKeeper | None = None,
         *,
         drafts: bool = False,
@@ -164,7 +164,7 @@ class TraceFile:
         """Append whole records.
 
         Raises:
-            TraceFull: they could not be written, ballast or not; the file has been cut back to
+            TraceFull: they could not be written, reserve or not; the file has been cut back to
                 its last whole record and takes no more.
         """
         if self.failure is not None:
@@ -206,7 +206,7 @@ class TraceFile:
                 self._cut_draft()
 
     def reserve(self, size: int) -> bool:
-        """Enlarge the ballast by `size` bytes, for larger records than planned.
+        """Enlarge the reserve by `size` bytes, for larger records than planned.
 
         Returns:
             Whether the disk has that room; otherwise the file is full.
@@ -219,7 +219,7 @@ class TraceFile:
         return not self.full
 
     def close(self) -> None:
-        """Close the file and release the ballast.
+        """Close the file and release the reserve.
 
         Raises:
             OSError: the system reports a late loss of data, or another program has removed, replaced or cut
@@ -258,7 +258,7 @@ class TraceFile:
         self._raw.seek(self._whole + more)
 
     def _put(self, place: int, data: bytes) -> None:
-        """Write at a place, without using the ballast."""
+        """Write at a place, without using the reserve."""
         self._raw.seek(place)
         rest = memoryview(data)
         while rest:
@@ -277,7 +277,7 @@ class TraceFile:
                 rest = rest[written:]
 
     def _release(self) -> bool:
-        """Release the ballast; return whether there was one."""
+        """Release the reserve; return whether there was one."""
         if self._room is None:
             return False
         self._room.release()
@@ -286,7 +286,7 @@ class TraceFile:
         return True
 
     def _keep_up(self) -> None:
-        """Enlarge the ballast with the summary; if that fails, mark the file as full in time."""
+        """Enlarge the reserve with the summary; if that fails, mark the file as full in time."""
         self._summary_room -= SUMMARY_BYTES_PER_WRITE
         if self._room is not None and self._summary_room < 0:
             try:
@@ -307,16 +307,16 @@ class TraceFile:
         raise self.failure from error
 
 
-def open_trace_file(path: Path, ballast_bytes: int, keeping: RecordingKeeper | None = None) -> TraceFile:
+def open_trace_file(path: Path, reserve_bytes: int, keeping: RecordingKeeper | None = None) -> TraceFile:
     """Open `path` for a new trace; replace the existing file, or keep it under another name.
 
-    A device or pipe has no ballast, nor has a file in a directory that allows no new files. The
+    A device or pipe has no reserve, nor has a file in a directory that allows no new files. The
     file is locked until it is closed or the process ends (not on Windows).
 
     Raises:
         OwnedError: the existing file is not a recording, or would have to be moved while it is being
             recorded.
-        OSError: the path can't be written, another process records there, or the ballast found no
+        OSError: the path can't be written, another process records there, or the reserve found no
             room; the message has the cause, and nothing has changed.
     """
     if path.is_dir():
@@ -326,7 +326,7 @@ def open_trace_file(path: Path, ballast_bytes: int, keeping: RecordingKeeper | N
     if path.exists() and not path.is_file():
         keeping = None
     target = check_output(path, TRACE)
-    room = _ballast(path, ballast_bytes)
+    room = _reserve(path, reserve_bytes)
     try:
         with nullcontext() if keeping is None else held(target):
             raw = _emptied(path) if keeping is None else _beginning(path, keeping)
@@ -372,11 +372,11 @@ def _refusal(path: Path | str, why: str) -> OSError:
     return OSError(f"{path}: {why}")
 
 
-def _ballast(path: Path, size: int) -> Ballast | None:
+def _reserve(path: Path, size: int) -> DiskReserve | None:
     if path.exists() and not path.is_file():
         return None
     try:
-        room = Ballast(path.parent)
+        room = DiskReserve(path.parent)
     except PermissionError:
         return None
     try:

@@ -22,7 +22,7 @@ from ...jobs.fuzz.job import Setup, bench_of, replay
 from ...jobs.fuzz.learning import LearnedScenario, learn
 from ...jobs.fuzz.scenarios.kinds import Kind, kinds_for, possible_kinds
 from ...jobs.fuzz.written_tests import check_new
-from ...jobs.load.loading import Job, load_job, scans_to_run
+from ...jobs.load.loading import LoadedRack, load_job, scans_to_run
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.complaints import reported_mistakes
 from ...terminal.grouped import grouped
@@ -37,7 +37,7 @@ DEFAULT_CHECKS = ("no-command-error", "no-invalid-profile", "one-motion", "comma
 """The checks without --check and --invariants."""
 
 
-def _kinds(job: Job, only: Sequence[str], without: Sequence[str]) -> frozenset[Kind]:
+def _kinds(job: LoadedRack, only: Sequence[str], without: Sequence[str]) -> frozenset[Kind]:
     """Return the kinds of the options; without any, those of the rack file."""
     if not (only or without):
         only, without = job.spec.fuzz.only, job.spec.fuzz.without
@@ -207,7 +207,7 @@ def _fuzz_command(
     raise typer.Exit(status)
 
 
-def _scans(job: Job, duration: str | None, learned: LearnedScenario | None) -> int:
+def _scans(job: LoadedRack, duration: str | None, learned: LearnedScenario | None) -> int:
     """Return the length of a run: from the command line, the recording, or the rack file."""
     if learned is not None and duration is None:
         return learned.scans

@@ -8,16 +8,17 @@ from dataclasses import asdict
 from pathlib import Path
 from textwrap import wrap
 
+from ...io_images.amci3601.words import Profile
 from ...io_images.installing import how_to_install
 from ...jobs.fuzz import Counterexample, Invariant
 from ...jobs.fuzz.campaign.recipes import Origin, Recipe
 from ...jobs.fuzz.campaign.state import State
-from ...jobs.fuzz.explain.unfired import ERROR_RULES, WORDS, SilentRule
+from ...jobs.fuzz.explain.unfired import WORDS, UnfiredRule, error_rules
 from ...jobs.fuzz.reached import reached
 from ...jobs.fuzz.run import NO_FAULT
 from ...jobs.fuzz.scenarios.words import told
 from ...jobs.fuzz.search import SPENT
-from ...jobs.load.loading import Job
+from ...jobs.load.loading import LoadedRack
 from ...jobs.prove.serving.stuck import PATIENCE, SolverStep
 from ...ladder import LadderLogic
 from ...terminal.status import reason
@@ -58,7 +59,7 @@ def summary_row(
     before: State,
     others: Set[str],
     sought: Collection[Invariant],
-    never: Collection[SilentRule],
+    never: Collection[UnfiredRule],
 ) -> dict[str, object]:
     """Return the figures of a campaign for --json.
 
@@ -82,9 +83,9 @@ def summary_row(
     }
 
 
-def summary(state: State, before: State, seconds: float) -> str:
+def summary(state: State, before: State, seconds: float, profile: Profile) -> str:
     """Return the summary of a campaign, for people."""
-    return "\n".join([*_figures(state, before, seconds), *_rules(state)])
+    return "\n".join([*_figures(state, before, seconds), *_rules(state, profile)])
 
 
 def _figures(state: State, before: State, seconds: float) -> Iterator[str]:
@@ -116,13 +117,14 @@ def left_over(state: State, spending: Spending) -> str:
     return f"time is over  {', '.join(left)}" if left else ""
 
 
-def _rules(state: State) -> Iterator[str]:
-    fired = [rule.id for rule in ERROR_RULES if state.rules[rule.id]]
-    yield f"error rules   {len(fired)} of {len(ERROR_RULES)} of chapter 6 fired"
+def _rules(state: State, profile: Profile) -> Iterator[str]:
+    rules = error_rules(profile)
+    fired = [rule.id for rule in rules if state.rules[rule.id]]
+    yield f"error rules   {len(fired)} of {len(rules)} of chapter 6 fired"
     yield from (f"  {rule:<9} {state.rules[rule]:>9,} times" for rule in fired)
 
 
-def never_fired(never: Collection[SilentRule]) -> str:
+def never_fired(never: Collection[UnfiredRule]) -> str:
     """Return the error rules that never fired, by reason; the coverage page has each one's own."""
     lines = []
     for why, words in WORDS.items():
@@ -156,7 +158,7 @@ MOST_GAPS = 3
 """Number of gaps that the closing lines name."""
 
 
-def closing(job: Job, state: State, solver: SolverStep, scans: int) -> str:
+def closing(job: LoadedRack, state: State, solver: SolverStep, scans: int) -> str:
     """Return three lines: what the campaign has looked at, what it has not reached, what to do next.
 
     Args:
@@ -176,7 +178,7 @@ def closing(job: Job, state: State, solver: SolverStep, scans: int) -> str:
     )
 
 
-def _next(job: Job, state: State, solver: SolverStep, *, is_open: bool) -> str:
+def _next(job: LoadedRack, state: State, solver: SolverStep, *, is_open: bool) -> str:
     rack = shlex.quote(str(job.rack_file))
     if state.found:
         return f"mend what is broken, then scanrack fuzz {rack} again: it looks at that first"

@@ -10,8 +10,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...jobs.load.loading import Job
-from ...jobs.run.result import Tally, result_of
+from ...jobs.load.loading import LoadedRack
+from ...jobs.run.result import RunCounters, result_of
 from ...jobs.run.running import JobRun, RunOptions
 from ...jobs.trust.owned import check_recording
 from ...runtime.loop.pace import FreeRun, wall_ns
@@ -29,7 +29,7 @@ if TYPE_CHECKING:  # most runs serve and retain no tags, in virtual time
 
 
 def run_job(
-    job: Job,
+    job: LoadedRack,
     scans: int | None,
     options: RunOptions,
     *,
@@ -49,7 +49,7 @@ def run_job(
         as_json: print the summary as one JSON object, and the program's own output on standard error.
     """
     with ExitStack() as ports:
-        pacer, tally = options.pacer or FreeRun(), Tally()
+        pacer, tally = options.pacer or FreeRun(), RunCounters()
         if not pacer.free:
             _in_real_time(ports, quiet=quiet)  # before there are ports: their threads inherit it
         try:
@@ -92,7 +92,9 @@ def servers_at(texts: Sequence[str] | None) -> Sequence[ServerAddress]:
     return addresses(texts)
 
 
-def _opened(job: Job, wanted: Sequence[ServerAddress], ports: ExitStack, *, live: bool) -> TagServices | None:
+def _opened(
+    job: LoadedRack, wanted: Sequence[ServerAddress], ports: ExitStack, *, live: bool
+) -> TagServices | None:
     """Open servers of tags that end with `ports`.
 
     Raises:
@@ -123,7 +125,7 @@ def _in_real_time(ports: ExitStack, *, quiet: bool) -> None:
 def _quiet(_hint: str) -> None: ...
 
 
-def trace_path(job: Job, record: Path | None, no_record: bool, keep: int | None = None) -> Path | None:
+def trace_path(job: LoadedRack, record: Path | None, no_record: bool, keep: int | None = None) -> Path | None:
     """Return the path of the recording: the command line's, the rack file's, or one named after it.
 
     Raises:
@@ -138,20 +140,20 @@ def trace_path(job: Job, record: Path | None, no_record: bool, keep: int | None 
     return trace
 
 
-def _own_path(job: Job) -> Path:
+def _own_path(job: LoadedRack) -> Path:
     if job.spec.trace is not None:
         return job.folder / job.spec.trace
     return Path(f"{job.rack_file.stem}.mcap")
 
 
-def retained_memory(job: Job, path: Path, trace: Path | None, keep: int | None) -> RetainedMemory:
+def retained_memory(job: LoadedRack, path: Path, trace: Path | None, keep: int | None) -> RetainedMemory:
     """Return the retained tags of a job; see `RetainedMemory`."""
     from ...jobs.run.retained_memory import RetainedMemory
 
     return RetainedMemory(job, path, trace, keep)
 
 
-def run_retained(retained: RetainedMemory, run: Callable[[Job], int]) -> int:
+def run_retained(retained: RetainedMemory, run: Callable[[LoadedRack], int]) -> int:
     """Run a job that begins with retained tags, and write them; return the exit status."""
     with retained:
         for said in retained.begin():

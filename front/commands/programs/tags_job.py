@@ -10,9 +10,9 @@ from pathlib import Path
 from ...jobs.load.loading import load_job
 from ...jobs.run.servers.offered import database_of_job
 from ...jobs.run.servers.tag_formats import FORMATS
-from ...runtime.outside.database import Database, Writable
-from ...runtime.outside.nearest import nearest, unknown_patterns
-from ...runtime.outside.tag_list import TagRow, first_map, tag_rows
+from ...runtime.tag_servers.database import Database, Writable
+from ...runtime.tag_servers.nearest import nearest, unknown_patterns
+from ...runtime.tag_servers.tag_list import TagRow, first_map, tag_rows
 from ...terminal.as_json import say_json
 from ...terminal.status import BAD_INPUT, DONE, NO, complain
 from ...terminal.terminal import say

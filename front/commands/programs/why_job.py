@@ -126,7 +126,7 @@ def _ask_bench(bench: Bench, what: str | None, moment: ScanChoice, deep: bool, w
     text, chain = (bench.why(), None) if what is None else bench.answer(what, deep=deep)
     remedies = acts = None
     if what is not None and chain is not None and want is not None:
-        remedies = bench.what_would(what, want)
+        remedies = bench.suggest_inputs(what, want)
         acts = acts_for(bench, chain, what, value_of(want))
     return _Answer(bench.scans - 1, bench.now_ns, fault, (), when, text, chain, remedies, acts)
 

@@ -29,7 +29,7 @@ from ...terminal.progress import shown_progress
 from ...terminal.terminal import say
 from ...terminal.trace_options import tell_notes
 from ...traces.read.reader import Trace, open_trace
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 from .compare_job import tell, tolerance
 
 REPLAY = "replay"
@@ -59,7 +59,7 @@ def replay_trace(
     with reported_mistakes():
         allowed = tolerance(tolerance_time, tolerance_counts)
         with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
-            recording = Recording.of(trace)
+            recording = PackedTrace.of(trace)
             try:
                 spec, logic = _sources(trace, Path(folder), into, rack, program, trust=trust)
             finally:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import typer
 
-from ...jobs.record.editions import editions_of
 from ...jobs.record.order_repeater import is_session, lost_edits, orders_of
+from ...jobs.record.program_versions import versions_of
 from ...jobs.replay.replaying import lost_notes
 from ...jobs.run.running import RunOptions
 from ...jobs.trust.attachments import job_of
@@ -71,7 +71,7 @@ def _rerun(
     tell_notes(trace)
     given = orders_of(trace.events())
     orders = given if given or is_session(trace) else None
-    editions = None if orders is None else editions_of(trace, orders, job, folder / "edits", trust=trust)
+    editions = None if orders is None else versions_of(trace, orders, job, folder / "edits", trust=trust)
     for note in lost_notes(lost_edits(trace.events())):
         say(f"note: {note}", err=True)
     scans = ends[-1] + 1

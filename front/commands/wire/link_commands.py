@@ -23,7 +23,7 @@ from ...runtime.line.clients.link import (
     SerialLink,
     TcpLink,
 )
-from ...runtime.line.clients.watching import LostSightError, try_to_stop
+from ...runtime.line.clients.watching import MonitoringLostError, try_to_stop
 from ...runtime.line.ports import Stop
 from ...runtime.line.wire import LineFormat
 from ...runtime.loop.pace import interrupted_by, stopping_on_interrupt
@@ -121,10 +121,10 @@ def opened_client(
         try:
             with closing(opened()) as link:
                 yield client_on(link)
-        except LostSightError as lost:
+        except MonitoringLostError as lost:
             if lost.stopped or not _stopped_anew(lambda: _stop_once(opened, client_on)):
                 raise
-            raise LostSightError(lost.why, stopped=True, received=lost.received) from lost
+            raise MonitoringLostError(lost.why, stopped=True, received=lost.received) from lost
 
 
 def _stop_once(opened: Callable[[], Link], client_on: Callable[[Link], Mover]) -> None:
@@ -233,7 +233,7 @@ def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None
     An exchange is completed first: the line would have to fall silent before the stop can be sent.
 
     Raises:
-        LostSightError: the controller does not answer the stop.
+        MonitoringLostError: the controller does not answer the stop.
     """
     interrupt = Stop()
 
@@ -246,7 +246,7 @@ def stopped_by_interrupt(stop: Callable[[], None]) -> Iterator[Callable[[], None
             yield look
     except KeyboardInterrupt:
         if not try_to_stop(stop):
-            raise LostSightError(interrupted_by(), stopped=False) from None
+            raise MonitoringLostError(interrupted_by(), stopped=False) from None
         raise typer.Exit(complain(f"{interrupted_by()}: the motor was stopped", INTERRUPTED)) from None
 
 

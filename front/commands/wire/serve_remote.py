@@ -11,7 +11,7 @@ from pathlib import Path
 from ...io_images.times import time_text
 from ...jobs.run.running import JobRun, RunOptions
 from ...jobs.serve.line import socket_address
-from ...jobs.serve.remote import ForeignPlc, ServingPace, remote_job
+from ...jobs.serve.remote import ExternalPlc, ServingPace, remote_job
 from ...jobs.trust.owned import check_recording
 from ...runtime.line.ports import ModbusTcpPort
 from ...terminal.progress import shown_progress
@@ -69,6 +69,6 @@ def serve_remote(options: RemoteOptions) -> int:
 def _ignore(_hint: str) -> None: ...
 
 
-def _counts(plc: ForeignPlc) -> str:
+def _counts(plc: ExternalPlc) -> str:
     words = plc.words
     return f"exchanges: {words.exchanges:,}; torn writes: {words.torn:,}; silences: {plc.silences:,}"

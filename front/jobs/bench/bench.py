@@ -10,13 +10,14 @@ from types import TracebackType
 from typing import Any, Protocol, Self, runtime_checkable
 
 from ...io_images.addresses import Address, parse_address
+from ...io_images.renamed import OldName
 from ...io_images.times import parse_duration, seconds
 from ...ladder.debug import CauseLink, Remedies
 from ...ladder.python.online.editing import edit_logic
 from ...ladder.python.online.fields import Fields
 from ...ladder.python.sequences import Logic, Sequence
 from ...runtime.config.rackspec import RackSpec
-from ...runtime.live.orders import Edit, text_of
+from ...runtime.live.actions import Edit, text_of
 from ...runtime.loop.events import Event
 from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.pace import Watchdog
@@ -24,7 +25,7 @@ from ...runtime.loop.rack import Rack, Slots
 from ...runtime.loop.scan import CpuMode, ScanLogic
 from ..load.building import build_cpu, build_rack
 from ..load.loading import load_job
-from ..record.editions import Editions, edition_of
+from ..record.program_versions import ProgramVersions, version_of
 from ..record.sequence_watch import WatchesSequences, sequences_in, standing, watching
 from ..record.tag_names import named_values, namespace_of
 from ..run.editing import tags_in
@@ -81,7 +82,7 @@ class Bench:
 
     Attributes:
         slot: the modules by slot number.
-        told: the events, oldest first.
+        events: the events, oldest first.
         recorder: what records it, if anything.
         read: the tags that `bench[tag]` was asked for since the latest scan, oldest first.
 
@@ -102,7 +103,7 @@ class Bench:
         listeners: Callable[[Rack], Iterable[ScanListener]] = lambda _rack: (),
         watched: bool = False,
         load: Load | None = None,
-        editions: Editions | None = None,
+        editions: ProgramVersions | None = None,
     ) -> None:
         self.spec = spec
         self._editions, self._edits = editions, 0
@@ -114,7 +115,7 @@ class Bench:
             self.program.on_edit = self._record_edit
         rack = build_rack(spec)
         self._events = events = EventLog()
-        self.told = events.told
+        self.events = events.events
         self.recorder: ScanListener | None = None
         self.read: dict[str, None] = {}
         self._journal = Journal(rack)
@@ -272,7 +273,7 @@ class Bench:
             raise ValueError(f"{rack}: this bench has no files: give the program itself")
         self._editions.forget()
         job = load_job(rack)
-        edition, number = edition_of(job), self._edits + 1
+        edition, number = version_of(job), self._edits + 1
         self._editions.keep(number, edition, job)
         self._order = {"order": text_of(Edit(number, edition.program, ", ".join(restart)))}
         try:
@@ -367,12 +368,14 @@ class Bench:
         """
         return self._asked().chain(tag, deep=deep)
 
-    def what_would(self, tag: str, wanted: str | None = None, scans: int = 10) -> Remedies:
+    def suggest_inputs(self, tag: str, wanted: str | None = None, scans: int = 10) -> Remedies:
         """Return the smallest sets of inputs that would give a tag of a ladder program a value.
 
         Each set is found by running the program with it, on a copy, from the latest scan on.
         """
-        return self._asked().what_would(tag, wanted, scans)
+        return self._asked().suggest_inputs(tag, wanted, scans)
+
+    what_would = OldName()
 
     def _asked(self) -> Why:
         recording = self._journal.recording()
@@ -430,12 +433,14 @@ class Bench:
     @property
     def rules(self) -> SequenceOf[str]:
         """Ids of the manual's rules that have fired, in their order."""
-        return [each.name for each in self.told if each.kind == "rule"]
+        return [each.name for each in self.events if each.kind == "rule"]
+
+    told = OldName()
 
     def __str__(self) -> str:
         lines = [f"after {self.scans:,} scans, {seconds(self.now_ns)} s", *map(str, self.slot.values())]
         lines += [str(standing(each, self.scans)) for each in self.sequences.values()]
-        lines += [f"  {each}" for each in self.told[-5:]]
+        lines += [f"  {each}" for each in self.events[-5:]]
         return "\n".join(lines)
 
     def __repr__(self) -> str:
@@ -447,7 +452,7 @@ class Bench:
         words = {slot.number: slot.words for slot in self.spec.slot}
         slots = [(slot, words[number]) for number, slot in self.slot.items()]
         now = f"after {self.scans:,} scans, {seconds(self.now_ns)} s"
-        return as_html(self.spec.name, now, slots, self.told, self.logic)
+        return as_html(self.spec.name, now, slots, self.events, self.logic)
 
     # --- the end
 

@@ -13,7 +13,7 @@ from ...runtime.loop.listeners import QuietListener
 
 @dataclass(frozen=True, slots=True)
 class BenchEvent:
-    """One event of `bench.told`.
+    """One event of `bench.events`.
 
     Attributes:
         scan: number of the scan that reported it.
@@ -40,7 +40,7 @@ class EventLog(QuietListener):
     """A listener that keeps events, and ends a run on request."""
 
     def __init__(self) -> None:
-        self.told: list[BenchEvent] = []  # the events, oldest first
+        self.events: list[BenchEvent] = []  # the events, oldest first
         self.over: Callable[[], object] = bool  # called after every scan; returns whether the run is over
         self.cpu: Cpu
 
@@ -50,7 +50,7 @@ class EventLog(QuietListener):
         text = fields.get("text", ", ".join(f"{key} {value}" for key, value in fields.items()))
         kind = str(fields.get("kind", topic.strip("/")))
         name = str(fields.get("name", kind))
-        self.told.append(
+        self.events.append(
             BenchEvent(scan, now_ns, slot if isinstance(slot, int) else 0, kind, name, str(text))
         )
 

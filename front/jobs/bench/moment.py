@@ -6,7 +6,7 @@ from bisect import bisect_right
 from dataclasses import dataclass
 
 from ...io_images.times import parse_time
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +43,7 @@ class ScanChoice:
         # the scan at that very time is one of them
         return None if self.at is None else parse_time(self.at) // period_ns + 1
 
-    def row(self, recording: Recording) -> int:
+    def row(self, recording: PackedTrace) -> int:
         """Return the row of a recording; `until` is ignored.
 
         Raises:
@@ -62,6 +62,6 @@ class ScanChoice:
         return wanted
 
 
-def _missing(recording: Recording, what: str) -> ValueError:
+def _missing(recording: PackedTrace, what: str) -> ValueError:
     first, last = recording.numbers[0], recording.numbers[-1]
     return ValueError(f"the trace does not have {what}: it has scans {first:,} to {last:,}")

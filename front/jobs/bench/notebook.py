@@ -17,11 +17,11 @@ RUNGS = 20
 
 
 def as_html(
-    name: str, now: str, slots: Iterable[tuple[SlotBench, ModuleWords]], told: Sequence[object], logic: Any
+    name: str, now: str, slots: Iterable[tuple[SlotBench, ModuleWords]], events: Sequence[object], logic: Any
 ) -> str:
     """Return a bench as HTML: its slots with the names of their words, the last events, the program."""
     parts = [line(now), *(_slot(slot, words) for slot, words in slots)]
-    parts.append(rows([str(each)] for each in told[-EVENTS:]))
+    parts.append(rows([str(each)] for each in events[-EVENTS:]))
     return card(name, *parts, _rungs(logic))
 
 

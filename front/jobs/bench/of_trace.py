@@ -12,10 +12,10 @@ from ...runtime.config.rackspec import RackSpec
 from ...traces.read.columns import Columns
 from ...traces.read.reader import Trace
 from ...traces.read.snapshots import snapshots_of
-from ...traces.replay import Recording
-from ..load.loading import Job
-from ..record.editions import editions_of
+from ...traces.replay import PackedTrace
+from ..load.loading import LoadedRack
 from ..record.order_repeater import orders_of
+from ..record.program_versions import versions_of
 from ..replay.replaying import edit_notes, score_of
 from ..replay.tag_orders import TagOrders, first_few
 from ..trust.attachments import job_of
@@ -68,14 +68,14 @@ def why_of_trace(
         UntrustedError: Python of the trace would run.
         NotReachedError: the bit of `moment` does not become true.
     """
-    recording = Recording.of(trace, more)
+    recording = PackedTrace.of(trace, more)
     if not {"rack_file", "program_file"} <= set(trace.head.metadata):
         return _of_images(recording, what, moment, deep, want)
     job = job_of(trace, folder, trust=trust)
     if isinstance(job.logic, LadderLogic):
         return _of_ladder(recording, job, what, moment, deep, want, snapshots_of(trace))
     given = orders_of(trace.events())
-    editions = editions_of(trace, given, job, folder / "edits", trust=trust)
+    editions = versions_of(trace, given, job, folder / "edits", trust=trust)
     load = Load(
         job.program,
         lambda: job_of(trace, folder, trust=trust).logic,
@@ -85,7 +85,7 @@ def why_of_trace(
 
 
 def _of_images(
-    recording: Recording,
+    recording: PackedTrace,
     what: str | None,
     moment: ScanChoice,
     deep: bool,
@@ -100,8 +100,8 @@ def _of_images(
 
 
 def _of_ladder(
-    recording: Recording,
-    job: Job,
+    recording: PackedTrace,
+    job: LoadedRack,
     what: str | None,
     moment: ScanChoice,
     deep: bool,
@@ -166,7 +166,7 @@ def _asked(
     scans, row = why.recording, why.row
     text, chain = (text, None) if what is None else why.of(what, deep=deep)
     lines = tuple(dict.fromkeys([*why.lines, *(_lines(chain, why.load) if chain else ())]))
-    remedies = None if what is None or want is None else why.what_would(what, want)
+    remedies = None if what is None or want is None else why.suggest_inputs(what, want)
     return TraceAnswer(scans.numbers[row], scans.times[row], text, tuple(notes), lines, chain, remedies)
 
 

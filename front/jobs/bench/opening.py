@@ -13,8 +13,8 @@ from ...ladder.debug import Debugger
 from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import ScanLogic
-from ..load.loading import Job, load_job
-from ..record.editions import Editions, edition_of
+from ..load.loading import LoadedRack, load_job
+from ..record.program_versions import ProgramVersions, version_of
 from ..record.recording import recorder_for
 from ..record.sequence_watch import watching
 from ..run.editing import RecordsEdits
@@ -29,7 +29,7 @@ class BenchObserver:
         """Return a context in which a program is loaded."""
         return nullcontext()
 
-    def listeners(self, job: Job, logic: ScanLogic) -> Iterable[ScanListener]:
+    def listeners(self, job: LoadedRack, logic: ScanLogic) -> Iterable[ScanListener]:
         """Return further listeners of a bench."""
         return ()
 
@@ -60,7 +60,7 @@ def open_bench(rack: str | Path, record: str | Path | None = None, *, watched: b
     )
 
 
-def loading(job: Job, rack: str, program: str | None = None) -> Load | None:
+def loading(job: LoadedRack, rack: str, program: str | None = None) -> Load | None:
     """Return the loader of a job's Python program; None for a ladder program, which has a debugger.
 
     Args:
@@ -71,7 +71,7 @@ def loading(job: Job, rack: str, program: str | None = None) -> Load | None:
     return Load(job.program, lambda: load_job(rack, program).logic)
 
 
-def with_edits(load: Load, editions: Editions) -> Load:
+def with_edits(load: Load, editions: ProgramVersions) -> Load:
     """Return a loader of the first program of a bench and of those of its edits, as their files were."""
 
     def logic() -> ScanLogic:
@@ -81,11 +81,11 @@ def with_edits(load: Load, editions: Editions) -> Load:
 
 
 def bench_of(
-    job: Job, record: Path | None = None, *, watched: bool = False, load: Load | None = None
+    job: LoadedRack, record: Path | None = None, *, watched: bool = False, load: Load | None = None
 ) -> Bench:
     """Put a loaded job on a bench, see `open_bench`; `load` reloads its program for `why`."""
     recorders: list[ScanListener] = []
-    editions = Editions(job.folder)
+    editions = ProgramVersions(job.folder)
 
     def listeners(rack: Rack) -> Iterable[ScanListener]:
         if record is not None:
@@ -93,7 +93,7 @@ def bench_of(
         return [*recorders, *OBSERVER.get().listeners(job, logic)]
 
     if load is not None:
-        editions.begin(edition_of(job))
+        editions.begin(version_of(job))
         load = with_edits(load, editions)
     logic = Debugger(job.logic) if isinstance(job.logic, LadderLogic) else job.logic
     bench = Bench(job.spec, logic, listeners=listeners, watched=watched, load=load, editions=editions)

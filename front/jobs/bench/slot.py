@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ...io_images.amci3601 import status_names
+from ...io_images.amci3601.words import profile_of
 from ...io_images.image import Image
+from ...io_images.renamed import OldName
 from ...runtime.loop.exposed import incident_event
 from ...runtime.loop.incidents import TROUBLES, FaultKind
 from ...runtime.loop.rack import Slot
@@ -97,7 +98,7 @@ class SlotBench:
         self._module.power_cycle()
         self._tell(FaultKind.POWER_CYCLE, begins=True)
 
-    def fail(self, how: str | None) -> None:
+    def inject(self, how: str | None) -> None:
         """Inject a fault into the module, or end it (None).
 
         Args:
@@ -117,6 +118,8 @@ class SlotBench:
             self._device.inject(None if how is None else names[how])
         self._tell(None if how is None else FaultKind(how), begins=how is not None)
 
+    fail = OldName()
+
     def _tell(self, what: FaultKind | None, *, begins: bool) -> None:
         """Report what a test did to the module with the next scan, as an incident of a rack file is."""
         self._told = what or self._told
@@ -127,7 +130,7 @@ class SlotBench:
         if Trait.MACHINE not in self._record.traits:
             return f"slot {self.number}: {self.status}; outputs {list(self.outputs)}"
         msw, lsw = self.inputs[0] & 0xFFFF, self.inputs[1] & 0xFFFF
-        bits = " ".join(status_names(msw, lsw)) or "no bit"
+        bits = " ".join(profile_of(self._slot.words).status_names(msw, lsw)) or "no bit"
         levels = self._device.machine.levels(self._now_ns())
         held = [name for name, bit in INPUT_NAMES.items() if levels & bit]
         return (

@@ -35,7 +35,7 @@ from ...io_images.enip.codes import (
 )
 from ...io_images.enip.frames import COMMAND_MOST, HEAD, items_in
 from ...io_images.enip.paths import Instance, Path, parse_path
-from ...runtime.outside.images import IMAGE_BYTES, ImagePlace, image_place
+from ...runtime.tag_servers.images import IMAGE_BYTES, ImagePlace, image_place
 from .pairing import OPEN_MAX, PairedExchange, Pairing
 
 DEEPEST = 2

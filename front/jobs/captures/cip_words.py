@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from ...io_images.enip.listing import patched
-from ...runtime.outside.images import IMAGE_BYTES, WORDS
+from ...runtime.tag_servers.images import IMAGE_BYTES, WORDS
 from .cip_pairing import ImageExchange
 from .pairing import PairedExchange
 from .words import WordScan

@@ -21,7 +21,7 @@ PORTS_SHOWN = 8
 
 
 @dataclass(slots=True)
-class Talk:
+class DeviceCapture:
     """What a file has of one controller.
 
     Attributes:
@@ -35,7 +35,7 @@ class Talk:
 
 def read_capture(
     path: Path, pairing: Callable[[], Pairing], port: int = MODBUS_PORT, unit: int | None = None
-) -> Talk:
+) -> DeviceCapture:
     """Read a capture, pcap or pcapng, or a log of frames.
 
     Args:
@@ -73,7 +73,7 @@ def is_capture(head: bytes) -> bool:
     return SECTION in numbers or any(number in PCAP_MAGICS for number in numbers)
 
 
-def _captured(file: BinaryIO, head: bytes, pairing: Callable[[], Pairing], port: int) -> Talk:
+def _captured(file: BinaryIO, head: bytes, pairing: Callable[[], Pairing], port: int) -> DeviceCapture:
     if is_capture(head):
         return _of_packets(Capture(file), pairing, port)
     if pairing is CipPairing:
@@ -84,9 +84,9 @@ def _captured(file: BinaryIO, head: bytes, pairing: Callable[[], Pairing], port:
     return _of_text(file, pairing())
 
 
-def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> Talk:
+def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> DeviceCapture:
     streams, pairings, ports = Streams(), dict[object, Pairing](), set[int]()
-    found = Talk([])
+    found = DeviceCapture([])
     segments = (segment for packet in capture.packets() if (segment := segment_in(packet)) is not None)
     for chunk in streams.chunks(segments):
         asked = chunk.target[1] == port
@@ -110,8 +110,8 @@ def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> 
     return found
 
 
-def _of_text(file: BinaryIO, pairing: Pairing) -> Talk:
-    log, found = TextLog(), Talk([])
+def _of_text(file: BinaryIO, pairing: Pairing) -> DeviceCapture:
+    log, found = TextLog(), DeviceCapture([])
     for entry in log.entries(_lines(file)):
         _add(found, pairing.feed(entry.at_ns, entry.data, asked=entry.asked, fresh=False))
     _add(found, pairing.finish())
@@ -130,13 +130,13 @@ def _lines(file: BinaryIO) -> Iterator[str]:
         yield line.decode("utf-8", "replace").rstrip("\r\n")
 
 
-def _add(found: Talk, exchanges: Iterator[PairedExchange]) -> None:
+def _add(found: DeviceCapture, exchanges: Iterator[PairedExchange]) -> None:
     found.exchanges.extend(exchanges)
     if len(found.exchanges) > EXCHANGES_MAX:
         raise ValueError(f"it has more than {EXCHANGES_MAX:,} exchanges: cut it into parts")
 
 
-def _of_unit(path: Path, captured: Talk, unit: int | None) -> Talk:
+def _of_unit(path: Path, captured: DeviceCapture, unit: int | None) -> DeviceCapture:
     units = sorted({each.unit for each in captured.exchanges})
     if unit is None and len(units) > 1:
         raise ValueError(f"{path}: it has the units {', '.join(map(str, units))}: give --unit")

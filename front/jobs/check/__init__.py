@@ -13,8 +13,9 @@ check.py           a whole check
 
 from __future__ import annotations
 
+from ...io_images.renamed import renamed
 from .alone import load_any
-from .check import CheckReport, Finding, Judgement, Prover, check_rack, refused
+from .check import CheckReport, Finding, ProofFinding, Prover, check_rack, refused
 from .facts import FileLine
 from .rules import BY_ID, RULES, Rule
 
@@ -24,10 +25,14 @@ __all__ = [
     "CheckReport",
     "FileLine",
     "Finding",
-    "Judgement",
+    "ProofFinding",
     "Prover",
     "Rule",
     "check_rack",
     "load_any",
     "refused",
 ]
+
+
+def __getattr__(name: str) -> object:
+    return renamed(__name__, name)

@@ -6,11 +6,11 @@ from pathlib import Path
 
 from ...ladder.files.suffixes import STRUCTURED_SUFFIX, SUFFIX
 from ...runtime.config.rackspec import RackSpec
-from ..load.loading import Job, is_export, load_job
+from ..load.loading import LoadedRack, is_export, load_job
 from ..load.program import load_program
 
 
-def load_any(file: str) -> tuple[Job, bool]:
+def load_any(file: str) -> tuple[LoadedRack, bool]:
     """Load a rack with its program, or a ladder program alone; ValueError if it can't be used.
 
     Returns:
@@ -21,4 +21,4 @@ def load_any(file: str) -> tuple[Job, bool]:
         return load_job(file), is_export(file)
     loaded = load_program(file)
     spec = RackSpec.model_construct(program=file, slot=())
-    return Job(spec, loaded.function, path.name, path, path, path.name, notices=loaded.notices), True
+    return LoadedRack(spec, loaded.function, path.name, path, path, path.name, notices=loaded.notices), True

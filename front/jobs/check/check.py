@@ -11,7 +11,7 @@ from ...ladder import LadderLogic
 from ...ladder.files.steps import Steps
 from ...ladder.python.sequences import Logic
 from ...runtime.config.rackfile import load_rack_file
-from ..load.loading import Job, rack_form
+from ..load.loading import LoadedRack, rack_form
 from ..load.program import Form
 from .facts import Facts, FileLine
 from .python.functions import python_facts
@@ -55,7 +55,7 @@ class CheckReport:
 
 
 @dataclass(frozen=True, slots=True)
-class Judgement:
+class ProofFinding:
     """What a proof says: a finding of a rule for all inputs, or that a rule's finding is none.
 
     Attributes:
@@ -70,15 +70,15 @@ class Judgement:
     text: str = ""
 
 
-Prover = Callable[[Job, Facts], Iterable[Judgement]]
+Prover = Callable[[LoadedRack, Facts], Iterable[ProofFinding]]
 """Yields verdicts about a rack's program, of which the facts are known."""
 
 
-def _no_proofs(_job: Job, _facts: Facts) -> Iterable[Judgement]:
+def _no_proofs(_job: LoadedRack, _facts: Facts) -> Iterable[ProofFinding]:
     return ()
 
 
-def check_rack(job: Job, *, alone: bool = False, prover: Prover = _no_proofs) -> CheckReport:
+def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover = _no_proofs) -> CheckReport:
     """Check a rack and its program without running it; LadderError if the ladder program can't be built.
 
     Args:
@@ -125,7 +125,7 @@ def _findings(subject: Subject) -> Iterator[Finding]:
                 yield Finding(rule.id, place, text, site)
 
 
-def _judged(found: list[Finding], verdicts: list[Judgement], facts: Facts) -> Iterator[Finding]:
+def _judged(found: list[Finding], verdicts: list[ProofFinding], facts: Facts) -> Iterator[Finding]:
     """Yield the findings with what is proved of them, and what only a proof finds where there is none."""
     places = {each.place for each in found}
     by_place = {(each.rule, each.place): each for each in verdicts}
@@ -139,7 +139,7 @@ def _judged(found: list[Finding], verdicts: list[Judgement], facts: Facts) -> It
             yield Finding(other.rule, other.place, f"{other.text} (proved)", site)
 
 
-def facts_of(job: Job) -> Facts:
+def facts_of(job: LoadedRack) -> Facts:
     """Return the facts of a rack's program."""
     if isinstance(job.logic, LadderLogic):
         return ladder_facts(job.logic, job.program, job.spec)
@@ -152,7 +152,7 @@ def facts_of(job: Job) -> Facts:
     return step_facts(job.program, logic) if isinstance(logic, Steps) else Facts()
 
 
-def _python_facts(job: Job) -> Facts:
+def _python_facts(job: LoadedRack) -> Facts:
     if isinstance(job.logic, Logic):
         return sequence_facts(job.program, job.logic, job.spec)
     names = {name for slot in job.spec.slot for _, _, name, _ in terminals(slot)}

@@ -9,7 +9,7 @@
 | `SentCommand` | eight constant words | the same | `Configuration(...)` |
 | `WordWrite` | `MOV(4,axis.O.Data[2])` | the same | `outputs[2] = 4` |
 
-A mistake that shows in one place is a `Remark` at once: `facts.remark("recursion", place, text)`.
+A mistake that shows in one place is a `LocalFinding` at once: `facts.remark("recursion", place, text)`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from .written import Step as Step
 from .written import WordWrite
 
 
-class Remark(NamedTuple):
+class LocalFinding(NamedTuple):
     """A part of the program that breaks a rule by itself."""
 
     place: FileLine
@@ -251,7 +251,7 @@ class Facts:
         sites: routines and rungs, by their line in the file.
     """
 
-    remarks: defaultdict[str, list[Remark]] = field(default_factory=lambda: defaultdict(list))
+    remarks: defaultdict[str, list[LocalFinding]] = field(default_factory=lambda: defaultdict(list))
     variables: dict[str, Variable] = field(default_factory=dict)
     accesses: list[Access] = field(default_factory=list)
     commands: list[Command] = field(default_factory=list)
@@ -262,7 +262,7 @@ class Facts:
     actions: list[StepAction] = field(default_factory=list)
     writes: list[WordWrite] = field(default_factory=list)
     outputs: list[OutputWrite] = field(default_factory=list)
-    at_once: list[Remark] = field(default_factory=list)
+    at_once: list[LocalFinding] = field(default_factory=list)
     uses_bit: UsesBit | None = None
     reads_all: bool = False
     not_seen: list[str] = field(default_factory=list)
@@ -270,7 +270,7 @@ class Facts:
 
     def remark(self, rule: str, place: FileLine, text: str) -> None:
         """Add a mistake that shows in one place."""
-        self.remarks[rule].append(Remark(place, text))
+        self.remarks[rule].append(LocalFinding(place, text))
 
     def by_variable(self) -> Iterator[tuple[Variable, list[Access]]]:
         """Yield each variable with its accesses."""

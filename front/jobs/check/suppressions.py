@@ -18,7 +18,7 @@ from pathlib import Path
 from ...io_images.input_files import read_input
 from ...io_images.text_limits import LIMITS, TextKind
 from ...ladder import LadderLogic
-from ..load.loading import Job
+from ..load.loading import LoadedRack
 from .facts import FileLine
 
 _PYTHON = re.compile(r"#\s*scanrack:\s*ignore\[([\w\s,-]+)\]", re.IGNORECASE)
@@ -30,7 +30,7 @@ _ALL = "all"
 class Suppressions:
     """The suppressions in the files of a program."""
 
-    def __init__(self, job: Job) -> None:
+    def __init__(self, job: LoadedRack) -> None:
         self._comments = dict(_comments(job))
         self._files: dict[str, dict[int, frozenset[str]]] = {}
 
@@ -42,7 +42,7 @@ class Suppressions:
         return rule in named or _ALL in named
 
 
-def _comments(job: Job) -> Iterator[tuple[FileLine, frozenset[str]]]:
+def _comments(job: LoadedRack) -> Iterator[tuple[FileLine, frozenset[str]]]:
     """Yield the rules that the comments of rungs name, which in an export are not in its lines."""
     if not isinstance(job.logic, LadderLogic):
         return

@@ -16,13 +16,14 @@ Random surroundings (`scenario`) are tried one after the other (`trial`), each w
 and the rack is built again; what breaks an invariant is made small by `shrink`.
 """
 
-from .laws.goals import maximise, sometimes
-from .laws.invariants import Invariant, InvariantError, always, eventually, load_invariants, never
-from .laws.scan_view import Moment, SlotMoment
-from .laws.standard import STANDARD
+from ...io_images.renamed import renamed
+from .invariants.goals import maximize, sometimes
+from .invariants.invariants import Invariant, InvariantError, always, eventually, load_invariants, never
+from .invariants.scan_view import SlotSnapshot, Snapshot
+from .invariants.standard import STANDARD
 from .run import BrokenInvariant, TrialBench, Verdict
 from .scenarios.scenario import Press, Scenario
-from .search import Counterexample, SearchReport, UnsteadyError, search, undisturbed
+from .search import Counterexample, NondeterministicError, SearchReport, search, undisturbed
 
 __all__ = [
     "STANDARD",
@@ -30,20 +31,24 @@ __all__ = [
     "Counterexample",
     "Invariant",
     "InvariantError",
-    "Moment",
+    "NondeterministicError",
     "Press",
     "Scenario",
     "SearchReport",
-    "SlotMoment",
+    "SlotSnapshot",
+    "Snapshot",
     "TrialBench",
-    "UnsteadyError",
     "Verdict",
     "always",
     "eventually",
     "load_invariants",
-    "maximise",
+    "maximize",
     "never",
     "search",
     "sometimes",
     "undisturbed",
 ]
+
+
+def __getattr__(name: str) -> object:
+    return renamed(__name__, name)

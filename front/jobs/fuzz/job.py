@@ -23,9 +23,9 @@ from ...runtime.loop.scan import ScanLogic
 from ...runtime.machine.spec import input_name
 from ...traces.plot import Mark, save_page
 from ...traces.read.reader import open_trace
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 from ..load.claims import has_claims, with_monitors
-from ..load.loading import Job, load_job
+from ..load.loading import LoadedRack, load_job
 from ..load.program import load_program
 from ..record.recording import recorder_for
 from ..record.sequence_watch import watching
@@ -34,9 +34,9 @@ from ..trust.owned import in_use
 from . import STANDARD, Counterexample, Invariant, InvariantError, Scenario, TrialBench, load_invariants
 from .aim.branches import branches_noted
 from .explain.cause import cause_of
-from .explain.futures import Inevitable, inevitable
+from .explain.futures import PointOfNoReturn, inevitable
 from .folder_lock import write_text
-from .laws.claimed import invariants_in
+from .invariants.claimed import invariants_in
 from .report import report
 from .scenarios.drivescript import DriveScript, obstacle
 from .scenarios.kinds import Kind
@@ -101,7 +101,7 @@ NEEDS_FIRMWARE = "NEEDS_FIRMWARE"
 """The name by which a Python program states the oldest firmware that it supports."""
 
 
-def with_needs(job: Job) -> RackSpec:
+def with_needs(job: LoadedRack) -> RackSpec:
     """Return a job's rack with the firmware that its program requires.
 
     Raises:
@@ -123,7 +123,7 @@ def _is_of(module: ModuleType, program: Path) -> bool:
     return isinstance(file, str) and Path(file) == program
 
 
-def _needing(slot: SlotSpec, needed: Firmware, job: Job) -> SlotSpec:
+def _needing(slot: SlotSpec, needed: Firmware, job: LoadedRack) -> SlotSpec:
     if Firmware.parse(slot.firmware) < needed:
         raise ValueError(
             f"{job.program}: {NEEDS_FIRMWARE} is {needed}, and slot {slot.number} has "
@@ -152,7 +152,7 @@ def invariants_of(setup: Setup) -> list[Invariant]:
     return list(chosen.values())
 
 
-def logic_maker(job: Job, rack: str) -> Callable[[], ScanLogic]:
+def logic_maker(job: LoadedRack, rack: str) -> Callable[[], ScanLogic]:
     """Return a factory of a job's logic."""
     logic = job.logic
     if isinstance(logic, LadderLogic):
@@ -184,7 +184,7 @@ def _tags_of(logic: ScanLogic) -> Any:
 
 
 def hand_over(
-    job: Job,
+    job: LoadedRack,
     setup: Setup,
     bench: TrialBench,
     found: Counterexample,
@@ -220,13 +220,13 @@ def hand_over(
     again += _recorded(job, bench, found.scenario, scans, folder)
     late = inevitable(bench, found, go_on=go_on)
     with open_trace(folder / "trace.mcap") as trace:
-        cause = cause_of(Recording.of(trace), job, str(job.rack_file), found.broken)
+        cause = cause_of(PackedTrace.of(trace), job, str(job.rack_file), found.broken)
     chart = _drawn(found, late, folder)
     write_text(folder / "report.txt", report(found, late, cause, chart, again, check), used)
     return late is not None
 
 
-def _drawn(found: Counterexample, late: Inevitable | None, folder: Path) -> list[str]:
+def _drawn(found: Counterexample, late: PointOfNoReturn | None, folder: Path) -> list[str]:
     """Draw the trace as a page; return its path, and the link to the failure."""
     broken, page = found.broken, folder / "chart.html"
     marks = [Mark(broken.now_ns, None, "broken", f"{broken.invariant} is broken", str(broken))]
@@ -241,7 +241,7 @@ def _drawn(found: Counterexample, late: Inevitable | None, folder: Path) -> list
     ]
 
 
-def _recorded(job: Job, bench: TrialBench, scenario: Scenario, scans: int, folder: Path) -> list[str]:
+def _recorded(job: LoadedRack, bench: TrialBench, scenario: Scenario, scans: int, folder: Path) -> list[str]:
     """Record a scenario as a trace and as scripts for the bench; return their commands, or the obstacle."""
     scripts: dict[int, DriveScript] = {}
     told = []

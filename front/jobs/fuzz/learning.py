@@ -10,7 +10,7 @@ from typing import NamedTuple
 from ...runtime.config.rackspec import RackSpec
 from ...traces.files.portable import relative
 from ...traces.read.reader import open_trace
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 from ..record.order_repeater import is_session, orders_of
 from ..replay.input_levels import recorded_levels
 from ..replay.replaying import recorded_stimuli
@@ -34,7 +34,7 @@ class LearnedScenario(NamedTuple):
     notes: list[str]  # the defects of the trace
 
 
-def _stimuli(recording: Recording, spec: RackSpec) -> Iterator[Stimulus]:
+def _stimuli(recording: PackedTrace, spec: RackSpec) -> Iterator[Stimulus]:
     """Yield the actions on the inputs; of real hardware only the status bits show them."""
     live = {slot.number for slot in spec.slot if slot.is_live}
     told = [each for each in recorded_stimuli(recording) if each.slot not in live]
@@ -54,7 +54,7 @@ def scenario_of(path: Path, spec: RackSpec) -> Scenario:
     """
     bare = spec.model_copy(update={"incident": ()})
     with open_trace(path) as trace:
-        recording = Recording.of(trace)
+        recording = PackedTrace.of(trace)
         given = orders_of(trace.events()) if is_session(trace) else []
     end_ns = recording.times[-1] + spec.scan_ns
     scenario = recorded_scenario(_stimuli(recording, bare), bare, end_ns)
@@ -74,7 +74,7 @@ def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
         OSError: a file can't be written.
     """
     with open_trace(path) as trace:
-        recording = Recording.of(trace)
+        recording = PackedTrace.of(trace)
         job = job_of(trace, folder, trust=trust)
         program = folder / trace.head.metadata["program_file"]
         given = orders_of(trace.events()) if is_session(trace) else []

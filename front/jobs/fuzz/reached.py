@@ -11,7 +11,7 @@ from ...ladder import LadderLogic
 from ...ladder.compiler.observed import Reading, lines_of
 from ...ladder.state.lowered import LoweredProgram, steps_of
 from ..check.rungs.structure import own_routines
-from ..load.loading import Job
+from ..load.loading import LoadedRack
 from .aim.branches import branch_lines
 from .aim.corpus import Feature
 from .aim.probe import noting
@@ -48,7 +48,7 @@ class ProgramReach:
     gaps: tuple[Gap, ...]
 
 
-def reached(job: Job, seen: Collection[Feature]) -> ProgramReach:
+def reached(job: LoadedRack, seen: Collection[Feature]) -> ProgramReach:
     """Return what runs have reached of a program's own text.
 
     Args:

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ...io_images.times import seconds
-from .explain.futures import Inevitable
+from .explain.futures import PointOfNoReturn
 from .folder_lock import write_text
 from .scenarios.words import told
 from .search import Counterexample
@@ -14,7 +14,7 @@ from .search import Counterexample
 
 def report(
     found: Counterexample,
-    late: Inevitable | None,
+    late: PointOfNoReturn | None,
     cause: Sequence[str],
     chart: Sequence[str],
     again: Sequence[str],

@@ -12,12 +12,12 @@ from typing import Any
 
 from typing_extensions import override
 
-from ...io_images.amci3601 import RULES, StatusMsw
+from ...io_images.amci3601.words import profile_of
 from ...io_images.times import seconds
 from ...ladder import Engine
 from ...ladder.python.sequences import Sequence as LogicSequence
 from ...runtime.config.rackspec import RackSpec
-from ...runtime.live.hands import GivenOrder, Hands
+from ...runtime.live.operator_actions import AppliedAction, OperatorActions
 from ...runtime.loop.cpu import Cpu, ScanFlag
 from ...runtime.loop.events import JsonValue
 from ...runtime.loop.faults import Cause, CpuFault, Fault
@@ -29,14 +29,14 @@ from ..load.building import build_cpu, build_rack
 from ..record.logic_wrapper import LogicWrapper, unwrapped
 from ..record.order_repeater import OrderRepeater
 from ..record.sequence_watch import sequences_in, standing
+from .aim.explored_states import ExploredStates, ExploredStateStop
 from .aim.probe import Probe
 from .aim.python_state import namespace_of
-from .aim.rests import Rester, Rests
-from .laws.busy import axes_in
-from .laws.goals import Greatest, Sometimes
-from .laws.invariants import Invariant, Watch
-from .laws.output_line import Places
-from .laws.scan_view import Moment, ProgramState
+from .invariants.busy import axes_in
+from .invariants.goals import MaximumGoal, Sometimes
+from .invariants.invariants import Invariant, Watch
+from .invariants.output_line import Places
+from .invariants.scan_view import ProgramState, Snapshot
 from .scenarios.panel import PanelTag
 from .scenarios.scenario import Scenario
 from .scenarios.tearing import Rung, TornScans
@@ -170,7 +170,7 @@ class _Watcher(QuietListener):
         self._asked = asked
         self._known = known
         self._place = place
-        self.moment: Moment
+        self.snapshot: Snapshot
         self.cpu: Cpu
         self.rules: Counter[str] = Counter()
         self.broken: BrokenInvariant | None = None
@@ -195,11 +195,11 @@ class _Watcher(QuietListener):
             self._stood = self._standing(scan)  # before the CPU closes them
             return
         start_ns = 0 if scan % TIMED else wall_ns()
-        moment = self.moment
-        moment.move_on(scan, now_ns, flags)
-        moment.rules = self._fired.get(scan, ())
+        snapshot = self.snapshot
+        snapshot.move_on(scan, now_ns, flags)
+        snapshot.rules = self._fired.get(scan, ())
         for each in self._asked:
-            why = each.watch(moment)
+            why = each.watch(snapshot)
             if why is None:
                 each.broken = False
             elif not each.broken:
@@ -215,7 +215,9 @@ class _Watcher(QuietListener):
         """Note a failure unless it is a known one; return whether it is noted."""
         broken = self.told(asked.invariant.name, asked.invariant.sentence, why)
         origin = getattr(asked.watch, "origin_scan", broken.scan)
-        refused = next((rule for rule in self._fired.get(origin, ()) if rule in REFUSALS), "")
+        refusals = [profile_of(slot.words).refusals for slot in self.cpu.rack.slots.values()]
+        fired = self._fired.get(origin, ())
+        refused = next((rule for rule in fired if any(rule in each for each in refusals)), "")
         broken = replace(broken, cause=refused or self._place())
         if broken.key in self._known:
             return False
@@ -229,7 +231,7 @@ class _Watcher(QuietListener):
     def note_goals(self, note: Callable[[str, Hashable, int], None]) -> None:
         """Note where goals are reached."""
         for each in self._asked:
-            if isinstance(each.watch, Sometimes | Greatest):
+            if isinstance(each.watch, Sometimes | MaximumGoal):
                 each.watch.note = note
 
     @property
@@ -239,7 +241,7 @@ class _Watcher(QuietListener):
         return {
             name: watch.greatest
             for name, watch in watches
-            if isinstance(watch, Greatest) and watch.greatest is not None
+            if isinstance(watch, MaximumGoal) and watch.greatest is not None
         }
 
     @property
@@ -249,7 +251,7 @@ class _Watcher(QuietListener):
 
     def told(self, name: str, sentence: str, why: str) -> BrokenInvariant:
         """Return the broken invariants of this moment."""
-        now = self.moment
+        now = self.snapshot
         shows = tuple(f"slot {number}: {slot}" for number, slot in now.slot.items())
         shows += self._stood or self._standing(now.scan)
         return BrokenInvariant(name, sentence, now.scan, now.ns, why, shows, tuple(self._told))
@@ -260,21 +262,10 @@ class _Watcher(QuietListener):
 
     def faulted(self, fault: Fault) -> BrokenInvariant:
         """Return that the CPU has faulted."""
-        self.moment.scan, self.moment.ns = fault.scan, fault.now_ns
+        self.snapshot.scan, self.snapshot.ns = fault.scan, fault.now_ns
         broken = self.told(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
         return replace(broken, cause=HANGS if fault.cause is Cause.WATCHDOG else Path(fault.where).name)
 
-
-REFUSALS = frozenset(
-    rule.id
-    for rule in RULES.values()
-    if rule.list_of
-    and rule.list_of & (StatusMsw.COMMAND_ERROR | StatusMsw.INVALID_PROFILE | StatusMsw.HOME_INVALID).value
-)
-"""Ids of the rules that refuse a command.
-
-Rules about inputs or a power-up are excluded: they may fire in the same scan by chance.
-"""
 
 Listeners = Callable[[RackSpec, Rack], Iterable[ScanListener]]
 
@@ -323,7 +314,7 @@ class TrialBench:
         without: Iterable[str] = (),
         listeners: Listeners = _no_listeners,
         probe: Probe | None = None,
-        rests: Rests | None = None,
+        rests: ExploredStates | None = None,
         aloud: bool = False,
     ) -> Verdict:
         """Run the program in a scenario until an invariant is broken or the time is over.
@@ -376,7 +367,7 @@ class _Run:
         traced: bool,
         probe: Probe | None = None,
     ) -> None:
-        self.rester: Rester | None = None
+        self.rester: ExploredStateStop | None = None
         self._scans = bench.scans
         self._without = without
         self._printed = _LineCounter()
@@ -395,7 +386,7 @@ class _Run:
         asked = [_InvariantWatch(each) for each in bench.invariants if each.name not in without]
         self._watcher = _Watcher(asked, without, self._place)
         tags = bench.tags_of(logic)
-        self._watcher.moment = Moment(self._rack, tags, axes_in(logic, tags), _state_of(logic))
+        self._watcher.snapshot = Snapshot(self._rack, tags, axes_in(logic, tags), _state_of(logic))
         self._watcher.sequences = sequences_in(logic)
         if probe is not None:
             self._watcher.note_goals(probe.edges.add)
@@ -450,8 +441,10 @@ class _Run:
         """Return the giver of the scenario's orders; None without any."""
         if not self._orders:
             return None
-        given = [GivenOrder(each.at_ns // self._spec.scan_ns, each.order) for each in self._orders]
-        repeated = OrderRepeater(cpu, Hands(cpu, self._rack, _OrderDesk(self._watcher.moment.tags)), given)
+        given = [AppliedAction(each.at_ns // self._spec.scan_ns, each.order) for each in self._orders]
+        repeated = OrderRepeater(
+            cpu, OperatorActions(cpu, self._rack, _OrderDesk(self._watcher.snapshot.tags)), given
+        )
         cpu.add_listener(repeated)
         repeated.begin()
         return repeated
@@ -463,7 +456,7 @@ class _Run:
         """
         if self._places is None:
             return UNPLACED
-        commands = [name for slot in self._watcher.moment.slot.values() for name in slot.commands]
+        commands = [name for slot in self._watcher.snapshot.slot.values() for name in slot.commands]
         waiting = [each for each in self._watcher.sequences if not each.over]
         places = [f"{each.name} at {Path(each.file or '').name}:{each.line}" for each in waiting]
         return self._places.last or " ".join(places or commands)

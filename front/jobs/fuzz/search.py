@@ -21,8 +21,8 @@ from .aim.chooser import Chooser
 from .aim.corpus import Corpus
 from .aim.draws import Draws
 from .aim.edges import Edges
+from .aim.explored_states import ExploredStates
 from .aim.probe import Probe
-from .aim.rests import Rests
 from .aim.sweep import Sweep
 from .aim.times import times_of
 from .run import ASKING, BUILDING, HANGS, PROGRAM, RUNNING, BrokenInvariant, TrialBench, Verdict
@@ -30,7 +30,7 @@ from .scenarios.kinds import Kind, buttons, possible_kinds, sensors
 from .scenarios.scenario import Scenario
 from .scenarios.words import told
 from .shrink import smallest
-from .steady import Uses
+from .steady import NondeterminismSources
 
 DRAWING, CONFIRMING = "drawing scenarios", "confirming"
 LEAST_SHRINKING = 30
@@ -87,14 +87,14 @@ def keep_greatest(known: dict[str, float], more: Mapping[str, float]) -> None:
         known[name] = max(value, known.get(name, value))
 
 
-class UnsteadyError(ValueError):
+class NondeterministicError(ValueError):
     """A program that behaves differently in two runs of the same scenario."""
 
 
 Confirm = Callable[[Counterexample, Collection[str]], bool]
 """Repeats a failure in another process, which ignores known ones.
 
-Returns False if the machine may have caused it; raises `UnsteadyError` if the program did.
+Returns False if the machine may have caused it; raises `NondeterministicError` if the program did.
 """
 
 
@@ -135,7 +135,7 @@ def search(
 
     Raises:
         InvariantError: an invariant raised.
-        UnsteadyError: the program is not deterministic.
+        NondeterministicError: the program is not deterministic.
     """
     report = SearchReport(corpus=corpus or Corpus())
     start_ns = wall_ns()
@@ -194,7 +194,7 @@ def undisturbed(
 
     Raises:
         InvariantError: an invariant raised.
-        UnsteadyError: the program is not deterministic.
+        NondeterministicError: the program is not deterministic.
     """
     found: list[Counterexample] = []
     given_up = set(known)
@@ -255,13 +255,13 @@ class _Hunt:
     known: set[str]
     runs: int = 0  # without those of shrinking
     logic: Any = None  # of the last run
-    rests: Rests = field(default_factory=Rests)
+    rests: ExploredStates = field(default_factory=ExploredStates)
 
     def try_one(self, scenario: Scenario, edges: Edges) -> Counterexample | None:
         """Run a scenario and note its changes; return its failure, or None.
 
         Raises:
-            UnsteadyError: the program is not deterministic.
+            NondeterministicError: the program is not deterministic.
         """
         self.runs += 1
         probe = Probe(edges)
@@ -276,7 +276,7 @@ class _Hunt:
             return found
         if broken.cause == HANGS:  # the machine may have been busy
             return None
-        raise UnsteadyError(unsteady(found, self._uses(scenario)))
+        raise NondeterministicError(unsteady(found, self._uses(scenario)))
 
     def shown(self, scenario: Scenario) -> Edges | None:
         """Run a scenario; return its changes, None if something is broken."""
@@ -293,7 +293,7 @@ class _Hunt:
 
     def _uses(self, scenario: Scenario) -> str:
         """Return the program's sources of differences between runs."""
-        uses = Uses()
+        uses = NondeterminismSources()
         uses.watching(self.bench).run(scenario)
         return str(uses)
 

@@ -23,10 +23,10 @@ from typing import Any
 
 from ...io_images.amci3601.bits import InputBit
 from ...io_images.amci3601.firmware import KNOWN
-from ...runtime.loop.incidents import Incident
+from ...runtime.loop.incidents import InjectedFault
 from .run import BrokenInvariant
 from .scenarios.parts import Lasting, Part, Timed, parts_of, scenario_of
-from .scenarios.scenario import LostSteps, Press, Scenario, Shift, Signal, Turn
+from .scenarios.scenario import LostSteps, Press, Scenario, Signal, SwitchOffset, Turn
 
 Inputs = Mapping[int, Sequence[InputBit]]
 """Inputs by slot number, those that are simpler to press first."""
@@ -127,13 +127,13 @@ def simpler_parts(part: Any, inputs: Inputs, scan_ns: int) -> Iterator[Any]:
         yield from (replace(part, value=float(value)) for value in rounder(int(part.value)))
     if isinstance(part, Turn):
         yield from (replace(part, counts=counts) for counts in rounder(part.counts) if counts)
-    if isinstance(part, Incident) and len(part.late_words) > 1:
+    if isinstance(part, InjectedFault) and len(part.late_words) > 1:
         words = part.late_words
         fewer = (words[:place] + words[place + 1 :] for place in range(len(words)))
         yield from (replace(part, late_words=each) for each in fewer)
     if isinstance(part, LostSteps):
         yield from (replace(part, at=at) for at in rounder(part.at))
-    if isinstance(part, LostSteps | Shift):
+    if isinstance(part, LostSteps | SwitchOffset):
         yield from (replace(part, steps=steps) for steps in rounder(part.steps) if steps)
     if isinstance(part, tuple):  # a slot and its firmware
         slot, version = part

@@ -72,7 +72,7 @@ PATH_READS = {"open", "read_text", "read_bytes", "exists", "is_file", "is_dir", 
 """Methods of a path that read the file system; the others only use its text."""
 
 
-class Uses:
+class NondeterminismSources:
     """A program's observed sources of differences."""
 
     def __init__(self) -> None:
@@ -148,7 +148,7 @@ class Uses:
 class _CallRecorder(LogicWrapper):
     """A logic whose calls are observed."""
 
-    def __init__(self, logic: ScanLogic, uses: Uses) -> None:
+    def __init__(self, logic: ScanLogic, uses: NondeterminismSources) -> None:
         super().__init__(logic)
         self._uses = uses
 

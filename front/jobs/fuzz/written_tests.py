@@ -16,7 +16,7 @@ from ...io_images.input_files import read_input_text
 from ...io_images.text_limits import TextKind
 from ...traces.files.guard import OwnedError
 from ...traces.files.portable import relative
-from ..load.loading import Job, load_job
+from ..load.loading import LoadedRack, load_job
 from .explain.coverage import places_in
 from .folder_lock import write_text
 from .job import Setup, bench_of, replay
@@ -53,7 +53,7 @@ def test_reached(scenario: str) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Went:
+class RunOutcome:
     """Outcome of one run.
 
     Attributes:
@@ -67,7 +67,7 @@ class Went:
 
 def play(
     rack: Path, scenario: Path, scans: int, invariants: Sequence[Path] = (), checks: Sequence[str] = ()
-) -> Went:
+) -> RunOutcome:
     """Run a scenario of a file on a rack.
 
     Args:
@@ -85,9 +85,9 @@ def play(
     return _went(bench_of(setup), given, load_job(setup.rack))
 
 
-def _went(bench: TrialBench, scenario: Scenario, job: Job) -> Went:
+def _went(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> RunOutcome:
     broken = [str(each.broken) for each in replay(bench, scenario)]
-    return Went(broken, places_in(bench, scenario, job))
+    return RunOutcome(broken, places_in(bench, scenario, job))
 
 
 def check_new(folder: Path) -> None:
@@ -100,7 +100,7 @@ def check_new(folder: Path) -> None:
         raise OwnedError(f"{folder} has something in it: give --write-tests a new folder")
 
 
-def write_tests(folder: Path, setup: Setup, job: Job, scenarios: Iterable[Scenario]) -> int:
+def write_tests(folder: Path, setup: Setup, job: LoadedRack, scenarios: Iterable[Scenario]) -> int:
     """Write the tests of a campaign; return their number.
 
     Args:
@@ -133,7 +133,7 @@ def write_tests(folder: Path, setup: Setup, job: Job, scenarios: Iterable[Scenar
 
 
 def _chosen(
-    bench: TrialBench, job: Job, scenarios: Iterable[Scenario]
+    bench: TrialBench, job: LoadedRack, scenarios: Iterable[Scenario]
 ) -> Iterator[tuple[Scenario, frozenset[str]]]:
     """Yield few of the runs, the one that reaches most that is new first, with what is new in each."""
     runs = [(each, _went(bench, each, job)) for each in scenarios]

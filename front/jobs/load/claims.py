@@ -6,7 +6,7 @@ from ...ladder import LadderLogic
 from ...ladder.prove.claims import Claim, ClaimKind, claims_in
 from ...ladder.prove.monitors import MonitoredProgram, monitored, never_routines
 from ...runtime.config.rackspec import RackSpec
-from .loading import Job
+from .loading import LoadedRack
 
 
 def claims_of(spec: RackSpec) -> list[Claim]:
@@ -18,14 +18,14 @@ def claims_of(spec: RackSpec) -> list[Claim]:
     ]
 
 
-def has_claims(job: Job) -> bool:
+def has_claims(job: LoadedRack) -> bool:
     """Whether a job claims something: in its rack file, in comments, or in a routine NEVER."""
     if not isinstance(job.logic, LadderLogic):
         return False
     return bool(job.spec.prove.property or claims_in(job.logic.build()) or never_routines(job.logic))
 
 
-def with_monitors(job: Job) -> MonitoredProgram:
+def with_monitors(job: LoadedRack) -> MonitoredProgram:
     """Return a job's ladder program with a monitor for each of its claims.
 
     Raises:

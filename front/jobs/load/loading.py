@@ -17,11 +17,11 @@ from ...io_images.times import DEFAULT_RUN, parse_duration
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import Stub, Stubs
 from ...runtime.config.rackfile import RackFile, RackFileError, explained, load_rack_file
-from ...runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec
+from ...runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec, profile_in
 from ...runtime.loop.scan import ScanLogic
 from ...traces.files.portable import no_device
-from .beside import World, stub_of_table
 from .exports import rack_of_export
+from .linked_racks import RackGroup, stub_of_table
 from .program import (
     EXPORT_SUFFIXES,
     L5X_SUFFIXES,
@@ -43,14 +43,14 @@ from .rungs import is_rungs
 
 if TYPE_CHECKING:  # a program in Python needs no rungs
     from ...ladder import Controller, Program
-    from ...runtime.live.orders import Force
+    from ...runtime.live.actions import Force
 
 RACK_FUNCTION = "rack"
 """The function of a Python rack file that returns the `RackSpec`."""
 
 
 @dataclass(frozen=True, slots=True)
-class Job:
+class LoadedRack:
     """A rack and its program, ready to run."""
 
     spec: RackSpec
@@ -61,9 +61,9 @@ class Job:
     rack_name: str  # the rack file's name, with the function of one in Python
     retained: bytes | None = None  # the file of the ladder program's initial tags; None without one
     notices: tuple[str, ...] = ()  # differences of program and rack from an export, a sentence for each
-    world: World | None = None  # the racks that run beside it
+    world: RackGroup | None = None  # the racks that run beside it
     forces: Mapping[str, bool | int | float] = field(default_factory=dict)  # of an export, by address
-    tested: Job | None = None  # the job whose program a test routine was added to
+    tested: LoadedRack | None = None  # the job whose program a test routine was added to
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -87,7 +87,7 @@ class Job:
         return self.rack_file.parent
 
 
-def load_job(rack: str, program: str | None = None, world: World | None = None) -> Job:
+def load_job(rack: str, program: str | None = None, world: RackGroup | None = None) -> LoadedRack:
     """Load a rack and its program.
 
     Args:
@@ -104,7 +104,7 @@ def load_job(rack: str, program: str | None = None, world: World | None = None) 
     path = _rack_path(rack)
     file = load_rack_file(path, load_modules) if rack_form(path) is Form.DATA else None
     spec = load_spec(rack)[0] if file is None else file.spec
-    place = _RackPlace(rack, path, spec, file, world or World(_load_beside))
+    place = _RackPlace(rack, path, spec, file, world or RackGroup(_load_beside))
     place.world.enter(path)
     if program is not None:
         return _loaded(place, lambda stubs: load_program(program, stubs=stubs, slots=_slots(spec)), own=False)
@@ -114,11 +114,11 @@ def load_job(rack: str, program: str | None = None, world: World | None = None) 
     return _with_object(place, spec.program, path)
 
 
-def _load_beside(path: Path, world: World) -> Job:
+def _load_beside(path: Path, world: RackGroup) -> LoadedRack:
     return load_job(str(path), world=world)
 
 
-def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None = None) -> Job:
+def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None = None) -> LoadedRack:
     """Load a rack for `run`, `open_bench` and the like.
 
     Args:
@@ -133,12 +133,12 @@ def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None 
     if program is None or isinstance(program, (str, Path)):
         return load_job(str(rack), None if program is None else str(program))
     spec, path = load_spec(str(rack), program=getattr(program, "__name__", type(program).__name__))
-    place = _RackPlace(str(rack), path, spec, None, World(_load_beside))
+    place = _RackPlace(str(rack), path, spec, None, RackGroup(_load_beside))
     place.world.enter(path)
     return _with_object(place, program, None)
 
 
-def _with_object(place: _RackPlace, program: Callable[..., Any], file: Path | None) -> Job:
+def _with_object(place: _RackPlace, program: Callable[..., Any], file: Path | None) -> LoadedRack:
     """Return the job of a program that is an object of this process.
 
     Args:
@@ -179,7 +179,7 @@ def _source_file(program: Callable[..., Any]) -> Path:
         ) from error
 
 
-def with_tags(job: Job, patterns: Sequence[str]) -> Job:
+def with_tags(job: LoadedRack, patterns: Sequence[str]) -> LoadedRack:
     """Return a job that records further tags."""
     return replace(job, spec=job.spec.model_copy(update={"tags": (*job.spec.tags, *patterns)}))
 
@@ -251,7 +251,7 @@ def _rack_path(rack: str) -> Path:
     return path
 
 
-def forces_to_hold(job: Job, wanted: bool) -> tuple[Force, ...]:
+def forces_to_hold(job: LoadedRack, wanted: bool) -> tuple[Force, ...]:
     """Return the orders that hold the forces of an export; none if they are not wanted.
 
     Raises:
@@ -261,7 +261,7 @@ def forces_to_hold(job: Job, wanted: bool) -> tuple[Force, ...]:
         raise ValueError(f"--forces: {job.program} has no forces")
     if not wanted:
         return ()
-    from ...runtime.live.orders import Force
+    from ...runtime.live.actions import Force
 
     return tuple(Force(tag, value) for tag, value in job.forces.items())
 
@@ -300,7 +300,7 @@ class _RackPlace:
     path: Path
     spec: RackSpec
     file: RackFile | None  # None for a rack in Python
-    world: World
+    world: RackGroup
 
     def refusal(self, key: str, error: Exception | str, below: str | None = None) -> RackFileError:
         """Return the error of a key, with its line in a TOML file."""
@@ -309,7 +309,7 @@ class _RackPlace:
         return RackFileError(f"{self.path}: {key if below is None else f'{key}.{below}'}: {error}")
 
 
-def _loaded(place: _RackPlace, load: Callable[[Stubs], LoadedProgram], *, own: bool = True) -> Job:
+def _loaded(place: _RackPlace, load: Callable[[Stubs], LoadedProgram], *, own: bool = True) -> LoadedRack:
     """Return the job of a program that takes the stubs, the cards and the axes of its rack.
 
     Args:
@@ -350,8 +350,11 @@ def _bind_axes(spec: RackSpec, program: LoadedProgram) -> None:
         raise LadderError("the program has no axes: it is a function")
     from ...ladder.instructions.motion.axes import AxisSettings
 
+    trip_ms = _round_trip_ms(spec)
     settings = {
-        name: AxisSettings(**axis.values(), round_trip_ms=_round_trip_ms(spec))
+        name: AxisSettings(
+            **axis.values(), round_trip_ms=trip_ms, limits=profile_in(spec.slot, axis.slot).limits
+        )
         for name, axis in spec.axes.items()
     }
     program.function.take_axes(axes_of(settings))
@@ -414,11 +417,11 @@ def _rack_name(rack: str) -> str:
     return Path(path).name if rack_form(Path(path)) is Form.DATA else f"{Path(path).name}:{name}"
 
 
-def _job(place: _RackPlace, program: LoadedProgram) -> Job:
+def _job(place: _RackPlace, program: LoadedProgram) -> LoadedRack:
     name, spec = f"{program.path.name}:{program.name}", place.spec
     notices = (*program.notices, *_other_modules(spec, program))
     rack = _rack_name(place.rack)
-    return Job(
+    return LoadedRack(
         *(spec, program.function, name, program.path, place.path, rack),
         notices=notices,
         world=place.world,

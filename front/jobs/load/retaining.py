@@ -8,11 +8,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ...ladder.model.errors import LadderError
-from .loading import Job
+from .loading import LoadedRack
 from .rungs import is_rungs
 
 
-def retaining(job: Job, data: bytes, name: str) -> tuple[Job, list[str]]:
+def retaining(job: LoadedRack, data: bytes, name: str) -> tuple[LoadedRack, list[str]]:
     """Load retained tags into a job's ladder program; return the job, and a sentence for each tag left out.
 
     Args:

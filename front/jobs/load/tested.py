@@ -6,11 +6,11 @@ from dataclasses import replace
 
 from ...ladder.files.testfile import TestFile, with_test
 from ...ladder.model.errors import LadderError
-from .loading import Job, load_rack
+from .loading import LoadedRack, load_rack
 from .rungs import is_rungs
 
 
-def load_test(file: TestFile, routine: str) -> tuple[Job, str]:
+def load_test(file: TestFile, routine: str) -> tuple[LoadedRack, str]:
     """Return the job of a test routine, and the routine's full name.
 
     Raises:

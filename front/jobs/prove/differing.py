@@ -18,7 +18,7 @@ from ...ladder.prove.monitors import Key
 from ...ladder.prove.system import ScanBounds
 from ...ladder.prove.system.happenings import LEFT_OUT
 from ..check.alone import load_any
-from ..load.loading import Job
+from ..load.loading import LoadedRack
 from .on_rack import OnRack, difference_on_rack
 from .proving import ScenarioFolder, write_scenario
 from .report import held_text
@@ -83,7 +83,7 @@ def edited(old: str, new: str, only: Sequence[str], folder: ScenarioFolder) -> E
     return EditedSubject(found.compared, tuple(changed), *names, bounds, held)
 
 
-def _ladder(file: str) -> tuple[Job, LadderLogic]:
+def _ladder(file: str) -> tuple[LoadedRack, LadderLogic]:
     job, _ = load_any(file)
     if not isinstance(job.logic, LadderLogic):
         raise ValueError(
@@ -112,7 +112,13 @@ def _is_in(key: Key, allowed: Place | Group) -> bool:
 
 
 def _with_scenario(
-    job: Job, old: LadderLogic, layout: Layout, found: ChangedValue, folder: ScenarioFolder, *, allowed: bool
+    job: LoadedRack,
+    old: LadderLogic,
+    layout: Layout,
+    found: ChangedValue,
+    folder: ScenarioFolder,
+    *,
+    allowed: bool,
 ) -> ChangedTag:
     name, file, rack = tag_text(layout, found.key), None, None
     if found.scans:

@@ -21,10 +21,10 @@ from ...ladder.prove.answers import tag_text
 from ...ladder.prove.monitors import Key, WatchedClaim
 from ...ladder.prove.replaying import ScanOf
 from ...ladder.state.lowered import LoweredProgram
-from ...runtime.live.hands import GivenOrder
+from ...runtime.live.operator_actions import AppliedAction
 from ...runtime.loop.faults import CpuFault
 from ...runtime.loop.listeners import QuietListener
-from ..load.loading import Job
+from ..load.loading import LoadedRack
 from ..run.running import JobRun, RunOptions
 from .scenario import RackScenario, on_scans_of
 from .subject import ProofSubject
@@ -131,7 +131,7 @@ def replay_on_rack(subject: ProofSubject, shows: Shows, scans: Sequence[ScanOf])
 
 
 def difference_on_rack(
-    job: Job, old: LadderLogic, layout: Layout, scans: Sequence[ScanOf], key: Key
+    job: LoadedRack, old: LadderLogic, layout: Layout, scans: Sequence[ScanOf], key: Key
 ) -> OnRack | None:
     """Run a scenario on a job's rack with its program and with another one; None without a rack.
 
@@ -148,7 +148,7 @@ def difference_on_rack(
 
 
 def _replayed(
-    job: Job, layout: Layout, scans: Sequence[ScanOf], first: Callable[[RackScenario], int | None]
+    job: LoadedRack, layout: Layout, scans: Sequence[ScanOf], first: Callable[[RackScenario], int | None]
 ) -> OnRack | None:
     """Run a scenario; inputs change before the last, or the first, of the scans in place of a long one."""
     if not job.spec.slot:
@@ -215,7 +215,9 @@ class _Looker(QuietListener):
         self.found.append(self._look())
 
 
-def _seen(job: Job, scenario: RackScenario, look: Callable[[Debugger], Callable[[], Any]]) -> list[Any]:
+def _seen(
+    job: LoadedRack, scenario: RackScenario, look: Callable[[Debugger], Callable[[], Any]]
+) -> list[Any]:
     """Return what is seen after each scan; a ValueError for an order that can't be carried out."""
     with ExitStack() as ports:
         run = _run(job, scenario, ports)
@@ -228,12 +230,12 @@ def _seen(job: Job, scenario: RackScenario, look: Callable[[Debugger], Callable[
     return looker.found
 
 
-def _values(job: Job, scenario: RackScenario, tag: str) -> list[Any]:
+def _values(job: LoadedRack, scenario: RackScenario, tag: str) -> list[Any]:
     """Return the value of a tag after each scan."""
     return _seen(job, scenario, lambda program: lambda: program.tags[tag])
 
 
-def record(job: Job, found: OnRack, trace: Path) -> None:
+def record(job: LoadedRack, found: OnRack, trace: Path) -> None:
     """Record a scenario on the rack with its program as it is.
 
     Raises:
@@ -244,6 +246,6 @@ def record(job: Job, found: OnRack, trace: Path) -> None:
         _run(job, found.scenario, ports, trace).run(found.scan + 1 + MORE)
 
 
-def _run(job: Job, scenario: RackScenario, ports: ExitStack, trace: Path | None = None) -> JobRun:
-    orders = [GivenOrder(scan, order) for scan, order in scenario.orders]
+def _run(job: LoadedRack, scenario: RackScenario, ports: ExitStack, trace: Path | None = None) -> JobRun:
+    orders = [AppliedAction(scan, order) for scan, order in scenario.orders]
     return JobRun(job, ports, RunOptions(trace=trace, orders=orders, handled=True, keep=0))

@@ -23,7 +23,7 @@ from ...traces.files.portable import no_device
 from ..check.rungs.structure import own_routines
 from ..fuzz.folder_lock import locked, write_text
 from ..fuzz.scenarios.scenario import Scenario
-from ..load.loading import SCENARIO, SCENARIO_TRACE, Job
+from ..load.loading import SCENARIO, SCENARIO_TRACE, LoadedRack
 from ..trust.owned import in_use
 from .checking import Opinion, Solver, check
 from .on_rack import OnRack, claim_broken, coils_disagree, faults_on_rack, record, replay_on_rack
@@ -254,7 +254,12 @@ def _written(
 
 
 def write_scenario(
-    job: Job, name: str, orders: RackScenario, scan_ns: int, rack: OnRack | None, folder: ScenarioFolder
+    job: LoadedRack,
+    name: str,
+    orders: RackScenario,
+    scan_ns: int,
+    rack: OnRack | None,
+    folder: ScenarioFolder,
 ) -> Path:
     """Write a scenario, and its recording if the rack confirms it; return the scenario's path."""
     file = folder.save(name, orders.scenario(scan_ns), in_use(job))

@@ -21,21 +21,21 @@ from ...ladder.prove.answers import ScenarioStep, tag_text, value_text
 from ...ladder.prove.monitors import Key
 from ...ladder.prove.replaying import ScanOf
 from ...runtime.config.rackspec import RackSpec
-from ...runtime.live.orders import Force, Mode, Order, Write
-from ..fuzz.scenarios.scenario import GivenOrder, Scenario
+from ...runtime.live.actions import Action, Force, Mode, Write
+from ..fuzz.scenarios.scenario import OperatorAction, Scenario
 
 
 @dataclass(frozen=True, slots=True)
 class RackScenario:
     """Orders before scans of a rack, the number of its scans, and inputs that no order can set."""
 
-    orders: tuple[tuple[int, Order], ...]
+    orders: tuple[tuple[int, Action], ...]
     scans: int
     left_out: tuple[str, ...] = ()
 
     def scenario(self, scan_ns: int) -> Scenario:
         """Return it as `scanrack fuzz` replays it."""
-        return Scenario(orders=tuple(GivenOrder(scan * scan_ns, order) for scan, order in self.orders))
+        return Scenario(orders=tuple(OperatorAction(scan * scan_ns, order) for scan, order in self.orders))
 
     def without_forces(self) -> RackScenario:
         """Return it without what modules are to say."""
@@ -56,7 +56,7 @@ def on_scans_of(
     Args:
         inputs_first: inputs change before the first of the scans that take the place of a long one.
     """
-    orders: list[tuple[int, Order]] = []
+    orders: list[tuple[int, Action]] = []
     at = 0
     for number, each in enumerate(scans):
         count = max(1, round(each.ms * 1_000_000 / scan_ns)) if number else 0
@@ -78,7 +78,7 @@ def _is_set(layout: Layout, key: Key) -> bool:
     return leaf.is_image or (leaf.slot is None and not key[0].startswith(("S:", "~")))
 
 
-def _orders(layout: Layout, inputs: dict[Key, Any]) -> Iterator[Order]:
+def _orders(layout: Layout, inputs: dict[Key, Any]) -> Iterator[Action]:
     for key, value in sorted(inputs.items()):
         leaf = layout.leaf(key[0])
         if leaf.is_image:

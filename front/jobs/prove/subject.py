@@ -14,7 +14,7 @@ from ...ladder.prove.system import Contract, Happenings, ProgramSystem, ScanBoun
 from ...runtime.modules.record import Trait
 from ..check.alone import load_any
 from ..load.claims import with_monitors
-from ..load.loading import Job
+from ..load.loading import LoadedRack
 from ..load.program import split_address
 
 
@@ -29,7 +29,7 @@ class ProofSubject:
     """
 
     name: str
-    job: Job
+    job: LoadedRack
     alone: bool
     program: MonitoredProgram
     problem: ProgramSystem
@@ -51,7 +51,7 @@ def subject_of(file: str, beside: ProgramSystem | None = None) -> ProofSubject:
 
 
 def subject_of_job(
-    job: Job, beside: ProgramSystem | None = None, bounds: ScanBounds | None = None
+    job: LoadedRack, beside: ProgramSystem | None = None, bounds: ScanBounds | None = None
 ) -> ProofSubject:
     """Return a rack that is loaded, as a subject.
 
@@ -79,14 +79,16 @@ def subject_of_job(
     return ProofSubject(job.rack_file.stem, job, False, program, problem, tuple(said for _, said in rows))
 
 
-def bounds_of(job: Job) -> ScanBounds:
+def bounds_of(job: LoadedRack) -> ScanBounds:
     """Return the times between scans that proofs cover; from 0 ms for a rack with scans below 1 ms."""
     shortest, longest = job.spec.prove.scan_ms
     shortest = 0 if shortest == 1 and job.spec.scan_ns < 1_000_000 else shortest
     return ScanBounds(shortest, longest, whole=not job.spec.scan_ns % 1_000_000)
 
 
-def _contracts(job: Job, program: MonitoredProgram, bounds: ScanBounds) -> Iterator[tuple[Contract, str]]:
+def _contracts(
+    job: LoadedRack, program: MonitoredProgram, bounds: ScanBounds
+) -> Iterator[tuple[Contract, str]]:
     """Yield what the inputs of each 3601 in use keep, with a sentence about it."""
     at_rpi = job.spec.controller == "compactlogix"
     each_update = not at_rpi or bounds.high_ms * 1_000_000 <= job.spec.rpi_ns

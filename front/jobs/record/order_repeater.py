@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from ...runtime.live.hands import GivenOrder, Hands
-from ...runtime.live.orders import RECORDED, order_of, parsed
+from ...runtime.live.actions import RECORDED, action_of, parsed
+from ...runtime.live.operator_actions import AppliedAction, OperatorActions
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.listeners import QuietListener
 from ...traces.format.topics import ORDERS
 from ...traces.read.reader import Trace, TraceEvent
 
-RecordedOrder = GivenOrder
+RecordedOrder = AppliedAction
 """An order in a recording."""
 
 
@@ -29,7 +29,7 @@ def orders_of(events: Iterable[TraceEvent]) -> list[RecordedOrder]:
     for event in events:
         if event.topic == ORDERS.name or is_edit_with_files(event.topic, event.fields):
             try:
-                order = order_of(parsed(str(event.fields.get("order"))), RECORDED)
+                order = action_of(parsed(str(event.fields.get("order"))), RECORDED)
             except ValueError as error:
                 says = f"the order before scan {event.scan} can't be given again: {error}"
                 raise ValueError(says) from error
@@ -63,7 +63,7 @@ class OrderRepeater(QuietListener):
         hands: carries them out.
     """
 
-    def __init__(self, cpu: Cpu, hands: Hands, orders: Iterable[RecordedOrder]) -> None:
+    def __init__(self, cpu: Cpu, hands: OperatorActions, orders: Iterable[RecordedOrder]) -> None:
         self._cpu, self._hands = cpu, hands
         self._orders: Sequence[RecordedOrder] = sorted(orders, key=lambda each: each.scan)
         self._next = 0

@@ -12,7 +12,7 @@ from ...runtime.loop.scan import ScanLogic
 from ...traces.format.layout import SlotInfo
 from ...traces.write.recorder import ScanRecorder
 from ...traces.write.snapshots import SnapshotLog
-from ..load.loading import Job
+from ..load.loading import LoadedRack
 from ..load.rungs import is_rungs
 from ..trust.attachments import attachment, files_beside, made_by, program_name, retained_tags
 from ..trust.owned import check_recording, keeping_of
@@ -22,7 +22,7 @@ NOTHING: Mapping[str, str] = MappingProxyType({})
 
 
 def recorder_for(
-    job: Job,
+    job: LoadedRack,
     rack: Rack,
     trace: Path,
     logic: ScanLogic | None = None,
@@ -86,7 +86,7 @@ def recorder_for(
     )
 
 
-def _snapshots_of(job: Job, running: Any) -> SnapshotLog | None:
+def _snapshots_of(job: LoadedRack, running: Any) -> SnapshotLog | None:
     """Return the snapshots of a program of rungs; none of one with routines in Python, whose state is theirs.
 
     An edit is the end of them: a question about an edited program runs all its scans.

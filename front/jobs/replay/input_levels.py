@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 
 from ...io_images.amci3601 import ALL_INPUTS, InputBit
 from ...io_images.image import WORDS
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 from ...traces.signals.decode import in_command_mode
 from ..run.playback import Stimulus
 
 
 def recorded_levels(
-    recording: Recording, high: Mapping[int, int] = MappingProxyType({})
+    recording: PackedTrace, high: Mapping[int, int] = MappingProxyType({})
 ) -> Iterator[Stimulus]:
     """Yield the level of every input at the beginning, and whenever it changed, in order of time.
 
@@ -37,7 +37,7 @@ def recorded_levels(
             yield from _levels_of(recording, slot.number, high.get(slot.number, ALL_INPUTS))
 
 
-def _levels_of(recording: Recording, slot: int, high: int) -> Iterator[Stimulus]:
+def _levels_of(recording: PackedTrace, slot: int, high: int) -> Iterator[Stimulus]:
     first_ns = recording.times[0]
     before: int | None = None
     for at_ns, levels in _shown(recording, recording.place(slot) // 2, high):
@@ -49,7 +49,7 @@ def _levels_of(recording: Recording, slot: int, high: int) -> Iterator[Stimulus]
         before = levels
 
 
-def _shown(recording: Recording, place: int, high: int) -> Iterator[tuple[int, int]]:
+def _shown(recording: PackedTrace, place: int, high: int) -> Iterator[tuple[int, int]]:
     """Yield the first levels of a slot, and those after every change: time, ns, and mask of energized inputs.
 
     Args:

@@ -15,12 +15,12 @@ from ...runtime.loop.rack import Card, Rack
 from ...runtime.loop.scan import CpuMode, ScanLogic
 from ...traces.compare import Tolerance
 from ...traces.read.reader import TraceEvent
-from ...traces.replay import Follower, Image, Recording
+from ...traces.replay import Follower, Image, PackedTrace
 from ..load.building import build_rack, round_trip_ms
 from ..record.link_losses import link_changes
 from ..record.order_repeater import is_edit
 from ..run.build import build_playback
-from ..run.playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
+from ..run.playback import RecordedInputs, ReplayPlan, Stimulus, recorded_outputs, stimulated
 from ..run.running import Observer, unobserved
 from .input_levels import recorded_levels
 from .resumed import Resumed
@@ -39,7 +39,7 @@ class Replay:
 
     def __init__(
         self,
-        recording: Recording,
+        recording: PackedTrace,
         spec: RackSpec,
         logic: ScanLogic | None,
         into: ReplayTarget,
@@ -105,7 +105,7 @@ class Replay:
         return follower
 
 
-def recorded_rack(recording: Recording, spec: RackSpec) -> Rack:
+def recorded_rack(recording: PackedTrace, spec: RackSpec) -> Rack:
     """Return a rack of modules that show the recorded inputs.
 
     A trace has the names of words and bits, the rack file also the addresses of a card's data.
@@ -129,10 +129,10 @@ def recorded_rack(recording: Recording, spec: RackSpec) -> Rack:
     )
 
 
-def score_of(recording: Recording) -> Score:
+def score_of(recording: PackedTrace) -> ReplayPlan:
     """Return numbers, times, modes and forces of the scans of a recording."""
     forces = {event.scan: image_forces(event) for event in recording.events if event.topic == "/forces"}
-    return Score(recording.numbers, recording.times, recording.flags, forces)
+    return ReplayPlan(recording.numbers, recording.times, recording.flags, forces)
 
 
 def edit_notes(events: Iterable[TraceEvent]) -> list[str]:
@@ -152,7 +152,7 @@ def lost_notes(scans: Iterable[int]) -> list[str]:
     ]
 
 
-def forced_rows(score: Score) -> list[bool]:
+def forced_rows(score: ReplayPlan) -> list[bool]:
     """Return whether forces were in effect, by row."""
     forced, rows = False, []
     for number in score.numbers:
@@ -168,7 +168,7 @@ _FRESH = {
 }
 
 
-def _assumptions(into: ReplayTarget, score: Score, *, told: bool) -> Iterator[str]:
+def _assumptions(into: ReplayTarget, score: ReplayPlan, *, told: bool) -> Iterator[str]:
     first = score.numbers[0]
     if first and not told:
         yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"
@@ -189,7 +189,7 @@ def image_forces(event: TraceEvent) -> dict[str, int]:
     return {address: int(str(value)) for address, value in event.fields.items() if address != "tags"}
 
 
-def recorded_stimuli(recording: Recording) -> Iterator[Stimulus]:
+def recorded_stimuli(recording: PackedTrace) -> Iterator[Stimulus]:
     """Yield the recorded actions on the machines' inputs; incidents come with the rack.
 
     A card's input may have the name of a machine's one: cards have no machine.
@@ -214,7 +214,7 @@ NO_SLOT = 0
 
 
 def with_stimuli(
-    spec: RackSpec, recording: Recording, stimuli: Stimuli, high: Mapping[int, int] = MappingProxyType({})
+    spec: RackSpec, recording: PackedTrace, stimuli: Stimuli, high: Mapping[int, int] = MappingProxyType({})
 ) -> RackSpec:
     """Return a rack on whose machines the selected stimuli act; for `high` see `recorded_levels`."""
     if stimuli is Stimuli.MACHINE:
@@ -237,7 +237,7 @@ def with_stimuli(
     return spec.model_copy(update={"slot": slots})
 
 
-def of_recording(recording: Recording, spec: RackSpec) -> tuple[RackSpec, list[str]]:
+def of_recording(recording: PackedTrace, spec: RackSpec) -> tuple[RackSpec, list[str]]:
     """Return a rack without the slots that a recording lacks, with a note of them."""
     recorded = {slot.number for slot in recording.slots}
     missing = sorted({slot.number for slot in spec.slot} - recorded)
@@ -248,7 +248,7 @@ def of_recording(recording: Recording, spec: RackSpec) -> tuple[RackSpec, list[s
     return spec.model_copy(update={"slot": kept}), [note]
 
 
-def check_slots(recording: Recording, spec: RackSpec, only: int | None) -> list[int]:
+def check_slots(recording: PackedTrace, spec: RackSpec, only: int | None) -> list[int]:
     """Return the slots whose images are compared.
 
     Raises:

@@ -30,10 +30,10 @@ from ...io_images.thousands import join_reported
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.events import Event
 from ...runtime.loop.module import Module
-from ...runtime.modules.amci3601.axis import BlendProgram
+from ...runtime.modules.amci3601.axis_protocol import BlendProgram
 from ...runtime.modules.amci3601.module import Amci3601
 from ...runtime.modules.amci3601.operations.homing import Homing
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 
 _MOVES = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW | StatusMsw.HOLD_STATE).value
 _BUSY_LSW = (StatusLsw.ENC_FOLLOWER | StatusLsw.BLEND_RUNNING | StatusLsw.BLEND_ACK).value
@@ -266,7 +266,7 @@ class Resumed:
 
     def __init__(
         self,
-        recording: Recording,
+        recording: PackedTrace,
         spec: RackSpec,
         forced: Sequence[bool],
         given: Words | None = None,

@@ -13,8 +13,8 @@ from ...ladder import LadderLogic
 from ...ladder.python.online.editing import edit_logic
 from ...ladder.python.online.fields import Fields
 from ...ladder.python.sequences import Logic
-from ...runtime.live.hands import Desk, GivenOrder, Hands
-from ...runtime.live.orders import ALL, Edit, Force, Unforce, Write, names_in
+from ...runtime.live.actions import ALL, Edit, Force, Unforce, Write, names_in
+from ...runtime.live.operator_actions import AppliedAction, OperatorActions, WritableTags
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import ScanFlag, ScanLogic
@@ -22,7 +22,7 @@ from ...traces.format.topics import ORDERS
 from ...traces.read.reader import TraceEvent
 from ..record.logic_wrapper import unwrapped
 from ..record.order_repeater import OrderRepeater, is_edit, orders_of
-from ..run.playback import Score
+from ..run.playback import ReplayPlan
 
 Forced = Mapping[str, str | int | float | bool]
 
@@ -45,7 +45,7 @@ class TagOrders:
 
     def __init__(
         self,
-        score: Score,
+        score: ReplayPlan,
         events: Sequence[TraceEvent],
         edited: Callable[[int], ScanLogic] | None = None,
     ) -> None:
@@ -80,12 +80,14 @@ class TagOrders:
         """
         from ...ladder.debug import Debugger
 
-        desk: Desk | None = logic if isinstance(logic, Debugger) else None
+        desk: WritableTags | None = logic if isinstance(logic, Debugger) else None
         program = unwrapped(logic)
         if isinstance(program, Logic):
             desk = Fields(lambda: program)
         repeated = OrderRepeater(
-            cpu, Hands(cpu, rack, desk, lambda order, _at_ns: self._edit(program, order)), self._given
+            cpu,
+            OperatorActions(cpu, rack, desk, lambda order, _at_ns: self._edit(program, order)),
+            self._given,
         )
         cpu.add_listener(repeated)
         repeated.begin()
@@ -104,7 +106,7 @@ class TagOrders:
             raise
 
 
-def _of_forces(events: Sequence[TraceEvent]) -> Iterator[GivenOrder]:
+def _of_forces(events: Sequence[TraceEvent]) -> Iterator[AppliedAction]:
     before: Forced = {}
     for event in events:
         if event.topic == "/forces":
@@ -112,7 +114,7 @@ def _of_forces(events: Sequence[TraceEvent]) -> Iterator[GivenOrder]:
             gone: list[Force | Unforce] = [Unforce(tag) for tag in before if tag not in after]
             come = [Force(tag, after[tag]) for tag in after if before.get(tag) != after[tag]]
             for order in gone + come:
-                yield GivenOrder(event.scan, order)
+                yield AppliedAction(event.scan, order)
             before = after
 
 
@@ -122,7 +124,7 @@ def forced_in(event: TraceEvent) -> Forced:
     return tags if isinstance(tags, Mapping) else {}
 
 
-def _unknown(score: Score, events: Sequence[TraceEvent]) -> Iterator[str]:
+def _unknown(score: ReplayPlan, events: Sequence[TraceEvent]) -> Iterator[str]:
     """Yield a note if tags were set to values that are not recorded."""
     changes = {event.scan: bool(forced_in(event)) for event in events if event.topic == "/forces"}
     forced = False

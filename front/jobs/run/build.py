@@ -15,12 +15,12 @@ from ...runtime.loop.scan import ScanLogic
 from ..load.building import exchange_of
 
 if TYPE_CHECKING:  # a run repeats no recording
-    from .playback import Playback, Score
+    from .playback import Playback, ReplayPlan
 
 
 def build_playback(
     spec: RackSpec,
-    score: Score,
+    score: ReplayPlan,
     logic: ScanLogic,
     rack: Rack,
     *,

@@ -18,15 +18,15 @@ from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import AttachedLogic, ScanLogic
 from ...traces.format.topics import ORDERS
 from ...traces.write.recorder import ScanRecorder
-from ..load.loading import Job
+from ..load.loading import LoadedRack
 from ..load.rungs import is_rungs
 from ..record.sequence_watch import WatchesSequences, sequences_in
 
 if TYPE_CHECKING:  # most runs are neither operated nor edited
     from ...ladder.debug import Debugger
-    from ...runtime.live.hands import Desk, Hands
-    from ...runtime.live.orders import Edit
-    from ..record.editions import Editions
+    from ...runtime.live.actions import Edit
+    from ...runtime.live.operator_actions import OperatorActions, WritableTags
+    from ..record.program_versions import ProgramVersions
 
 NO_TAGS: Mapping[str, list[str]] = MappingProxyType({"new": [], "changed": [], "dropped": []})
 
@@ -44,7 +44,7 @@ class DescribedEdit(Protocol):
 
 
 @dataclass(frozen=True, slots=True)
-class Anew:
+class RestartEdit:
     """Edit that restarts a Python program: the objects of its module are new."""
 
     names: tuple[str, ...]  # its values
@@ -75,7 +75,7 @@ class RunProgram:
         editions: loads the programs of edits; None without edits.
     """
 
-    def __init__(self, logic: ScanLogic, *, handled: bool, editions: Editions | None) -> None:
+    def __init__(self, logic: ScanLogic, *, handled: bool, editions: ProgramVersions | None) -> None:
         self.debugger = _debugger_of(logic) if handled else None  # that debugger; None without one
         self.logic: ScanLogic = self.debugger or logic  # the program, under a debugger on an operable rack
         self.on_edit: Callable[[ProgramEdit], object] = lambda _edited: None  # called with every edit
@@ -101,15 +101,15 @@ class RunProgram:
         """Return a recorder that also receives the sequences of the program, and the files of its edits."""
         return self.following(recorder if self._editions is None else RecordsEdits(recorder, self._editions))
 
-    def hands(self, cpu: Cpu, rack: Rack) -> Hands:
+    def hands(self, cpu: Cpu, rack: Rack) -> OperatorActions:
         """Return the executor of orders on a rack; orders on tags need a ladder program."""
-        from ...runtime.live.hands import Hands
+        from ...runtime.live.operator_actions import OperatorActions
 
         edit = None if self._editions is None else partial(self._edit, cpu, self._editions)
-        return Hands(cpu, rack, self.desk, edit)
+        return OperatorActions(cpu, rack, self.desk, edit)
 
     @property
-    def desk(self) -> Desk | None:
+    def desk(self) -> WritableTags | None:
         """The values of the program, to be set and forced; None if it has none."""
         return self.operated
 
@@ -124,19 +124,19 @@ class RunProgram:
         assert isinstance(self.logic, Logic), "an edit does not change the kind of a program"
         return self.logic
 
-    def _edit(self, cpu: Cpu, editions: Editions, order: Edit, at_ns: int) -> None:
+    def _edit(self, cpu: Cpu, editions: ProgramVersions, order: Edit, at_ns: int) -> None:
         """Continue with an edited program from the next scan on, and announce that.
 
         Raises:
             ValueError: it can't be used; the present one continues.
         """
-        from ...runtime.live.orders import names_in
+        from ...runtime.live.actions import names_in
 
         name, text, tags = self._take_over(cpu, editions.job(order.number), names_in(order.restart))
         cpu.announce(Event(at_ns, "edit", name, text, {**tags}))
         self.on_edit(ProgramEdit(order.number, at_ns, name, text, tags))
 
-    def planned(self, cpu: Cpu, job: Job, restart: Sequence[str]) -> DescribedEdit:
+    def planned(self, cpu: Cpu, job: LoadedRack, restart: Sequence[str]) -> DescribedEdit:
         """Return what an edit with the program of a job would do; nothing changes.
 
         Raises:
@@ -151,17 +151,17 @@ class RunProgram:
             from ...ladder.python.online.editing import plan_edit
 
             return plan_edit(self._own_logic(), logic, restart).edit
-        return Anew(_value_names(self.logic))
+        return RestartEdit(_value_names(self.logic))
 
     def _continues(self, logic: ScanLogic, cpu: Cpu, restart: Sequence[str]) -> TypeGuard[Logic]:
         """Whether a program in Python continues as another one; else that one begins anew."""
-        from ...runtime.live.orders import ALL
+        from ...runtime.live.actions import ALL
 
         both = isinstance(self.logic, Logic) and isinstance(logic, Logic)
         return both and bool(cpu.scan) and ALL not in restart
 
     def _take_over(
-        self, cpu: Cpu, job: Job, restart: Sequence[str]
+        self, cpu: Cpu, job: LoadedRack, restart: Sequence[str]
     ) -> tuple[str, str, Mapping[str, list[str]]]:
         """Continue with the program of a job; return its name, a sentence, and the tags concerned."""
         logic = job.logic
@@ -246,14 +246,14 @@ def tags_in(edit: Changes) -> dict[str, list[str]]:
 class RecordsEdits:
     """A recorder that attaches the files of an edit before its order, or before a bench tells of it."""
 
-    def __init__(self, recorder: ScanRecorder, editions: Editions) -> None:
+    def __init__(self, recorder: ScanRecorder, editions: ProgramVersions) -> None:
         self._recorder, self._editions = recorder, editions
         self.scan = recorder.scan
         self.close = recorder.close
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Record an event."""
-        from ...runtime.live.orders import NAMES, Edit
+        from ...runtime.live.actions import NAMES, Edit
         from ..record.order_repeater import is_edit_with_files
 
         is_order = topic == ORDERS.name and fields["name"] == NAMES[Edit]

@@ -28,7 +28,7 @@ from ..record.link_losses import LinkChange
 
 
 @dataclass(frozen=True, slots=True)
-class Score:
+class ReplayPlan:
     """The scans to repeat."""
 
     numbers: Sequence[int]
@@ -49,7 +49,7 @@ class Playback(Cpu):
 
     def __init__(
         self,
-        score: Score,
+        score: ReplayPlan,
         rack: Rack,
         logic: ScanLogic,
         period_ns: int,
@@ -154,7 +154,7 @@ class RecordedInputs:
         """Do nothing: the recording continues; see `Module.power_cycle`."""
 
 
-def recorded_outputs(score: Score, memory: Sequence[bytes]) -> ScanLogic:
+def recorded_outputs(score: ReplayPlan, memory: Sequence[bytes]) -> ScanLogic:
     """Return logic that writes the output images of a recording, scan by scan."""
     written = (image for row, image in enumerate(memory) if "logic" not in IDLE_PHASES[score.mode(row)])
 

@@ -12,7 +12,7 @@ from ...runtime.loop.events import JsonValue
 from ...runtime.loop.listeners import QuietListener
 from ...runtime.loop.rack import Rack
 from ...traces.read.event_text import OF_ADAPTERS, describe
-from ..load.loading import Job, load_rack, scans_to_run
+from ..load.loading import LoadedRack, load_rack, scans_to_run
 from .build import check_ports
 from .running import JobRun, RunOptions
 
@@ -31,7 +31,7 @@ class SeenError:
 
 
 @dataclass(slots=True)
-class Tally(QuietListener):
+class RunCounters(QuietListener):
     """A listener that counts. Its size does not grow with the length of a run.
 
     Attributes:
@@ -102,7 +102,7 @@ class RunResult:
     trace: Path | None  # path of the recording; None without one
 
 
-def result_of(run: JobRun, tally: Tally, trace: Path | None) -> RunResult:
+def result_of(run: JobRun, tally: RunCounters, trace: Path | None) -> RunResult:
     """Return the result of a finished run."""
     tally.end(run.rack)
     moves = [MoveCount(*key, count) for key, count in tally.moves.items()]
@@ -115,7 +115,7 @@ def result_of(run: JobRun, tally: Tally, trace: Path | None) -> RunResult:
 
 
 def run(
-    rack: Job | str | Path,
+    rack: LoadedRack | str | Path,
     duration: str | None = None,
     *,
     scans: int | None = None,
@@ -135,10 +135,10 @@ def run(
         CpuFault: the program, a module or a listener failed; the trace has all scans until then.
         OSError: the trace can't be written.
     """
-    job = rack if isinstance(rack, Job) else load_rack(rack)
+    job = rack if isinstance(rack, LoadedRack) else load_rack(rack)
     check_ports(job.spec, realtime=False, live=False)
     count = scans_to_run(job.spec, duration, scans, endless=False)
-    path, tally = None if trace is None else Path(trace), Tally()
+    path, tally = None if trace is None else Path(trace), RunCounters()
     with ExitStack() as ports:
         job_run = JobRun(job, ports, RunOptions(trace=path, listeners=[tally]))
         job_run.run(count)

@@ -12,7 +12,7 @@ from ...io_images.text_limits import LIMITS, TextKind
 from ...traces.files.guard import TAGS, check_output
 from ...traces.files.locking import beside, held
 from ...traces.files.newfile import naming, new_file
-from ..load.loading import Job
+from ..load.loading import LoadedRack
 from ..load.retaining import retaining
 from ..load.rungs import is_rungs
 from ..trust.owned import in_use, names_of
@@ -32,7 +32,9 @@ class RetainedMemory:
         OSError: another run has the file, or its folder can't be written.
     """
 
-    def __init__(self, job: Job, path: Path, trace: Path | None = None, keep: int | None = None) -> None:
+    def __init__(
+        self, job: LoadedRack, path: Path, trace: Path | None = None, keep: int | None = None
+    ) -> None:
         if not is_rungs(job.logic):
             raise ValueError(f"--retain {path}: the program is a Python function; it has no tags to retain")
         self.path, self._program = path, job.logic
@@ -44,7 +46,7 @@ class RetainedMemory:
             self.job, self._said = self._load(job)
             self._lock = lock.pop_all()
 
-    def _load(self, job: Job) -> tuple[Job, list[str]]:
+    def _load(self, job: LoadedRack) -> tuple[LoadedRack, list[str]]:
         try:
             data = read_input(self.path, LIMITS[TextKind.RETAINED].size)
         except FileNotFoundError:

@@ -20,7 +20,7 @@ from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.pace import FreeRun, Pacer
 from ...traces.write.recorder import ScanRecorder
 from ..load.building import build_cpu, build_rack
-from ..load.loading import Job
+from ..load.loading import LoadedRack
 from ..record.recording import recorder_for
 from ..record.sequence_watch import declared_axes, sequences_in, standing
 from .editing import RunProgram
@@ -29,10 +29,10 @@ from .hints import Hints
 
 if TYPE_CHECKING:  # imported late: the controllers of units take time to import
     from ...runtime.controllers.pcl601.line import Pcl601
-    from ...runtime.live.hands import Hands
-    from ...runtime.live.orders import Force
-    from ..record.editions import Editions
+    from ...runtime.live.actions import Force
+    from ...runtime.live.operator_actions import OperatorActions
     from ..record.order_repeater import OrderRepeater, RecordedOrder
+    from ..record.program_versions import ProgramVersions
     from .rack_units import UnitsBeside
 
 Observer = Callable[[Cpu, int | None], AbstractContextManager[None]]
@@ -58,7 +58,7 @@ class RunOptions:
     keep: int | None = None  # number of earlier recordings to keep; None = the rack file's
     orders: Iterable[RecordedOrder] | None = None  # of a recorded session, given again to an operable rack
     forces: tuple[Force, ...] = ()  # of tags and images, held from the first scan on
-    editions: Editions | None = None  # loads the programs of edits; None without edits
+    editions: ProgramVersions | None = None  # loads the programs of edits; None without edits
 
 
 AS_IT_IS = RunOptions()
@@ -69,7 +69,7 @@ class JobRun:
 
     Attributes:
         repeated: gives the orders of a recorded session; None without them.
-        stubs: the stubs in use, see `Job.stubs`.
+        stubs: the stubs in use, see `LoadedRack.stubs`.
         steps: the waits of the program's sequences at the end of the run, a sentence each; none after a
             fault.
 
@@ -81,7 +81,7 @@ class JobRun:
         OSError: the trace can't be written.
     """
 
-    def __init__(self, job: Job, ports: ExitStack, options: RunOptions = AS_IT_IS) -> None:
+    def __init__(self, job: LoadedRack, ports: ExitStack, options: RunOptions = AS_IT_IS) -> None:
         handled = options.handled or options.orders is not None or bool(options.forces)
         units = {unit.address: unit.make(job.folder) for unit in job.spec.unit}
         self.stubs = job.stubs
@@ -122,7 +122,7 @@ class JobRun:
             except ValueError as error:
                 options.warn(f"a force is not held: {error}")
 
-    def _recorder(self, job: Job, trace: Path, options: RunOptions, handled: bool) -> ScanRecorder:
+    def _recorder(self, job: LoadedRack, trace: Path, options: RunOptions, handled: bool) -> ScanRecorder:
         return recorder_for(
             job,
             self.rack,
@@ -136,7 +136,7 @@ class JobRun:
         )
 
     @property
-    def hands(self) -> Hands:
+    def hands(self) -> OperatorActions:
         """Carries out orders on the rack; tags only of a program under a debugger."""
         return self.program.hands(self.cpu, self.rack)
 

@@ -25,7 +25,7 @@ from ...runtime.loop.events import Event
 from ...runtime.loop.listeners import QuietListener
 from ...runtime.loop.pace import RealTime
 from ...runtime.loop.scan import CpuMode, LogicScan
-from ..load.loading import Job, load_rack
+from ..load.loading import LoadedRack, load_rack
 
 CATALOG = "amci3601"
 SILENCE_MS = 500.0
@@ -39,7 +39,7 @@ module = "amci3601"
 """
 
 
-class ForeignPlc(QuietListener):
+class ExternalPlc(QuietListener):
     """The program of a rack whose words a foreign PLC writes and reads; also a listener of its scans.
 
     Attributes:
@@ -104,7 +104,7 @@ class ForeignPlc(QuietListener):
 class ServingPace(RealTime):
     """Scans in step with the wall clock; while it waits, a port is served."""
 
-    def __init__(self, port: ModbusTcpPort, plc: ForeignPlc) -> None:
+    def __init__(self, port: ModbusTcpPort, plc: ExternalPlc) -> None:
         self._port, self._plc = port, plc
         super().__init__(sleep=self._serve)
 
@@ -120,7 +120,7 @@ class ServingPace(RealTime):
 @contextmanager
 def remote_job(
     rack: str | None, slot: int | None, silence_ms: float, *, whole: bool
-) -> Iterator[tuple[Job, ForeignPlc]]:
+) -> Iterator[tuple[LoadedRack, ExternalPlc]]:
     """Load a rack with a foreign PLC in place of its program.
 
     Args:
@@ -139,7 +139,7 @@ def remote_job(
             Path(rack).write_text(BARE_RACK, encoding="utf-8", newline="\n")
         spec = load_rack(rack, _unknown).spec
         found = _slot_of({each.number: each.module for each in spec.slot}, slot)
-        plc = ForeignPlc(found, exact_ns(silence_ms, "ms", "--silence"), whole=whole)
+        plc = ExternalPlc(found, exact_ns(silence_ms, "ms", "--silence"), whole=whole)
         yield load_rack(rack, plc), plc
 
 

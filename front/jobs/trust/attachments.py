@@ -28,7 +28,7 @@ from ...runtime.config.rackspec import RackSpec
 from ...traces.files.portable import relative
 from ...traces.format.snapshots import SNAPSHOTS
 from ...traces.write.recorder import Attachment
-from ..load.loading import Job, load_job, load_spec, rack_form
+from ..load.loading import LoadedRack, load_job, load_spec, rack_form
 from ..load.program import Form
 from ..load.retaining import retaining
 from ..load.rungs import is_rungs
@@ -50,14 +50,14 @@ def attachment(name: str, data: bytes) -> Attachment:
     return Attachment(name, data, "text/x-python" if name.endswith(PYTHON) else "text/plain")
 
 
-def program_name(job: Job) -> str:
+def program_name(job: LoadedRack) -> str:
     """Return the program's file name in a trace; it differs from the rack file's."""
     name = job.program.name
     same = name == job.rack_file.name and job.program != job.rack_file
     return f"program/{name}" if same else name
 
 
-def made_by(job: Job) -> dict[str, str]:
+def made_by(job: LoadedRack) -> dict[str, str]:
     """Return the metadata with the names of rack file, program and retained tags."""
     name = program_name(job)
     if job.program.suffix == PYTHON:
@@ -66,22 +66,22 @@ def made_by(job: Job) -> dict[str, str]:
     return {"rack_file": job.rack_name, "program_file": name, **own}
 
 
-def files_of(job: Job) -> dict[str, Path]:
+def files_of(job: LoadedRack) -> dict[str, Path]:
     """Return the files that a job is loaded from, by their names in a trace; not the retained tags."""
     rack = {} if job.rack_file == job.program else {job.rack_file.name: job.rack_file}
     return {program_name(job): job.program, **rack, **files_beside(job)}
 
 
-def files_beside(job: Job) -> dict[str, Path]:
+def files_beside(job: LoadedRack) -> dict[str, Path]:
     """Return the other files of a job: modules, stubs, stored programs of units, racks that run beside it."""
     return {**_imported(job), **_stub_functions(job), **_unit_programs(job), **_racks_beside(job)}
 
 
-def _racks_beside(job: Job) -> dict[str, Path]:
+def _racks_beside(job: LoadedRack) -> dict[str, Path]:
     """Return the files of other racks, by their paths from this one's folder; not those outside of it."""
     found: dict[str, Path] = {}
     for rack in job.world.others if job.world is not None else ():
-        other: Job = rack.job
+        other: LoadedRack = rack.job
         program = relative(other.program, other.folder)
         named = {other.rack_file.name: other.rack_file, program: other.program}
         named |= {**_imported(other), **_stub_functions(other), **_unit_programs(other)}
@@ -97,7 +97,7 @@ def _leads_out(name: str) -> bool:
     return bool(path.anchor) or ".." in path.parts
 
 
-def _imported(job: Job) -> dict[str, Path]:
+def _imported(job: LoadedRack) -> dict[str, Path]:
     """Return the Python files beside rack file and program that have been imported, sorted by path.
 
     Later imports of a running program are not known yet.
@@ -113,13 +113,13 @@ def _imported(job: Job) -> dict[str, Path]:
     return {name: found[name] for name in sorted(found) if found[name] not in given}
 
 
-def _unit_programs(job: Job) -> dict[str, Path]:
+def _unit_programs(job: LoadedRack) -> dict[str, Path]:
     """Return the stored programs of the units beside the rack, each once, in the order of the units."""
     paths = dict.fromkeys(Path(unit.program) for unit in job.spec.unit if unit.program is not None)
     return {path.as_posix(): job.folder / path for path in paths}
 
 
-def _stub_functions(job: Job) -> dict[str, Path]:
+def _stub_functions(job: LoadedRack) -> dict[str, Path]:
     """Return the Python files of stubs, each once, without the program."""
     given = (job.rack_file.resolve(), job.program.resolve())
     paths = [Path(each) for each in job.stub_files]
@@ -128,7 +128,7 @@ def _stub_functions(job: Job) -> dict[str, Path]:
     }
 
 
-def retained_tags(job: Job) -> list[Attachment]:
+def retained_tags(job: LoadedRack) -> list[Attachment]:
     """Return the file of the ladder program's initial tags, if there is one."""
     return [] if job.retained is None else [Attachment(RETAINED, job.retained, "application/json")]
 
@@ -169,7 +169,7 @@ def _may_lie(name: str, module: ModuleType, inside: str) -> bool:
     return file.startswith(inside) and file.startswith(name, len(inside))
 
 
-def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = None) -> Job:
+def job_of(trace: Trace, folder: Path, *, trust: bool, program: str | None = None) -> LoadedRack:
     """Load the rack and the program that made a trace.
 
     Args:
@@ -214,7 +214,7 @@ def own_program(rack: str, program: str) -> str | None:
     return None if same else program
 
 
-def load_files(folder: Path, rack: str, program: str) -> Job:
+def load_files(folder: Path, rack: str, program: str) -> LoadedRack:
     """Load a rack and its program from the files of a trace in a folder.
 
     Args:

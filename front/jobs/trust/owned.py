@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ...traces.files.guard import NOTHING, Used
 from ...traces.files.keeping import RecordingKeeper, check_recordings
-from ..load.loading import Job
+from ..load.loading import LoadedRack
 from .attachments import files_beside
 
 
@@ -19,18 +19,18 @@ def line_path(trace: Path) -> Path:
     return trace.with_name(f"{trace.stem}.line.mcap")
 
 
-def in_use(job: Job) -> dict[Path, str]:
+def in_use(job: LoadedRack) -> dict[Path, str]:
     """Return the files of a job, each with its role."""
     beside = dict.fromkeys(files_beside(job).values(), "a file that the program needs")
     return {**beside, job.program: "the program", job.rack_file: "the rack file"}
 
 
-def recording_of(job: Job, trace: Path) -> list[Path]:
+def recording_of(job: LoadedRack, trace: Path) -> list[Path]:
     """Return the files of a job's recording: its trace, and that of the units beside the rack."""
     return [trace, line_path(trace)] if job.spec.unit else [trace]
 
 
-def keeping_of(job: Job, trace: Path, keep: int | None = None) -> RecordingKeeper | None:
+def keeping_of(job: LoadedRack, trace: Path, keep: int | None = None) -> RecordingKeeper | None:
     """Return the keeper of earlier recordings; None if none are kept.
 
     Args:
@@ -40,7 +40,7 @@ def keeping_of(job: Job, trace: Path, keep: int | None = None) -> RecordingKeepe
     return RecordingKeeper(trace, most, recording_of(job, trace)[1:]) if most else None
 
 
-def check_recording(job: Job, trace: Path, used: Used = NOTHING, keep: int | None = None) -> None:
+def check_recording(job: LoadedRack, trace: Path, used: Used = NOTHING, keep: int | None = None) -> None:
     """Refuse a recording that would replace an owned file, or move one in use.
 
     Args:
@@ -53,7 +53,7 @@ def check_recording(job: Job, trace: Path, used: Used = NOTHING, keep: int | Non
     check_recordings(recording_of(job, trace), keeping_of(job, trace, keep), {**in_use(job), **used})
 
 
-def names_of(job: Job, trace: Path, keep: int | None = None) -> list[Path]:
+def names_of(job: LoadedRack, trace: Path, keep: int | None = None) -> list[Path]:
     """Return the files of a recording, and those of the recordings that are kept; arguments as above."""
     keeping = keeping_of(job, trace, keep)
     return recording_of(job, trace) + ([] if keeping is None else keeping.names())

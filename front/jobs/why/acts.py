@@ -43,7 +43,7 @@ class Rack(Protocol):
 
     spec: Any
     slot: Any
-    told: Any
+    events: Any
 
     def __getitem__(self, tag: str) -> Any: ...
     def __setitem__(self, tag: str, value: object) -> None: ...
@@ -151,7 +151,7 @@ def _tried(bench: Rack, acts: Sequence[Act], tag: str, wanted: object) -> tuple[
 
 
 def _done(bench: Rack, acts: Sequence[Act], tag: str, wanted: object) -> tuple[int, str] | None:
-    begun, told = bench.now_ns, len(bench.told)
+    begun, told = bench.now_ns, len(bench.events)
     for act in acts:
         act.do(bench)
         bench.run_for(BETWEEN)
@@ -160,7 +160,7 @@ def _done(bench: Rack, acts: Sequence[Act], tag: str, wanted: object) -> tuple[i
         if bench.now_ns >= limit:
             return None
         bench.run_for(LOOKS)
-    stimuli = [each.text for each in bench.told[told:] if each.kind == "stimulus"]
+    stimuli = [each.text for each in bench.events[told:] if each.kind == "stimulus"]
     return bench.now_ns - begun, stimuli[0] if stimuli else ""
 
 
@@ -198,7 +198,7 @@ def _of_force(name: str) -> Act:
 
 def _of_link(number: int) -> Act:
     text = f"restore the link to slot {number}"
-    return Act(text, f"slot {number}", lambda bench: bench.slot[number].fail(None))
+    return Act(text, f"slot {number}", lambda bench: bench.slot[number].inject(None))
 
 
 def _of_tag(name: str, value: bool) -> Act:

@@ -18,7 +18,7 @@ from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.scan import ScanFlag
 from ...traces.format.layout import SlotInfo
 from ...traces.read.image_text import module_text
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 from .chain import Bits, RackChain
 from .chains.program import ProgramChain
 from .chains.waiting import of_axis
@@ -44,7 +44,7 @@ class Why:
         lines: the lines of the program that answers have named.
     """
 
-    recording: Recording
+    recording: PackedTrace
     row: int
     spec: RackSpec | None
     load: Load | None
@@ -118,7 +118,7 @@ class Why:
             self.place(text)  # refuses it
         return self._chain_of_name(text, deep)
 
-    def what_would(self, text: str, wanted: str | None = None, scans: int = 10) -> Remedies:
+    def suggest_inputs(self, text: str, wanted: str | None = None, scans: int = 10) -> Remedies:
         """Return the smallest sets of inputs that would give a value of a ladder program, see `remedies`.
 
         Args:
@@ -133,7 +133,7 @@ class Why:
         own = text in self.debugger.tags or not self.means_image(text)
         tag = text if own else str(self.place(text))
         value = None if wanted is None else value_of(wanted)
-        return self.debugger.what_would(tag, value, scans=scans, name=self._terminal)
+        return self.debugger.suggest_inputs(tag, value, scans=scans, name=self._terminal)
 
     def _what_would_of_python(self, text: str, wanted: Any, scans: int) -> Remedies:
         if self.load is None or self.spec is None:

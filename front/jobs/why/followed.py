@@ -23,7 +23,7 @@ from ...runtime.loop.phases import IDLE_PHASES
 from ...runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag
 from ...traces.read.columns import Columns
 from ...traces.read.packed import CHUNK_SCANS, memory_blocks
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 from ..record.link_losses import link_changes
 from ..record.order_repeater import is_edit
 
@@ -42,7 +42,7 @@ class FollowResult(NamedTuple):
     departs: int | None  # row of the first scan with other outputs than recorded, or None
 
 
-def can_follow(recording: Recording, debugger: Debugger) -> bool:
+def can_follow(recording: PackedTrace, debugger: Debugger) -> bool:
     """Return whether the inputs of a recording are all that its program depends on."""
     lowered = debugger.engine.lowered
     if debugger.interpreted or lowered.written_inputs or lowered.connections or recording.numbers[0]:
@@ -59,7 +59,7 @@ def can_follow(recording: Recording, debugger: Debugger) -> bool:
 
 
 def follow(
-    recording: Recording,
+    recording: PackedTrace,
     debugger: Debugger,
     last: int,
     until: str | None = None,
@@ -126,7 +126,7 @@ class _RecordedInputs:
         runs: whether the program ran in it.
     """
 
-    def __init__(self, recording: Recording, debugger: Debugger) -> None:
+    def __init__(self, recording: PackedTrace, debugger: Debugger) -> None:
         own = input_leaves(debugger.engine.memory)
         self.recording = recording
         self._own = [recording.span((int(leaf.slot or 0), "in")) for leaf in own]
@@ -199,7 +199,7 @@ def _faults(debugger: Debugger) -> list[Leaf]:
     return [leaf for leaf in leaves if leaf.slot is not None and not leaf.is_image]
 
 
-def _link_faults(recording: Recording, leaves: Sequence[Leaf]) -> Mapping[int, tuple[Write, ...]]:
+def _link_faults(recording: PackedTrace, leaves: Sequence[Leaf]) -> Mapping[int, tuple[Write, ...]]:
     """Return by scan the faults of connections that changed before it: -1 while a module does not answer."""
     found: dict[int, tuple[Write, ...]] = {}
     for leaf in leaves:

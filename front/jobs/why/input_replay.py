@@ -12,7 +12,7 @@ from ...runtime.loop.listeners import QuietListener
 from ...runtime.loop.pace import Watchdog
 from ...runtime.loop.rack import SLOT_BYTES
 from ...runtime.loop.scan import ScanLogic
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 from ..replay.replaying import recorded_rack, score_of
 from ..replay.tag_orders import TagOrders
 from ..run.build import build_playback
@@ -29,7 +29,7 @@ class InputReplay(QuietListener):
     """
 
     def __init__(
-        self, recording: Recording, spec: RackSpec, last: int, over: Callable[[], object] = bool
+        self, recording: PackedTrace, spec: RackSpec, last: int, over: Callable[[], object] = bool
     ) -> None:
         self._recording, self._spec, self._last, self._over = recording, spec, last, over
         self._recorded = recording.memory

@@ -10,7 +10,7 @@ from ...runtime.loop.rack import Rack
 from ...traces.format.layout import SlotInfo
 from ...traces.read.packed import NotedScans
 from ...traces.read.reader import TraceEvent
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 
 
 class Journal(QuietListener):
@@ -32,8 +32,8 @@ class Journal(QuietListener):
         """Keep a scan."""
         self._scans.add(scan, now_ns, flags, self._memory)
 
-    def recording(self) -> Recording:
+    def recording(self) -> PackedTrace:
         """Return all scans so far; ValueError if there are none yet."""
         if not len(self._scans):
             raise ValueError("no scans yet")
-        return Recording(self._slots, self._scans.packed(), tuple(self._events))
+        return PackedTrace(self._slots, self._scans.packed(), tuple(self._events))

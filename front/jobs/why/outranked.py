@@ -14,7 +14,7 @@ from ...runtime.loop.incidents import FaultKind
 from ...runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag
 from ...traces.format.layout import SlotInfo
 from ...traces.read.reader import TraceEvent
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 from ..record.link_losses import link_changes
 from ..replay.replaying import image_forces
 from ..replay.tag_orders import forced_in
@@ -75,7 +75,7 @@ def spellings(place: Address) -> set[str]:
     return {str(place), str(replace(place, bit=None))}
 
 
-def of_cpu(recording: Recording, row: int) -> Outranking | None:
+def of_cpu(recording: PackedTrace, row: int) -> Outranking | None:
     """Return what keeps the program from running in a scan: a fault, or the key; None if it runs."""
     scan = recording.numbers[row]
     if recording.flags[row] & ScanFlag.FAULT:
@@ -106,7 +106,7 @@ def losses(events: tuple[TraceEvent, ...], slot: int) -> Iterator[Loss]:
         yield Loss(*lost, None, None)
 
 
-def of_link(recording: Recording, slot: SlotInfo, scan: int) -> Outranking | None:
+def of_link(recording: PackedTrace, slot: SlotInfo, scan: int) -> Outranking | None:
     """Return the loss of a link that a module's words in a scan are made by: it lasts, or has just ended."""
     for each in losses(recording.events, slot.number):
         if each.scan > scan or (each.until is not None and scan >= each.until + SETTLES):

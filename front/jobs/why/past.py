@@ -15,7 +15,7 @@ from ...traces.read.event_text import describe
 from ...traces.read.packed import CHUNK_SCANS
 from ...traces.read.reader import TraceEvent
 from ...traces.read.sequence_steps import Step, steps_of
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 from ..replay.replaying import image_forces
 from ..replay.tag_orders import Forced, forced_in
 
@@ -32,7 +32,7 @@ def event_text(event: TraceEvent) -> str:
 class Past:
     """A recording up to the scan in `row`; later ones are ignored."""
 
-    recording: Recording
+    recording: PackedTrace
     row: int
 
     @property

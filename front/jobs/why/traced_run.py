@@ -24,7 +24,7 @@ from ...ladder.state.memory import same
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.rack import Slot
 from ...runtime.loop.scan import LogicScan, ScanLogic
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 from ..record.logic_wrapper import LogicWrapper
 from ..replay.replaying import score_of
 from ..replay.tag_orders import TagOrders
@@ -107,7 +107,7 @@ Look = Callable[[Line, FrameType, Reads], None]
 
 
 def run_again(
-    recording: Recording,
+    recording: PackedTrace,
     spec: RackSpec,
     load: Load,
     rows: frozenset[int],

@@ -28,7 +28,7 @@ from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.rack import Slot
 from ...runtime.loop.scan import LogicScan, ScanLogic
 from ...traces.read.packed import PackedScans
-from ...traces.replay import Recording
+from ...traces.replay import PackedTrace
 from ..record.logic_wrapper import LogicWrapper
 from .chain import Bits
 from .input_replay import InputReplay
@@ -55,7 +55,7 @@ class ProgramTrials:
     """
 
     def __init__(
-        self, recording: Recording, row: int, spec: RackSpec, load: Load, terminal: Terminal, scans: int
+        self, recording: PackedTrace, row: int, spec: RackSpec, load: Load, terminal: Terminal, scans: int
     ) -> None:
         self._recording, self._row, self._spec, self._load = recording, row, spec, load
         self._terminal, self._scans = terminal, scans
@@ -220,7 +220,7 @@ class _GoesOnError(Exception):
     """A copy of the process leaves the search and goes on with its scans."""
 
 
-def _longer(recording: Recording, row: int, scans: int) -> Recording:
+def _longer(recording: PackedTrace, row: int, scans: int) -> PackedTrace:
     """Return a recording up to a scan, which is repeated some times."""
     columns = recording.columns.rows(0, row + 1)
     last = columns.rows(row, row + 1)
@@ -230,7 +230,7 @@ def _longer(recording: Recording, row: int, scans: int) -> Recording:
         for each in range(1, scans + 1)
     ]
     events = tuple(each for each in recording.events if each.scan <= recording.numbers[row])
-    return Recording(recording.slots, PackedScans.of(len(recording.slots), [columns, *more]), events)
+    return PackedTrace(recording.slots, PackedScans.of(len(recording.slots), [columns, *more]), events)
 
 
 def _image(past: Past, slot: int, changes: Sequence[InputChange]) -> bytes:

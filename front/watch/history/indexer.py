@@ -1,7 +1,7 @@
 """Runs a recorded program through once with regular snapshots, so that any of its scans can be shown at once.
 
 scan      0 ... 4,095   4,096 ...   8,192 ...
-values    *             *           *            from here the shadow continues, 60 ms at most
+values    *             *           *            from here the replica continues, 60 ms at most
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from ...jobs.run.playback import RecordedInputs
 from ...ladder import LadderLogic
 from ...ladder.debug import Debugger
 from ...ladder.model.errors import LadderFault
-from ...runtime.live import orders
-from ...runtime.live.orders import ALL, Order
+from ...runtime.live import actions
+from ...runtime.live.actions import ALL, Action
 from ...runtime.live.ring import Rows
 from ...runtime.loop.rack import SLOT_BYTES, Card, Rack
 from ...runtime.loop.scan import LogicScan
 from .event_log import LAST_SCAN
+from .program_replica import Row, scans_in
 from .recorded_events import RecordedEvents
-from .shadow import Row, scans_in
 from .stretch import Stretch
 from .watched_program import Inputs, Values, inputs_of, values_of
 
@@ -65,7 +65,7 @@ class Indexer:
         self._keep = keep
         self._words = slots
         self._recorded = recorded
-        self._orders: dict[int, list[Order]] = {}
+        self._orders: dict[int, list[Action]] = {}
         self._links: dict[int, list[tuple[int, bool]]] = {}
         self.next = self._kept = 0
         self._forces: object = None
@@ -102,17 +102,17 @@ class Indexer:
             self._kept += 1
             self._forces = None
 
-    def _give(self, order: Order) -> None:
+    def _give(self, order: Action) -> None:
         """Carry out an order on the program; images and modules are recorded with its effect."""
         try:
             match order:
-                case orders.Edit():
+                case actions.Edit():
                     self._debugger.edit(self._edited.pop(0))
-                case orders.Write(tag, value):
+                case actions.Write(tag, value):
                     self._debugger.tags[tag] = value
-                case orders.Force(tag, value) if tag in self._debugger.tags:
+                case actions.Force(tag, value) if tag in self._debugger.tags:
                     self._debugger.force(tag, value)
-                case orders.Unforce(tag):
+                case actions.Unforce(tag):
                     self._debugger.unforce(None if tag == ALL else tag)
         except ValueError:
             pass  # an image; forces of images are in the recorded images

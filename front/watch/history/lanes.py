@@ -21,7 +21,7 @@ from typing import Any
 from ...io_images.addresses import Address
 from ...ladder.state.memory import same
 from .catalog import shown_value, value_of
-from .shadow import Shadow
+from .program_replica import ProgramReplica
 from .strip import values_at
 from .timeline import Timeline
 
@@ -136,12 +136,12 @@ class TagLanes:
     def __init__(
         self,
         timeline: Timeline,
-        shadow: Shadow | None,
+        replica: ProgramReplica | None,
         told: ValueHistory,
         address: Callable[[str], Address | None] = lambda _name: None,
         slots: Sequence[int] = (),
     ) -> None:
-        self._timeline, self._shadow, self._told = timeline, shadow, told
+        self._timeline, self._replica, self._told = timeline, replica, told
         self._address, self._slots = address, slots
         self._period_ns = told.period_ns
         self._known: tuple[tuple[int, int, tuple[str, ...]], Series] | None = None
@@ -153,7 +153,7 @@ class TagLanes:
             all_names: those of all pages, so that pages with the same scans share one repetition.
         """
         images, others = self._parted(names)
-        if self._shadow is None or self._shadow.is_impure:
+        if self._replica is None or self._replica.is_impure:
             return self._with_images(self._looked_at(others, first, last), images)
         start = max(first, last - LIVE_SCANS + 1)
         wanted = tuple(dict.fromkeys(self._parted(all_names)[1]))
@@ -174,7 +174,7 @@ class TagLanes:
     def _past(self, names: Sequence[str], first: int, end: int) -> Json:
         if not names:
             return self._looked_at((), first, end)
-        if self._shadow is not None and not self._shadow.is_impure:
+        if self._replica is not None and not self._replica.is_impure:
             return self._piece(names, *self._repeated(tuple(names), first, end))
         times, values = self._timeline.recorded(names, first, end)
         looked_at = self._looked_at([name for name in names if name not in values], first, end)
@@ -232,13 +232,13 @@ class TagLanes:
         return self._known[1]
 
     def _repeat(self, names: tuple[str, ...], first: int, last: int) -> Series:
-        shadow = self._shadow
+        replica = self._replica
         times: list[int] = []
         values: dict[str, list[Any]] = {name: [] for name in names}
-        if shadow is None or first > last:
+        if replica is None or first > last:
             return times, values
-        tags = shadow.engine.tags
-        for now_ns in shadow.walk(first, last):
+        tags = replica.engine.tags
+        for now_ns in replica.walk(first, last):
             times.append(now_ns)
             for name, column in values.items():
                 column.append(shown_value(value_of(tags, name)))

@@ -25,7 +25,7 @@ from ...runtime.loop.scan import ScanLogic
 from .catalog import Catalog, PythonSource
 from .event_log import LAST_SCAN
 from .lanes import TagLanes, ValueHistory
-from .shadow import Shadow, SnapshotStore
+from .program_replica import ProgramReplica, SnapshotStore
 from .timeline import Timeline
 
 Json = dict[str, Any]
@@ -60,19 +60,19 @@ class Stretch:
         self.source = None if ladder is not None or self.file is None else PythonSource(self.file)
 
     @cached_property
-    def live(self) -> Shadow | None:
+    def live(self) -> ProgramReplica | None:
         """Repeats the latest scans; None for a program that can't be repeated."""
-        return self._shadow()
+        return self._replica()
 
     @cached_property
-    def past(self) -> Shadow | None:
+    def past(self) -> ProgramReplica | None:
         """Repeats any scan."""
-        return self._shadow()
+        return self._replica()
 
     @cached_property
     def lanes(self) -> TagLanes:
         """Returns the points of tags in the timing strip."""
-        return TagLanes(self.timeline, self._shadow(), self.told, self.address, list(self.words))
+        return TagLanes(self.timeline, self._replica(), self.told, self.address, list(self.words))
 
     def address(self, name: str) -> Address | None:
         """Return the word or bit of an image that a name means; None for any other name."""
@@ -104,10 +104,10 @@ class Stretch:
             for name, address in self.aliases.items()
         ]
 
-    def _shadow(self) -> Shadow | None:
+    def _replica(self) -> ProgramReplica | None:
         if not isinstance(self.logic, LadderLogic):
             return None
-        return Shadow(self.logic, list(self.words), self.timeline, self.kept)
+        return ProgramReplica(self.logic, list(self.words), self.timeline, self.kept)
 
     def described(self, values: Mapping[str, object]) -> Json:
         """Return routines, tags and stubs for a page."""

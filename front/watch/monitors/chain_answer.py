@@ -14,8 +14,8 @@ from ...runtime.loop.faults import Fault
 from ...traces.format.layout import SlotInfo
 from ...traces.read.packed import PackedScans
 from ...traces.read.reader import TraceEvent
-from ...traces.replay import Recording
-from ..history.shadow import Shadow
+from ...traces.replay import PackedTrace
+from ..history.program_replica import ProgramReplica
 from ..history.timeline import columns_of
 from .monitor import Json, Monitor
 
@@ -38,14 +38,16 @@ _TOPICS = {
 }
 
 
-def chain_of(monitor: Monitor, shadow: Shadow, tag: str, scan: int) -> CauseLink | None:
+def chain_of(monitor: Monitor, replica: ProgramReplica, tag: str, scan: int) -> CauseLink | None:
     """Return the chain of a tag of a ladder program after a scan; None if nothing is known of it."""
-    return next(iter(_chains(monitor, shadow, [tag], scan)), None)
+    return next(iter(_chains(monitor, replica, [tag], scan)), None)
 
 
-def chain_of_fault(monitor: Monitor, shadow: Shadow, fault: Fault, tags: Sequence[str]) -> list[Json]:
+def chain_of_fault(
+    monitor: Monitor, replica: ProgramReplica, fault: Fault, tags: Sequence[str]
+) -> list[Json]:
     """Return the chain of a major fault: behind it are the tags that its rung has read."""
-    groups = [(each,) for each in _chains(monitor, shadow, tags, fault.scan)]
+    groups = [(each,) for each in _chains(monitor, replica, tags, fault.scan)]
     root = linked(
         groups,
         kind="fault",
@@ -59,7 +61,7 @@ def chain_of_fault(monitor: Monitor, shadow: Shadow, fault: Fault, tags: Sequenc
     return links_of(root) if groups else []
 
 
-def _chains(monitor: Monitor, shadow: Shadow, tags: Sequence[str], scan: int) -> list[CauseLink]:
+def _chains(monitor: Monitor, replica: ProgramReplica, tags: Sequence[str], scan: int) -> list[CauseLink]:
     """Return the known chains of tags, and of words and bits of images, after a scan."""
     rows = monitor.subject.timeline.between(max(0, scan - BACK), scan)
     if not len(rows):
@@ -71,10 +73,10 @@ def _chains(monitor: Monitor, shadow: Shadow, tags: Sequence[str], scan: int) ->
     )
     told = monitor.states.up_to(scan, BACK)
     events = tuple(_event(each, monitor.states.forces_at(each["scan"])) for each in told)
-    recording = Recording(slots, PackedScans.of(len(slots), [columns_of(rows)]), events)
+    recording = PackedTrace(slots, PackedScans.of(len(slots), [columns_of(rows)]), events)
 
     def chains(*, deep: bool, **hooks: Any) -> Chains:
-        return Chains(shadow.engine.lowered, Causes(shadow), deep, most=DEEPEST, **hooks)
+        return Chains(replica.engine.lowered, Causes(replica), deep, most=DEEPEST, **hooks)
 
     rack, last = RackChain(recording, chains), len(rows) - 1
     found = []

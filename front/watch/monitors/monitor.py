@@ -263,18 +263,18 @@ class Monitor(ABC):
     def _program(self, page: Page, scan: int) -> Json:
         subject = self.subject
         program = subject.programs.at(page.past)
-        shadow = program.live if page.past is None else program.past
-        if shadow is None:
+        replica = program.live if page.past is None else program.past
+        if replica is None:
             values = subject.values if page.past is None else subject.timeline.values(scan)
             return {"tags": {name: shown_value(value) for name, value in values.items()}}
-        tags = shadow.engine.tags
+        tags = replica.engine.tags
         names = [name for name in dict.fromkeys((*page.shown.names, *page.watched)) if name in tags]
-        if not shadow.show(scan):
+        if not replica.show(scan):
             page.show(page.shown)  # all of it once it is known
             return {"known": False}
         return {
             "known": True,
-            "power": page.shown.power(shadow.truths),
+            "power": page.shown.power(replica.truths),
             "tags": {name: shown_value(value_of(tags, name)) for name in names},
         }
 

@@ -173,21 +173,21 @@ def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
     if row is None:
         raise ValueError(f"{tag}: no scan has run yet")
     program = monitor.subject.programs.at(page.past)
-    scan, shadow = int(row["scan"]), program.past
-    if shadow is None or program.catalog is None:
+    scan, replica = int(row["scan"]), program.past
+    if replica is None or program.catalog is None:
         _ask_python(monitor, page, said, tag, scan)
         return None
-    if not shadow.show(scan):
+    if not replica.show(scan):
         raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
     forced = monitor.states.forces_at(page.past)
     try:
-        found = None if shadow.is_impure else chain_of(monitor, shadow, tag, scan)
+        found = None if replica.is_impure else chain_of(monitor, replica, tag, scan)
         if found is None:
-            text = Inquiry(shadow.engine, shadow, scan, forced, program.catalog.cross_reference).why(tag)
+            text = Inquiry(replica.engine, replica, scan, forced, program.catalog.cross_reference).why(tag)
         else:
             text = told(found)
     finally:
-        shadow.show(scan)
+        replica.show(scan)
     return {"text": text, "scan": scan, "chain": links_of(found) if found is not None else []}
 
 
@@ -207,17 +207,17 @@ def _why_fault(monitor: Monitor, page: Page, said: Said) -> Json | None:
     faults, program = monitor.states.faults_at(page.past), monitor.subject.programs.at(page.past)
     if not faults:
         raise ValueError("the CPU has not faulted up to this scan")
-    fault, shadow = faults[0], program.past
+    fault, replica = faults[0], program.past
     tags = program.tags_of_fault(fault, monitor.subject.values)
     if not tags:
         raise ValueError("nothing that the program has read is known of this fault")
-    if shadow is None:
+    if replica is None:
         _ask_python(monitor, page, said, tags[0], fault.scan)
         return None
-    if not shadow.show(fault.scan):
+    if not replica.show(fault.scan):
         raise ValueError(f"scan {fault.scan} can't be repeated yet: ask again in a moment")
-    chain = [] if shadow.is_impure else chain_of_fault(monitor, shadow, fault, tags)
-    shadow.show(fault.scan)
+    chain = [] if replica.is_impure else chain_of_fault(monitor, replica, fault, tags)
+    replica.show(fault.scan)
     return {"text": str(fault), "scan": fault.scan, "chain": chain}
 
 

@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 
 from typing_extensions import override
 
-from ...jobs.load.loading import Job, load_job
-from ...jobs.record.editions import folders_of, forget
+from ...jobs.load.loading import LoadedRack, load_job
+from ...jobs.record.program_versions import folders_of, forget
 from ...jobs.trust.attachments import load_files
-from ...runtime.live.orders import Happen, Press, order_of, said_of
+from ...runtime.live.actions import InjectFault, Press, action_of, said_of
 from ...runtime.live.ring import Ring, RingShape, Rows
 from ...runtime.live.session import GIVEN
 from ...runtime.loop.scan import ScanFlag
@@ -70,10 +70,10 @@ class Loader:
 
     def __init__(self, rack: str) -> None:
         self._rack = rack
-        self._jobs: dict[SessionProgram, Job] = {}
+        self._jobs: dict[SessionProgram, LoadedRack] = {}
         self._folders: set[Path] = set()
 
-    def job(self, ran: SessionProgram) -> Job:
+    def job(self, ran: SessionProgram) -> LoadedRack:
         """Load a program, once; ValueError if it can't be loaded."""
         if ran not in self._jobs:
             forget(self._folders)
@@ -320,11 +320,11 @@ class SessionMonitor(Monitor):
         if said.get("do") not in GIVEN:
             known = ", ".join((*GIVEN, *QUESTIONS))
             raise ValueError(f"there is nothing to do called {str(said.get('do'))[:60]!r}: there are {known}")
-        order = order_of({key: value for key, value in said.items() if key != "id"}, GIVEN)
+        order = action_of({key: value for key, value in said.items() if key != "id"}, GIVEN)
         if self.about.read_only:
             raise ValueError("this session is read-only: it takes no orders")
         self._orders += 1
-        self._asked[self._orders] = page, number, isinstance(order, Press | Happen)
+        self._asked[self._orders] = page, number, isinstance(order, Press | InjectFault)
         passed_on = {"id": self._orders, "order": said_of(order)}
         message = json.dumps(passed_on, ensure_ascii=False, allow_nan=False)
         self._pipe.send_bytes(message.encode())

@@ -9,7 +9,7 @@ import numpy as np
 from ...io_images.addresses import Address
 from ...ladder.state.memory import same
 from ..history.catalog import shown_value, value_of
-from ..history.shadow import Shadow
+from ..history.program_replica import ProgramReplica
 from ..history.strip import values_at
 from .monitor import Monitor
 
@@ -42,14 +42,14 @@ def _of_image(monitor: Monitor, place: Address, scan: int) -> LastChange | None:
     return LastChange(int(rows["scan"][changes[-1] + 1]), values[changes[-1]].item())
 
 
-def _of_ladder(shadow: Shadow, tag: str, scan: int) -> LastChange | None:
-    if shadow.is_impure:
+def _of_ladder(replica: ProgramReplica, tag: str, scan: int) -> LastChange | None:
+    if replica.is_impure:
         return None
-    found = shadow.last_change(lambda engine: value_of(engine.tags, tag), scan)
+    found = replica.last_change(lambda engine: value_of(engine.tags, tag), scan)
     before = None
-    if found and shadow.show(found - 1):
-        before = shown_value(value_of(shadow.engine.tags, tag))
-    shadow.show(scan)
+    if found and replica.show(found - 1):
+        before = shown_value(value_of(replica.engine.tags, tag))
+    replica.show(scan)
     return None if found is None else LastChange(found, before)
 
 

@@ -11,7 +11,7 @@ from typing_extensions import override
 from ...jobs.replay.replaying import lost_notes
 from ...ladder import LadderLogic
 from ...runtime.config.rackspec import RackSpec
-from ...runtime.live.orders import NAMES, ORDERS, Branch, order_of
+from ...runtime.live.actions import ACTIONS, NAMES, Branch, action_of
 from ...runtime.live.ring import row_type
 from ...runtime.loop.rack import SLOT_BYTES
 from ...runtime.loop.scan import ScanLogic
@@ -158,7 +158,7 @@ class TraceMonitor(Monitor):
     @override
     def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
         if said.get("do") == NAMES[Branch]:
-            order = order_of({key: value for key, value in said.items() if key != "id"})
+            order = action_of({key: value for key, value in said.items() if key != "id"})
             assert isinstance(order, Branch)
             if order.scan > self._last + 1:
                 raise ValueError(f"scan {order.scan} is not in the recording: the last one is {self._last}")
@@ -166,6 +166,6 @@ class TraceMonitor(Monitor):
             self.over = True
             page.send({"answer": {"id": number, "ok": True, "scan": order.scan}})
             return
-        if said.get("do") in ORDERS:
+        if said.get("do") in ACTIONS:
             raise ValueError("this is a recording: it takes no orders; branch from one of its scans")
         raise ValueError(f"there is nothing to do called {str(said.get('do'))[:60]!r}")

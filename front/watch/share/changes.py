@@ -8,9 +8,10 @@ A browser finds the value of a scan by bisection. In a page the scans are differ
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from bisect import bisect_right
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from itertools import zip_longest
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,13 +22,20 @@ from ...ladder.state.memory import Memory
 from ...ladder.state.tag_bytes import TagBytes
 from ...runtime.live.ring import Rows
 from ..history.catalog import PageRoutine, shown_value, value_of
-from ..history.shadow import Shadow
+from ..history.program_replica import ProgramReplica
 from ..history.timeline import Timeline
 
 ROWS_AT_ONCE = 4096
 """Scans of recorded values that are read at once."""
 
 UNSET = object()
+
+
+class Difference(NamedTuple):
+    """The first scan in which two recordings differ."""
+
+    scan: int
+    keys: Sequence[str]  # of the lists that differ in it
 
 
 class ChangeLists:
@@ -46,6 +54,32 @@ class ChangeLists:
     def take(self, key: str, scans: list[int], values: list[Any]) -> None:
         """Take a whole list."""
         self._lists[key] = scans, values
+
+    def at(self, key: str, scan: int) -> Any:
+        """Return the value of a list in a scan; None before its first one."""
+        scans, values = self._lists[key]
+        place = bisect_right(scans, scan) - 1
+        return None if place < 0 else values[place]
+
+    def first_difference(self, other: ChangeLists, parts: Collection[str], scans: range) -> Difference | None:
+        """Return the first scan in which lists of both differ, and their keys; None if none does.
+
+        Args:
+            parts: whose lists are compared.
+            scans: those that both have.
+        """
+        found: dict[str, int] = {}
+        for key in self._lists.keys() & other._lists.keys():
+            if key.partition("\n")[0] in parts and self._lists[key] != other._lists[key]:
+                changes = {scans.start, *self._lists[key][0], *other._lists[key][0]}
+                for scan in sorted(each for each in changes if each in scans):
+                    if self.at(key, scan) != other.at(key, scan):
+                        found[key] = scan
+                        break
+        if not found:
+            return None
+        first = min(found.values())
+        return Difference(first, sorted(key for key, scan in found.items() if scan == first))
 
     def packed(self, first: int) -> dict[str, dict[str, Any]]:
         """Return the lists for a page: scans as differences, the first one from a scan, and their values.
@@ -102,11 +136,13 @@ def take_words(lists: ChangeLists, rows: Rows, slots: Iterable[int]) -> None:
         lists.take(f"words\n{slot}\n{place}", scans[at].tolist(), values[at].tolist())
 
 
-def take_ladder(lists: ChangeLists, number: int, shadow: Shadow, walk: LadderWalk, ends: range) -> int:
+def take_ladder(
+    lists: ChangeLists, number: int, replica: ProgramReplica, walk: LadderWalk, ends: range
+) -> int:
     """Collect power and tags of a ladder program; return the scan after the last one that is known."""
     scan = ends.start
-    for _ in shadow.walk(ends.start, ends.stop - 1, noted=True):
-        for key, value in walk.changes(shadow.engine):
+    for _ in replica.walk(ends.start, ends.stop - 1, noted=True):
+        for key, value in walk.changes(replica.engine):
             part, _, name = key.partition("\n")
             lists.note(f"{part}\n{number}\n{name}", scan, value)
         scan += 1

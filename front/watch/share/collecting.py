@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -44,7 +44,11 @@ class SharedStretch(NamedTuple):
 
 
 def collect(
-    monitor: TraceMonitor, wanted: SharedStretch, tags: Sequence[str] = (), others: int = OTHER_ANSWERS
+    monitor: TraceMonitor,
+    wanted: SharedStretch,
+    tags: Sequence[str] = (),
+    others: int = OTHER_ANSWERS,
+    failed: Callable[[ChangeLists], Json] | None = None,
 ) -> Json:
     """Return the data of a page.
 
@@ -52,23 +56,14 @@ def collect(
         monitor: of the recording; it is asked until it has read everything.
         tags: whose why is answered first.
         others: number of tags whose why is answered then: those that changed last before the scan.
+        failed: returns what the page says of the test that has failed.
     """
-    while monitor.tick():
-        pass
     subject, (first, last, scan) = monitor.subject, wanted
-    lists, lead = (
-        ChangeLists(),
-        max(subject.timeline.extent[0] if subject.timeline.extent else 0, first - SPEED_SCANS),
-    )
-    rows = subject.timeline.between(lead, last)
-    take_words(lists, rows, subject.words)
-    _take_times(lists, rows, subject.spec.scan_ns)
-    own = rows[np.searchsorted(rows["scan"], first) :]
-    events = monitor.states.up_to(last, MOST_EVENTS)
-    _take_events(lists, monitor, own, events)
-    programs = [_program(monitor, lists, each, own["scan"].tolist()) for each in _shown(monitor, wanted)]
+    lists, lead, own, events, programs = gathered(monitor, wanted)
     before = [each for each in events if each["scan"] < first][-EVENTS_MOST:]
     hello = subject.described(monitor.about, subject.programs.at(scan))
+    if failed is not None:
+        hello |= {"failure": failed(lists)}
     name = Path(str(monitor.about.path)).name  # folders of this machine are nobody's business
     return {
         "range": [first, last],
@@ -85,6 +80,33 @@ def collect(
         "whys": _answers(monitor, lists, scan, tags, others),
         "notes": [IMPURE] if any(_is_impure(each) for each in subject.programs.all) else [],
     }
+
+
+class StretchValues(NamedTuple):
+    """The values and programs of a stretch."""
+
+    lists: ChangeLists
+    lead: int  # the first scan of its words, some before its own, for speeds
+    own: Rows
+    events: Sequence[Json]  # all up to its end
+    programs: Sequence[Json]
+
+
+def gathered(monitor: TraceMonitor, wanted: SharedStretch) -> StretchValues:
+    """Return the values and programs of a stretch; the monitor is asked until it has read everything."""
+    while monitor.tick():
+        pass
+    subject, lists = monitor.subject, ChangeLists()
+    start = subject.timeline.extent[0] if subject.timeline.extent else 0
+    lead = max(start, wanted.first - SPEED_SCANS)
+    rows = subject.timeline.between(lead, wanted.last)
+    take_words(lists, rows, subject.words)
+    _take_times(lists, rows, subject.spec.scan_ns)
+    own = rows[np.searchsorted(rows["scan"], wanted.first) :]
+    events = monitor.states.up_to(wanted.last, MOST_EVENTS)
+    _take_events(lists, monitor, own, events)
+    programs = [_program(monitor, lists, each, own["scan"].tolist()) for each in _shown(monitor, wanted)]
+    return StretchValues(lists, lead, own, events, programs)
 
 
 def _is_impure(program: Stretch) -> bool:
@@ -145,10 +167,10 @@ def _program(monitor: TraceMonitor, lists: ChangeLists, program: Stretch, scans:
             shows[each["name"]] = {width: answer for width, (_, answer) in answers.items()}
             drawn.append(answers[widths[0]][0])
             names += drawn[-1].names
-        shadow = program.past
-        assert shadow is not None
-        walk = LadderWalk(shadow.engine, drawn, dict.fromkeys(names))
-        known = take_ladder(lists, number, shadow, walk, range(own[0], own[-1] + 1))
+        replica = program.past
+        assert replica is not None
+        walk = LadderWalk(replica.engine, drawn, dict.fromkeys(names))
+        known = take_ladder(lists, number, replica, walk, range(own[0], own[-1] + 1))
     return {
         "first": program.first,
         "known": known,

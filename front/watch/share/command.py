@@ -5,6 +5,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -17,8 +18,10 @@ from ...terminal.trace_options import itself, tell_notes
 from ...traces.files.guard import check_output
 from ...traces.files.newfile import new_file
 from ...traces.read.reader import Trace, open_trace
+from ..monitors.trace_monitor import TraceMonitor
 from ..recorded_session import OpenedRecording, TracePlace
 from .collecting import OTHER_ANSWERS, SharedStretch, collect
+from .failure import Failure
 from .page_file import SHARED_PAGE, page_of
 
 WHOLE_SCANS = 50_000
@@ -28,7 +31,7 @@ BEFORE, AFTER = 20_000, 2_000
 """Scans of a longer recording before and after the one shown first."""
 
 
-class ShareWish(NamedTuple):
+class ShareOptions(NamedTuple):
     """Scans shown on a page; at most one of scan and time."""
 
     scan: int | None = None  # None = the last one
@@ -57,11 +60,12 @@ class ShareWish(NamedTuple):
 def share(
     trace: Path,
     out: Path,
-    wish: ShareWish,
+    wish: ShareOptions,
     *,
     recording: bool = False,
     trust: bool = False,
     tags: Sequence[str] = (),
+    failure: Failure | None = None,
     told: Callable[[Trace], None] | None = None,
 ) -> Any:
     """Write the page of a recording; return its data.
@@ -69,6 +73,7 @@ def share(
     Args:
         recording: put the trace inside, too.
         tags: whose why is answered in it.
+        failure: of the test that has recorded it; the page opens on it.
         told: tells the notes of the trace, also if it is refused.
 
     Raises:
@@ -76,7 +81,7 @@ def share(
         OSError: a file can't be read or written.
     """
     check_output(out, SHARED_PAGE, itself(trace))
-    data, page = shared(trace, wish, recording=recording, trust=trust, tags=tags, told=told)
+    data, page = shared(trace, wish, recording=recording, trust=trust, tags=tags, failure=failure, told=told)
     with new_file(out, SHARED_PAGE, "wb", used=itself(trace)) as file:
         file.write(page)
     return data
@@ -84,26 +89,39 @@ def share(
 
 def shared(
     trace: Path,
-    wish: ShareWish,
+    wish: ShareOptions,
     *,
     recording: bool = False,
     trust: bool = False,
     tags: Sequence[str] = (),
+    failure: Failure | None = None,
     told: Callable[[Trace], None] | None = None,
 ) -> tuple[Any, bytes]:
     """Return the data of a recording's page, and the page; see `share`."""
     with ExitStack() as stack:
-        opened = stack.enter_context(open_trace(trace))
-        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack"))
-        if told is not None:
-            stack.callback(told, opened)
-        place = TracePlace(trace, None, "")
-        monitor = OpenedRecording(opened, place, Path(folder), trust=trust).monitor(_no_branch)
+        monitor = _opened(stack, trace, trust=trust, told=told)
         extent = monitor.subject.timeline.extent
         if extent is None:
             raise ValueError(f"{trace}: no scan in it" + (" yet" if wish.latest else ""))
-        data = collect(monitor, wish.within(*extent, monitor.subject.spec.scan_ns), tags, wish.others)
+        wanted = wish.within(*extent, monitor.subject.spec.scan_ns)
+        failed = None
+        if failure is not None:
+            passed = None if failure.passed is None else _opened(stack, failure.passed, trust=trust)
+            failed = partial(failure.described, wanted, passed)
+        data = collect(monitor, wanted, tags, wish.others, failed)
     return data, page_of(data, trace.read_bytes() if recording else None)
+
+
+def _opened(
+    stack: ExitStack, trace: Path, *, trust: bool, told: Callable[[Trace], None] | None = None
+) -> TraceMonitor:
+    """Open a recording as long as the stack lasts."""
+    opened = stack.enter_context(open_trace(trace))
+    folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack"))
+    if told is not None:
+        stack.callback(told, opened)
+    place = TracePlace(trace, None, "")
+    return OpenedRecording(opened, place, Path(folder), trust=trust).monitor(_no_branch)
 
 
 def _no_branch(*_: object) -> None:
@@ -169,7 +187,7 @@ def _share_command(
     with reported_mistakes():
         if scan is not None and at is not None:
             raise ValueError("--scan and --at both name the scan shown first: give one of them")
-        wish = ShareWish(scan, None if at is None else parse_time(at), before, after, whole)
+        wish = ShareOptions(scan, None if at is None else parse_time(at), before, after, whole)
         target = trace.with_suffix(".html") if out is None else out
         data = share(trace, target, wish, recording=recording, trust=trust, told=tell_notes)
         say(f"{target}: {target.stat().st_size:,} bytes, scan {data['scan']:,} is shown first")

@@ -14,7 +14,7 @@ from typing import Any
 
 from ...jobs.trust.trust import UntrustedError
 from ...traces.format.records import TraceError
-from .command import ShareWish, shared
+from .command import ShareOptions, shared
 
 MODESTY = 10
 """Its lower priority than the monitor's, see nice(2)."""
@@ -23,7 +23,7 @@ MODESTY = 10
 def answer(path: Path, scan: int, *, trust: bool) -> dict[str, Any]:
     """Return the page of a recording, or a refusal; of one that grows, its latest written scan if need be."""
     try:
-        data, page = shared(path, ShareWish(scan, latest=True), trust=trust)
+        data, page = shared(path, ShareOptions(scan, latest=True), trust=trust)
     except (OSError, ValueError, TraceError, UntrustedError) as error:
         return {"refused": str(error)}
     return {"name": f"{path.stem}.html", "scan": data["scan"], "page": base64.b64encode(page).decode()}

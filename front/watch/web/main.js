@@ -22,6 +22,7 @@ await import("./compare.js");
 await import("./events.js");
 await import("./keys.js");
 const { erred, onFault } = await import("./faultmode.js");
+const { caused } = await import("./failed.js");
 const { explain } = await import("./tag.js");
 const { taken, waits } = await import("./editing.js");
 const { keyOf, wanted } = await import("./link.js");
@@ -82,6 +83,8 @@ function follow() {
   const { scan, rung } = wanted();
   if (rung) showRung(rung);
   if (scan !== null) lookAt(scan);
+  const { failure } = run.hello;
+  if (failure?.tag && !rung && (scan ?? failure.scan) === failure.scan) explain(failure.tag, caused);
 }
 
 addEventListener("hashchange", follow);

@@ -146,11 +146,11 @@ function why() {
 export async function explain(tag, then) {
   const asked = tag ?? run.faults[0].tags[0];
   select({ tag: asked, names: [asked] });
-  const links = await answerTo(asked, tag === null ? { fault: true } : { tag }, TRIES);
-  if (links) then(links);
+  const said = await answerTo(asked, tag === null ? { fault: true } : { tag }, TRIES);
+  if (said) then(said.chain ?? [], said.text);
 }
 
-// Asks why and shows the answer of a tag; of a scan that is being worked out again and again. Its links, or null.
+// Asks why and shows the answer of a tag; of a scan that is being worked out again and again. Returns it, or null.
 async function answerTo(tag, fields, tries = 1) {
   const late = setTimeout(() => answer.replaceChildren(el("p", { class: "soft" }, "The program runs again up to this scan …")), LATE_MS);
   const said = await askWhy(fields, tag, tries);
@@ -160,7 +160,7 @@ async function answerTo(tag, fields, tries = 1) {
   const lines = linesOf(said);
   const when = el("button", { type: "button", class: "plain", title: "Look at this scan", click: () => lookAt(said.scan) }, `In scan ${count(said.scan)}:`);
   answer.replaceChildren(when, fields.fault ? "" : el("p", {}, said.text), lines.length ? el("div", { class: "line" }, ...lines.map(toLine)) : "", chainOf(said.chain));
-  return said.chain ?? [];
+  return said;
 }
 
 async function askWhy(fields, tag, tries) {

@@ -11,6 +11,7 @@ from typing import Protocol, TypeVar
 import serial
 from typing_extensions import override
 
+from ....io_images.renamed import renamed
 from ..hosts import join_address
 from ..serialport import PORT_ERRORS, reason, settings
 from ..wire import LineFormat
@@ -52,7 +53,7 @@ class NoAnswerError(LinkError):
     """No answer, or an incomplete one, arrived in time."""
 
 
-class BadAnswerError(LinkError):
+class BadResponseError(LinkError):
     """The answer is damaged, or answers another question."""
 
 
@@ -60,7 +61,7 @@ class RefusedError(LinkError):
     """The controller understood the request and refused it."""
 
 
-class UncertainError(LinkError):
+class UnconfirmedMotionError(LinkError):
     """A motion command was sent, and the motor shows no sign of it; it is not repeated."""
 
 
@@ -75,7 +76,7 @@ def until_answered(ask: Callable[[], Answer]) -> Answer:
         LinkError: the last attempt failed, or the controller refused.
     """
     for _ in range(TRIES - 1):
-        with suppress(NoAnswerError, BadAnswerError):
+        with suppress(NoAnswerError, BadResponseError):
             return ask()
     return ask()
 
@@ -224,3 +225,7 @@ class TcpLink(Link):
     @override
     def close(self) -> None:
         self._socket.close()
+
+
+def __getattr__(name: str) -> object:
+    return renamed(__name__, name)

@@ -20,7 +20,7 @@ from .link import (
     ANSWER_S,
     LATE_S,
     SILENCE_S,
-    BadAnswerError,
+    BadResponseError,
     Link,
     NoAnswerError,
     RefusedError,
@@ -42,18 +42,18 @@ def check_answer(pdu: bytes, answer: bytes) -> bytes:
     """Return the data of an answer, without function and byte count.
 
     Raises:
-        BadAnswerError: it does not match the request.
+        BadResponseError: it does not match the request.
         RefusedError: it is an exception.
     """
     if len(answer) == EXCEPTION_BYTES and answer[0] == pdu[0] | EXCEPTION:
         meaning = EXCEPTIONS.get(answer[1], "not one of its own")
         raise RefusedError(f"function {pdu[0]:02x} is refused with exception {answer[1]}: {meaning}")
     if answer[:1] != pdu[:1] or len(answer) != answer_bytes(pdu):
-        raise BadAnswerError("an answer to something else", answer)
+        raise BadResponseError("an answer to something else", answer)
     reading = pdu[0] in COUNTED
     if not answer.startswith(answer_head(pdu, unit=0)):
         what = "an answer with a wrong byte count" if reading else "an answer to another write"
-        raise BadAnswerError(what, answer)
+        raise BadResponseError(what, answer)
     return answer[2:] if reading else b""
 
 
@@ -105,9 +105,9 @@ class RtuLine(ModbusLine):
         if len(received) < least:
             raise NoAnswerError(f"unit {unit} does not answer within {self._answer_s:g} s", received)
         if crc(received[:-2]) != received[-2:]:
-            raise BadAnswerError(f"a damaged answer from unit {unit}", received)
+            raise BadResponseError(f"a damaged answer from unit {unit}", received)
         if received[0] != unit:
-            raise BadAnswerError(f"an answer from unit {received[0]}, not {unit}", received)
+            raise BadResponseError(f"an answer from unit {received[0]}, not {unit}", received)
         return received[1:-2]
 
 
@@ -134,7 +134,7 @@ class TcpLine(ModbusLine):
             transaction, protocol, length, from_unit = _HEADER.unpack(header)
             answer = self._link.receive(max(0, length - 1), self._answer_s)
             if protocol != 0 or len(answer) != length - 1:
-                raise BadAnswerError("no Modbus TCP", header + answer)
+                raise BadResponseError("no Modbus TCP", header + answer)
             if (transaction, from_unit) == (self._transaction, unit):
                 return check_answer(pdu, answer)
 

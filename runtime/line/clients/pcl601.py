@@ -12,7 +12,7 @@ from ....io_images.pcl601 import CAUSES, NEEDS_IDLE, POSITION_LIMIT, ROWS, WORDS
 from ....io_images.pcl601.registers import Row, firmware_text, word_of
 from ....io_images.pcl601.terminals import HARD_LIMIT_BIT, OUTPUT_COUNT
 from .. import pcl601_pdus as pdus
-from .link import BadAnswerError, NoAnswerError, Progress, RefusedError, StoppedError, until_answered
+from .link import BadResponseError, NoAnswerError, Progress, RefusedError, StoppedError, until_answered
 from .modbus import ModbusLine
 from .names import known, settable
 from .watching import ControllerView, MotionClient, stopped_when_lost
@@ -140,7 +140,7 @@ class Pcl601Client(MotionClient[Registers]):
 
         Raises:
             RefusedError: the controller refuses it, or sets an error bit for it.
-            UncertainError: a start without a visible motion, or without an answer.
+            UnconfirmedMotionError: a start without a visible motion, or without an answer.
         """
         if code in NEEDS_IDLE:
             self._start(code)
@@ -227,7 +227,7 @@ class Pcl601Client(MotionClient[Registers]):
     def _once(self, pdu: bytes) -> bytes:
         try:
             return self._line.ask(self.address, pdu)
-        except (NoAnswerError, BadAnswerError):
+        except (NoAnswerError, BadResponseError):
             self.faults += 1
             raise
 

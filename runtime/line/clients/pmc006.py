@@ -25,7 +25,7 @@ from .link import (
     LATE_S,
     POLL_S,
     SILENCE_S,
-    BadAnswerError,
+    BadResponseError,
     Link,
     NoAnswerError,
     Progress,
@@ -310,9 +310,9 @@ class Pmc006Client(MotionClient[ControllerView]):
                 f"address {self.address} does not answer within {self._answer_s:g} s", received
             )
         if not frames or frames[0].second != REPLY:
-            raise BadAnswerError(f"a damaged answer from address {self.address}", received)
+            raise BadResponseError(f"a damaged answer from address {self.address}", received)
         if frames[0].third not in (self.address, new_address):
-            raise BadAnswerError(f"an answer from address {frames[0].third}, not {self.address}", received)
+            raise BadResponseError(f"an answer from address {frames[0].third}, not {self.address}", received)
         self._quiet_s = SILENCE_S
         self.faults -= 1
         return frames[0].data

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 from ....io_images.pmc006.frame import FACTORY_ADDRESS
+from ....io_images.renamed import renamed
 from .. import pcl601_ascii as ascii
 from .. import pcl601_frames as rtu
 from .. import pmc006_frames as pmc006
@@ -28,7 +29,7 @@ PMC006_ADDRESSES = (FACTORY_ADDRESS, *range(1, 121))
 
 
 @dataclass(frozen=True, slots=True)
-class FoundController:
+class FoundDevice:
     """A controller that has answered."""
 
     controller: str
@@ -47,7 +48,7 @@ Opened = Callable[[LineFormat], Link]
 """Opens the line in a format."""
 
 
-def probe(opened: Opened, addresses: Iterable[int] | None, asked: Asked) -> Iterator[FoundController]:
+def probe(opened: Opened, addresses: Iterable[int] | None, asked: Asked) -> Iterator[FoundDevice]:
     """Ask in one language after the other; yield each controller as soon as it answers.
 
     Args:
@@ -89,15 +90,15 @@ def answer_to(link: Link, request: LineRequest) -> bool:
     return False
 
 
-def _rtu(opened: Opened, units: Iterable[int], asked: Asked) -> Iterator[FoundController]:
+def _rtu(opened: Opened, units: Iterable[int], asked: Asked) -> Iterator[FoundDevice]:
     line_format = rtu.LINE_FORMAT
     for unit in _answering(opened, line_format, "Modbus RTU", units, rtu.report_id, asked):
-        yield FoundController("PCL601", unit, "Modbus RTU", line_format)
+        yield FoundDevice("PCL601", unit, "Modbus RTU", line_format)
 
 
-def _pmc006(opened: Opened, sites: Iterable[int], asked: Asked) -> Iterator[FoundController]:
+def _pmc006(opened: Opened, sites: Iterable[int], asked: Asked) -> Iterator[FoundDevice]:
     for site in _answering(opened, pmc006.LINE_FORMAT, "PMC006", sites, _ask_status, asked):
-        yield FoundController("PMC006", site, "its own frames", pmc006.LINE_FORMAT)
+        yield FoundDevice("PMC006", site, "its own frames", pmc006.LINE_FORMAT)
 
 
 def _ask_status(site: int) -> LineRequest:
@@ -122,7 +123,7 @@ def _answering(
         link.close()
 
 
-def _ascii(opened: Opened, chosen: tuple[int, ...] | None, asked: Asked) -> Iterator[FoundController]:
+def _ascii(opened: Opened, chosen: tuple[int, ...] | None, asked: Asked) -> Iterator[FoundDevice]:
     """Ask units in ASCII for their address; simultaneous answers garble each other."""
     line_format = ascii.LINE_FORMAT
     link = opened(line_format)
@@ -135,4 +136,8 @@ def _ascii(opened: Opened, chosen: tuple[int, ...] | None, asked: Asked) -> Iter
         link.close()
     digits = heard.removesuffix(b"\r\n")
     if digits != heard and digits.isdigit() and (chosen is None or int(digits) in chosen):
-        yield FoundController("PCL601", int(digits), "AA ASCII", line_format)
+        yield FoundDevice("PCL601", int(digits), "AA ASCII", line_format)
+
+
+def __getattr__(name: str) -> object:
+    return renamed(__name__, name)

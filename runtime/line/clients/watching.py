@@ -17,23 +17,24 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import ClassVar, Generic, TypeVar
 
+from ....io_images.renamed import renamed
 from .link import (
     POLL_S,
     TRIES,
-    BadAnswerError,
+    BadResponseError,
     LinkError,
     NoAnswerError,
     Progress,
     RefusedError,
     StoppedError,
-    UncertainError,
+    UnconfirmedMotionError,
 )
 
 SIGN_LOOKS = 4
 """Reads for a sign of motion after an answered start, `POLL_S` apart."""
 
 
-class LostSightError(LinkError):
+class MonitoringLostError(LinkError):
     """A motion was started and can no longer be watched."""
 
     def __init__(self, why: str, *, stopped: bool, received: bytes = b"") -> None:
@@ -56,13 +57,13 @@ def try_to_stop(stop: Callable[[], None]) -> bool:
 
 @contextmanager
 def stopped_when_lost(stop: Callable[[], None]) -> Iterator[None]:
-    """Stop the motor if the line fails inside the block; LostSightError if the line has failed."""
+    """Stop the motor if the line fails inside the block; MonitoringLostError if the line has failed."""
     try:
         yield
-    except (LostSightError, StoppedError):
+    except (MonitoringLostError, StoppedError):
         raise
     except LinkError as fault:
-        raise LostSightError(fault.reason, stopped=try_to_stop(stop), received=fault.received) from fault
+        raise MonitoringLostError(fault.reason, stopped=try_to_stop(stop), received=fault.received) from fault
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,8 +81,8 @@ SeenType = TypeVar("SeenType", bound=ControllerView)
 class MotionClient(ABC, Generic[SeenType]):
     """A client of a controller that moves.
 
-    Motions raise LinkError if they were refused or are not known to have begun, and LostSightError if the
-    line fails after the start.
+    Motions raise LinkError if they were refused or are not known to have begun, and MonitoringLostError if
+    the line fails after the start.
     """
 
     harmless: ClassVar[int] = 0  # error bits that a successful motion may leave
@@ -205,7 +206,7 @@ class MotionClient(ABC, Generic[SeenType]):
 
         Raises:
             RefusedError: the controller refuses it, or moves already.
-            UncertainError: no motion was seen.
+            UnconfirmedMotionError: no motion was seen.
         """
         before = self._rest_soon()
         if before is None:
@@ -221,19 +222,19 @@ class MotionClient(ABC, Generic[SeenType]):
         failure: LinkError | None = None
         try:
             send()
-        except (RefusedError, NoAnswerError, BadAnswerError) as fault:
+        except (RefusedError, NoAnswerError, BadResponseError) as fault:
             failure = fault
         seen = self._sign_of_motion(before, SIGN_LOOKS if moves and failure is None else 1)
         raised, self._errors_before = seen.errors & ~before.errors, seen.errors
         if seen.moving or seen.position != before.position:  # also if the request was doubled on the line
             return None
         if failure is not None and not isinstance(failure, RefusedError):
-            return UncertainError(f"{name} was not answered, and nothing moves; it is not repeated")
+            return UnconfirmedMotionError(f"{name} was not answered, and nothing moves; it is not repeated")
         if failure is None and raised:
             return RefusedError(f"{name} is refused{self.reasons(raised)}")
         if failure is None and moves:
             what = f"no motion was seen: the position is {seen.position} as before"
-            return UncertainError(f"{name} was answered, but {what}{self.reasons(seen.errors)}")
+            return UnconfirmedMotionError(f"{name} was answered, but {what}{self.reasons(seen.errors)}")
         return failure
 
     def _sign_of_motion(self, before: SeenType, looks: int) -> SeenType:
@@ -251,7 +252,7 @@ class MotionClient(ABC, Generic[SeenType]):
         former = self.address
         try:
             send()
-        except (NoAnswerError, BadAnswerError):
+        except (NoAnswerError, BadResponseError):
             self.address = value
             try:
                 self.read(witness)
@@ -259,3 +260,7 @@ class MotionClient(ABC, Generic[SeenType]):
                 self.address = former
                 raise
         self.address = value
+
+
+def __getattr__(name: str) -> object:
+    return renamed(__name__, name)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from ....io_images.amci3601 import ALL_INPUTS, Configuration, StatusLsw, StatusMsw
 from ....io_images.image import signed_word
 from ....io_images.thousands import join_reported, split_reported
-from .latches import CONFIG_ERROR, MODE_CONFIG, MODULE_OK
+from .latches import CONFIG_ERROR, MODE_CONFIG, MODULE_OK, WORD_0
 from .operation import Host
 
 MOVING_CW = StatusMsw.MOVING_CW.value
@@ -44,6 +44,7 @@ def take_shown(host: Host, shown: Sequence[int], configuration: Configuration | 
     """
     state = host.state
     state.latches.bits = shown[0] & ~(MOVING_CW | MOVING_CCW | ACCELERATING | DECELERATING)
+    state.latches.bits |= shown[1] << 16 & host.profile.further_errors
     state.configuration = configuration
     state.mirror = (0, 0, 0, 0) if configuration is None else tuple(configuration.to_image())[:4]
     host.axis.configure(configuration)
@@ -68,12 +69,12 @@ def _status_msw(host: Host) -> int:
         bits |= MOVING_CW if direction > 0 else MOVING_CCW
         if ramp:
             bits |= ACCELERATING if ramp > 0 else DECELERATING
-    return bits
+    return bits & WORD_0
 
 
 def _status_lsw(host: Host) -> int:
     state = host.state
-    bits = state.reported_inputs
+    bits = state.reported_inputs | state.latches.bits >> 16
     if state.proximity:
         bits |= HOME_PROX_ECHO  # a plain echo, homing or not (reading A-96)
     if host.operation is not None:

@@ -24,7 +24,7 @@ FATAL_CLEARS = (
 ).value
 
 
-class AnswerInTrouble(NamedTuple):
+class FaultImage(NamedTuple):
     """The input image during a fault.
 
     Attributes:
@@ -40,11 +40,11 @@ class AnswerInTrouble(NamedTuple):
 
 FROZEN = (EVERY_BIT,) * WORDS
 
-ANSWERS: Mapping[ModuleFault, AnswerInTrouble] = {
-    ModuleFault.LINK_LOST: AnswerInTrouble(FROZEN),
-    ModuleFault.ASIC_LOST: AnswerInTrouble(FROZEN, lights=ASIC_LOST),
-    ModuleFault.REMOVED: AnswerInTrouble((0,) * WORDS, lights=UNPOWERED),
-    ModuleFault.FATAL_ERROR: AnswerInTrouble(
+ANSWERS: Mapping[ModuleFault, FaultImage] = {
+    ModuleFault.LINK_LOST: FaultImage(FROZEN),
+    ModuleFault.ASIC_LOST: FaultImage(FROZEN, lights=ASIC_LOST),
+    ModuleFault.REMOVED: FaultImage((0,) * WORDS, lights=UNPOWERED),
+    ModuleFault.FATAL_ERROR: FaultImage(
         (EVERY_BIT & ~FATAL_CLEARS, *FROZEN[1:]), linked=True, lights=DIAGNOSTICS_FAILED
     ),
 }

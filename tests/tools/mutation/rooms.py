@@ -306,12 +306,12 @@ ROOMS: dict[str, Room] = {
         sources=EVERYTHING,
     ),
     "outside": Room(
-        ("runtime/outside",),
+        ("runtime/tag_servers",),
         (
             "tests/properties/test_tags_of_bytes.py",
             "tests/unit/jobs/test_tags_from_outside.py",
             "tests/unit/live/test_tag_*.py",
-            "tests/unit/outside",
+            "tests/unit/tag_servers",
         ),
         sources=PROGRAMS,
     ),

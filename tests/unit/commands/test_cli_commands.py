@@ -40,7 +40,7 @@ UNNEEDED = {
         RECORDED,
         (
             *("hypothesis", "pymodbus", "asyncio", "lark", "lxml", "rich", "scanrack.ladder.draw"),
-            *("scanrack.runtime.live", "scanrack.runtime.outside", "scanrack.runtime.loop.realtime"),
+            *("scanrack.runtime.live", "scanrack.runtime.tag_servers", "scanrack.runtime.loop.realtime"),
             *("scanrack.io_images.pcl601", "scanrack.traces.read.reader"),
             *("scanrack.ladder.python.online.editing", "scanrack.jobs.run.playback"),
         ),

@@ -14,7 +14,7 @@ from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.line.clients.link import LinkError
 from scanrack.runtime.line.clients.pmc006 import Pmc006Client
-from scanrack.runtime.line.clients.watching import LostSightError
+from scanrack.runtime.line.clients.watching import MonitoringLostError
 from typer.testing import CliRunner, Result
 
 STOP_AND_LOOK = ["I", "j", "c"]
@@ -81,7 +81,7 @@ def test_ctrl_c_whose_stop_is_not_answered_says_that_the_motor_may_move_on() -> 
                 look()
 
     with pytest.raises(
-        LostSightError, match="Ctrl-C; a stop was not confirmed: THE MOTOR MAY STILL BE MOVING"
+        MonitoringLostError, match="Ctrl-C; a stop was not confirmed: THE MOTOR MAY STILL BE MOVING"
     ):
         interrupted()
     assert controller.axis.moving

@@ -33,6 +33,8 @@ def test_no_function_is_long() -> None:
     assert [
         f"{file.relative_to(ROOT)}: {name} has {lines} lines"
         for file in files
-        for lines, name in functions(file.read_text(encoding="utf-8"))
+        for text in [file.read_text(encoding="utf-8")]
+        if text.count("\n") > MOST_LINES  # a shorter file needs no tree
+        for lines, name in functions(text)
         if lines > MOST_LINES
     ] == []

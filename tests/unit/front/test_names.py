@@ -8,6 +8,7 @@ import re
 from collections import Counter
 from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -51,56 +52,63 @@ def is_participle(name: str) -> bool:
     return bool(IRREGULAR.fullmatch(word)) or (word.endswith("ed") and word not in NOUNS)
 
 
+class NamedClass(NamedTuple):
+    """A class of the product."""
+
+    path: Path
+    line: int
+    name: str
+
+
+class Names(NamedTuple):
+    """What is kept of all sources: their trees would take hundreds of megabytes."""
+
+    classes: list[NamedClass]
+    renamed: list[tuple[Path, str, str]]  # imports of names of ours as another: file, name, new name
+
+
 @cache
-def nodes() -> tuple[tuple[Path, ast.ClassDef | ast.ImportFrom], ...]:
-    """Return each class and each import of names in the product, with its file."""
-    return tuple(
-        (path, node)
-        for path in FILES
-        for node in ast.walk(ast.parse((HOUSE / path).read_text("utf-8")))
-        if isinstance(node, ast.ClassDef | ast.ImportFrom)
-    )
-
-
-def classes() -> list[tuple[Path, ast.ClassDef]]:
-    """Return each class of the product with its file."""
-    return [(path, node) for path, node in nodes() if isinstance(node, ast.ClassDef)]
+def names() -> Names:
+    """Return the classes and the renaming imports of the product."""
+    found = Names([], [])
+    for path in FILES:
+        for node in ast.walk(ast.parse((HOUSE / path).read_text("utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                found.classes.append(NamedClass(path, node.lineno, node.name))
+            elif isinstance(node, ast.ImportFrom) and node.level:
+                pairs = ((each.name, each.asname) for each in node.names)
+                found.renamed.extend((path, old, new) for old, new in pairs if new not in (None, old))
+    return found
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("room", sorted({room_of(path) for path in FILES}))
 def test_no_two_classes_of_a_room_have_one_name(room: str) -> None:
-    here = [(path, node) for path, node in classes() if room_of(path) == room]
-    counts = Counter(node.name for _, node in here)
-    twice = [f"{node.name}: {path}:{node.lineno}" for path, node in here if counts[node.name] > 1]
+    here = [each for each in names().classes if room_of(each.path) == room]
+    counts = Counter(each.name for each in here)
+    twice = [f"{each.name}: {each.path}:{each.line}" for each in here if counts[each.name] > 1]
     assert not twice, "two classes of one name in a room:\n" + "\n".join(sorted(twice))
 
 
 @pytest.mark.slow
 def test_no_class_is_called_by_a_participle() -> None:
     named = [
-        f"{node.name}: {path}:{node.lineno}"
-        for path, node in classes()
-        if is_participle(node.name) and node.name not in PARTICIPLES_ALLOWED
+        f"{each.name}: {each.path}:{each.line}"
+        for each in names().classes
+        if is_participle(each.name) and each.name not in PARTICIPLES_ALLOWED
     ]
     assert not named, "a class is a noun; these are participles:\n" + "\n".join(named)
 
 
 @pytest.mark.slow
 def test_what_may_be_a_participle_exists() -> None:
-    assert PARTICIPLES_ALLOWED.keys() <= {node.name for _, node in classes()}
+    assert PARTICIPLES_ALLOWED.keys() <= {each.name for each in names().classes}
 
 
 @pytest.mark.slow
 def test_classes_that_meet_have_different_names() -> None:
-    ours = {node.name for _, node in classes()}
-    renamed = [
-        f"{path}: {alias.name} as {alias.asname}"
-        for path, node in nodes()
-        if isinstance(node, ast.ImportFrom) and node.level
-        for alias in node.names
-        if alias.asname not in (None, alias.name) and alias.name in ours
-    ]
+    ours = {each.name for each in names().classes}
+    renamed = [f"{path}: {old} as {new}" for path, old, new in names().renamed if old in ours]
     assert renamed == ALIASES_ALLOWED, "two names meet in a file; give one class another name"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -18,9 +19,14 @@ OTHERS = [
 PLACES = {"read_text": 0, "write_text": 1}
 """Methods of a path that open text, and the place of the encoding among their arguments."""
 
+MAY_OPEN = re.compile(r"open\(|makefile\(|read_text|write_text|text=True")
+"""Part of each source that opens text."""
+
 
 def missing(source: str) -> Iterator[str]:
     """Yield what is not named where text is opened: the line and the option."""
+    if not MAY_OPEN.search(source):
+        return  # it needs no tree
     for call in ast.walk(ast.parse(source)):
         if not isinstance(call, ast.Call):
             continue

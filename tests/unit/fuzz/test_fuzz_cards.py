@@ -8,17 +8,16 @@ from typing import Any
 
 import pytest
 from hypothesis import find
+from scanrack.jobs import ContactPress, Kind, Scenario, build_cpu, build_rack, possible_kinds
 from scanrack.jobs.fuzz.drawing import scenarios
-from scanrack.jobs.fuzz.laws.scan_view import Moment
-from scanrack.jobs.fuzz.laws.standard import STANDARD
-from scanrack.jobs.fuzz.scenarios.kinds import Kind, card_buttons, possible_kinds
+from scanrack.jobs.fuzz.invariants.scan_view import Snapshot
+from scanrack.jobs.fuzz.invariants.standard import STANDARD
+from scanrack.jobs.fuzz.scenarios.kinds import card_buttons
 from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
-from scanrack.jobs.fuzz.scenarios.scenario import Push, Scenario, one_at_a_time
+from scanrack.jobs.fuzz.scenarios.scenario import one_at_a_time
 from scanrack.jobs.fuzz.scenarios.words import told
 from scanrack.jobs.fuzz.shrink import parts_of, scenario_of
-from scanrack.jobs.load.building import build_cpu, build_rack
-from scanrack.runtime.config.rackfile import parse_rack_file
-from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.runtime import RackSpec, SlotSpec, parse_rack_file
 
 MS = 1_000_000
 OPTIONS: Any = {
@@ -27,7 +26,7 @@ OPTIONS: Any = {
 }
 CARDS = (SlotSpec(number=2, module="1769-IQ16", options=OPTIONS), SlotSpec(number=3, module="1769-OB16"))
 RACK = RackSpec(program=lambda scan: None, slot=(SlotSpec(number=1, module="amci3601"), *CARDS))
-PUSHED = Scenario(pushes=(Push(2, "home", 20 * MS, 10 * MS),))
+PUSHED = Scenario(pushes=(ContactPress(2, "home", 20 * MS, 10 * MS),))
 
 
 def test_a_contact_that_a_cam_operates_is_no_button() -> None:
@@ -68,7 +67,7 @@ def test_a_push_is_written_and_read_again(tmp_path: Path) -> None:
 def test_a_push_of_another_rack_is_refused() -> None:
     PUSHED.check(RACK)
     with pytest.raises(ValueError, match="slot 2 has no button 'at_two', only start, home"):
-        Scenario(pushes=(Push(2, "at_two", 0, MS),)).check(RACK)
+        Scenario(pushes=(ContactPress(2, "at_two", 0, MS),)).check(RACK)
 
 
 def test_the_words_of_a_card_are_no_commands_and_no_status() -> None:
@@ -76,7 +75,7 @@ def test_the_words_of_a_card_are_no_commands_and_no_status() -> None:
     rack = build_rack(RACK)
     rack.slots[3].outputs[0] = 0b11
     rack.slots[2].inputs[0] = -1
-    now = Moment(rack, {})
+    now = Snapshot(rack, {})
     assert (now.slot[3].motions, now.slot[3].commands) == (0, ())
     assert not now.slot[2].status.COMMAND_ERROR
     assert str(now.slot[3]) == "outputs 16#0003; inputs 16#0000"

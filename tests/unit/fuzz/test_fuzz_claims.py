@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.fuzz.scenarios.scenario import GivenOrder, Scenario
+from scanrack.jobs import Scenario
+from scanrack.jobs.fuzz.scenarios.scenario import OperatorAction
 from scanrack.jobs.fuzz.scenarios.words import told
-from scanrack.runtime.live.orders import Force, Write
+from scanrack.runtime import Force, Write
 from typer.testing import CliRunner
 
 LINE = """\
@@ -37,14 +38,14 @@ never = "Fwd AND Rev"
 number = 1
 module = "amci3601"
 """
-ORDERS = (
-    GivenOrder(0, Write("A", True)),
-    GivenOrder(20_000_000, Write("B", True)),
-    GivenOrder(0, Force("I:1.1/3", 1)),
+ACTIONS = (
+    OperatorAction(0, Write("A", True)),
+    OperatorAction(20_000_000, Write("B", True)),
+    OperatorAction(0, Force("I:1.1/3", 1)),
 )
 
 
-def replayed(folder: Path, orders: tuple[GivenOrder, ...], more: str = "") -> tuple[int, str]:
+def replayed(folder: Path, orders: tuple[OperatorAction, ...], more: str = "") -> tuple[int, str]:
     (folder / "line.rung").write_text(LINE, encoding="utf-8")
     (folder / "line.toml").write_text(RACK.format(more=more), encoding="utf-8")
     (folder / "s.json").write_text(json.dumps(Scenario(orders=orders).to_json()), encoding="utf-8")
@@ -61,18 +62,18 @@ def replayed(folder: Path, orders: tuple[GivenOrder, ...], more: str = "") -> tu
 
 
 def test_a_scenario_of_orders_breaks_a_property_of_the_rack(tmp_path: Path) -> None:
-    status, said = replayed(tmp_path, ORDERS)
+    status, said = replayed(tmp_path, ACTIONS)
     assert status == 1
     # the dwell of 500 ms is over in scan 50, 0.5 s after the first one
     assert "broken: never Fwd AND Rev [one direction]: scan 50, 0.5 s" in said
 
 
 def test_a_run_without_what_is_assumed_breaks_nothing(tmp_path: Path) -> None:
-    assert replayed(tmp_path, ORDERS, 'assume = ["NOT B"]') == (0, "everything held\n")
+    assert replayed(tmp_path, ACTIONS, 'assume = ["NOT B"]') == (0, "everything held\n")
 
 
 def test_orders_survive_json_and_are_told_in_words() -> None:
-    scenario = Scenario(orders=ORDERS)
+    scenario = Scenario(orders=ACTIONS)
     assert Scenario.from_json(json.loads(json.dumps(scenario.to_json()))) == scenario
     assert told(scenario) == [
         "0 s: A is set to True",
@@ -95,6 +96,6 @@ def test_an_order_that_is_none_is_refused(row: dict[str, object], says: str) -> 
 
 
 def test_an_order_that_can_not_be_carried_out_is_a_mistake(tmp_path: Path) -> None:
-    status, said = replayed(tmp_path, (GivenOrder(0, Write("Q", 1)),))
+    status, said = replayed(tmp_path, (OperatorAction(0, Write("Q", 1)),))
     assert status == 2
     assert "no tag Q" in said

@@ -3,17 +3,16 @@
 import pytest
 from scanrack.io_images.amci3601 import Configuration, InputBit
 from scanrack.jobs.fuzz import STANDARD, Scenario, TrialBench
-from scanrack.jobs.fuzz.laws.busy import RestMeter, axes_in
+from scanrack.jobs.fuzz.invariants.busy import RestMeter, axes_in
 from scanrack.ladder.python.axis3601 import Axis3601
 from scanrack.ladder.python.axis3601.evidence import Evidence
 from scanrack.ladder.python.sequences import Logic, dwell, sequence
-from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.incidents import FaultKind, Incident
+from scanrack.runtime import FaultKind, InjectedFault, RackSpec
 
 MS = 1_000_000
 USED = InputBit.HOME | InputBit.CW_LIMIT
 SPEC = RackSpec.model_validate({"program": "none.py", "slot": [{"number": 1, "module": "amci3601"}]})
-LOST = Scenario(incidents=(Incident(600 * MS, FaultKind.LINK_LOST, 1, 40 * MS),))
+LOST = Scenario(incidents=(InjectedFault(600 * MS, FaultKind.LINK_LOST, 1, 40 * MS),))
 
 
 class Line(Logic):

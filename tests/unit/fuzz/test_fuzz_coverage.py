@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from scanrack.jobs import ContactPress, Kind, Scenario, load_job
 from scanrack.jobs.fuzz.explain.coverage import CoveredLine, coverage_of
 from scanrack.jobs.fuzz.explain.coverage_page import save_coverage
 from scanrack.jobs.fuzz.job import Setup, bench_of
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
-from scanrack.jobs.fuzz.scenarios.scenario import Push, Scenario
-from scanrack.jobs.load.loading import load_job
 
 RUNGS = """PROGRAM Line
 TAG Lamp : BOOL
@@ -41,7 +39,7 @@ number = 1
 module = "1769-IQ16"
 options = {{ inputs = {{ start = 0 }} }}
 """
-PUSHED = Scenario(pushes=(Push(1, "start", 20_000_000, 20_000_000),))
+PUSHED = Scenario(pushes=(ContactPress(1, "start", 20_000_000, 20_000_000),))
 
 
 @pytest.fixture

@@ -10,10 +10,11 @@ from collections import Counter
 import pytest
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import InputBit
+from scanrack.jobs import State, read_state, write_state
 from scanrack.jobs.fuzz import BrokenInvariant, Counterexample, Press, Scenario, folder_lock
-from scanrack.jobs.fuzz.campaign.state import CampaignError, State, read_state, write_state
+from scanrack.jobs.fuzz.campaign.state import CampaignError
 from scanrack.jobs.fuzz.folder_lock import locked
-from scanrack.runtime.loop.incidents import FaultKind, Incident
+from scanrack.runtime import FaultKind, InjectedFault
 from typer.testing import CliRunner
 
 PROGRAM = "def logic(scan):\n    pass\n"
@@ -50,7 +51,7 @@ def state(tmp_path):
     scenario = Scenario(
         ((1, "3.1"),),
         (Press(1, InputBit.HOME, True, 2_000_000, 2_000_000),),
-        (Incident(2_000_000, FaultKind.TORN_UPDATE, 1, 0, (1, 2)),),
+        (InjectedFault(2_000_000, FaultKind.TORN_UPDATE, 1, 0, (1, 2)),),
     )
     broken = BrokenInvariant(
         "name", "It holds.", 3, 6_000_000, "it is false", ("slot 1: idle",), ("a [CMD-01]",), "CMD-01"

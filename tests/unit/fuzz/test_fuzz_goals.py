@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pytest
 from inevitable_programs import RACK, pushes
-from scanrack import maximise, sometimes
+from scanrack import maximize, sometimes
 from scanrack.commands import build
+from scanrack.jobs import Kind
 from scanrack.jobs.fuzz import InvariantError, TrialBench, search
 from scanrack.jobs.fuzz.aim.edges import SIZE, STATE, Edges
 from scanrack.jobs.fuzz.aim.probe import Probe
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
 from typer.testing import CliRunner
 
 LINE = """
@@ -46,7 +46,7 @@ def pressed(now):
     return now.slot[2].inputs[0] & 1
 
 
-@maximise
+@maximize
 def long(now):
     """Scans since power-up while a is pressed."""
     return now.scan if now.slot[2].inputs[0] & 1 else 0

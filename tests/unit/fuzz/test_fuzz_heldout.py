@@ -15,11 +15,9 @@ from scanrack.io_images.amci3601 import (
     ResetErrors,
     StatusView,
 )
+from scanrack.jobs import Kind, LostSteps, SwitchOffset, possible_kinds
 from scanrack.jobs.fuzz import STANDARD, Press, Scenario, TrialBench, eventually, never, search, undisturbed
-from scanrack.jobs.fuzz.scenarios.kinds import Kind, possible_kinds
-from scanrack.jobs.fuzz.scenarios.scenario import LostSteps, Shift
-from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.incidents import FaultKind, Incident
+from scanrack.runtime import FaultKind, InjectedFault, RackSpec
 
 MS = 1_000_000
 USED = InputBit.EXTERNAL | InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT
@@ -146,10 +144,10 @@ def test_of_a_base_of_eleven_parts_two_are_left():
             button(InputBit.CCW_LIMIT, 200),
         ),
         incidents=(
-            Incident(30 * MS, FaultKind.PROGRAM_MODE, 0, 10 * MS),
-            Incident(60 * MS, FaultKind.POWER_CYCLE, 1),
+            InjectedFault(30 * MS, FaultKind.PROGRAM_MODE, 0, 10 * MS),
+            InjectedFault(60 * MS, FaultKind.POWER_CYCLE, 1),
         ),
-        shifts=(Shift(1, 10),),
+        shifts=(SwitchOffset(1, 10),),
         lost=(LostSteps(1, 500, 5),),
     )
     assert base.size == 11

@@ -7,7 +7,7 @@ import pytest
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import StatusView
 from scanrack.jobs.fuzz import InvariantError, always, eventually, load_invariants, never
-from scanrack.jobs.fuzz.laws.scan_view import Slots
+from scanrack.jobs.fuzz.invariants.scan_view import Slots
 
 MS = 1_000_000
 
@@ -107,7 +107,7 @@ def test_a_file_gives_its_invariants_in_order(tmp_path):
         ("def f(:\n", r"SyntaxError"),
         (
             "from scanrack.jobs.fuzz import never\n\n@never\ndef f():\n    pass\n",
-            r"bad.py:3: f has to take one argument, the moment: too many positional arguments",
+            r"bad.py:3: f has to take one argument, the snapshot: too many positional arguments",
         ),
     ],
 )

@@ -5,14 +5,13 @@ from __future__ import annotations
 import pytest
 from scanrack.io_images.amci3601 import Configuration, Direction, Idle, InputBit, Manual, StatusView
 from scanrack.jobs.fuzz import Scenario, TrialBench, always, eventually, never
-from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.incidents import FaultKind, Incident
+from scanrack.runtime import FaultKind, InjectedFault, RackSpec
 
 MS = 1_000_000
 USED = InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT
 WORDS = Configuration(inputs_used=USED, step_and_direction=True, starting_speed=500).to_image()
 JOG, IDLE = Manual(Direction.CW, 400).to_image(), Idle().to_image()
-KEY_FROM_100_TO_300_MS = Scenario(incidents=(Incident(100 * MS, FaultKind.PROGRAM_MODE, 0, 200 * MS),))
+KEY_FROM_100_TO_300_MS = Scenario(incidents=(InjectedFault(100 * MS, FaultKind.PROGRAM_MODE, 0, 200 * MS),))
 
 
 def jogs_until_the_tenth_call_after_100_ms():

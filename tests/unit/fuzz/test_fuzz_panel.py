@@ -8,13 +8,13 @@ from __future__ import annotations
 from random import Random
 
 import pytest
+from scanrack.jobs import Kind, Scenario
 from scanrack.jobs.fuzz import search
 from scanrack.jobs.fuzz.aim.corpus import cut
 from scanrack.jobs.fuzz.aim.draws import Draws
 from scanrack.jobs.fuzz.job import Setup, bench_of
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
-from scanrack.jobs.fuzz.scenarios.scenario import GivenOrder, Scenario
-from scanrack.runtime.live.orders import Write
+from scanrack.jobs.fuzz.scenarios.scenario import OperatorAction
+from scanrack.runtime import Write
 
 LINE = """\
 PROGRAM line
@@ -68,7 +68,9 @@ def test_a_recipe_that_is_met_by_one_number_alone_is_found_and_told(setup):
 
 
 def test_orders_behind_a_scan_are_cut_off_with_all_other_events(setup):
-    scenario = Scenario(orders=tuple(GivenOrder(at * 1_000_000, Write("Mode", at)) for at in (10, 20, 30)))
+    scenario = Scenario(
+        orders=tuple(OperatorAction(at * 1_000_000, Write("Mode", at)) for at in (10, 20, 30))
+    )
     assert cut(scenario, 10, 2_000_000).orders == scenario.orders[:2]
 
 

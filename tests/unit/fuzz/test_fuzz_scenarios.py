@@ -7,15 +7,14 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scanrack.io_images.amci3601.bits import InputBit
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.jobs import Kind, LostSteps, SwitchOffset, kinds_for
 from scanrack.jobs.fuzz import Press, Scenario
 from scanrack.jobs.fuzz.drawing import scenarios
-from scanrack.jobs.fuzz.scenarios.kinds import Kind, kinds_for
 from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
-from scanrack.jobs.fuzz.scenarios.scenario import LostSteps, Shift
 from scanrack.jobs.fuzz.scenarios.words import told
-from scanrack.runtime.config.rackfile import load_rack_file
-from scanrack.runtime.loop.incidents import ON_THE_LINE, FaultKind, Incident
+from scanrack.runtime import FaultKind, InjectedFault, load_rack_file
+from scanrack.runtime.loop.incidents import ON_THE_LINE
 from scanrack.runtime.machine import Slip, Switch, TimelineEntry
 
 MS = 1_000_000
@@ -66,7 +65,7 @@ def test_a_press_on_a_switch_is_a_fault_of_it_for_a_time(spec):
 
 
 def test_shifts_and_losses_go_to_their_slot(spec):
-    laid = Scenario(shifts=(Shift(1, -10),), lost=(LostSteps(1, 7, 2),)).laid_over(spec)
+    laid = Scenario(shifts=(SwitchOffset(1, -10),), lost=(LostSteps(1, 7, 2),)).laid_over(spec)
     machine = laid.slot[0].machine
     assert machine.switches == (Switch(InputBit.HOME, 90, 100), Switch(InputBit.CW_LIMIT, 890, None))
     assert machine.stations[0].position == 490
@@ -75,7 +74,7 @@ def test_shifts_and_losses_go_to_their_slot(spec):
 
 
 def test_incidents_come_after_those_of_the_rack_file(spec):
-    incident = Incident(3 * MS, FaultKind.TORN_UPDATE, 4, 0, (2, 3))
+    incident = InjectedFault(3 * MS, FaultKind.TORN_UPDATE, 4, 0, (2, 3))
     assert Scenario(incidents=(incident,)).laid_over(spec).incidents == (incident,)
 
 

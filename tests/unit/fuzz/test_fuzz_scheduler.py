@@ -8,7 +8,7 @@ import time
 from typing import Any
 
 import pytest
-from scanrack.jobs.fuzz.campaign.state import read_state
+from scanrack.jobs import read_state
 
 pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
 pytestmark = pytest.mark.extra("cluster")
@@ -76,6 +76,7 @@ def campaign(processes, scheduler, tmp_path):
     return lambda *more: processes("-m", "scanrack", "fuzz", "line.toml", *words, *more)
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_a_worker_with_two_threads_does_every_task_in_a_process_of_its_own(
     campaign, scheduler, processes, tmp_path

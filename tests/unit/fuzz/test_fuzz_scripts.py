@@ -9,11 +9,10 @@ from typing import Any
 import pytest
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
+from scanrack.jobs import SwitchOffset
 from scanrack.jobs.fuzz import Press, Scenario, TrialBench
 from scanrack.jobs.fuzz.scenarios.drivescript import DriveScript, obstacle
-from scanrack.jobs.fuzz.scenarios.scenario import Shift
-from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.incidents import FaultKind, Incident
+from scanrack.runtime import FaultKind, InjectedFault, RackSpec
 from typer.testing import CliRunner
 
 MS = 1_000_000
@@ -87,14 +86,14 @@ def recorded(module, scenario):
 
 
 PRESSED = Scenario(presses=(Press(1, InputBit.ESTOP, True, 400 * MS, 20 * MS),))
-WITHOUT_POWER = Scenario(incidents=(Incident(500 * MS, FaultKind.POWER_CYCLE),))
-STOPPED = Scenario(incidents=(Incident(480 * MS, FaultKind.PROGRAM_MODE, 0, 100 * MS),))
+WITHOUT_POWER = Scenario(incidents=(InjectedFault(500 * MS, FaultKind.POWER_CYCLE),))
+STOPPED = Scenario(incidents=(InjectedFault(480 * MS, FaultKind.PROGRAM_MODE, 0, 100 * MS),))
 FAILS = Scenario(presses=(Press(1, InputBit.CW_LIMIT, True, 480 * MS, 20 * MS),))
-NEARER = Scenario(shifts=(Shift(1, -200),))
-OPEN = Scenario(incidents=(Incident(500 * MS, FaultKind.LINE_DOWN, 1, 200 * MS),))
-LOST = Scenario(incidents=(Incident(480 * MS, FaultKind.REPLIES_LOST),))
-DAMAGED = Scenario(incidents=(Incident(480 * MS, FaultKind.REPLIES_DAMAGED),))
-FORGETS = Scenario(incidents=(Incident(500 * MS, FaultKind.CONTROLLER_POWER_CYCLE),))
+NEARER = Scenario(shifts=(SwitchOffset(1, -200),))
+OPEN = Scenario(incidents=(InjectedFault(500 * MS, FaultKind.LINE_DOWN, 1, 200 * MS),))
+LOST = Scenario(incidents=(InjectedFault(480 * MS, FaultKind.REPLIES_LOST),))
+DAMAGED = Scenario(incidents=(InjectedFault(480 * MS, FaultKind.REPLIES_DAMAGED),))
+FORGETS = Scenario(incidents=(InjectedFault(500 * MS, FaultKind.CONTROLLER_POWER_CYCLE),))
 
 
 @pytest.mark.slow
@@ -118,9 +117,9 @@ def test_the_script_shows_the_images_of_the_run(module, scenario):
 @pytest.mark.parametrize(
     ("incident", "says"),
     [
-        (Incident(0, FaultKind.LINK_LOST, 1, MS), "lost links"),
-        (Incident(0, FaultKind.REPLIES_LOST, 1, MS), "replies that are lost for a time"),
-        (Incident(0, FaultKind.TORN_UPDATE, 1, 0, (1,)), "updates that do not wait for the scan's end"),
+        (InjectedFault(0, FaultKind.LINK_LOST, 1, MS), "lost links"),
+        (InjectedFault(0, FaultKind.REPLIES_LOST, 1, MS), "replies that are lost for a time"),
+        (InjectedFault(0, FaultKind.TORN_UPDATE, 1, 0, (1,)), "updates that do not wait for the scan's end"),
     ],
 )
 def test_what_the_bench_can_not_do_is_told(incident, says):

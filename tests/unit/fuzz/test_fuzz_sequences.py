@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 from scanrack.io_images.amci3601 import Configuration, InputBit
 from scanrack.jobs.fuzz import Press, Scenario, TrialBench, never
-from scanrack.jobs.fuzz.steady import Uses
+from scanrack.jobs.fuzz.steady import NondeterminismSources
 from scanrack.ladder.python.axis3601 import Axis3601
 from scanrack.ladder.python.sequences import Input, Logic, sequence
-from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime import RackSpec
 
 MS = 1_000_000
 USED = InputBit.CAPTURE | InputBit.HOME | InputBit.CW_LIMIT
@@ -78,7 +78,7 @@ def test_a_failure_is_known_by_the_same_when_it_is_confirmed():
     """The run that confirms a failure looks at what the program uses; the logic is inside of that."""
     bench = TrialBench(SPEC, Line, (moves,), 300)
     scenario = Scenario(presses=(Press(1, InputBit.CAPTURE, True, 100 * MS, 20 * MS),))
-    first, second = bench.run(scenario).broken, Uses().watching(bench).run(scenario).broken
+    first, second = bench.run(scenario).broken, NondeterminismSources().watching(bench).run(scenario).broken
     assert first is not None
     assert second is not None
     assert first.key == second.key

@@ -6,7 +6,7 @@ import json
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.fuzz.campaign.state import read_state
+from scanrack.jobs import read_state
 from typer.testing import CliRunner
 
 WATCHES = """
@@ -78,6 +78,7 @@ def test_what_is_not_mended_is_told_again_without_a_search_for_it(line):
     assert first.stdout.split("\nbroken: ")[1] == second.stdout.split("\nbroken: ")[1]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_faults_are_told_apart_by_their_lines_which_may_move(line):
     two = (
@@ -237,6 +238,7 @@ def logic(scan):
 """
 
 
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("when", "status"), [("not flag.exists() and runs == 3", 0), ("scan.slot[1].inputs[0] == 0", 1)]

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 from scanrack.io_images.amci3601 import InputBit
+from scanrack.jobs import LostSteps, SwitchOffset
 from scanrack.jobs.fuzz import BrokenInvariant, Counterexample, Press, Scenario
-from scanrack.jobs.fuzz.scenarios.scenario import LostSteps, Shift
 from scanrack.jobs.fuzz.shrink import digits, parts_of, rounder, scenario_of, simpler_parts, smallest
-from scanrack.runtime.loop.incidents import FaultKind, Incident
+from scanrack.runtime import FaultKind, InjectedFault
 
 MS = 1_000_000
 SCAN_NS = 2 * MS
@@ -31,8 +31,11 @@ def test_of_eleven_parts_the_two_that_suffice_are_left():
     base = Scenario(
         firmware=((1, "3.1"),),
         presses=tuple(press(bit, 100 * n) for n, bit in enumerate(InputBit)),
-        incidents=(Incident(300 * MS, FaultKind.POWER_CYCLE, 1), Incident(500 * MS, FaultKind.LINK_LOST, 1)),
-        shifts=(Shift(1, 200),),
+        incidents=(
+            InjectedFault(300 * MS, FaultKind.POWER_CYCLE, 1),
+            InjectedFault(500 * MS, FaultKind.LINK_LOST, 1),
+        ),
+        shifts=(SwitchOffset(1, 200),),
         lost=(LostSteps(1, 4000, 5),),
     )
     assert base.size == 11
@@ -68,7 +71,7 @@ def test_what_is_left_can_not_be_made_simpler():
     base = Scenario(
         firmware=((1, "2.1"),),
         presses=(press(InputBit.CW_LIMIT, 1766, 2000), press(InputBit.ESTOP, 862, 500)),
-        incidents=(Incident(318 * MS, FaultKind.TORN_UPDATE, 1, 0, (1, 3, 6)),),
+        incidents=(InjectedFault(318 * MS, FaultKind.TORN_UPDATE, 1, 0, (1, 3, 6)),),
     )
 
     def breaks(scenario):

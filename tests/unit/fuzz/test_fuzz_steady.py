@@ -8,7 +8,7 @@ import sys
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.fuzz.steady import CHANCE, CLOCK, PROCESS, THREADS, Uses
+from scanrack.jobs.fuzz.steady import CHANCE, CLOCK, PROCESS, THREADS, NondeterminismSources
 from typer.testing import CliRunner
 
 RACK = """program = "line.py"
@@ -54,7 +54,7 @@ def test_what_is_used_is_named_with_its_line(tmp_path, text, what):
     file = tmp_path / "line.py"
     code = compile(text, str(file), "exec")
     file.write_text(text, encoding="utf-8")
-    uses = Uses()
+    uses = NondeterminismSources()
     with uses.noticing():
         exec(code, {"__name__": "line", "__file__": str(file)})
     assert list(uses.seen) == ([what] if what else [])
@@ -64,7 +64,7 @@ def test_what_is_used_is_named_with_its_line(tmp_path, text, what):
 
 def test_a_profile_function_is_given_back():
     before = sys.getprofile()
-    with Uses().noticing():
+    with NondeterminismSources().noticing():
         pass
     assert sys.getprofile() is before
 

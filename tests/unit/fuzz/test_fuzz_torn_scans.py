@@ -4,11 +4,11 @@ import json
 from pathlib import Path
 
 import pytest
+from scanrack.jobs import Kind
 from scanrack.jobs.fuzz import Scenario, search
 from scanrack.jobs.fuzz.job import Setup, bench_of
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
 from scanrack.jobs.fuzz.scenarios.parts import scenario_of
-from scanrack.jobs.fuzz.scenarios.scenario import Tear
+from scanrack.jobs.fuzz.scenarios.scenario import TornUpdate
 from scanrack.jobs.fuzz.scenarios.words import told
 from scanrack.jobs.fuzz.shrink import simpler_parts
 
@@ -46,7 +46,7 @@ END
 """
 WORD_BY_WORD = PROGRAM.format(copied="", image="axis.I.Data")
 AT_ONCE = PROGRAM.format(copied="CPS(axis.I.Data[0],Now,8)", image="Now")
-TORN = Tear("Main", 3, 42 * 3 * MS)
+TORN = TornUpdate("Main", 3, 42 * 3 * MS)
 """The scan before the one that sees the first thousand: at 9,000 steps/s after some 0.12 s."""
 
 
@@ -65,7 +65,7 @@ def test_a_number_in_two_words_tears_between_its_rungs(tmp_path):
     broken = made.run(Scenario(tears=(TORN,))).broken
     assert broken is not None
     assert broken.scan == 42
-    both_new = Scenario(tears=(Tear("main", 2, TORN.at_ns),))
+    both_new = Scenario(tears=(TornUpdate("main", 2, TORN.at_ns),))
     assert made.run(both_new).broken is None
 
 
@@ -73,11 +73,13 @@ def test_a_copy_at_once_is_never_torn(tmp_path):
     made = bench(tmp_path, AT_ONCE, scans=60)
     for rung in range(5):
         for scan in range(38, 48):
-            assert made.run(Scenario(tears=(Tear("Main", rung, scan * 3 * MS),))).broken is None
+            assert made.run(Scenario(tears=(TornUpdate("Main", rung, scan * 3 * MS),))).broken is None
 
 
 def test_a_rung_that_does_not_run_and_a_micrologix_tear_nothing(tmp_path):
-    elsewhere = Scenario(tears=(Tear("Main", 9, TORN.at_ns), Tear("Other", 3, TORN.at_ns + 3 * MS)))
+    elsewhere = Scenario(
+        tears=(TornUpdate("Main", 9, TORN.at_ns), TornUpdate("Other", 3, TORN.at_ns + 3 * MS))
+    )
     assert bench(tmp_path, WORD_BY_WORD, scans=60).run(elsewhere).broken is None
     micrologix = tmp_path / "micrologix"
     micrologix.mkdir()
@@ -112,4 +114,4 @@ def test_a_tear_is_written_told_and_made_simpler():
         "0.126 s: new inputs come in the middle of the scan, before rung 3 of Main",
     ]
     simpler = [scenario_of([("tears", each)]) for each in simpler_parts(TORN, {}, 3 * MS)]
-    assert Scenario(tears=(Tear("Main", 3, 0),)) in simpler
+    assert Scenario(tears=(TornUpdate("Main", 3, 0),)) in simpler

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, ConfigMsw, Firmware, InputBit
-from scanrack.jobs.fuzz.explain.unfired import ERROR_RULES, NEEDS, WORDS, GivenWords, Hindrance, unfired
+from scanrack.jobs.fuzz.explain.unfired import NEEDS, WORDS, GivenWords, UnfiredReason, error_rules, unfired
 
 OLDEST = Firmware(2, 0)
 LIMITS = ConfigMsw.MODE_CONFIG | ConfigMsw.USE_CW_LIMIT | ConfigMsw.USE_CCW_LIMIT
@@ -23,44 +23,49 @@ def reason(rule, words, oldest=OLDEST, others=()):
 
 
 def test_every_error_rule_has_its_needs_and_every_reason_its_words():
-    assert set(NEEDS) == {rule.id for rule in ERROR_RULES}
-    assert len(ERROR_RULES) == 72
-    assert set(WORDS) == set(Hindrance)
+    assert set(NEEDS) == {rule.id for rule in error_rules()}
+    assert len(error_rules()) == 72
+    assert set(WORDS) == set(UnfiredReason)
 
 
 @pytest.mark.parametrize(
     ("rule", "words", "why", "says"),
     [
-        ("HOM-01", given(), Hindrance.COMMAND, "the program never gives FIND_HOME_CW or FIND_HOME_CCW"),
-        ("HOM-01", given(HOMES, configurations=[LIMITS]), Hindrance.APART, "its conditions came only apart"),
+        ("HOM-01", given(), UnfiredReason.COMMAND, "the program never gives FIND_HOME_CW or FIND_HOME_CCW"),
+        (
+            "HOM-01",
+            given(HOMES, configurations=[LIMITS]),
+            UnfiredReason.APART,
+            "its conditions came only apart",
+        ),
         (
             "HOM-03",
             given(HOMES, configurations=[LIMITS]),
-            Hindrance.CONFIGURATION,
+            UnfiredReason.CONFIGURATION,
             "every configuration has USE_CW_LIMIT and USE_CCW_LIMIT",
         ),
-        ("HOM-03", given(HOMES, configurations=[LIMITS, ConfigMsw.MODE_CONFIG]), Hindrance.APART, None),
-        ("HOM-04", given(HOMES), Hindrance.CONFIGURATION, "no configuration has USE_CW_LIMIT"),
+        ("HOM-03", given(HOMES, configurations=[LIMITS, ConfigMsw.MODE_CONFIG]), UnfiredReason.APART, None),
+        ("HOM-04", given(HOMES), UnfiredReason.CONFIGURATION, "no configuration has USE_CW_LIMIT"),
         (
             "HOM-04",
             given(HOMES, configurations=[LIMITS], inputs=InputBit.CW_LIMIT),
-            Hindrance.SURROUNDINGS,
+            UnfiredReason.SURROUNDINGS,
             "CCW_LIMIT was never active",
         ),
         (
             "INP-02",
             given(HOMES, configurations=[LIMITS]),
-            Hindrance.SURROUNDINGS,
+            UnfiredReason.SURROUNDINGS,
             "CW_LIMIT or CCW_LIMIT was never active",
         ),
-        ("PRF-03", given(HOMES), Hindrance.UNTESTABLE, None),
-        ("CMD-10", given(HOMES), Hindrance.COMMAND, "the program never gives S_CURVE"),
-        ("CMD-10", given(HOMES, CommandLsw.S_CURVE), Hindrance.APART, None),
-        ("CMD-11", given(CommandMsw.PRESET_ENCODER), Hindrance.APART, None),
+        ("PRF-03", given(HOMES), UnfiredReason.UNTESTABLE, None),
+        ("CMD-10", given(HOMES), UnfiredReason.COMMAND, "the program never gives S_CURVE"),
+        ("CMD-10", given(HOMES, CommandLsw.S_CURVE), UnfiredReason.APART, None),
+        ("CMD-11", given(CommandMsw.PRESET_ENCODER), UnfiredReason.APART, None),
         (
             "CMD-11",
             given(CommandMsw.PRESET_ENCODER, configurations=[ConfigMsw.QUADRATURE_ENCODER]),
-            Hindrance.CONFIGURATION,
+            UnfiredReason.CONFIGURATION,
             "every configuration has QUADRATURE_ENCODER",
         ),
     ],
@@ -74,10 +79,10 @@ def test_the_first_reason_that_holds(rule, words, why, says):
 def test_a_rule_of_old_firmware_is_excluded_by_the_firmware():
     manual = given(CommandMsw.MANUAL_CW)
     assert reason("CMD-14", manual, Firmware(3, 1)) == (
-        Hindrance.FIRMWARE,
+        UnfiredReason.FIRMWARE,
         "no firmware from 3.1 on has this rule",
     )
-    assert reason("CMD-14", manual)[0] is Hindrance.APART
+    assert reason("CMD-14", manual)[0] is UnfiredReason.APART
 
 
 @pytest.mark.parametrize(
@@ -88,12 +93,12 @@ def test_a_rule_of_old_firmware_is_excluded_by_the_firmware():
     ],
 )
 def test_the_oldest_firmware_itself_is_tried(rule, commands, oldest):
-    assert reason(rule, commands, oldest)[0] is Hindrance.APART
+    assert reason(rule, commands, oldest)[0] is UnfiredReason.APART
 
 
 def test_of_two_modules_the_one_that_came_furthest_gives_the_reason():
     here = given(HOMES, configurations=[LIMITS])
-    assert reason("INP-02", given(), others=[here])[0] is Hindrance.SURROUNDINGS
+    assert reason("INP-02", given(), others=[here])[0] is UnfiredReason.SURROUNDINGS
 
 
 def test_what_fired_has_no_reason_and_a_rack_without_a_3601_no_rules():

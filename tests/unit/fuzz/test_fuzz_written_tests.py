@@ -8,11 +8,9 @@ import sys
 
 import pytest
 from scanrack.commands import build
+from scanrack.jobs import ContactPress, Kind, Scenario, load_job
 from scanrack.jobs.fuzz.job import Setup, bench_of
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
-from scanrack.jobs.fuzz.scenarios.scenario import Push, Scenario
 from scanrack.jobs.fuzz.written_tests import play, write_tests
-from scanrack.jobs.load.loading import load_job
 from scanrack.traces.files.guard import OwnedError
 from typer.testing import CliRunner
 
@@ -31,8 +29,8 @@ number = 1
 module = "1769-IQ16"
 options = { inputs = { start = 0, more = 1 } }
 """
-START = Push(1, "start", 20_000_000, 20_000_000)
-MORE = Push(1, "more", 20_000_000, 20_000_000)
+START = ContactPress(1, "start", 20_000_000, 20_000_000)
+MORE = ContactPress(1, "more", 20_000_000, 20_000_000)
 NEVER = """from scanrack import never
 
 
@@ -88,6 +86,7 @@ def test_a_folder_with_something_in_it_is_left_alone(line, tmp_path):
     assert [each.name for each in (tmp_path / "reached").iterdir()] == ["notes.txt"]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_written_tests_pass_and_fail_once_the_program_has_lost_a_rung(line, tmp_path):
     line(Scenario(pushes=(START,)), invariants=["must_hold.py"])

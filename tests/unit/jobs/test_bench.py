@@ -152,10 +152,10 @@ def test_forces_of_images_are_the_cpus_and_forces_of_tags_the_programs(line):
 def test_trouble_power_and_the_key(line):
     slot = line.slot[1]
     line.scan(2)
-    slot.fail("fatal-error")
+    slot.inject("fatal-error")
     line.scan(2)
     assert not slot.status.MODULE_OK
-    slot.fail(None)
+    slot.inject(None)
     line.scan(2)
     assert slot.status.MODULE_OK
     slot.power_cycle()
@@ -164,7 +164,7 @@ def test_trouble_power_and_the_key(line):
     assert line.cpu.mode.name == "PROGRAM"
     line.run_mode()
     with pytest.raises(ValueError, match="no fault 'flood'; choose from link-lost"):
-        slot.fail("flood")
+        slot.inject("flood")
 
 
 def test_a_breakpoint_ends_a_run(line):
@@ -183,7 +183,7 @@ def test_the_example_is_whole_in_every_run():
     first.run_for("1 s")
     second.run_for("1 s")
     assert first.slot[1].inputs == second.slot[1].inputs
-    assert first.told == second.told
+    assert first.events == second.events
     assert first.rules == ["CER-01", "POS-01"]
 
 

@@ -5,11 +5,11 @@ from typing import Any
 import pytest
 from scanrack import open_trace
 from scanrack.commands import build
-from scanrack.jobs.bench.opening import open_bench
-from scanrack.jobs.record.editions import edits_of
-from scanrack.ladder.files.rungfile import parse_program
-from scanrack.runtime.live.orders import Edit
-from scanrack.traces.read.reader import TraceEvent
+from scanrack.jobs import open_bench
+from scanrack.jobs.record.program_versions import edits_of
+from scanrack.ladder.files import parse_program
+from scanrack.runtime import Edit
+from scanrack.traces import TraceEvent
 from typer.testing import CliRunner
 
 RACK = """scan_ms = 10
@@ -49,7 +49,7 @@ def trace(tmp_path):
         bench.edit(parse_program(AFTER))
         bench.program.edit(parse_program(AFTER.replace("100", "1000")))
         bench.scan(2)
-        assert [each.text for each in bench.told if each.kind == "edit"] == [
+        assert [each.text for each in bench.events if each.kind == "edit"] == [
             "edited at 0.02 s, 1 tags keep their values; new: Fresh; of another type: Size; gone: Gone",
             "edited at 0.02 s, 3 tags keep their values",
         ]
@@ -149,7 +149,7 @@ def test_an_edit_that_is_refused_leaves_the_program_and_the_recording_as_they_ar
         with pytest.raises(ValueError, match="Cuont"):
             bench.edit(rack)
         bench.scan(1)
-        assert (bench["Count"], [each for each in bench.told if each.kind == "edit"]) == (2, [])
+        assert (bench["Count"], [each for each in bench.events if each.kind == "edit"]) == (2, [])
     with open_trace(tmp_path / "line.mcap") as opened:
         assert edits_of(opened) == []
 

@@ -11,8 +11,8 @@ import pytest
 from chain_text import text_of
 from scanrack import open_bench
 from scanrack.commands import build
+from scanrack.jobs import load_job
 from scanrack.jobs.bench.opening import loading
-from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.why.chains.of_run import chain_of
 from typer.testing import CliRunner
 
@@ -275,7 +275,7 @@ def test_a_recorded_run_has_the_chain_of_the_bench(made, tmp_path, name, program
 
 def test_what_it_would_take_names_terminals_and_is_confirmed_by_a_run(made, tmp_path):
     bench = made("line.rung", RUNGS, 30)
-    remedies = bench.what_would("Lamp")
+    remedies = bench.suggest_inputs("Lamp")
     assert (
         str(remedies) == "Lamp comes on if Start (slot 2 input 0) goes on and Stop (slot 2 input 1) goes off"
     )
@@ -321,7 +321,7 @@ def tried(request, monkeypatch):
 def test_what_it_would_take_of_python_is_confirmed_by_a_run(made, scans, what, wanted, inputs, after):
     program = LINES.replace("    count = 0", "    count = level = 0")
     program += "    state.level = 2 if scan.slot[4].inputs[0] > 12000 else 1\n"
-    remedies = made("line.py", program, scans, TANK).what_would(what, wanted)
+    remedies = made("line.py", program, scans, TANK).suggest_inputs(what, wanted)
     (remedy,) = remedies.found
     said = [f"{each.name} = {each.value}" for each in remedy.changes]
     assert (said, remedy.scans) == (inputs, after)
@@ -334,14 +334,14 @@ def test_what_it_would_take_of_python_is_confirmed_by_a_run(made, scans, what, w
 
 def test_of_an_input_it_is_said_what_its_owner_can_do(made):
     bench = made("line.py", LINES, 3)
-    remedies = bench.what_would("slot2.input.start", "on")
+    remedies = bench.suggest_inputs("slot2.input.start", "on")
     assert str(remedies) == (
         "slot2.input.start is an input itself, slot 2 input 0: switch it there (timeline of the rack file, a "
         "button of the page, set_input of a bench), or force it"
     )
     assert (remedies.found, remedies.tried) == ((), 0)
     with pytest.raises(ValueError, match=r"state\.count is 0: give the value that it should have"):
-        bench.what_would("state.count")
+        bench.suggest_inputs("state.count")
 
 
 # --- two racks, a lost link, an analog input: scans of 2 ms
@@ -445,4 +445,4 @@ TAKES = [
 @pytest.mark.parametrize(("what", "wanted", "expected"), TAKES)
 def test_what_it_would_take_of_an_analog_input_and_of_a_module(beside, what, wanted, expected):
     beside.scan(22)
-    assert str(beside.what_would(what, wanted)) == expected
+    assert str(beside.suggest_inputs(what, wanted)) == expected

@@ -9,7 +9,7 @@ import pytest
 import slc_files as slc
 from check_programs import BLOCKS, RACK, SEQUENCE, check
 from scanrack.commands import build
-from scanrack.jobs.check import RULES, FileLine, Judgement, check_rack, load_any
+from scanrack.jobs.check import RULES, FileLine, ProofFinding, check_rack, load_any
 from typer.testing import CliRunner
 
 pytestmark = pytest.mark.slow  # together they take seconds
@@ -140,15 +140,15 @@ def test_a_file_is_a_uri_in_sarif(rack, monkeypatch):
 def test_what_is_proved_says_so_and_what_is_refuted_is_left_out(rack):
     job, _ = load_any(str(rack))
     (found,) = check_rack(job).findings
-    proved = check_rack(job, prover=lambda _job, _facts: [Judgement(found.rule, found.place, holds=True)])
+    proved = check_rack(job, prover=lambda _job, _facts: [ProofFinding(found.rule, found.place, holds=True)])
     assert [each.text for each in proved.findings] == [f"{found.text} (proved)"]
     assert (
         check_rack(
-            job, prover=lambda _job, _facts: [Judgement(found.rule, found.place, holds=False)]
+            job, prover=lambda _job, _facts: [ProofFinding(found.rule, found.place, holds=False)]
         ).findings
         == ()
     )
-    more = Judgement("division-by-zero", FileLine(found.place.file, 1), holds=True, text="it divides by 0")
+    more = ProofFinding("division-by-zero", FileLine(found.place.file, 1), holds=True, text="it divides by 0")
     assert [each.rule for each in check_rack(job, prover=lambda _job, _facts: [more]).findings] == [
         "contradiction",
         "division-by-zero",

@@ -11,11 +11,10 @@ from pathlib import Path
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.record.editions import Editions, edition_of
-from scanrack.jobs.run.running import JobRun, RunOptions
-from scanrack.runtime.live.orders import Edit
-from scanrack.traces.read.reader import TraceEvent, open_trace
+from scanrack.jobs import JobRun, RunOptions, load_job
+from scanrack.jobs.record.program_versions import ProgramVersions, version_of
+from scanrack.runtime import Edit
+from scanrack.traces import TraceEvent, open_trace
 from typer.testing import CliRunner
 
 RACK = """\
@@ -80,12 +79,12 @@ SCANS = 500
 
 
 @pytest.fixture
-def line(tmp_path: Path) -> Iterator[tuple[Path, JobRun, Editions]]:
+def line(tmp_path: Path) -> Iterator[tuple[Path, JobRun, ProgramVersions]]:
     """Run the program for a second: the axis runs, the sequence waits for the button."""
     (tmp_path / "rack.toml").write_text(RACK, encoding="utf-8")
     (tmp_path / "line.py").write_text(PROGRAM, encoding="utf-8")
     job = load_job(str(tmp_path / "rack.toml"))
-    editions = Editions(tmp_path / "editions", str(tmp_path / "rack.toml"))
+    editions = ProgramVersions(tmp_path / "editions", str(tmp_path / "rack.toml"))
     with ExitStack() as ports:
         run = JobRun(job, ports, RunOptions(trace=tmp_path / "line.mcap", handled=True, editions=editions))
         run.cpu.run(SCANS)
@@ -93,13 +92,13 @@ def line(tmp_path: Path) -> Iterator[tuple[Path, JobRun, Editions]]:
         run.cpu.close()
 
 
-def save(line: tuple[Path, JobRun, Editions], text: str, restart: str = "") -> None:
+def save(line: tuple[Path, JobRun, ProgramVersions], text: str, restart: str = "") -> None:
     """Save another program, and order it before the next scan; `restart`: sequences that begin anew."""
     folder, run, editions = line
     (folder / "line.py").write_text(text, encoding="utf-8")
     job = load_job(str(folder / "rack.toml"))
     number = run.program.edits + 1
-    editions.keep(number, edition_of(job), job)
+    editions.keep(number, version_of(job), job)
     run.hands.act(Edit(number, "line.py:logic", restart), run.cpu.scan * run.cpu.period_ns, run.cpu.scan)
 
 
@@ -109,7 +108,7 @@ def waits(trace: Path) -> list[TraceEvent]:
 
 
 def test_a_sequence_begins_anew_in_mid_wait_and_mid_move(
-    line: tuple[Path, JobRun, Editions],
+    line: tuple[Path, JobRun, ProgramVersions],
 ) -> None:
     _, run, _ = line
     slots = run.rack.slots
@@ -122,7 +121,9 @@ def test_a_sequence_begins_anew_in_mid_wait_and_mid_move(
     assert run.program.logic.cycle.waits_for == "start rises"  # type: ignore[attr-defined]
 
 
-def test_a_line_ahead_moves_the_line_that_waits_and_no_field(line: tuple[Path, JobRun, Editions]) -> None:
+def test_a_line_ahead_moves_the_line_that_waits_and_no_field(
+    line: tuple[Path, JobRun, ProgramVersions],
+) -> None:
     folder, run, _ = line
     save(line, "# a new line ahead\n" + PROGRAM)
     run.cpu.run(1)
@@ -140,7 +141,7 @@ def test_a_line_ahead_moves_the_line_that_waits_and_no_field(line: tuple[Path, J
     ],
 )
 def test_one_that_does_not_fit_the_rack_is_refused_and_the_other_goes_on(
-    line: tuple[Path, JobRun, Editions], old: str, new: str, says: str
+    line: tuple[Path, JobRun, ProgramVersions], old: str, new: str, says: str
 ) -> None:
     _, run, _ = line
     with pytest.raises(ValueError, match=says):
@@ -150,7 +151,9 @@ def test_one_that_does_not_fit_the_rack_is_refused_and_the_other_goes_on(
     assert run.program.edits == 0
 
 
-def test_a_session_with_such_an_edit_runs_again_byte_for_byte(line: tuple[Path, JobRun, Editions]) -> None:
+def test_a_session_with_such_an_edit_runs_again_byte_for_byte(
+    line: tuple[Path, JobRun, ProgramVersions],
+) -> None:
     folder, run, _ = line
     save(line, PROGRAM.replace(CONFIGURE, STOP).replace(RUN, NEXT), "cycle")
     run.cpu.run(SCANS)

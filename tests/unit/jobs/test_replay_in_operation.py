@@ -28,7 +28,7 @@ from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.traces.compare import EXACT, Comparison
 from scanrack.traces.read.packed import PackedScans
 from scanrack.traces.read.reader import open_trace
-from scanrack.traces.replay import Recording
+from scanrack.traces.replay import PackedTrace
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 RACKS = {
@@ -53,20 +53,20 @@ class Cut:
         return max(sum(each.unknown.values()) for each in self.modules)
 
 
-def cut(recording: Recording, first: int) -> Recording:
+def cut(recording: PackedTrace, first: int) -> PackedTrace:
     columns = recording.columns
     number = int(columns.scan[first])
     rest = PackedScans.of(len(recording.slots), [columns.rows(first, len(columns.scan))])
-    return Recording(recording.slots, rest, tuple(each for each in recording.events if each.scan >= number))
+    return PackedTrace(recording.slots, rest, tuple(each for each in recording.events if each.scan >= number))
 
 
-def words_before(recording: Recording, first: int, slot: int) -> tuple[int, ...] | None:
+def words_before(recording: PackedTrace, first: int, slot: int) -> tuple[int, ...] | None:
     """Return the configuration that a slot has before a row."""
     shown = [configuration_in(words_of(each)) for each in recording.images((slot, "in"))[:first]]
     return next((each for each in reversed(shown) if each is not None), None)
 
 
-def replayed(recording: Recording, spec: RackSpec, words: tuple[int, ...] | None) -> Cut:
+def replayed(recording: PackedTrace, spec: RackSpec, words: tuple[int, ...] | None) -> Cut:
     resumed = Resumed(recording, spec, forced_rows(score_of(recording)), words and list(Image(words)))
     machine = with_stimuli(spec, recording, Stimuli.INPUTS, resumed.active_high)
     slots = [each.number for each in recording.slots if each.is_stepper]
@@ -76,14 +76,14 @@ def replayed(recording: Recording, spec: RackSpec, words: tuple[int, ...] | None
 
 
 @pytest.fixture(scope="module")
-def recordings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[Recording, RackSpec]]:
+def recordings(tmp_path_factory: pytest.TempPathFactory) -> dict[str, tuple[PackedTrace, RackSpec]]:
     folder = tmp_path_factory.mktemp("recordings")
     found = {}
     for name, rack in RACKS.items():
         path = folder / f"{name}.mcap"
         run(rack, "12 s", trace=path)
         with open_trace(path) as trace:
-            found[name] = Recording.of(trace), load_rack(rack).spec
+            found[name] = PackedTrace.of(trace), load_rack(rack).spec
     return found
 
 
@@ -94,7 +94,7 @@ registration distance, which most of its moves use."""
 
 @pytest.mark.parametrize("name", RACKS)
 def test_from_the_known_state_on_no_scan_differs(
-    name: str, recordings: dict[str, tuple[Recording, RackSpec]]
+    name: str, recordings: dict[str, tuple[PackedTrace, RackSpec]]
 ) -> None:
     recording, spec = recordings[name]
     scans = known = 0
@@ -107,7 +107,7 @@ def test_from_the_known_state_on_no_scan_differs(
     assert known > LEAST_KNOWN[name] * scans
 
 
-def test_a_module_that_differs_is_told(recordings: dict[str, tuple[Recording, RackSpec]]) -> None:
+def test_a_module_that_differs_is_told(recordings: dict[str, tuple[PackedTrace, RackSpec]]) -> None:
     """A starting speed of 400 in place of 500 makes ramps from 0 to 6,000 steps longer."""
     recording, spec = recordings["feeder"]
     words = words_before(recording, 1500, 1)
@@ -120,7 +120,7 @@ def test_a_module_that_differs_is_told(recordings: dict[str, tuple[Recording, Ra
     assert other.modules[0].taken[0].position == 6000
 
 
-def test_what_was_assumed_is_said(recordings: dict[str, tuple[Recording, RackSpec]]) -> None:
+def test_what_was_assumed_is_said(recordings: dict[str, tuple[PackedTrace, RackSpec]]) -> None:
     """The feeder rests at 6,000 steps after its first stroke, from scan 1,696 on."""
     recording, spec = recordings["feeder"]
     late = cut(recording, 1500)
@@ -134,7 +134,7 @@ def test_what_was_assumed_is_said(recordings: dict[str, tuple[Recording, RackSpe
 
 
 def test_without_a_configuration_nothing_is_compared(
-    recordings: dict[str, tuple[Recording, RackSpec]],
+    recordings: dict[str, tuple[PackedTrace, RackSpec]],
 ) -> None:
     recording, spec = recordings["feeder"]
     with pytest.raises(ValueError, match=f"{NO_CONFIGURATION}; --configuration gives"):
@@ -142,7 +142,7 @@ def test_without_a_configuration_nothing_is_compared(
 
 
 def test_a_recording_that_begins_with_the_configuration_needs_none(
-    recordings: dict[str, tuple[Recording, RackSpec]],
+    recordings: dict[str, tuple[PackedTrace, RackSpec]],
 ) -> None:
     """Between power-up and the first command the module is in configuration mode, or just out of it."""
     recording, spec = recordings["feeder"]

@@ -9,11 +9,11 @@ from struct import pack, unpack
 
 import pytest
 from scanrack.io_images.amci3601 import StatusMsw
-from scanrack.jobs.run.running import JobRun, RunOptions
-from scanrack.jobs.serve.remote import ForeignPlc, remote_job
-from scanrack.runtime.loop.pace import FreeRun
+from scanrack.jobs import JobRun, RunOptions
+from scanrack.jobs.serve.remote import ExternalPlc, remote_job
+from scanrack.runtime import FreeRun
 from scanrack.runtime.loop.scan import CpuMode
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 
 pytestmark = pytest.mark.slow  # together they take seconds
 
@@ -44,8 +44,11 @@ class ScriptedPace(FreeRun):
 
 
 def run(
-    script: Callable[[ForeignPlc], Iterator[None]], scans: int, trace: Path | None = None, whole: bool = False
-) -> tuple[ForeignPlc, JobRun]:
+    script: Callable[[ExternalPlc], Iterator[None]],
+    scans: int,
+    trace: Path | None = None,
+    whole: bool = False,
+) -> tuple[ExternalPlc, JobRun]:
     with remote_job(None, None, 100, whole=whole) as (job, plc), ExitStack() as ports:
         made = JobRun(job, ports, RunOptions(trace, pacer=ScriptedPace(script(plc)), listeners=[plc]))
         plc.attach(made.cpu)
@@ -56,7 +59,7 @@ def run(
 def test_ten_thousand_exchanges_none_torn_and_half_writes_counted(tmp_path: Path) -> None:
     """All words of an exchange are equal, ten exchanges between two scans: in no scan do two words differ."""
 
-    def script(plc: ForeignPlc) -> Iterator[None]:
+    def script(plc: ExternalPlc) -> Iterator[None]:
         for scan in range(1000):
             for at in range(10):
                 plc.answer(writing([10 * scan + at] * 8))
@@ -76,7 +79,7 @@ def test_ten_thousand_exchanges_none_torn_and_half_writes_counted(tmp_path: Path
 def test_a_plc_moves_the_shaft_of_the_rack() -> None:
     """3000 steps at 2500 steps/s are over before scan 1000, at 2 s."""
 
-    def script(plc: ForeignPlc) -> Iterator[None]:
+    def script(plc: ExternalPlc) -> Iterator[None]:
         for words in [CONFIGURE] * 20 + [IDLE] * 20 + [MOVE] * 1000:
             plc.answer(writing(words))
             yield
@@ -90,7 +93,7 @@ def test_a_silent_plc_leaves_run_mode_and_its_next_write_returns_to_it() -> None
     """The limit is 100 ms, 50 scans; the module stops its move, whose position becomes invalid."""
     modes: list[CpuMode] = []
 
-    def script(plc: ForeignPlc) -> Iterator[None]:
+    def script(plc: ExternalPlc) -> Iterator[None]:
         cpu = plc.cpu
         for words in [CONFIGURE] * 20 + [IDLE] * 20 + [MOVE] * 20:
             plc.answer(writing(words))

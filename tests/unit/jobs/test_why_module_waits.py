@@ -3,8 +3,7 @@
 import pytest
 from scanrack import open_bench
 from scanrack.commands import build
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.write.recorder import ScanRecorder
+from scanrack.traces import ScanRecorder, SlotInfo
 from typer.testing import CliRunner
 
 PROGRAM = """from scanrack import (
@@ -165,12 +164,12 @@ def test_a_lost_link_is_named_with_its_instant(bench):
     """Its inputs are frozen, so they say nothing of the present."""
     ready(bench)
     send(bench, "ABSOLUTE", 10)  # scans 4 to 13
-    bench.slot[1].fail("link-lost")
+    bench.slot[1].inject("link-lost")
     bench.scan(3)
     assert state(bench)[0] == (
         "the link to it is lost since scan 14 (0.028 s): its inputs are those of before, "
         "and no command reaches it"
     )
-    bench.slot[1].fail(None)
+    bench.slot[1].inject(None)
     bench.scan(3)
     assert state(bench)[0].startswith("at rest at ")

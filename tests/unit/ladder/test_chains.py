@@ -11,7 +11,7 @@ from chain_text import text_of
 from scanrack.jobs.why.chains.partners import _named
 from scanrack.ladder.debug.chains import DEEPEST
 from scanrack.ladder.debug.links import CauseLink, linked
-from scanrack.ladder.files.rungfile import parse_program, parse_structured
+from scanrack.ladder.files import parse_program, parse_structured
 
 TAGS = """PROGRAM p
 INSTRUCTION Motor
@@ -281,7 +281,7 @@ def changed(each):
 def test_what_it_would_take(name):
     """The sets are expected by hand; each is confirmed by a run of its own."""
     rungs, done, tag, wanted, expected = TAKES[name]
-    remedies = after(rungs, done).what_would(tag, wanted)
+    remedies = after(rungs, done).suggest_inputs(tag, wanted)
     sets = [
         " & ".join(map(changed, one.changes)) + (f" after {one.scans}" if one.scans > 1 else "")
         for one in remedies.found
@@ -298,18 +298,18 @@ def test_what_it_would_take(name):
 def test_what_it_would_take_is_asked_of_single_values():
     debugger = after("XIC(Start)TON(T,50,0);MOV(K,N);", "2")
     with pytest.raises(ValueError, match="T is not a single value: ask about one of its members"):
-        debugger.what_would("T")
+        debugger.suggest_inputs("T")
     with pytest.raises(ValueError, match="N is of type DINT: give the value that it should have"):
-        debugger.what_would("N")
-    assert str(debugger.what_would("N", 4)) == "N becomes 4 if K becomes 4"
-    assert str(debugger.what_would("Lamp")) == "Lamp depends on no input"
+        debugger.suggest_inputs("N")
+    assert str(debugger.suggest_inputs("N", 4)) == "N becomes 4 if K becomes 4"
+    assert str(debugger.suggest_inputs("Lamp")) == "Lamp depends on no input"
 
 
 def test_a_question_does_not_touch_the_program():
     debugger = after(SEAL, "2 Start 2")
     before = debugger.engine.memory.snapshot()
     debugger.chain("Run")
-    debugger.what_would("Run")
+    debugger.suggest_inputs("Run")
     assert (debugger.engine.memory.snapshot(), debugger.scans) == (before, 4)
 
 

@@ -10,14 +10,14 @@ from scanrack.commands import build
 from scanrack.commands.wire import link_commands
 from scanrack.io_images.pcl601 import Code, Error, Register
 from scanrack.io_images.pmc006.status import Status1
+from scanrack.runtime import Contact
 from scanrack.runtime.controllers.pcl601.line import Pcl601
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
-from scanrack.runtime.line.clients.link import LinkError, RefusedError, StoppedError, UncertainError
+from scanrack.runtime.line.clients.link import LinkError, RefusedError, StoppedError, UnconfirmedMotionError
 from scanrack.runtime.line.clients.modbus import RtuLine
 from scanrack.runtime.line.clients.pcl601 import Pcl601Client
 from scanrack.runtime.line.clients.pmc006 import Pmc006Client
-from scanrack.runtime.machine.contacts import Contact
 from typer.testing import CliRunner
 
 MS = 1_000_000
@@ -46,10 +46,10 @@ def idle_pmc006(but_for: str = "") -> Pmc006Controller:
 
 NO_MOTION = "was answered, but no motion was seen: the position is 0 as before"
 PCL601_DEEDS: dict[str, tuple[Callable[[Pcl601Client], object], type[LinkError], str]] = {
-    "home": (lambda client: client.home(1), UncertainError, f"HOME_TYPE_1 {NO_MOTION}"),
-    "move": (lambda client: client.move(100), UncertainError, f"GO {NO_MOTION}"),
-    "start_move": (lambda client: client.start_move(-5), UncertainError, f"GO {NO_MOTION}"),
-    "command": (lambda client: client.command(Code.GO_SLEW), UncertainError, f"GO_SLEW {NO_MOTION}"),
+    "home": (lambda client: client.home(1), UnconfirmedMotionError, f"HOME_TYPE_1 {NO_MOTION}"),
+    "move": (lambda client: client.move(100), UnconfirmedMotionError, f"GO {NO_MOTION}"),
+    "start_move": (lambda client: client.start_move(-5), UnconfirmedMotionError, f"GO {NO_MOTION}"),
+    "command": (lambda client: client.command(Code.GO_SLEW), UnconfirmedMotionError, f"GO_SLEW {NO_MOTION}"),
     "set_output": (
         lambda client: client.set_output(3, True),
         RefusedError,
@@ -63,9 +63,9 @@ PCL601_DEEDS: dict[str, tuple[Callable[[Pcl601Client], object], type[LinkError],
 }
 PMC006_DEEDS: dict[str, tuple[Callable[[Pmc006Client], object], type[LinkError], str]] = {
     "home": (lambda client: client.home(500), StoppedError, "zero-back ended at 0 without the switch"),
-    "move": (lambda client: client.move(100), UncertainError, f"step {NO_MOTION}"),
-    "start_move": (lambda client: client.start_move(-5), UncertainError, f"step {NO_MOTION}"),
-    "run": (lambda client: client.run(), UncertainError, f"speed_mode {NO_MOTION}"),
+    "move": (lambda client: client.move(100), UnconfirmedMotionError, f"step {NO_MOTION}"),
+    "start_move": (lambda client: client.start_move(-5), UnconfirmedMotionError, f"step {NO_MOTION}"),
+    "run": (lambda client: client.run(), UnconfirmedMotionError, f"speed_mode {NO_MOTION}"),
 }
 ELSEWHERE = {"set", "stop"}
 """Tested below, and `set`, which reads back, in `test_client_pcl601` and `test_client_pmc006`."""

@@ -12,23 +12,23 @@ from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
 from scanrack.commands import build
 from scanrack.io_images.pcl601 import Code, Error
 from scanrack.io_images.pcl601.registers import firmware_text
+from scanrack.runtime import Clock, Contact
 from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
 from scanrack.runtime.controllers.pcl601.motor import EncoderModel
 from scanrack.runtime.line.clients.link import (
-    BadAnswerError,
+    BadResponseError,
     NoAnswerError,
     RefusedError,
     SerialLink,
     StoppedError,
     TcpLink,
-    UncertainError,
+    UnconfirmedMotionError,
 )
 from scanrack.runtime.line.clients.modbus import RtuLine, TcpLine, check_answer
 from scanrack.runtime.line.clients.pcl601 import READABLE, SETTABLE, Pcl601Client
-from scanrack.runtime.line.clients.watching import LostSightError
+from scanrack.runtime.line.clients.watching import MonitoringLostError
 from scanrack.runtime.line.ports import ModbusTcpPort, PduServer
-from scanrack.runtime.loop.pace import Clock
-from scanrack.runtime.machine.contacts import GROUND, Contact
+from scanrack.runtime.machine.contacts import GROUND
 from typer.testing import CliRunner, Result
 
 GO = bytes.fromhex("06 00 00 00 01")
@@ -153,7 +153,7 @@ def test_a_search_for_home_that_a_limit_keeps_from_starting_has_not_found_it(kin
     said = (
         rf"HOME_TYPE_{kind} was answered, but no motion was seen: the position is 0 as before; a hard limit"
     )
-    with pytest.raises(UncertainError, match=said):
+    with pytest.raises(UnconfirmedMotionError, match=said):
         client.home(kind)
 
 
@@ -194,7 +194,9 @@ def test_a_move_within_the_encoder_s_window_is_done() -> None:
 def test_a_motion_that_can_no_longer_be_watched_is_stopped(asked: int, home: bool) -> None:
     device = Pcl601()
     client, link = client_of(device, questions=dropped(asked, 3))
-    with pytest.raises(LostSightError, match=r"does not answer within 0\.2 s; the motor was stopped") as lost:
+    with pytest.raises(
+        MonitoringLostError, match=r"does not answer within 0\.2 s; the motor was stopped"
+    ) as lost:
         client.home(0) if home else client.move(1_000_000)
     assert lost.value.stopped
     stop, *looks = link.questions[-5:]  # Stop Motion, a look, and three more for the answers that may be late
@@ -207,7 +209,7 @@ def test_a_motion_that_can_neither_be_watched_nor_stopped_may_go_on() -> None:
     device = Pcl601()
     client, _ = client_of(device, questions=dropped(14, 1000))
     with pytest.raises(
-        LostSightError, match="a stop was not confirmed: THE MOTOR MAY STILL BE MOVING"
+        MonitoringLostError, match="a stop was not confirmed: THE MOTOR MAY STILL BE MOVING"
     ) as lost:
         client.move(1_000_000)
     assert not lost.value.stopped
@@ -222,7 +224,7 @@ def test_a_line_that_dies_right_after_the_start_is_stopped() -> None:
     at_go = next(number for number, question in enumerate(link.questions) if question[1:-2] == GO)
     device = Pcl601()
     client, link = client_of(device, answers=dropped(at_go, 4))  # of Go, and of three looks whether it moves
-    with pytest.raises(LostSightError, match="the motor was stopped"):
+    with pytest.raises(MonitoringLostError, match="the motor was stopped"):
         client.start_move(1_000_000)
     assert goes(link) == 1
     assert not device.controller.axis.busy
@@ -266,7 +268,7 @@ def test_one_bad_frame_never_repeats_a_motion_nor_spoils_it(fault: Fault, at: in
     client, link = client_of(device, *plans)
     try:
         assert client.move(700) == 700
-    except UncertainError:
+    except UnconfirmedMotionError:
         assert device.controller.motor.position == 0  # the question itself was lost
         assert question
     assert goes(link) == 1
@@ -313,7 +315,7 @@ def test_a_line_that_is_dead_is_told() -> None:
     ],
 )
 def test_what_cannot_be_the_answer_is_not_taken_for_it(question: str, answer: str) -> None:
-    with pytest.raises(BadAnswerError):
+    with pytest.raises(BadResponseError):
         check_answer(bytes.fromhex(question), bytes.fromhex(answer))
 
 

@@ -10,21 +10,21 @@ from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
 from scanrack.commands import build
 from scanrack.io_images.pmc006.instructions import BY_CODE, BY_NAME, Kind
 from scanrack.io_images.pmc006.status import Status1, Status2
+from scanrack.runtime import Contact
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.controllers.pmc006.pins import Pin
 from scanrack.runtime.line.clients.link import (
-    BadAnswerError,
+    BadResponseError,
     NoAnswerError,
     RefusedError,
     SerialLink,
     StoppedError,
-    UncertainError,
+    UnconfirmedMotionError,
 )
 from scanrack.runtime.line.clients.pmc006 import BY_ZERO, SETTABLE, Pmc006Client
-from scanrack.runtime.line.clients.watching import LostSightError
+from scanrack.runtime.line.clients.watching import MonitoringLostError
 from scanrack.runtime.line.pmc006_frames import LINE_FORMAT
-from scanrack.runtime.machine.contacts import Contact
 from typer.testing import CliRunner, Result
 
 STEP = 0x73
@@ -246,7 +246,9 @@ def test_a_stall_in_the_status_at_the_end_is_no_success(seen: str) -> None:
 def test_a_motion_that_can_no_longer_be_watched_is_stopped(asked: int, home: bool) -> None:
     controller = Pmc006Controller()
     client, link = client_of(controller, questions=dropped(asked, 3))
-    with pytest.raises(LostSightError, match=r"does not answer within 0\.2 s; the motor was stopped") as lost:
+    with pytest.raises(
+        MonitoringLostError, match=r"does not answer within 0\.2 s; the motor was stopped"
+    ) as lost:
         client.home(100_000) if home else client.move(100_000)
     assert lost.value.stopped
     # a stop, a look, and three more for the answers that may be late
@@ -258,7 +260,7 @@ def test_a_motion_that_can_neither_be_watched_nor_stopped_may_go_on() -> None:
     controller = Pmc006Controller()
     client, link = client_of(controller, questions=dropped(14, 1000))
     with pytest.raises(
-        LostSightError, match="a stop was not confirmed: THE MOTOR MAY STILL BE MOVING"
+        MonitoringLostError, match="a stop was not confirmed: THE MOTOR MAY STILL BE MOVING"
     ) as lost:
         client.move(100_000)
     assert not lost.value.stopped
@@ -270,7 +272,7 @@ def test_a_line_that_dies_right_after_the_start_is_stopped() -> None:
     controller = Pmc006Controller()
     # direction, status 1, position, step; its answer and three status 1 are lost
     client, _ = client_of(controller, answers=dropped(3, 4))
-    with pytest.raises(LostSightError, match="the motor was stopped"):
+    with pytest.raises(MonitoringLostError, match="the motor was stopped"):
         client.move(100_000)
     assert not controller.axis.moving
 
@@ -312,7 +314,7 @@ def test_one_bad_frame_never_repeats_a_motion_nor_spoils_a_result(
     client, link = client_of(controller, *plans)
     try:
         assert client.move(700) == 700
-    except UncertainError:
+    except UnconfirmedMotionError:
         assert controller.axis.physical == 0  # the question itself was lost
         assert question
     assert steps_sent(link) == 1
@@ -356,7 +358,7 @@ def test_another_unit_s_answer_is_told() -> None:
         client.read("position")
     assert client.faults == 3
     damaged, _ = client_of(Pmc006Controller(address=9), dict.fromkeys(range(10), Fault.DAMAGED))
-    with pytest.raises(BadAnswerError, match="a damaged answer from address 9: a5 7a 09 10"):
+    with pytest.raises(BadResponseError, match="a damaged answer from address 9: a5 7a 09 10"):
         damaged.read("position")
 
 

@@ -139,7 +139,7 @@ def test_a_session_with_a_forced_fault_runs_again(tmp_path):
 def test_of_an_input_it_is_said_what_gives_it_a_value(name, says):
     bench = open_bench(str(PANEL))
     bench.scan(1)
-    said = str(bench.what_would(name, "on"))
+    said = str(bench.suggest_inputs(name, "on"))
     assert said.startswith(says)
     assert said.endswith("or force it")
 

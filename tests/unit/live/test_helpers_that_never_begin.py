@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from scanrack.commands import build
 from scanrack.jobs.run.servers import kinds, tag_service
-from scanrack.runtime.outside.setup import ETHERNET_IP
-from scanrack.watch import keeper
+from scanrack.runtime.tag_servers.setup import ETHERNET_IP
+from scanrack.watch import monitor_supervisor
 from typer.testing import CliRunner
 
 FEEDER = Path(__file__).parents[3] / "examples" / "feeder" / "feeder.toml"
@@ -20,7 +20,7 @@ SAYS = "scanrack: a helper process has never begun: its error stands above\n"
 
 @pytest.fixture(autouse=True)
 def patient(monkeypatch):
-    for each in (keeper, tag_service):
+    for each in (monitor_supervisor, tag_service):
         monkeypatch.setattr(each, "PATIENCE_S", 120)
 
 
@@ -36,7 +36,7 @@ def ended(*words):
 
 
 def test_a_page_without_a_monitor(monkeypatch):
-    monkeypatch.setattr(keeper, "MAIN", NOWHERE)
+    monkeypatch.setattr(monitor_supervisor, "MAIN", NOWHERE)
     status, text = ended("watch", FEEDER, "--for", "20ms", "--speed", "max")
     assert (status, text.count(SAYS)) == (3, 1)
 

@@ -15,8 +15,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 from scanrack.commands import build
-from scanrack.traces.read.arrays import read_columns
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace, read_columns
 from scanrack.watch import play
 from typer.testing import CliRunner
 from watching import FEEDER, page_of, watched
@@ -204,7 +203,7 @@ def test_a_session_that_does_not_begin_closes_its_recording_before_the_folder_is
         raise OSError(errno.EAGAIN, "no helper")
 
     monkeypatch.setattr(play.tempfile, "TemporaryDirectory", Folder)
-    monkeypatch.setattr(play, "Keeper", no_helper)
+    monkeypatch.setattr(play, "MonitorSupervisor", no_helper)
     result = CliRunner().invoke(build(), ["watch", str(FEEDER), "--for", "20ms", "--speed", "max"])
     assert "no helper" in str(result.exception)
     assert (folders, left) == ([["session.mcap"]], [])

@@ -5,13 +5,10 @@ import re
 import pytest
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.io_images.image import Image
-from scanrack.jobs.load.building import build_cpu, build_rack
-from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
-from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.jobs import build_cpu, build_rack
+from scanrack.runtime import Amci3601, FaultKind, InjectedFault, RackFileError, RackSpec, load_rack_file
 from scanrack.runtime.loop.exposed import ExposedModule
-from scanrack.runtime.loop.incidents import FaultKind, Incident
 from scanrack.runtime.loop.module_fault import ModuleFault
-from scanrack.runtime.modules.amci3601 import Amci3601
 
 MS = 1_000_000
 CONFIGURE = Image([-31682, 63, 1, 0, 0, 0, 0, 0])  # 843E hex: all inputs in use; starting speed 1000
@@ -43,7 +40,7 @@ def exposed(*incidents):
 
 
 def test_a_torn_update_brings_late_words_an_rpi_after_the_others():
-    module, slot = exposed(Incident(3 * MS, FaultKind.TORN_UPDATE, late_words=(0, 5)))
+    module, slot = exposed(InjectedFault(3 * MS, FaultKind.TORN_UPDATE, late_words=(0, 5)))
     slot.update(2 * MS, OLD)  # OLD was in force from 0
     slot.update(4 * MS, OLD)  # nothing new since the incident is due
     slot.update(9 * MS, NEW)  # in force from 4 ms on
@@ -53,7 +50,7 @@ def test_a_torn_update_brings_late_words_an_rpi_after_the_others():
 
 
 def test_a_torn_update_lasts_as_long_as_it_says_whatever_the_calls():
-    incident = Incident(0, FaultKind.TORN_UPDATE, for_ns=3 * MS, late_words=(7,))
+    incident = InjectedFault(0, FaultKind.TORN_UPDATE, for_ns=3 * MS, late_words=(7,))
     module, slot = exposed(incident)
     for now in (1, 2, 3, 4):
         slot.update(now * MS, NEW)
@@ -62,7 +59,7 @@ def test_a_torn_update_lasts_as_long_as_it_says_whatever_the_calls():
 
 
 def test_power_is_cycled_at_its_instant_between_two_updates():
-    module, slot = exposed(Incident(3 * MS, FaultKind.POWER_CYCLE))
+    module, slot = exposed(InjectedFault(3 * MS, FaultKind.POWER_CYCLE))
     slot.update(10 * MS, OLD)
     assert module.seen == [(3, list(OLD)), "power", (10, list(OLD))]
 
@@ -76,7 +73,7 @@ def moving(incident, until_ms=240):
 
 
 def test_a_lost_link_freezes_the_inputs_and_comes_back():
-    incident = Incident(100 * MS, FaultKind.LINK_LOST, for_ns=300 * MS)
+    incident = InjectedFault(100 * MS, FaultKind.LINK_LOST, for_ns=300 * MS)
     slot, frozen = moving(incident)
     # 60 ms into the ramp of 20 steps/ms/s from 1,000: 60 ms + 20,000/2 * 0.06^2 s = 96 steps
     assert frozen[3] == 96
@@ -87,7 +84,7 @@ def test_a_lost_link_freezes_the_inputs_and_comes_back():
 
 
 def test_a_fatal_error_ends_with_a_power_cycle():
-    incident = Incident(100 * MS, FaultKind.FATAL_ERROR, for_ns=100 * MS)
+    incident = InjectedFault(100 * MS, FaultKind.FATAL_ERROR, for_ns=100 * MS)
     slot, image = moving(incident, until_ms=150)
     # MODULE_OK goes, and so do the bits of motion: all others were 0 but POSITION_INVALID
     assert image[0] == StatusMsw.POSITION_INVALID.value
@@ -96,9 +93,9 @@ def test_a_fatal_error_ends_with_a_power_cycle():
 
 
 def test_troubles_may_overlap_and_the_worst_one_holds():
-    link = Incident(10 * MS, FaultKind.LINK_LOST, for_ns=60 * MS)
-    fatal = Incident(20 * MS, FaultKind.FATAL_ERROR, for_ns=20 * MS)
-    out = Incident(30 * MS, FaultKind.REMOVED, for_ns=5 * MS)
+    link = InjectedFault(10 * MS, FaultKind.LINK_LOST, for_ns=60 * MS)
+    fatal = InjectedFault(20 * MS, FaultKind.FATAL_ERROR, for_ns=20 * MS)
+    out = InjectedFault(30 * MS, FaultKind.REMOVED, for_ns=5 * MS)
     module = Amci3601()
     slot = ExposedModule(module, [link, fatal, out])
     seen = []
@@ -111,8 +108,8 @@ def test_troubles_may_overlap_and_the_worst_one_holds():
 
 def test_a_power_cycle_ends_a_fatal_error_only():
     module = Amci3601()
-    fatal, link = Incident(0, FaultKind.FATAL_ERROR), Incident(0, FaultKind.LINK_LOST)
-    slot = ExposedModule(module, [fatal, link, Incident(10 * MS, FaultKind.POWER_CYCLE)])
+    fatal, link = InjectedFault(0, FaultKind.FATAL_ERROR), InjectedFault(0, FaultKind.LINK_LOST)
+    slot = ExposedModule(module, [fatal, link, InjectedFault(10 * MS, FaultKind.POWER_CYCLE)])
     slot.update(5 * MS, Image())
     assert module.trouble is ModuleFault.FATAL_ERROR
     slot.update(15 * MS, Image())
@@ -121,7 +118,7 @@ def test_a_power_cycle_ends_a_fatal_error_only():
 
 def test_a_module_that_cannot_fail_is_refused():
     with pytest.raises(ValueError, match="link-lost: it can't happen to Listening"):
-        exposed(Incident(0, FaultKind.LINK_LOST))
+        exposed(InjectedFault(0, FaultKind.LINK_LOST))
 
 
 RACK = """program = "line.py"
@@ -140,7 +137,7 @@ def loaded(tmp_path, text):
 
 def test_a_rack_file_says_what_happens(tmp_path):
     spec = loaded(tmp_path, RACK + 'at_s = 1.5\nwhat = "removed"\nfor_ms = 20')
-    assert spec.incidents == (Incident(1500 * MS, FaultKind.REMOVED, 3, 20 * MS),)
+    assert spec.incidents == (InjectedFault(1500 * MS, FaultKind.REMOVED, 3, 20 * MS),)
 
 
 @pytest.mark.parametrize(

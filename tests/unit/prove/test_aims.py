@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from scanrack.io_images.amci3601.bits import InputBit
-from scanrack.jobs.load.loading import Job, load_job
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.jobs import load_job
+from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.prove.serving.aims import dead, scenario_to
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
+from scanrack.ladder.prove import ProgramSystem, ScanBounds
 from scanrack.ladder.prove.questions.points import PointState, RungPoint, run_to
-from scanrack.ladder.prove.system import ProgramSystem, ScanBounds
-from scanrack.runtime.live.orders import Write
+from scanrack.runtime import Write
 
 pytestmark = pytest.mark.extra("prove")
 
@@ -34,7 +35,7 @@ END
 
 
 @pytest.fixture
-def job(tmp_path: Path) -> Job:
+def job(tmp_path: Path) -> LoadedRack:
     (tmp_path / "doors.rung").write_text(DOORS, encoding="utf-8")
     slot = '[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
     (tmp_path / "doors.toml").write_text(f'program = "doors.rung"\nscan_ms = 10\n{slot}', encoding="utf-8")

@@ -100,12 +100,17 @@ LONG = {
     *("two_axes.rung", "blend.rung", "drill.rung", "indexer.rung", "blocks_st.rung", "boolsteps.rung"),
     *("jog.rung", "label.rung", "blocks.rung", "bits.rung", "regulator.rung"),
 }
-"""Programs that take ten seconds or more: `.ci/long` has them."""
+"""Programs that take ten seconds or more."""
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [name for name in SOUND if not name.endswith(".py")])
-def test_nothing_is_proved_of_a_sound_program(name, tmp_path, request):
-    if name in LONG and not request.config.getoption("--long"):
-        pytest.skip("with --long")
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.long] if name in LONG else [])
+        for name in SOUND
+        if not name.endswith(".py")
+    ],
+)
+def test_nothing_is_proved_of_a_sound_program(name, tmp_path):
     assert check(tmp_path, name, SOUND[name], prover=verdicts).findings == ()

@@ -8,14 +8,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from scanrack.jobs import ContactPress, Kind, Scenario, State, load_job
 from scanrack.jobs.fuzz import search
 from scanrack.jobs.fuzz.aim.corpus import STEP_WORTH
-from scanrack.jobs.fuzz.campaign.state import State
 from scanrack.jobs.fuzz.job import Setup, bench_of
 from scanrack.jobs.fuzz.reached import reached
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
-from scanrack.jobs.fuzz.scenarios.scenario import Push, Scenario
-from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.prove.serving.stuck import NEAR, PATIENCE, WAYS, SolverStep
 
 CODE = """\
@@ -114,7 +111,9 @@ def test_nothing_is_asked_before_its_time_nor_twice(setup):
 def test_an_entry_of_the_corpus_is_where_a_question_begins(setup):
     """The lock's first half is open, its buttons still held: from there on they are let go, then b and d."""
     job = load_job(setup.rack)
-    first = Scenario(pushes=(Push(2, "a", 0, 5_000_000_000), Push(2, "c", 50_000_000, 5_000_000_000)))
+    first = Scenario(
+        pushes=(ContactPress(2, "a", 0, 5_000_000_000), ContactPress(2, "c", 50_000_000, 5_000_000_000))
+    )
     state = after_runs(setup, first)
     state.kept.entries[-1].worth = STEP_WORTH
     (point,) = (

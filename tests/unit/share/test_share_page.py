@@ -15,7 +15,7 @@ import pytest
 from recordings import recorded
 from scanrack.commands import build
 from scanrack.watch.share import page_file
-from scanrack.watch.share.command import ShareWish
+from scanrack.watch.share.command import ShareOptions
 from scanrack.watch.share.page_file import GENERATOR, recording_beside
 from typer.testing import CliRunner, Result
 
@@ -102,14 +102,14 @@ def test_the_page_loads_nothing_and_its_policy_names_the_scripts_that_may_run(tr
     ],
 )
 def test_short_recordings_are_shared_whole(given, kept):
-    assert tuple(ShareWish(**given).within(0, 49_999, 2_000_000)) == kept
+    assert tuple(ShareOptions(**given).within(0, 49_999, 2_000_000)) == kept
 
 
 @pytest.mark.parametrize("scan", [9, 100_001])
 def test_a_scan_that_a_recording_lacks_is_refused_and_its_first_and_last_are_there(scan):
     with pytest.raises(ValueError, match=rf"no scan {scan}: the recording has"):
-        ShareWish(scan=scan).within(10, 100_000, 2_000_000)
-    assert [ShareWish(scan=each).within(10, 100_000, 2_000_000).scan for each in (10, 100_000)] == [
+        ShareOptions(scan=scan).within(10, 100_000, 2_000_000)
+    assert [ShareOptions(scan=each).within(10, 100_000, 2_000_000).scan for each in (10, 100_000)] == [
         10,
         100_000,
     ]
@@ -126,7 +126,7 @@ def test_a_scan_that_a_recording_lacks_is_refused_and_its_first_and_last_are_the
     ],
 )
 def test_of_long_ones_what_is_around_the_scan(given, kept):
-    assert tuple(ShareWish(**given).within(0, 100_000, 2_000_000)) == kept
+    assert tuple(ShareOptions(**given).within(0, 100_000, 2_000_000)) == kept
 
 
 def test_what_is_asked_is_shown_first(trace, tmp_path):

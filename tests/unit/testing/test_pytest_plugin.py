@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 from scanrack import open_bench, open_trace
 from scanrack.testing import artefacts, page
+from scanrack.watch.share.command import ShareOptions, shared
+from scanrack.watch.share.failure import Failure
 
 pytestmark = pytest.mark.slow  # together they take seconds
 
@@ -26,6 +28,7 @@ number = 1
 module = "1769-IQ16"
 options = { inputs = { start = 0 } }
 """
+FAILED = page.FailedTest("test_line.py::test_lamp", "Lamp is off")
 FEEDER = Path(__file__).parents[3] / "examples/feeder/feeder.toml"
 FAULTY = "def logic(scan):\n    if scan.number == 4:\n        raise KeyError('lost')\n"
 
@@ -214,12 +217,12 @@ def test_what_a_test_writes_to_its_folder_is_kept_like_its_recording(project, ru
 
 def test_a_page_that_can_t_be_written_is_no_second_failure(project):
     (project.path / "line.mcap").write_text("no recording", encoding="utf-8")
-    assert page.page_line(project.path / "line.mcap", "line.mcap", 9, (), 0.1).startswith("no page: ")
+    assert page.page_line(project.path / "line.mcap", "line.mcap", 9, (), 0.1, FAILED).startswith("no page: ")
 
 
 def test_a_long_recording_has_the_command_instead_of_the_page(project):
     for scan, run_s in ((page.MOST_SCANS, 0.1), (9, page.MOST_RUN_S + 0.1)):
-        line = page.page_line(project.path / "no.mcap", "my run.mcap", scan, (), run_s)
+        line = page.page_line(project.path / "no.mcap", "my run.mcap", scan, (), run_s, FAILED)
         assert line.startswith("scanrack share 'my run.mcap'   # the page takes some seconds")
 
 
@@ -235,9 +238,59 @@ def test_the_page_is_beside_the_recording_and_the_report_links_it(project):
     trace = project.path / "line.mcap"
     with open_bench(project.path / "line.toml", record=trace) as line:
         line.run_for("20 ms")
-    link = page.page_line(trace, "line.mcap", 9, ["Lamp"], 0.1)
+    link = page.page_line(trace, "line.mcap", 9, ["Lamp"], 0.1, FAILED)
     assert link == (project.path / "line.html").as_uri()
     assert (project.path / "line.html").read_bytes().lower().startswith(b"<!doctype html")
+
+
+LIT = """
+def test_lit(rack):
+    line = rack("line.toml")
+    line.scan(3)
+    line.slot[1].set_input("start", True)
+    line.scan({scans})
+    assert line["Rounds.ACC"] == 1{more}
+"""
+
+
+def test_a_failure_keeps_the_run_that_passed_until_the_next_one_passes(project, run):
+    kept = "test_line.py--test_lit/"
+    run(LIT.format(scans=5, more=""), "--scanrack-keep", "all").assert_outcomes(passed=1)
+    assert left(project) == [f"{kept}line.mcap"]
+    for _ in range(2):  # the second failure has the same run beside it
+        run(LIT.format(scans=5, more=" + 1")).assert_outcomes(failed=1)
+        assert left(project) == [f"{kept}line.mcap", f"{kept}passed/line.mcap"]
+        with open_trace(project.path / "scanrack-artefacts" / kept / "passed/line.mcap") as passed:
+            assert len(list(passed.scans())) == 8
+    run(LIT.format(scans=6, more=""), "--scanrack-keep", "all").assert_outcomes(passed=1)
+    assert left(project) == [f"{kept}line.mcap"]
+
+
+def test_the_page_of_a_failure_says_where_it_first_differs_from_the_run_that_passed(project):
+    """The lamp is lit in scan 3 of the one and in scan 5 of the other; by then two words differ, too."""
+    traces = [project.path / name for name in ("failed.mcap", "passed.mcap")]
+    for trace, dark in zip(traces, (3, 5), strict=True):
+        with open_bench(project.path / "line.toml", record=trace) as line:
+            line.scan(dark)
+            line.slot[1].set_input("start", True)
+            line.scan(8 - dark)
+    failure = Failure("test_line.py::test_lit", "assert 0 == 1", "Lamp", traces[1])
+    data, _ = shared(traces[0], ShareOptions(7), trust=True, failure=failure)
+    told = data["hello"]["failure"]
+    assert (told["test"], told["message"], told["tag"], told["scan"]) == (
+        "test_line.py::test_lit",
+        "assert 0 == 1",
+        "Lamp",
+        7,
+    )
+    against = told["against"]
+    assert (against["scan"], against["before"]) == (3, False)
+    assert set(against["tags"]) == {"Local:1:I.Data.0", "Lamp", "Rounds.ACC", "Rounds.CU"}
+    assert set(against["rungs"]) == {"Main.0", "Main.1"}
+    assert against["others"] == ["slot 1 inputs"]
+    alike = Failure("test_line.py::test_lit", "", None, traces[0])
+    same, _ = shared(traces[0], ShareOptions(7), trust=True, failure=alike)
+    assert same["hello"]["failure"]["against"] == {"equal_to": 7}
 
 
 WITHOUT_PAGES = """

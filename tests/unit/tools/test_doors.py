@@ -7,6 +7,7 @@ file is large, nested or damaged.
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -55,13 +56,19 @@ WRITERS = "xml.sax.saxutils."
 """Functions that quote texts and read none."""
 
 
+MAY_PARSE = re.compile(rf"\b({'|'.join({*REFUSED, *(each.rpartition('.')[2] for each in DOORS)})})\b")
+"""Part of each file that uses a parser: the others need no tree."""
+
+
 @cache
 def used_by_file() -> dict[str, set[str]]:
     return {
-        file: set(uses(ast.parse(path.read_text("utf-8")), package_of(file)))
+        file: set(uses(ast.parse(text), package_of(file)))
         for room in ROOMS
         for path in sorted((ROOT / room).rglob("*.py"))
         for file in [path.relative_to(ROOT).as_posix()]
+        for text in [path.read_text("utf-8")]
+        if MAY_PARSE.search(text)
     }
 
 

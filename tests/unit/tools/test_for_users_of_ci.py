@@ -76,6 +76,7 @@ def project(tmp_path):
     return tmp_path
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_the_steps_of_the_action_run_and_a_find_of_the_search_fails_them(project):
     steps = steps_of_action()

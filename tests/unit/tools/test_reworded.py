@@ -36,6 +36,7 @@ def test_names_formats_and_docstrings_stay():
     ]
 
 
+@pytest.mark.long
 @pytest.mark.slow
 def test_features_that_need_places_do_not_need_the_words():
     command = [sys.executable, "tests/tools/reworded.py", "-k", "l5x or rack_file or words"]

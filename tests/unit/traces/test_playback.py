@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import InputBit
-from scanrack.jobs.load.building import build_rack
+from scanrack.jobs import build_rack
 from scanrack.jobs.replay.input_levels import recorded_levels
 from scanrack.jobs.run.build import build_playback
-from scanrack.jobs.run.playback import RecordedInputs, Score, Stimulus, recorded_outputs, stimulated
-from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.jobs.run.playback import RecordedInputs, ReplayPlan, Stimulus, recorded_outputs, stimulated
+from scanrack.runtime import RackSpec, SlotSpec
 from scanrack.runtime.loop.scan import LogicScan
 from scanrack.runtime.machine import MachineSpec, Station, Switch, TimelineEntry
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import SlotInfo
 from scanrack.traces.read import packed
 from scanrack.traces.read.columns import Columns
 from scanrack.traces.read.packed import PackedScans
-from scanrack.traces.replay import Recording
+from scanrack.traces.replay import PackedTrace
 
 MS = 1_000_000
 RUN, FIRST, FORCED = 1, 4, 8
@@ -42,7 +42,7 @@ class Heard:
         pass
 
 
-def play(score: Score, memory: list[bytes]) -> tuple[Heard, list[bool]]:
+def play(score: ReplayPlan, memory: list[bytes]) -> tuple[Heard, list[bool]]:
     """Play a recording into a 3601; return what a listener heard, and `first` of the scans with logic."""
     spec = RackSpec(program=print, slot=(SlotSpec(number=1, module="amci3601"),))
     rack = build_rack(spec)
@@ -61,7 +61,7 @@ def test_numbers_times_modes_and_forces_are_those_of_the_recording() -> None:
     numbers, times = [7, 8, 9, 12, 13], [20 * MS, 23 * MS, 24 * MS, 31 * MS, 32 * MS]
     flags = [RUN, RUN | FORCED, 0, RUN | FIRST | FORCED, RUN | FORCED]
     memory = [bytes([scan, 0]) + bytes(30) for scan in range(5)]
-    heard, firsts = play(Score(numbers, times, flags, {8: {"slot1.status.IN_HOME": 1}}), memory)
+    heard, firsts = play(ReplayPlan(numbers, times, flags, {8: {"slot1.status.IN_HOME": 1}}), memory)
     # In program mode input forces hold, so the flag is theirs in scan 9 as well.
     assert heard.scans == [
         (number, time, flag | (FORCED if number == 9 else 0))
@@ -108,7 +108,7 @@ def test_levels_are_what_the_status_bits_show_by_the_active_level(
     words[3:, 9] = InputBit.HOME.value
     scans = np.arange(6, dtype=np.int64)
     columns = Columns(scans, scans * 2 * MS, np.ones(6, np.uint32), words)
-    stimuli = list(recorded_levels(Recording((SlotInfo(1, "amci3601"),), PackedScans.of(1, [columns]), ())))
+    stimuli = list(recorded_levels(PackedTrace((SlotInfo(1, "amci3601"),), PackedScans.of(1, [columns]), ())))
     home = [(each.at_ns, each.energised) for each in stimuli if each.input is InputBit.HOME]
     assert home[-1] == (5 * MS, energised), "half-way between the scans at 4 and 6 ms"
     assert home[-2][1] is not energised

@@ -12,12 +12,10 @@ from pathlib import Path
 import pytest
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import Attachment, ScanRecorder, SlotInfo, open_trace
 from scanrack.traces.format.records import MAGIC
 from scanrack.traces.read.finding import UNDER_WAY, find_records
-from scanrack.traces.read.reader import open_trace
-from scanrack.traces.write.output import SUMMARY_ROOM, Ballast, TraceFile, TraceFull, open_trace_file
-from scanrack.traces.write.recorder import Attachment, ScanRecorder
+from scanrack.traces.write.output import SUMMARY_ROOM, DiskReserve, TraceFile, TraceFull, open_trace_file
 
 SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "amci3601", "2.0")]
 SCANS = 250
@@ -26,14 +24,14 @@ PROGRAM = Attachment("logic.py", bytes(range(256)) * 12)
 
 
 class Disk:
-    """A disk of so many bytes, with one trace and its ballast on it.
+    """A disk of so many bytes, with one trace and its reserve on it.
 
-    `thief`: somebody else takes the room of the ballast the moment it is given back.
+    `thief`: somebody else takes the room of the reserve the moment it is given back.
     """
 
-    def __init__(self, capacity: int, *, ballast: int, thief: bool = False, code: int = errno.ENOSPC) -> None:
+    def __init__(self, capacity: int, *, reserve: int, thief: bool = False, code: int = errno.ENOSPC) -> None:
         self.capacity = capacity
-        self.size = ballast  # of the ballast: this object is the file and the room
+        self.size = reserve  # of the reserve: this object is the file and the room
         self.content = bytearray()
         self.thief = thief
         self.code = code
@@ -112,7 +110,7 @@ def stock_scans(content: bytes) -> list[int]:
 
 
 def undisturbed() -> bytes:
-    disk = Disk(10**9, ballast=0)
+    disk = Disk(10**9, reserve=0)
     record(TraceFile(disk, "whole"))
     return bytes(disk.content)
 
@@ -134,7 +132,7 @@ def failure_points(content: bytes) -> list[int]:
     return sorted(near | within | {1})
 
 
-BALLAST = 40_000
+RESERVE = 40_000
 UNDISTURBED = undisturbed()
 WHOLE = len(UNDISTURBED)
 FAILURE_POINTS = failure_points(UNDISTURBED)
@@ -149,7 +147,7 @@ FAILURE_POINTS = failure_points(UNDISTURBED)
 def test_a_full_disk_leaves_a_complete_trace_wherever_it_happens(code: int, points: list[int]) -> None:
     outcomes = set()
     for room in points:
-        disk = Disk(room + BALLAST, ballast=BALLAST, code=code)
+        disk = Disk(room + RESERVE, reserve=RESERVE, code=code)
         accepted, full = record(TraceFile(disk, "full", disk))
         assert stock_scans(bytes(disk.content)) == accepted, room
         assert full is None or full.complete, room
@@ -160,13 +158,13 @@ def test_a_full_disk_leaves_a_complete_trace_wherever_it_happens(code: int, poin
 
 
 def test_a_full_disk_is_told_with_the_scan_that_filled_it() -> None:
-    disk = Disk(BALLAST + WHOLE // 2, ballast=BALLAST)
+    disk = Disk(RESERVE + WHOLE // 2, reserve=RESERVE)
     accepted, full = record(TraceFile(disk, "run.mcap", disk))
     assert str(full) == f"run.mcap: the disk is full; it is complete and ends at scan {accepted[-1]}"
 
 
 def test_nothing_is_taken_after_the_disk_was_full() -> None:
-    disk = Disk(BALLAST + WHOLE // 2, ballast=BALLAST)
+    disk = Disk(RESERVE + WHOLE // 2, reserve=RESERVE)
     file = TraceFile(disk, "run.mcap", disk)
     memory = bytearray(64)
     recorder = ScanRecorder(file, memory, SLOTS, scan_period_ns=2_000_000, program=PROGRAM, chunk_scans=40)
@@ -190,7 +188,7 @@ def test_a_disk_that_is_full_within_the_head_is_refused_and_leaves_a_whole_file(
         span.offset for span in find_records(io.BytesIO(UNDISTURBED), WHOLE)[0] if span.opcode == Opcode.CHUNK
     )
     for room in range(8, head, 101):
-        disk = Disk(room + BALLAST, ballast=BALLAST)
+        disk = Disk(room + RESERVE, reserve=RESERVE)
         with pytest.raises(TraceFull, match="it is complete and ends before the first scan") as full:
             ScanRecorder(
                 TraceFile(disk, "run", disk), bytearray(64), SLOTS, scan_period_ns=1, program=PROGRAM
@@ -201,7 +199,7 @@ def test_a_disk_that_is_full_within_the_head_is_refused_and_leaves_a_whole_file(
 
 
 def test_what_was_cut_back_is_closed_without_a_further_complaint() -> None:
-    disk = Disk(BALLAST + WHOLE // 2, ballast=BALLAST, thief=True)
+    disk = Disk(RESERVE + WHOLE // 2, reserve=RESERVE, thief=True)
     recorder = ScanRecorder(
         TraceFile(disk, "run", disk), bytearray(64), SLOTS, scan_period_ns=1, program=PROGRAM, chunk_scans=1
     )
@@ -215,9 +213,9 @@ def test_what_was_cut_back_is_closed_without_a_further_complaint() -> None:
 
 
 @pytest.mark.slow
-def test_where_the_ballast_does_not_help_the_file_ends_with_its_last_whole_record(tmp_path: Path) -> None:
+def test_where_the_reserve_does_not_help_the_file_ends_with_its_last_whole_record(tmp_path: Path) -> None:
     for room in FAILURE_POINTS:
-        disk = Disk(room + BALLAST, ballast=BALLAST, thief=True)
+        disk = Disk(room + RESERVE, reserve=RESERVE, thief=True)
         accepted, full = record(TraceFile(disk, "run.mcap", disk))
         if full is None:
             assert stock_scans(bytes(disk.content)) == accepted
@@ -237,15 +235,15 @@ def test_where_the_ballast_does_not_help_the_file_ends_with_its_last_whole_recor
             assert len(accepted) - len(scans) <= CHUNK_SCANS + 1
 
 
-def test_without_a_ballast_the_file_ends_with_its_last_whole_record() -> None:
-    disk = Disk(WHOLE // 2, ballast=0)
+def test_without_a_reserve_the_file_ends_with_its_last_whole_record() -> None:
+    disk = Disk(WHOLE // 2, reserve=0)
     _, full = record(TraceFile(disk, "run.mcap"))
     assert full is not None
     assert not full.complete
 
 
 def test_another_failure_of_the_disk_is_told_as_it_is() -> None:
-    disk = Disk(BALLAST + WHOLE // 2, ballast=BALLAST, code=errno.EIO)
+    disk = Disk(RESERVE + WHOLE // 2, reserve=RESERVE, code=errno.EIO)
     _, full = record(TraceFile(disk, "run.mcap", disk))
     assert full is not None
     assert not full.complete
@@ -257,18 +255,18 @@ def test_a_file_that_takes_nothing_is_not_waited_for() -> None:
         def write(self, data: memoryview, /) -> int:
             return 0
 
-    _, full = record(TraceFile(Deaf(10**6, ballast=0), "deaf"))
+    _, full = record(TraceFile(Deaf(10**6, reserve=0), "deaf"))
     assert full is not None
     assert "takes no more bytes" in str(full)
 
 
 @pytest.mark.parametrize("room", [1_000, 20_000, 300_000, 460_000])
-def test_the_ballast_that_a_recorder_asks_for_is_enough(monkeypatch: pytest.MonkeyPatch, room: int) -> None:
+def test_the_reserve_that_a_recorder_asks_for_is_enough(monkeypatch: pytest.MonkeyPatch, room: int) -> None:
     disks: list[Disk] = []
 
-    def on_a_small_disk(path: Path, ballast_bytes: int, keeping: object) -> TraceFile:
+    def on_a_small_disk(path: Path, reserve_bytes: int, keeping: object) -> TraceFile:
         assert keeping is None
-        disks.append(Disk(room + ballast_bytes, ballast=ballast_bytes))
+        disks.append(Disk(room + reserve_bytes, reserve=reserve_bytes))
         return TraceFile(disks[0], str(path), disks[0])
 
     monkeypatch.setattr("scanrack.traces.write.recorder.open_trace_file", on_a_small_disk)
@@ -288,22 +286,22 @@ def test_the_ballast_that_a_recorder_asks_for_is_enough(monkeypatch: pytest.Monk
 
 
 @pytest.mark.skipif(not Path("/dev/null").exists(), reason="no /dev/null here")
-def test_a_device_has_no_ballast() -> None:
+def test_a_device_has_no_reserve() -> None:
     file = open_trace_file(Path("/dev/null"), 1000)
     assert file._room is None
     file.close()
 
 
-def test_the_ballast_grows_with_the_summary() -> None:
-    disk = Disk(10**9, ballast=SUMMARY_ROOM)
+def test_the_reserve_grows_with_the_summary() -> None:
+    disk = Disk(10**9, reserve=SUMMARY_ROOM)
     file = TraceFile(disk, "long", disk)
     for _ in range(1000):
         file.write(b"x" * 10)
     assert 1000 * 256 <= disk.size <= 1000 * 256 + SUMMARY_ROOM
 
 
-def test_a_ballast_that_can_grow_no_more_ends_the_trace_in_good_time() -> None:
-    disk = Disk(4 * SUMMARY_ROOM, ballast=SUMMARY_ROOM)
+def test_a_reserve_that_can_grow_no_more_ends_the_trace_in_good_time() -> None:
+    disk = Disk(4 * SUMMARY_ROOM, reserve=SUMMARY_ROOM)
     file = TraceFile(disk, "long", disk)
     writes = 0
     while not file.full:
@@ -313,16 +311,16 @@ def test_a_ballast_that_can_grow_no_more_ends_the_trace_in_good_time() -> None:
     assert disk.size >= (writes - 1) * 256
 
 
-def test_a_ballast_is_really_allocated_and_given_back(tmp_path: Path) -> None:
-    ballast = Ballast(tmp_path)
-    ballast.grow(300_000)
-    held = os.fstat(ballast._file.fileno())
-    assert ballast.size == 300_000
+def test_a_reserve_is_really_allocated_and_given_back(tmp_path: Path) -> None:
+    reserve = DiskReserve(tmp_path)
+    reserve.grow(300_000)
+    held = os.fstat(reserve._file.fileno())
+    assert reserve.size == 300_000
     assert held.st_blocks * 512 >= 300_000
     assert list(tmp_path.iterdir()) == []
-    ballast.release()
-    assert ballast.size == 0
-    assert ballast._file.closed
+    reserve.release()
+    assert reserve.size == 0
+    assert reserve._file.closed
 
 
 @pytest.mark.parametrize(
@@ -366,13 +364,13 @@ def test_no_permission_is_refused_as_root_would_see_it(
         open_trace_file(tmp_path / "run.mcap", 1000)
 
 
-def test_a_disk_without_room_for_the_ballast_is_refused_and_an_old_trace_kept(
+def test_a_disk_without_room_for_the_reserve_is_refused_and_an_old_trace_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def no_room(self: Ballast, size: int) -> None:
+    def no_room(self: DiskReserve, size: int) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(Ballast, "grow", no_room)
+    monkeypatch.setattr(DiskReserve, "grow", no_room)
     path = tmp_path / "run.mcap"
     path.write_bytes(MAGIC + b"the old one")
     with pytest.raises(OSError, match="No space left on device; 1,000 bytes are needed for its end"):

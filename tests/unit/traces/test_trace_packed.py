@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_traces import A3601, idle, record
+from scanrack.traces import open_trace
 from scanrack.traces.compare import compare_parts
 from scanrack.traces.read import packed
 from scanrack.traces.read.columns import Columns, join
 from scanrack.traces.read.packed import PackedScans, memory_blocks
-from scanrack.traces.read.reader import open_trace
-from scanrack.traces.replay import Follower, Recording
+from scanrack.traces.replay import Follower, PackedTrace
 
 
 def columns_of(count: int, first: int = 0, slots: int = 1) -> Columns:
@@ -58,7 +58,7 @@ def test_a_replay_is_compared_as_two_traces_are(
     words = idle(40)
     words[:, 10] = np.arange(40)
     with open_trace(record(tmp_path / "run.mcap", words)) as trace:
-        recording = Recording.of(trace)
+        recording = PackedTrace.of(trace)
     memory = bytearray(32)
     follower = Follower(recording, memory, [(1, "in")])
     if stopping:
@@ -94,7 +94,7 @@ def test_a_recording_in_memory_takes_a_few_bytes_a_scan(tmp_path: Path) -> None:
     path = record(tmp_path / "run.mcap", idle(100_000), chunk_scans=4096)
     tracemalloc.start()
     with open_trace(path) as trace:
-        recording = Recording.of(trace)
+        recording = PackedTrace.of(trace)
     held, _ = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert len(recording.scans) == 100_000

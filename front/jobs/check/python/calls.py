@@ -19,7 +19,7 @@ from ....io_images.amci3601 import Acceleration, Direction
 from ....io_images.times import parse_time
 from ....ladder.python.axis3601 import Axis3601, Command, ErrorId
 from ....ladder.python.sequences import dwell, steady, within
-from ..facts import FileLine, Remark
+from ..facts import FileLine, LocalFinding
 from .reader import Reader, UnknownError, variants
 
 NEUTRAL: Mapping[str, object] = {
@@ -63,37 +63,37 @@ class Calls:
             if _method(call) == SEARCH:
                 yield self._place(call), axis
 
-    def refused(self) -> Iterator[Remark]:
+    def refused(self) -> Iterator[LocalFinding]:
         """Yield the commands whose constants are refused."""
         for axis, call in self._commands:
             text = self._refusal(axis, call)
             if text:
-                yield Remark(self._place(call), f"{_method(call)}: {text}")
+                yield LocalFinding(self._place(call), f"{_method(call)}: {text}")
 
-    def failing(self) -> Iterator[Remark]:
+    def failing(self) -> Iterator[LocalFinding]:
         """Yield the calls that raise when they are reached."""
         for axis, call in self._commands:
             text = _misfit(axis, call) or _fraction(call)
             if text:
-                yield Remark(self._place(call), text)
+                yield LocalFinding(self._place(call), text)
         for call in self._calls:
             kind = self._reader.names.get(getattr(call.func, "id", ""))
             text = self._no_time(kind, call) if kind in (dwell, steady) else ""
             if text:
-                yield Remark(self._place(call), text)
+                yield LocalFinding(self._place(call), text)
 
-    def without_time(self) -> Iterator[Remark]:
+    def without_time(self) -> Iterator[LocalFinding]:
         """Yield the waits whose time is 0."""
         for call, time_ns in self._times():
             if time_ns == 0:
-                yield Remark(self._place(call), f"{ast.unparse(call)} waits for no time")
+                yield LocalFinding(self._place(call), f"{ast.unparse(call)} waits for no time")
 
-    def too_short(self, scan_ns: int) -> Iterator[Remark]:
+    def too_short(self, scan_ns: int) -> Iterator[LocalFinding]:
         """Yield the waits that are over in the next scan."""
         for call, time_ns in self._times():
             if 0 < time_ns < scan_ns:
                 text = f"{ast.unparse(call)} is shorter than a scan, {scan_ns / 1e6:g} ms"
-                yield Remark(self._place(call), text)
+                yield LocalFinding(self._place(call), text)
 
     def _times(self) -> Iterator[tuple[ast.Call, int]]:
         """Yield the waits for a known time, ns."""

@@ -12,7 +12,7 @@ from ....io_images.amci3601.words import is_stepper
 from ....io_images.input_files import read_input_text
 from ....io_images.text_limits import TextKind
 from ....runtime.config.rackspec import RackSpec
-from ..facts import Facts, FileLine, Remark, SentCommand
+from ..facts import Facts, FileLine, LocalFinding, SentCommand
 from .attributes import note_names
 from .flow import Flow
 from .hand_writes import HandWrites
@@ -54,7 +54,7 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
     for node, text in too_short(reader, spec.scan_ns):
         facts.remark("preset-unit", FileLine(str(path), node.lineno), text)
     loops = fixed_loops(tree)
-    facts.remarks["never-waits"] += (Remark(FileLine(str(path), line), text) for line, text in loops)
+    facts.remarks["never-waits"] += (LocalFinding(FileLine(str(path), line), text) for line, text in loops)
     facts.uses_bit = reader.uses_bit(terminals)
     Flow(reader, facts).note()
     Scans(reader, spec, facts).note()
@@ -73,9 +73,11 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
     return facts
 
 
-def _too_slow(moves: Sequence[tuple[FileLine, str, int]], starting_speeds: Sequence[int]) -> Iterator[Remark]:
+def _too_slow(
+    moves: Sequence[tuple[FileLine, str, int]], starting_speeds: Sequence[int]
+) -> Iterator[LocalFinding]:
     """Yield the moves and home searches that are slower than the starting speed of every configuration."""
     least = min(starting_speeds, default=0)
     for place, kind, speed in moves:
         if speed < least:
-            yield Remark(place, f"{kind}: speed {speed} is below the starting speed, {least}")
+            yield LocalFinding(place, f"{kind}: speed {speed} is below the starting speed, {least}")

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from ....io_images.amci3601 import CommandMsw
 from ....io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS, signed_word
-from ..facts import FileLine, OutputWrite, Remark, StepAction
+from ..facts import FileLine, LocalFinding, OutputWrite, StepAction
 from ..logic import FALSE, TRUE, UNKNOWN, AllOf, Bit, Condition, leaves, negated
 from ..written import UNKNOWN_WORD, WordValue, WordWrite
 from .conditions import ConditionNames, condition
@@ -54,7 +54,7 @@ class HandWrites:
         self._names = LocalNames(self._options)
         self.actions: list[StepAction] = []  # those on command words
         self.outputs: list[OutputWrite] = []
-        self.remarks: list[Remark] = []  # words that are given another number than they can hold
+        self.remarks: list[LocalFinding] = []  # words that are given another number than they can hold
 
     def writes(self) -> Iterator[WordWrite]:
         """Yield the writes of all functions that no other one calls."""
@@ -249,7 +249,7 @@ class HandWrites:
         if len(options) == len(found.options) and wrong and found.source:
             name = found.names[wrong[0]] if wrong[0] < len(found.names) else found.source
             text = f"with {name} it is {options[wrong[0]]}, and a word holds {WORD_MIN} to {UNSIGNED_MAX}"
-            self.remarks.append(Remark(FileLine(self._reader.file, target.lineno), text))
+            self.remarks.append(LocalFinding(FileLine(self._reader.file, target.lineno), text))
         if len(options) < len(found.options) or wrong:
             return UNKNOWN_WORD
         return WordValue(tuple(map(signed_word, options)), found.source, found.names)

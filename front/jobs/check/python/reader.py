@@ -20,7 +20,7 @@ from typing import Any
 
 from ....io_images import amci3601
 from ....io_images.amci3601 import Acceleration, Direction, MoveKind
-from ..facts import FileLine, Remark, UsesBit
+from ..facts import FileLine, LocalFinding, UsesBit
 
 NEUTRAL: Mapping[str, object] = {
     "kind": MoveKind.ABSOLUTE,
@@ -161,13 +161,13 @@ class Reader:
         except (NameError, AttributeError, TypeError, ArithmeticError) as error:
             raise UnknownError from error
 
-    def held(self) -> Iterator[Remark]:
+    def held(self) -> Iterator[LocalFinding]:
         """Yield the last command of a program that never zeroes word 0."""
         given = [(call.lineno, kind) for kind, call in self.calls() if kind in GIVEN]
         if given and not self._may_zero():
             line, kind = max(given)
             text = f"{kind} sets its command bit, and nothing takes it back: no Idle, word 0 is never zeroed"
-            yield Remark(FileLine(self.file, line), text)
+            yield LocalFinding(FileLine(self.file, line), text)
 
     def _may_zero(self) -> bool:
         """Return whether word 0 may be written by something other than a command."""

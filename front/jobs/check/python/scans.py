@@ -9,7 +9,7 @@ from typing import Any
 
 from ....io_images.amci3601.words import is_stepper
 from ....runtime.config.rackspec import RackSpec
-from ..facts import Command, Facts, FileLine, Remark
+from ..facts import Command, Facts, FileLine, LocalFinding
 from ..ranges import ANY, Range, exactly
 from .reader import Reader
 
@@ -169,7 +169,7 @@ class Scans:
                 continue
             if self._is_image(called.value, ".outputs") and self._is_motion(node):
                 place = FileLine(self._reader.file, node.lineno)
-                self._facts.at_once.append(Remark(place, "load writes all eight words"))
+                self._facts.at_once.append(LocalFinding(place, "load writes all eight words"))
                 return
 
     def _is_motion(self, load: ast.Call) -> bool:

@@ -40,7 +40,7 @@ from ....ladder.python.sequences.parts import DeclarationError
 from ....ladder.python.sequences.signals import Signal
 from ....runtime.config.rackspec import RackSpec
 from ...load.bare_slots import bare_slots
-from ..facts import Facts, FileLine, Remark, Role, SentCommand, UsesBit, Variable
+from ..facts import Facts, FileLine, LocalFinding, Role, SentCommand, UsesBit, Variable
 from ..rungs.accesses import declaration_lines
 from .attributes import note_names
 from .calls import Calls
@@ -50,7 +50,7 @@ from .names import Accesses, called_twice, variables_of
 from .numbers import Numbers
 from .reader import Function, Reader, field_of, functions_in
 from .scans import missing, word_lost
-from .story import Stories
+from .sequence_summaries import SequenceSummaries
 from .times import too_short
 
 
@@ -71,7 +71,7 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
         facts.configurations.append(SentCommand(_place(axis.declared, path), axis.slot, words))
         if not axis.parameters_first:
             text = f"{axis.name} sends each command together with its parameters"
-            facts.at_once.append(Remark(_place(axis.declared, path), text))
+            facts.at_once.append(LocalFinding(_place(axis.declared, path), text))
     readers = {str(file): Reader(str(file), tree, names, fields) for file, tree, names in texts}
     for file, reader in readers.items():
         calls = Calls(reader, axes, type(program).__mro__)
@@ -84,7 +84,7 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
             facts.remark("preset-unit", FileLine(file, node.lineno), text)
         loops = [*endless(reader.tree, inputs), *skips_wait(reader.tree), *fixed_loops(reader.tree, parts)]
         loops = list(dict(loops).items())  # one per line
-        facts.remarks["never-waits"] += (Remark(FileLine(file, line), text) for line, text in loops)
+        facts.remarks["never-waits"] += (LocalFinding(FileLine(file, line), text) for line, text in loops)
         Flow(reader, facts).note()
         note_names(reader, facts)
     _SequenceReader(logic, readers, spec, path, facts).note()
@@ -134,7 +134,7 @@ class _SequenceReader:
         numbers = {
             file: Numbers(reader, _stored(reader, self._logic)) for file, reader in self._readers.items()
         }
-        stories = Stories(self._methods, axes, locks, numbers, self._facts)
+        stories = SequenceSummaries(self._methods, axes, locks, numbers, self._facts)
         sequences = [each.name for each in sequences_of(self._logic)]
         for each in sequences:
             stories.tell(each, each)
@@ -254,7 +254,7 @@ def _stored(reader: Reader, logic: Logic) -> dict[str, list[ast.expr | None]]:
     return found
 
 
-def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[Remark]:
+def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[LocalFinding]:
     """Yield declarations that the rack lacks, or that two owners claim."""
     slots = bare_slots({slot.number: slot.words for slot in spec.slot})
     try:
@@ -262,7 +262,7 @@ def _misplaced(logic: Logic, spec: RackSpec, path: Path) -> Iterator[Remark]:
     except DeclarationError as error:
         for each in error.errors:
             site = next(sites_of(each), NOWHERE)
-            yield Remark(_place(site, path), each.reason if isinstance(each, SiteError) else str(each))
+            yield LocalFinding(_place(site, path), each.reason if isinstance(each, SiteError) else str(each))
 
 
 def _texts(program: type, path: Path) -> Iterator[tuple[Path, ast.Module, Mapping[str, Any]]]:

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ....ladder.model.operands import Constant, Group, Place
 from ....ladder.model.spec import Use
 from ....ladder.state.lowered import Call, LoweredRoutine
-from ..facts import Facts, FileLine, Remark
+from ..facts import Facts, FileLine, LocalFinding
 from ..logic import TRUE, AllOf, Condition, never, plain
 from .walk import Point
 
@@ -89,7 +89,9 @@ def _kept(point: Point) -> str:
     return ""
 
 
-def exclusive_repeats(remarks: Sequence[Remark], points: Placed, calls: RoutineCalls) -> Iterator[Remark]:
+def exclusive_repeats(
+    remarks: Sequence[LocalFinding], points: Placed, calls: RoutineCalls
+) -> Iterator[LocalFinding]:
     """Yield the remarks on repeated coils and timers, without those of routines that exclude each other."""
     at: dict[FileLine, list[Point]] = {}
     for point, place in points:

@@ -16,9 +16,9 @@ from ....ladder.model.chart_checks import unreached
 from ....ladder.model.operands import Place
 from ....ladder.model.tags import tag_in
 from ....ladder.state.lowered import LoweredLine, LoweredProgram, steps_of
-from ....runtime.config.rackspec import RackSpec
+from ....runtime.config.rackspec import RackSpec, profile_in
 from ...load.program import SLC_SUFFIXES
-from ..facts import Facts, FileLine, Remark, SentCommand
+from ..facts import Facts, FileLine, LocalFinding, SentCommand
 from .accesses import Variables, accesses_of, declaration_lines
 from .block_mistakes import called_twice, misordered, parameters_out_of_range
 from .blocks import block_calls, commands_of, slots_of
@@ -27,6 +27,7 @@ from .conditions import Conditions, on_delays
 from .controls import shared
 from .loops import counted, counts_by_site, endless
 from .mistakes import Mistakes
+from .number_ranges import Values
 from .output_writes import WriteReader, path_of
 from .outputs import OutputBits
 from .sent_words import SentWords
@@ -34,7 +35,6 @@ from .steps import Steps
 from .structure import Structure, own_routines
 from .subscripts import note_subscripts
 from .terminals import Terminals
-from .values import Values
 from .walk import Walker
 from .word_writes import word_writes
 from .written_words import computed, held, words_out_of_range
@@ -98,11 +98,11 @@ class _ProgramReader:
         endless(self.routines, self._place, facts)
         return facts
 
-    def _warnings(self, calls: RoutineCalls) -> Iterator[tuple[str, Remark]]:
+    def _warnings(self, calls: RoutineCalls) -> Iterator[tuple[str, LocalFinding]]:
         """Yield the warnings of the build, without coils of routines that exclude each other."""
         repeated = []
         for each in self.program.warnings:
-            remark = Remark(FileLine(each.site.file or str(self.path), each.site.line or 1), each.text)
+            remark = LocalFinding(FileLine(each.site.file or str(self.path), each.site.line or 1), each.text)
             if each.rule == "repeated-coil":
                 repeated.append(remark)
             else:
@@ -122,9 +122,10 @@ class _ProgramReader:
             *(SentCommand(each.place, self.axes.get(each.axis)) for each in homes),
         ]
         facts.remarks["command-held"] += held(writes)
-        wrong = [*sent.out_of_range(), *parameters_out_of_range(self.main, self.values, self.tags)]
+        limits = profile_in(self.slots.values(), None).limits
+        wrong = [*sent.out_of_range(), *parameters_out_of_range(self.main, self.values, self.tags, limits)]
         reported = {each.place for each in wrong}
-        wrong += [each for each in words_out_of_range(writes) if each.place not in reported]
+        wrong += [each for each in words_out_of_range(writes, self.slots) if each.place not in reported]
         facts.remarks["out-of-range"] += wrong
         facts.not_seen += computed(writes)
         unknown = {each.slot for each in writes if not each.known and each.word < 2}
@@ -152,13 +153,13 @@ class _ProgramReader:
                 )
                 facts.sites.setdefault(place, site)
 
-    def _unreached(self) -> Iterator[Remark]:
+    def _unreached(self) -> Iterator[LocalFinding]:
         for routine in self.program.routines:
             origins = {each.number: each.origin for each in routine.chart.steps} if routine.chart else {}
             for each in unreached(routine.chart) if routine.chart else ():
                 origin = origins[each.number]
                 text = f"{each.text}, in chart {routine.name}; only SFR can reach it"
-                yield Remark(FileLine(origin.file or str(self.path), origin.line or 1), text)
+                yield LocalFinding(FileLine(origin.file or str(self.path), origin.line or 1), text)
 
     # --- the text
 

@@ -12,7 +12,7 @@ from ....ladder.model.tags import SlotAlias
 from ....ladder.state.lowered import LoweredLine, LoweredProgram, steps_of
 from ....runtime.config.rackspec import RackSpec
 from ...load.program import EXPORT_SUFFIXES
-from ..facts import FileLine, Remark, UsesBit
+from ..facts import FileLine, LocalFinding, UsesBit
 from .blocks import OWNER, BlockCall
 
 
@@ -39,7 +39,7 @@ class Terminals:
 
     def misplaced(
         self, lines: Sequence[tuple[LoweredLine, FileLine]], calls: Sequence[BlockCall]
-    ) -> Iterator[Remark]:
+    ) -> Iterator[LocalFinding]:
         """Yield the instructions with a bit of a card that is not a terminal, or with a slot that is none."""
         if not self._cards:
             return
@@ -48,11 +48,11 @@ class Terminals:
                 for operand in step.operands:
                     text = self._no_terminal(operand) if isinstance(operand, Place | Group) else ""
                     if text:
-                        yield Remark(place, text)
+                        yield LocalFinding(place, text)
         for each in self._lowered.layout.declarations.values():
             if isinstance(each, SlotAlias) and each.slot not in self._cards:
                 text = f"SLOT {each.name} : {each.slot}: the rack has modules in {self._there()} only"
-                yield Remark(FileLine(str(self._path), self._declared(each.name)), text)
+                yield LocalFinding(FileLine(str(self._path), self._declared(each.name)), text)
         yield from map(self._wrong_module, self._named_bits(calls))
 
     def _named_bits(self, calls: Sequence[BlockCall]) -> Iterator[tuple[str, int, FileLine]]:
@@ -79,11 +79,11 @@ class Terminals:
                     seen.add(slot)
                     yield f"{operand.text} as {name.capitalize()} of Amci3601", slot, call.place
 
-    def _wrong_module(self, use: tuple[str, int, FileLine]) -> Remark:
+    def _wrong_module(self, use: tuple[str, int, FileLine]) -> LocalFinding:
         text, slot, place = use
         steppers = ", ".join(map(str, self._steppers)) or "no slot"
         module = next(each.module for each in self._spec.slot if each.number == slot)
-        return Remark(place, f"{text}: slot {slot} has a {module}; a 3601 is in {steppers}")
+        return LocalFinding(place, f"{text}: slot {slot} has a {module}; a 3601 is in {steppers}")
 
     def _there(self) -> str:
         return ", ".join(map(str, self._cards))

@@ -28,7 +28,7 @@ class EdgeOfNothing(AlteredLayer):
         super()._obey_new_words(now_ns, command, CommandWords((0, *previous.words[1:])))
 
 
-class DeafToChange(AlteredLayer):
+class IgnoresNewWords(AlteredLayer):
     """New words under the same command bit are not looked at while a manual move runs."""
 
     @override

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from ....io_images.amci3601 import RULES, StatusLsw, StatusMsw
+from ....io_images.amci3601.words import WORDS_3601
 from ....runtime.modules.amci3601.altered import Alteration, ImageWords
 from ....runtime.modules.amci3601.latches import bits_of
 from . import departures as d
@@ -115,7 +116,7 @@ _NO_CURVE = hear("It has no S-curve.", _MOVES, _less(1))
 _LSW_1 = hear("Its S-curves are triangular.", _MOVES, _less(2))
 _NEEDS_VALID = d.refuse("It needs a valid position.", "CMD-06", d.RELATIVE | d.MANUAL, d.is_invalid)
 _UNLOCKED = ruled("It carries out commands under a command error.", layers.NoLock)
-_DEAF = ruled("It ignores new words of a manual move.", layers.DeafToChange)
+_DEAF = ruled("It ignores new words of a manual move.", layers.IgnoresNewWords)
 _HOLD_STAYS = d.never_clears("Hold State stays when the next move starts.", _HOLD, at=AT_START)
 _HOLDS_HARD = ruled("Hold cuts the steps off.", layers.HoldCuts)
 _MIRROR = Alteration("It mirrors no configuration.", shows=_mirrors_nothing)
@@ -278,10 +279,10 @@ def without(rule: str, fired: Collection[str]) -> Alteration | None:
     """
     if rule not in fired:
         return STATEMENTS.get(rule)
-    bits = bits_of(rule)
+    bits = bits_of(rule, WORDS_3601)
     if not bits:
         return STATEMENTS.get(rule)
-    same = {each for each in fired if _kin(rule, each) and not bits_of(each) & ~bits}
+    same = {each for each in fired if _kin(rule, each) and not bits_of(each, WORDS_3601) & ~bits}
     return d.silent(f"It does not know {rule}.", rule, *same)
 
 

@@ -8,9 +8,9 @@ from random import Random
 from ....runtime.config.rackspec import RackSpec
 from ....runtime.modules.record import Trait
 from ..scenarios.kinds import Kind, buttons, card_buttons, sensors
-from ..scenarios.scenario import Press, Push
+from ..scenarios.scenario import ContactPress, Press
 
-Contact = Press | Push
+Contact = Press | ContactPress
 """A contact as a part of a scenario; its instant does not count."""
 
 BUTTON, SENSOR, ANSWERED = 2, 1, 6
@@ -33,7 +33,7 @@ class Contacts:
                     for level in (True, False):
                         self._weights[Press(slot.number, bit, level, 0, 0)] = SENSOR
         for number, name in card_buttons(spec):
-            self._weights[Push(number, name, 0, 0)] = BUTTON
+            self._weights[ContactPress(number, name, 0, 0)] = BUTTON
 
     def __bool__(self) -> bool:
         return bool(self._weights)

@@ -19,8 +19,8 @@ from typing import Any
 from ....io_images.amci3601.firmware import KNOWN, Firmware
 from ....io_images.image import WORDS
 from ....runtime.config.rackspec import RackSpec
-from ....runtime.live.orders import Write
-from ....runtime.loop.incidents import FaultKind, Incident
+from ....runtime.live.actions import Write
+from ....runtime.loop.incidents import FaultKind, InjectedFault
 from ....runtime.modules.record import Trait
 from ..scenarios.kinds import (
     Kind,
@@ -31,7 +31,16 @@ from ..scenarios.kinds import (
 )
 from ..scenarios.panel import PanelTag
 from ..scenarios.parts import Lasting, Timed, parts_of, scenario_of, timed_parts, with_part
-from ..scenarios.scenario import GivenOrder, LostSteps, Push, Scenario, Shift, Signal, Tear, Turn
+from ..scenarios.scenario import (
+    ContactPress,
+    LostSteps,
+    OperatorAction,
+    Scenario,
+    Signal,
+    SwitchOffset,
+    TornUpdate,
+    Turn,
+)
 from ..scenarios.tearing import Rung
 from .contacts import Contact, Contacts
 from .edges import INPUTS, NEAR, NO_EDGES, Edges
@@ -177,7 +186,7 @@ class Draws:
     def _pressed_again(self, part: Contact, at: int) -> Contact:
         """Return the same press in another scan, of any axis that has this input."""
         at_ns = at * self.scan_ns
-        if isinstance(part, Push):
+        if isinstance(part, ContactPress):
             return replace(part, at_ns=at_ns)
         return replace(part, at_ns=at_ns, slot=self._random.choice(self._numbers))
 
@@ -336,9 +345,9 @@ class Draws:
         slot, name, value = self._random.choice(self._signals)
         return Signal(slot, name, value, at * self.scan_ns, self._lasting(at, edges))
 
-    def _setting(self, at: int, _edges: Edges) -> GivenOrder:
+    def _setting(self, at: int, _edges: Edges) -> OperatorAction:
         setting = self._random.choice(self._settings)
-        return GivenOrder(at * self.scan_ns, Write(setting.tag, self._random.choice(setting.values)))
+        return OperatorAction(at * self.scan_ns, Write(setting.tag, self._random.choice(setting.values)))
 
     def _turn(self, at: int, edges: Edges) -> Turn:
         """Return a movement of a master encoder at a part of its speed, either way."""
@@ -347,18 +356,18 @@ class Draws:
         counts = max(1, round(speed * self._random.choice(PARTS_OF_SPEED) * for_ns / 1e9))
         return Turn(slot, counts * self._random.choice(WAYS), at * self.scan_ns, for_ns)
 
-    def _link(self, at: int, edges: Edges) -> Incident:
+    def _link(self, at: int, edges: Edges) -> InjectedFault:
         what, slot = self._random.choice(LINKS), self._random.choice(self._answering)
-        return Incident(at * self.scan_ns, what, slot, self._lasting(at, edges))
+        return InjectedFault(at * self.scan_ns, what, slot, self._lasting(at, edges))
 
-    def _power(self, at: int, _edges: Edges) -> Incident:
+    def _power(self, at: int, _edges: Edges) -> InjectedFault:
         slot = self._random.choice([slot.number for slot in self._spec.slot])
-        return Incident(at * self.scan_ns, FaultKind.POWER_CYCLE, slot)
+        return InjectedFault(at * self.scan_ns, FaultKind.POWER_CYCLE, slot)
 
-    def _mode(self, at: int, edges: Edges) -> Incident:
-        return Incident(at * self.scan_ns, FaultKind.PROGRAM_MODE, 0, self._lasting(at, edges))
+    def _mode(self, at: int, edges: Edges) -> InjectedFault:
+        return InjectedFault(at * self.scan_ns, FaultKind.PROGRAM_MODE, 0, self._lasting(at, edges))
 
-    def _torn(self, at: int, edges: Edges) -> Incident:
+    def _torn(self, at: int, edges: Edges) -> InjectedFault:
         """Return an update that is torn, as a rule where words change: in others it changes nothing."""
         random = self._random
         slots = [slot.number for slot in self._spec.slot]
@@ -368,27 +377,27 @@ class Draws:
             late = random.sample(words, random.randint(1, len(words) - 1))
         else:
             slot, late = random.choice(slots), random.sample(range(WORDS), random.randint(1, WORDS // 2))
-        return Incident(at * self.scan_ns, FaultKind.TORN_UPDATE, slot, 0, tuple(sorted(late)))
+        return InjectedFault(at * self.scan_ns, FaultKind.TORN_UPDATE, slot, 0, tuple(sorted(late)))
 
-    def _tear(self, at: int, edges: Edges) -> Tear:
+    def _tear(self, at: int, edges: Edges) -> TornUpdate:
         """Return a tear, most often in the scan before one that sees another input."""
         random = self._random
         if random.random() < BEFORE_INPUTS and (seen := edges.one_of(random, INPUTS)):
             at = seen - 1
         routine, rung = random.choice(self._rungs[1:])  # before the first one they are only late
-        return Tear(routine, rung, at * self.scan_ns)
+        return TornUpdate(routine, rung, at * self.scan_ns)
 
-    def _line(self, at: int, edges: Edges) -> Incident:
+    def _line(self, at: int, edges: Edges) -> InjectedFault:
         """Return a lost or damaged reply, several in a row, an open line, or a controller without power."""
         random, at_ns, slot = self._random, at * self.scan_ns, self._random.choice(self._lines)
         case = random.randint(0, 2)
         if case == 0:
-            return Incident(at_ns, random.choice(REPLIES), slot)
+            return InjectedFault(at_ns, random.choice(REPLIES), slot)
         if case == 1:
-            return Incident(
+            return InjectedFault(
                 at_ns, random.choice((FaultKind.LINE_DOWN, *REPLIES)), slot, self._lasting(at, edges)
             )
-        return Incident(at_ns, FaultKind.CONTROLLER_POWER_CYCLE, slot)
+        return InjectedFault(at_ns, FaultKind.CONTROLLER_POWER_CYCLE, slot)
 
     def _untimed(self) -> Iterator[Callable[[Scenario], Scenario]]:
         """Yield the possible conditions of a whole run."""
@@ -411,7 +420,7 @@ class Draws:
         return replace(scenario, firmware=tuple((slot, version) for slot in slots))
 
     def _shifted(self, scenario: Scenario) -> Scenario:
-        shift = Shift(self._random.choice(self._numbers), self._random.choice(STEPS))
+        shift = SwitchOffset(self._random.choice(self._numbers), self._random.choice(STEPS))
         return replace(scenario, shifts=(shift,))
 
     def _slipped(self, scenario: Scenario) -> Scenario:

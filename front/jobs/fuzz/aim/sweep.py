@@ -12,11 +12,11 @@ from dataclasses import replace
 from random import Random
 
 from ....runtime.config.rackspec import RackSpec
-from ....runtime.loop.incidents import FaultKind, Incident
+from ....runtime.loop.incidents import FaultKind, InjectedFault
 from ....runtime.modules.record import Trait
 from ..scenarios.kinds import Kind, buttons, card_buttons, sensors, with_trait
 from ..scenarios.parts import Timed, with_part
-from ..scenarios.scenario import Press, Push, Scenario, Tear
+from ..scenarios.scenario import ContactPress, Press, Scenario, TornUpdate
 from ..scenarios.tearing import Rung
 from .corpus import Corpus, Entry
 from .edges import BEGINNING, INPUTS, THIN, TOGETHER
@@ -91,8 +91,8 @@ class Sweep:
             at_ns, slot = scans[-1] * self._spec.scan_ns, self._spec.slot[place].number
             for word in words:
                 others = tuple(each for each in words if each != word)
-                yield kind, Incident(at_ns, FaultKind.TORN_UPDATE, slot, 0, (word,))
-                yield kind, Incident(at_ns, FaultKind.TORN_UPDATE, slot, 0, others)
+                yield kind, InjectedFault(at_ns, FaultKind.TORN_UPDATE, slot, 0, (word,))
+                yield kind, InjectedFault(at_ns, FaultKind.TORN_UPDATE, slot, 0, others)
 
     def _read_twice(self, entry: Entry) -> Iterator[tuple[Hashable, Scenario]]:
         """Yield the scenario with inputs that change before a rung, wherever they change.
@@ -108,7 +108,7 @@ class Sweep:
             self._corpus.swept.update(changes)
             scans = sorted({scan - 1 for each in fresh for scan in each[:MOST_TORN] if scan > BEGINNING})
             for routine, rung in self._some_rungs() if scans else ():
-                tears = tuple(Tear(routine, rung, scan * self._spec.scan_ns) for scan in scans)
+                tears = tuple(TornUpdate(routine, rung, scan * self._spec.scan_ns) for scan in scans)
                 torn = replace(entry.scenario, tears=(*entry.scenario.tears, *tears))
                 yield (group, routine, rung), torn
 
@@ -119,14 +119,14 @@ class Sweep:
     def _parts(self, at_ns: int) -> Iterator[Timed]:
         for_ns = LASTING_MS * 1_000_000
         if Kind.MODE in self._kinds:
-            yield Incident(at_ns, FaultKind.PROGRAM_MODE, 0, for_ns)
+            yield InjectedFault(at_ns, FaultKind.PROGRAM_MODE, 0, for_ns)
         if Kind.LINK in self._kinds:
             for number in with_trait(self._spec, Trait.STOPS_ANSWERING):
-                yield Incident(at_ns, FaultKind.LINK_LOST, number, for_ns)
-                yield Incident(at_ns, FaultKind.REMOVED, number, for_ns)
+                yield InjectedFault(at_ns, FaultKind.LINK_LOST, number, for_ns)
+                yield InjectedFault(at_ns, FaultKind.REMOVED, number, for_ns)
         if Kind.POWER in self._kinds:
             for slot in self._spec.slot:
-                yield Incident(at_ns, FaultKind.POWER_CYCLE, slot.number)
+                yield InjectedFault(at_ns, FaultKind.POWER_CYCLE, slot.number)
         if Kind.INPUTS in self._kinds:
             for slot in self._spec.slot:
                 if slot.has(Trait.MACHINE):
@@ -134,4 +134,4 @@ class Sweep:
                         short = bit in buttons(slot) and self._random.random() < 0.5
                         yield Press(slot.number, bit, True, at_ns, SHORT_MS * 1_000_000 if short else for_ns)
             for number, name in card_buttons(self._spec):
-                yield Push(number, name, at_ns, for_ns)
+                yield ContactPress(number, name, at_ns, for_ns)

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from .. import Counterexample, Scenario, UnsteadyError
+from .. import Counterexample, NondeterministicError, Scenario
 from ..job import Setup, bench_of
 from ..run import HANGS, BrokenInvariant
 from ..search import unsteady
-from ..steady import Uses
+from ..steady import NondeterminismSources
 from .fresh import in_other_surroundings
 
 
@@ -23,20 +23,20 @@ class Confirmation:
         """Return whether the failure happens there, too.
 
         Raises:
-            UnsteadyError: the program does not fail there, and is responsible for the difference.
+            NondeterministicError: the program does not fail there, and is responsible for the difference.
         """
         broken, uses = in_other_surroundings(run_again, self.setup, found.scenario, frozenset(without))
         if broken is not None and broken.key == found.broken.key:
             return True
         if HANGS in (found.broken.cause, broken and broken.cause):
             return False  # the machine may have been busy, here or there
-        raise UnsteadyError(unsteady(found, uses))
+        raise NondeterministicError(unsteady(found, uses))
 
 
 def run_again(
     setup: Setup, scenario: Scenario, without: frozenset[str]
 ) -> tuple[BrokenInvariant | None, str]:
     """Run a scenario; return its failure, and the program's sources of differences."""
-    uses = Uses()
+    uses = NondeterminismSources()
     verdict = uses.watching(bench_of(setup)).run(scenario, without=without)
     return verdict.broken, str(uses)

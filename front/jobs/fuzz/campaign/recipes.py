@@ -23,7 +23,7 @@ from ....io_images.text_limits import TextKind
 from ....runtime.config.rackspec import RackSpec
 from ....traces.files.guard import beginning
 from ....traces.files.newfile import new_file
-from ...load.loading import Job
+from ...load.loading import LoadedRack
 from ..scenarios.scenario import Scenario
 
 RECIPE = beginning("a recipe of a run", b'{"scenario"')
@@ -50,7 +50,7 @@ class Origin:
     version: str  # of scanrack
 
     @classmethod
-    def of(cls, job: Job, scans: int) -> Origin:
+    def of(cls, job: LoadedRack, scans: int) -> Origin:
         """Return the origin of a job's runs.
 
         Raises:

@@ -14,7 +14,7 @@ from ....ladder.debug import Debugger
 from ....runtime.loop.listeners import QuietListener, ScanListener
 from ....runtime.loop.scan import ScanLogic
 from ...bench.opening import BenchObserver
-from ...load.loading import Job, load_job
+from ...load.loading import LoadedRack, load_job
 from ...record.logic_wrapper import unwrapped
 from ..aim.branches import NAME, branches_noted
 from ..aim.python_state import namespace_of
@@ -54,7 +54,7 @@ class BenchCoverage(BenchObserver):
         """Let a Python program note its branches."""
         return branches_noted()
 
-    def listeners(self, job: Job, logic: ScanLogic) -> Iterable[ScanListener]:
+    def listeners(self, job: LoadedRack, logic: ScanLogic) -> Iterable[ScanListener]:
         """Watch the rungs of a bench, or keep the bytes of its branches."""
         known = job.tested or job
         program = self._program(str(known.program.resolve()), str(known.rack_file.resolve()))

@@ -7,15 +7,15 @@ from collections.abc import Iterator
 from ....io_images.addresses import Address
 from ....io_images.image import WORDS
 from ....ladder.debug import told
-from ....traces.replay import Recording
+from ....traces.replay import PackedTrace
 from ...bench.opening import loading
-from ...load.loading import Job
+from ...load.loading import LoadedRack
 from ...why.chains.of_run import chain_of
 from ...why.past import Past
 from ..run import NO_FAULT, BrokenInvariant
 
 
-def cause_of(recording: Recording, job: Job, rack: str, broken: BrokenInvariant) -> list[str]:
+def cause_of(recording: PackedTrace, job: LoadedRack, rack: str, broken: BrokenInvariant) -> list[str]:
     """Return the chain behind the output that changed last when an invariant was broken; [] without one.
 
     A fault of the CPU has its place itself.

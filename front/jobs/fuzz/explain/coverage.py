@@ -18,7 +18,7 @@ from ....ladder.state.lowered import LoweredLine, LoweredProgram, LoweredRoutine
 from ....runtime.loop.rack import Rack
 from ....runtime.loop.scan import ScanLogic
 from ...check.rungs.structure import own_routines
-from ...load.loading import Job
+from ...load.loading import LoadedRack
 from ..aim.branches import branch_lines
 from ..aim.edges import Edges
 from ..aim.probe import Probe, noting
@@ -58,7 +58,7 @@ class Coverage:
 
 
 def coverage_of(
-    bench: TrialBench, scenarios: Iterable[Scenario], job: Job, dead: Collection[DeadPlace] = ()
+    bench: TrialBench, scenarios: Iterable[Scenario], job: LoadedRack, dead: Collection[DeadPlace] = ()
 ) -> Coverage:
     """Run scenarios and return what they went through.
 
@@ -72,14 +72,14 @@ def coverage_of(
     return Coverage(covered_lines(tally, job, dead), tally.given)
 
 
-def covered_lines(tally: PowerTally, job: Job, dead: Collection[DeadPlace] = ()) -> list[CoveredLine]:
+def covered_lines(tally: PowerTally, job: LoadedRack, dead: Collection[DeadPlace] = ()) -> list[CoveredLine]:
     """Return the lines of a program with what never happened in them, in its order."""
     if tally.lowered is not None:
         return list(_ladder_lines(tally, tally.lowered, job, frozenset(dead)))
     return list(_python_lines(tally, job.program))
 
 
-def places_in(bench: TrialBench, scenario: Scenario, job: Job) -> frozenset[str]:
+def places_in(bench: TrialBench, scenario: Scenario, job: LoadedRack) -> frozenset[str]:
     """Run a scenario; return what passed power or was taken, with its routine or file, without numbers."""
     tally = PowerTally()
     bench.run(scenario, without=bench.names, probe=_TallyProbe(tally))
@@ -169,7 +169,7 @@ class _TallyProbe(Probe):
 
 
 def _ladder_lines(
-    tally: PowerTally, lowered: LoweredProgram, job: Job, dead: frozenset[DeadPlace]
+    tally: PowerTally, lowered: LoweredProgram, job: LoadedRack, dead: frozenset[DeadPlace]
 ) -> Iterator[CoveredLine]:
     numbers = {key: number for number, key in enumerate(lines_of(lowered))}
     for routine in _own(job, lowered):
@@ -180,7 +180,7 @@ def _ladder_lines(
             yield CoveredLine(place, line.text, gaps)
 
 
-def _own(job: Job, lowered: LoweredProgram) -> Iterable[LoweredRoutine]:
+def _own(job: LoadedRack, lowered: LoweredProgram) -> Iterable[LoweredRoutine]:
     assert isinstance(job.logic, LadderLogic)
     return own_routines(job.logic, lowered)
 

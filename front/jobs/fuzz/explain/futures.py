@@ -49,7 +49,7 @@ ENDS = (1, 2, 10, 100, 1000)
 
 
 @dataclass(frozen=True, slots=True)
-class Inevitable:
+class PointOfNoReturn:
     """The rise of the share of futures that fail.
 
     Attributes:
@@ -100,7 +100,7 @@ class _OutOfTimeError(Exception):
 
 def inevitable(
     bench: TrialBench, found: Counterexample, seed: int = 1, go_on: Callable[[], bool] = lambda: True
-) -> Inevitable | None:
+) -> PointOfNoReturn | None:
     """Return where a failure became inevitable: 100 to 250 runs; None if there was no time for them.
 
     Args:
@@ -113,10 +113,10 @@ def inevitable(
         return None
 
 
-def _found_inevitable(bench: TrialBench, found: Counterexample, crowd: _Crowd) -> Inevitable:
+def _found_inevitable(bench: TrialBench, found: Counterexample, crowd: _Crowd) -> PointOfNoReturn:
     failing = {-1: crowd.failing_behind(-1, PILOT), found.broken.scan: PILOT}
     if failing[-1] * FUTURES >= CLEAR * PILOT and (first := crowd.failing_behind(-1)) >= CLEAR:
-        return Inevitable(-1, 0, 0, 0, first, first)
+        return PointOfNoReturn(-1, 0, 0, 0, first, first)
     while len(failing) < MOST_ASKED:
         before, scan = _steepest(failing)
         if scan - before == 1:
@@ -128,7 +128,7 @@ def _found_inevitable(bench: TrialBench, found: Counterexample, crowd: _Crowd) -
     many = FUTURES if scan == found.broken.scan else crowd.failing_behind(scan)
     first = few if many - few >= CLEAR else crowd.failing_behind(-1)
     changes = changes_in(bench, found.scenario, scan)
-    return Inevitable(before, scan, scan * bench.spec.scan_ns, few, many, first, changes)
+    return PointOfNoReturn(before, scan, scan * bench.spec.scan_ns, few, many, first, changes)
 
 
 def _steepest(failing: dict[int, int]) -> tuple[int, int]:

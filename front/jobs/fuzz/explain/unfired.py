@@ -14,10 +14,11 @@ from functools import reduce
 from operator import or_
 from typing import NamedTuple
 
-from ....io_images.amci3601 import ERROR_BITS, RULES, CommandLsw, CommandMsw, ConfigMsw, InputBit
+from ....io_images.amci3601 import CommandLsw, CommandMsw, ConfigMsw, InputBit
 from ....io_images.amci3601.bits import MOTIONS, StatusMsw
 from ....io_images.amci3601.firmware import KNOWN, Firmware
 from ....io_images.amci3601.rules.rule import Rule
+from ....io_images.amci3601.words import WORDS_3601, Profile
 from ....runtime.loop.rack import Slot
 
 _LSW = 16
@@ -103,11 +104,16 @@ NEEDS: Mapping[str, Need] = {
 """Of each row of chapter 6's lists what it needs, after its sentence in `RULES`."""
 # fmt: on
 
-ERROR_RULES = tuple(rule for rule in RULES.values() if rule.list_of and rule.list_of & ERROR_BITS.value)
-"""The rows of chapter 6's lists, in the manual's order."""
+
+def error_rules(profile: Profile = WORDS_3601) -> list[Rule]:
+    """Return the rows of chapter 6's lists and a module's own refusals, in the order of its rules."""
+    own = {rule for rule, _ in profile.further_refusals}
+    return [
+        rule for rule in profile.rules.values() if (rule.list_of or 0) & profile.error_bits or rule.id in own
+    ]
 
 
-class Hindrance(IntEnum):
+class UnfiredReason(IntEnum):
     """Reasons, most specific first; the last holds if no other does."""
 
     UNTESTABLE = 0
@@ -118,18 +124,18 @@ class Hindrance(IntEnum):
     APART = 5
 
 
-WORDS: Mapping[Hindrance, str] = {
-    Hindrance.UNTESTABLE: "no image can show it",
-    Hindrance.COMMAND: "the program never gives the command",
-    Hindrance.FIRMWARE: "the firmware has no such rule",
-    Hindrance.CONFIGURATION: "the configuration excludes it",
-    Hindrance.SURROUNDINGS: "no scenario made the input active",
-    Hindrance.APART: "its conditions came only apart",
+WORDS: Mapping[UnfiredReason, str] = {
+    UnfiredReason.UNTESTABLE: "no image can show it",
+    UnfiredReason.COMMAND: "the program never gives the command",
+    UnfiredReason.FIRMWARE: "the firmware has no such rule",
+    UnfiredReason.CONFIGURATION: "the configuration excludes it",
+    UnfiredReason.SURROUNDINGS: "no scenario made the input active",
+    UnfiredReason.APART: "its conditions came only apart",
 }
 """Each kind in words, for a summary."""
 
 
-class SilentRule(NamedTuple):
+class UnfiredRule(NamedTuple):
     """A rule that never fired.
 
     Attributes:
@@ -139,7 +145,7 @@ class SilentRule(NamedTuple):
     """
 
     rule: Rule
-    why: Hindrance
+    why: UnfiredReason
     says: str
 
 
@@ -173,8 +179,11 @@ _ALL_INPUTS = reduce(or_, InputBit).value
 
 
 def unfired(
-    fired: Container[str], given: Mapping[int, GivenWords], oldest: Mapping[int, Firmware]
-) -> list[SilentRule]:
+    fired: Container[str],
+    given: Mapping[int, GivenWords],
+    oldest: Mapping[int, Firmware],
+    profile: Profile = WORDS_3601,
+) -> list[UnfiredRule]:
     """Return the error rules that never fired, each with the first reason that holds.
 
     Of several modules the one that came furthest gives the reason.
@@ -186,41 +195,43 @@ def unfired(
     """
     return [
         max((_why(rule, given[slot], oldest[slot]) for slot in given), key=lambda each: each.why)
-        for rule in ERROR_RULES
+        for rule in error_rules(profile)
         if given and rule.id not in fired
     ]
 
 
-def _why(rule: Rule, given: GivenWords, oldest: Firmware) -> SilentRule:
-    return next(_reasons(rule, NEEDS[rule.id], given, oldest))
+def _why(rule: Rule, given: GivenWords, oldest: Firmware) -> UnfiredRule:
+    return next(_reasons(rule, NEEDS.get(rule.id, Need((MOVE,))), given, oldest))
 
 
-def _reasons(rule: Rule, need: Need, given: GivenWords, oldest: Firmware) -> Iterator[SilentRule]:
+def _reasons(rule: Rule, need: Need, given: GivenWords, oldest: Firmware) -> Iterator[UnfiredRule]:
     if not rule.testable:
-        yield SilentRule(rule, Hindrance.UNTESTABLE, rule.untestable_because)
+        yield UnfiredRule(rule, UnfiredReason.UNTESTABLE, rule.untestable_because)
     for mask in need.gives:
         if not given.commands & mask:
-            yield SilentRule(rule, Hindrance.COMMAND, f"the program never gives {_commands(mask)}")
+            yield UnfiredRule(rule, UnfiredReason.COMMAND, f"the program never gives {_commands(mask)}")
     if not any(rule.applies_to(each) for each in KNOWN if each >= oldest):
-        yield SilentRule(rule, Hindrance.FIRMWARE, f"no firmware from {oldest} on has this rule")
+        yield UnfiredRule(rule, UnfiredReason.FIRMWARE, f"no firmware from {oldest} on has this rule")
     for mask in need.uses:
         if not any(each & mask for each in given.configurations):
-            yield SilentRule(
-                rule, Hindrance.CONFIGURATION, f"no configuration has {_either(ConfigMsw(mask))}"
+            yield UnfiredRule(
+                rule, UnfiredReason.CONFIGURATION, f"no configuration has {_either(ConfigMsw(mask))}"
             )
     if (
         need.lacks
         and given.configurations
         and all(each & need.lacks == need.lacks for each in given.configurations)
     ):
-        yield SilentRule(
-            rule, Hindrance.CONFIGURATION, f"every configuration has {_both(ConfigMsw(need.lacks))}"
+        yield UnfiredRule(
+            rule, UnfiredReason.CONFIGURATION, f"every configuration has {_both(ConfigMsw(need.lacks))}"
         )
     for mask in need.uses:
         inputs = mask & _ALL_INPUTS
         if inputs and not given.inputs & inputs:
-            yield SilentRule(rule, Hindrance.SURROUNDINGS, f"{_either(InputBit(inputs))} was never active")
-    yield SilentRule(rule, Hindrance.APART, WORDS[Hindrance.APART])
+            yield UnfiredRule(
+                rule, UnfiredReason.SURROUNDINGS, f"{_either(InputBit(inputs))} was never active"
+            )
+    yield UnfiredRule(rule, UnfiredReason.APART, WORDS[UnfiredReason.APART])
 
 
 def _commands(mask: int) -> str:

@@ -12,7 +12,7 @@ from ....io_images.amci3601.words import is_stepper
 from ....io_images.image import Image
 from ....runtime.config.rackspec import RackSpec, SlotSpec
 from ....runtime.loop.exposed import ExposedModule
-from ....runtime.loop.incidents import TROUBLES, FaultKind, Incident
+from ....runtime.loop.incidents import TROUBLES, FaultKind, InjectedFault
 from ....runtime.loop.listeners import QuietListener
 from ....runtime.loop.rack import Slot
 from ....runtime.machine import Machine, MachineSpec, Switch
@@ -128,7 +128,7 @@ def _bench(spec: RackSpec, slot: SlotSpec) -> dict[str, Any]:
     return made
 
 
-def _acts(incidents: tuple[Incident, ...], slot: int, scan_ns: int) -> dict[int, dict[str, Any]]:
+def _acts(incidents: tuple[InjectedFault, ...], slot: int, scan_ns: int) -> dict[int, dict[str, Any]]:
     """Return the requests besides words and levels, by scan."""
     acts: dict[int, dict[str, Any]] = {}
     for each in incidents:

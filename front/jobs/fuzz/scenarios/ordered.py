@@ -11,10 +11,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from ....runtime.config.rackspec import RackSpec
-from ....runtime.live.orders import Happen, Mode, Press
-from ....runtime.loop.incidents import FaultKind, Incident
+from ....runtime.live.actions import InjectFault, Mode, Press
+from ....runtime.loop.incidents import FaultKind, InjectedFault
 from ...record.order_repeater import RecordedOrder
-from .scenario import Push, Scenario
+from .scenario import ContactPress, Scenario
 
 
 def with_orders(scenario: Scenario, given: Sequence[RecordedOrder], spec: RackSpec, end_ns: int) -> Scenario:
@@ -25,14 +25,16 @@ def with_orders(scenario: Scenario, given: Sequence[RecordedOrder], spec: RackSp
     return replace(scenario, incidents=tuple(incidents), pushes=pushes)
 
 
-def _incidents(given: Iterable[RecordedOrder], spec: RackSpec) -> Iterator[Incident]:
+def _incidents(given: Iterable[RecordedOrder], spec: RackSpec) -> Iterator[InjectedFault]:
     for scan, order in given:
-        if isinstance(order, Happen):
+        if isinstance(order, InjectFault):
             for_ns = round(order.for_ms * 1_000_000)
-            yield Incident(scan * spec.scan_ns, FaultKind(order.kind), order.slot, for_ns, order.late_words)
+            yield InjectedFault(
+                scan * spec.scan_ns, FaultKind(order.kind), order.slot, for_ns, order.late_words
+            )
 
 
-def _turns(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[Incident]:
+def _turns(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[InjectedFault]:
     """Yield the periods in which the key was at program."""
     since: int | None = None
     for scan, order in given:
@@ -42,13 +44,13 @@ def _turns(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Itera
         if order.mode == "program":
             since = at_ns if since is None else since
         elif since is not None:
-            yield Incident(since, FaultKind.PROGRAM_MODE, 0, at_ns - since)
+            yield InjectedFault(since, FaultKind.PROGRAM_MODE, 0, at_ns - since)
             since = None
     if since is not None and since < end_ns:
-        yield Incident(since, FaultKind.PROGRAM_MODE, 0)
+        yield InjectedFault(since, FaultKind.PROGRAM_MODE, 0)
 
 
-def _pushes(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[Push]:
+def _pushes(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iterator[ContactPress]:
     """Yield the periods in which a contact of a card was operated."""
     cards = [slot for slot in spec.slot if "input" in slot.words.groups]
     closed = {slot.number: slot.options.get("normally_closed", ()) for slot in cards}
@@ -62,4 +64,4 @@ def _pushes(given: Iterable[RecordedOrder], spec: RackSpec, end_ns: int) -> Iter
         ends = [at_ns for at_ns, _operated in changes[1:]] + [end_ns]
         for (at_ns, operated), until_ns in zip(changes, ends, strict=True):
             if operated and until_ns > at_ns:
-                yield Push(slot, name, at_ns, until_ns - at_ns)
+                yield ContactPress(slot, name, at_ns, until_ns - at_ns)

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from dataclasses import fields, replace
 from typing import Any
 
-from ....runtime.loop.incidents import Incident
-from .scenario import GivenOrder, Press, Push, Scenario, Signal, Tear, Turn
+from ....runtime.loop.incidents import InjectedFault
+from .scenario import ContactPress, OperatorAction, Press, Scenario, Signal, TornUpdate, Turn
 
 Part = tuple[str, Any]
 """A part of a scenario: its field, and itself."""
@@ -16,19 +16,19 @@ FIELDS = tuple(each.name for each in fields(Scenario))
 
 TIMED = {
     Press: "presses",
-    Push: "pushes",
+    ContactPress: "pushes",
     Signal: "signals",
     Turn: "turns",
-    Incident: "incidents",
-    Tear: "tears",
-    GivenOrder: "orders",
+    InjectedFault: "incidents",
+    TornUpdate: "tears",
+    OperatorAction: "orders",
 }
 """Fields of the parts with an instant."""
 
-Lasting = Press | Push | Signal | Turn | Incident
+Lasting = Press | ContactPress | Signal | Turn | InjectedFault
 """A part with an instant and a duration."""
 
-Timed = Lasting | Tear | GivenOrder
+Timed = Lasting | TornUpdate | OperatorAction
 """A part with an instant."""
 
 

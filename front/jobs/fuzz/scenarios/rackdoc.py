@@ -13,11 +13,12 @@ from ....io_images.input_files import read_input_text
 from ....io_images.text_limits import TextKind
 from ....runtime.config.rackfile import parse_toml
 from ....runtime.config.rackspec import RackSpec
-from ....runtime.loop.incidents import Incident
+from ....runtime.loop.incidents import InjectedFault
 from ....runtime.machine import MasterTurn, TimelineEntry
 from ....runtime.machine.spec import input_name
 from ....traces.files.portable import relative
-from .scenario import Push, Scenario, entries_of, in_succession, signal_entries
+from ...load.program import is_python
+from .scenario import ContactPress, Scenario, entries_of, in_succession, signal_entries
 
 Table = dict[str, Any]
 
@@ -27,7 +28,7 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
 
     Args:
         rack_file: the base of the scenario, TOML.
-        folder: of the new file; the base of the programs' paths.
+        folder: of the new file; the base of the paths in it.
 
     Raises:
         OSError: the rack file can't be read.
@@ -36,6 +37,7 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
     for table in (document, *document.get("unit", ())):
         if "program" in table:
             table["program"] = relative(rack_file.parent / str(table["program"]), folder)
+    _move_files(document, rack_file.parent, folder)
     document["run_for_s"] = _seconds(scans * spec.scan_ns)
     document["trace"] = "again.mcap"
     versions = dict(scenario.firmware)
@@ -83,6 +85,16 @@ def bare_rack_text(rack_file: Path, program: str) -> str:
     return tomli_w.dumps(document)
 
 
+def _move_files(document: Table, before: Path, folder: Path) -> None:
+    """Make the paths of modules and stubs relative to a new folder."""
+    modules, stubs = document.get("modules", {}), document.get("stubs", {})
+    for name, given in modules.items():
+        modules[name] = relative(before / given, folder)
+    for name, given in stubs.items():
+        if isinstance(given, str) and is_python(given):
+            stubs[name] = relative(before / given, folder)
+
+
 def _extend(table: Table, key: str, more: Iterable[Table]) -> None:
     rows = [*table.get(key, ()), *more]
     if rows:
@@ -113,7 +125,7 @@ def _entry(entry: TimelineEntry) -> Table:
     return {"at_ms": _ms(entry.at_ns), "input": input_name(entry.input), "energised": level}
 
 
-def _push(push: Push) -> Table:
+def _push(push: ContactPress) -> Table:
     return {"at_ms": _ms(push.at_ns), "input": push.input, "for_ms": _ms(push.for_ns)}
 
 
@@ -126,7 +138,7 @@ def _plain(value: object) -> object:
     return int(value) if isinstance(value, float) and value == int(value) else value
 
 
-def _incident(incident: Incident) -> Table:
+def _incident(incident: InjectedFault) -> Table:
     table: Table = {"at_ms": _ms(incident.at_ns), "what": incident.what.value}
     if incident.slot:
         table["slot"] = incident.slot

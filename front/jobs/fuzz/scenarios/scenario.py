@@ -25,9 +25,9 @@ from pydantic import (
 )
 
 from ....io_images.amci3601.firmware import Firmware
-from ....runtime.config.rackspec import IncidentSpec, RackSpec, SlotSpec
-from ....runtime.live.orders import Force, Mode, Order, Unforce, Write, order_of, said_of
-from ....runtime.loop.incidents import FaultKind, Incident
+from ....runtime.config.rackspec import InjectedFaultSpec, RackSpec, SlotSpec
+from ....runtime.live.actions import Action, Force, Mode, Unforce, Write, action_of, said_of
+from ....runtime.loop.incidents import FaultKind, InjectedFault
 from ....runtime.machine import MachineSpec, MasterTurn, Slip, TimelineEntry
 from ....runtime.machine.spec import InputName
 from ....runtime.modules.cards.options import InputPress
@@ -70,7 +70,7 @@ class Press(Part):
 
 
 @dataclass(frozen=True, slots=True)
-class Push(Part):
+class ContactPress(Part):
     """A contact of a card is operated for a time: a button, a selector switch."""
 
     input: StrictStr
@@ -98,7 +98,7 @@ class Turn(Part):
 
 
 @dataclass(frozen=True, slots=True)
-class Shift(Part):
+class SwitchOffset(Part):
     """A machine whose switches are displaced from the drawing."""
 
     steps: StrictInt
@@ -113,7 +113,7 @@ class LostSteps(Part):
 
 
 @dataclass(frozen=True, slots=True)
-class Tear:
+class TornUpdate:
     """An exchange within a scan: from a rung on the program sees the next inputs.
 
     It is due before the next scan, or nothing happens; so it is where the routine does not come to the rung.
@@ -128,11 +128,11 @@ class Tear:
 
 
 @dataclass(frozen=True, slots=True)
-class GivenOrder:
+class OperatorAction:
     """An operator's order before a scan: a tag is written, forced or released, or the key is turned."""
 
     at_ns: int
-    order: Order
+    order: Action
 
 
 OPERATOR = {"write": Write, "force": Force, "unforce": Unforce, "mode": Mode}
@@ -142,22 +142,22 @@ OPERATOR = {"write": Write, "force": Force, "unforce": Unforce, "mode": Mode}
 def _orders(given: object) -> object:
     """Return orders from JSON objects: `{"at_ns": 0, "do": "write", "tag": "Start", "value": true}`."""
     rows = list(given) if isinstance(given, list | tuple) else [given]
-    return tuple(each if isinstance(each, GivenOrder) else _order(each) for each in rows)
+    return tuple(each if isinstance(each, OperatorAction) else _order(each) for each in rows)
 
 
-def _order(given: object) -> GivenOrder:
+def _order(given: object) -> OperatorAction:
     if not isinstance(given, Mapping) or type(given.get("at_ns")) is not int or given["at_ns"] < 0:
         raise ValueError("an order is an object with at_ns, a whole number from 0, and do")
-    return GivenOrder(
-        given["at_ns"], order_of({key: each for key, each in given.items() if key != "at_ns"}, OPERATOR)
+    return OperatorAction(
+        given["at_ns"], action_of({key: each for key, each in given.items() if key != "at_ns"}, OPERATOR)
     )
 
 
-def _order_rows(orders: tuple[GivenOrder, ...]) -> list[dict[str, Any]]:
+def _order_rows(orders: tuple[OperatorAction, ...]) -> list[dict[str, Any]]:
     return [{"at_ns": each.at_ns, **said_of(each.order)} for each in orders]
 
 
-Orders = Annotated[tuple[GivenOrder, ...], PlainValidator(_orders), PlainSerializer(_order_rows)]
+Orders = Annotated[tuple[OperatorAction, ...], PlainValidator(_orders), PlainSerializer(_order_rows)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,14 +168,14 @@ class Scenario:
 
     firmware: Versions = ()  # versions of modules, by slot number, if they differ from the rack file
     presses: tuple[Press, ...] = ()
-    incidents: tuple[Incident, ...] = ()
-    shifts: tuple[Shift, ...] = ()  # displaced switches
+    incidents: tuple[InjectedFault, ...] = ()
+    shifts: tuple[SwitchOffset, ...] = ()  # displaced switches
     lost: tuple[LostSteps, ...] = ()  # lost steps
-    pushes: tuple[Push, ...] = ()  # people's actions on the contacts of cards
+    pushes: tuple[ContactPress, ...] = ()  # people's actions on the contacts of cards
     signals: tuple[Signal, ...] = ()
     turns: tuple[Turn, ...] = ()  # of master encoders
     orders: Orders = ()  # an operator's, of a proof's scenario
-    tears: tuple[Tear, ...] = ()  # scans within which the inputs change
+    tears: tuple[TornUpdate, ...] = ()  # scans within which the inputs change
 
     def laid_over(self, spec: RackSpec) -> RackSpec:
         """Return a rack with this scenario added."""
@@ -230,7 +230,7 @@ class Scenario:
         """
         have = [slot.number for slot in spec.slot]
         happening = (each for each in self.incidents if each.what is not FaultKind.PROGRAM_MODE)
-        parts: tuple[Part | Incident, ...]
+        parts: tuple[Part | InjectedFault, ...]
         parts = (
             *self.presses,
             *self.pushes,
@@ -301,7 +301,7 @@ def in_succession(own: Iterable[MasterTurn], turns: Iterable[Turn]) -> tuple[Mas
     return tuple(made)
 
 
-def push_entry(push: Push) -> dict[str, Any]:
+def push_entry(push: ContactPress) -> dict[str, Any]:
     """Return a push as a row of a card's timeline."""
     return {"at_ms": push.at_ns / 1e6, "input": push.input, "for_ms": push.for_ns / 1e6}
 
@@ -343,9 +343,9 @@ def signal_entries(
     return made
 
 
-def _incident_spec(incident: Incident) -> IncidentSpec:
+def _incident_spec(incident: InjectedFault) -> InjectedFaultSpec:
     """Return an incident as a rack file has it."""
-    return IncidentSpec(
+    return InjectedFaultSpec(
         at_ms=Decimal(incident.at_ns).scaleb(-6),
         what=incident.what,
         slot=incident.slot or None,

@@ -21,7 +21,7 @@ from ....ladder.state.lowered import ADD_ON, AddOnCall, LoweredLine, LoweredProg
 from ....runtime.loop.cpu import Cpu
 from ....runtime.loop.scan import LogicScan, ScanLogic
 from ...record.logic_wrapper import LogicWrapper, unwrapped
-from .scenario import Tear
+from .scenario import TornUpdate
 
 Rung = tuple[str, int]
 """A routine and the number of its rung, or of a line of structured text."""
@@ -72,7 +72,7 @@ class TornScans(LogicWrapper):
 
     cpu: Cpu
 
-    def __init__(self, logic: ScanLogic, tears: Iterable[Tear], scan_ns: int) -> None:
+    def __init__(self, logic: ScanLogic, tears: Iterable[TornUpdate], scan_ns: int) -> None:
         super().__init__(logic)
         inside = unwrapped(logic)
         self._engine = inside if isinstance(inside, Engine) else None

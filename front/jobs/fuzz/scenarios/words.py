@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ....io_images.times import seconds, time_text
-from ....runtime.live.orders import Force, Mode, Order, Unforce, Write
-from ....runtime.loop.incidents import FaultKind, Incident
+from ....runtime.live.actions import Action, Force, Mode, Unforce, Write
+from ....runtime.loop.incidents import FaultKind, InjectedFault
 from ....runtime.machine.spec import input_name
-from .scenario import Press, Push, Scenario, Signal, Tear, Turn
+from .scenario import ContactPress, Press, Scenario, Signal, TornUpdate, Turn
 
 HAPPENS = {
     FaultKind.POWER_CYCLE: "the power of slot {slot} goes and comes back",
@@ -62,7 +62,7 @@ def _press(press: Press) -> str:
     return f"input {input_name(press.input)} of slot {press.slot} is {level}{_for(press.for_ns)}"
 
 
-def _input(part: Push | Signal, state: str) -> str:
+def _input(part: ContactPress | Signal, state: str) -> str:
     return f"input {part.input} of slot {part.slot} is {state}{_for(part.for_ns)}"
 
 
@@ -71,7 +71,7 @@ def _turn(turn: Turn) -> str:
     return f"the master encoder of slot {turn.slot} counts {way} by {abs(turn.counts):,}{_for(turn.for_ns)}"
 
 
-def _incident(incident: Incident) -> str:
+def _incident(incident: InjectedFault) -> str:
     late = ", ".join(map(str, incident.late_words))
     words = f"words {late} come" if len(incident.late_words) > 1 else f"word {late} comes"
     replies = "replies" if incident.for_ns else "a reply"
@@ -79,11 +79,11 @@ def _incident(incident: Incident) -> str:
     return text + _for(incident.for_ns)
 
 
-def _tear(tear: Tear) -> str:
+def _tear(tear: TornUpdate) -> str:
     return f"new inputs come in the middle of the scan, before rung {tear.rung} of {tear.routine}"
 
 
-def _given(order: Order) -> str:
+def _given(order: Action) -> str:
     if isinstance(order, Unforce):
         return f"the force of {order.tag} is released"
     if isinstance(order, Mode):

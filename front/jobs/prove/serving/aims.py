@@ -24,10 +24,10 @@ from ....ladder.prove.solving.solver import is_installed
 from ....ladder.prove.system import RUN_ONLY, ProgramSystem, ScanBounds
 from ....ladder.run.engine import Engine
 from ....runtime.config.rackspec import RackSpec, SlotSpec
-from ....runtime.live.orders import Force, Write
+from ....runtime.live.actions import Force, Write
 from ...check.check import facts_of
-from ...fuzz.scenarios.scenario import GivenOrder, Press, Push, Scenario
-from ...load.loading import Job
+from ...fuzz.scenarios.scenario import ContactPress, OperatorAction, Press, Scenario
+from ...load.loading import LoadedRack
 from ..scenario import on_scans_of
 from ..subject import subject_of_job
 from .judging import set_outside
@@ -54,7 +54,7 @@ class DeadPoint:
         return self.point.state
 
 
-def dead(job: Job, budget: int = BUDGET) -> tuple[DeadPoint, ...]:
+def dead(job: LoadedRack, budget: int = BUDGET) -> tuple[DeadPoint, ...]:
     """Return what is proved never to happen in a ladder program, in its order; () without the solver.
 
     Args:
@@ -67,7 +67,7 @@ def dead(job: Job, budget: int = BUDGET) -> tuple[DeadPoint, ...]:
     return tuple(DeadPoint(sites[each.number], each) for each in dead_points(problem, budget))
 
 
-def _problem(job: Job) -> ProgramSystem | None:
+def _problem(job: LoadedRack) -> ProgramSystem | None:
     """Return a job's program with all its inputs free; None if nothing can be proved about it."""
     if not isinstance(job.logic, LadderLogic) or not is_installed():
         return None
@@ -102,7 +102,7 @@ class AimedScenario:
 
 
 def scenario_to(
-    job: Job,
+    job: LoadedRack,
     point: RungPoint,
     start: Engine | None = None,
     at_ns: int = 0,
@@ -134,9 +134,9 @@ def scenario_to(
 def _aimed(spec: RackSpec, problem: ProgramSystem, scans: Sequence[ScanOf], at_ns: int) -> AimedScenario:
     found = on_scans_of(problem.lowered.layout, scans, spec.scan_ns)
     at = {scan: at_ns + scan * spec.scan_ns for scan in range(found.scans + 1)}
-    orders = [GivenOrder(at[scan], each) for scan, each in found.orders if isinstance(each, Write)]
+    orders = [OperatorAction(at[scan], each) for scan, each in found.orders if isinstance(each, Write)]
     presses: list[Press] = []
-    pushes: list[Push] = []
+    pushes: list[ContactPress] = []
     supposed = []
     for slot, word in ((slot, word) for slot in spec.slot for word in range(WORDS)):
         name = f"Local:{slot.number}:I.Data[{word}]"
@@ -164,14 +164,14 @@ def _presses(slot: SlotSpec, word: int, levels: Levels) -> Iterator[Press]:
                 yield Press(slot.number, each, True, begin, end - begin)
 
 
-def _pushes(slot: SlotSpec, word: int, levels: Levels) -> Iterator[Push]:
+def _pushes(slot: SlotSpec, word: int, levels: Levels) -> Iterator[ContactPress]:
     """Yield what operates the contacts of a card."""
     named = slot.words.groups.get("input", {})
     buttons = slot.record.buttons(slot.options)
     for name, place in named.items():
         if name in buttons and (place.image, place.word) == ("I", word):
             for begin, end in _on(levels, 1 << place.bit):
-                yield Push(slot.number, name, begin, end - begin)
+                yield ContactPress(slot.number, name, begin, end - begin)
 
 
 def _on(levels: Levels, mask: int) -> Iterator[tuple[int, int]]:

@@ -11,10 +11,10 @@ from collections.abc import Iterator, Mapping
 
 from ....ladder import LadderLogic
 from ....ladder.model.errors import LadderError
-from ...check import FileLine, Judgement
+from ...check import FileLine, ProofFinding
 from ...check.facts import Facts, Touch
-from ...check.rungs.values import BY_PEOPLE
-from ...load.loading import Job
+from ...check.rungs.number_ranges import BY_PEOPLE
+from ...load.loading import LoadedRack
 
 MOST_LINES = 400
 """Rungs and statements of a program up to which it is asked."""
@@ -33,7 +33,7 @@ RULES: Mapping[str, str] = {
 """Rules of `check` by the questions of a proof."""
 
 
-def verdicts(job: Job, facts: Facts) -> Iterator[Judgement]:
+def verdicts(job: LoadedRack, facts: Facts) -> Iterator[ProofFinding]:
     """Yield what proofs find in the lines that the user has written; nothing without the solver.
 
     Args:
@@ -64,7 +64,7 @@ def verdicts(job: Job, facts: Facts) -> Iterator[Judgement]:
         counts = each.rule != "fault" or each.text.endswith("zero divisor")
         if counts and place in own and place not in seen:
             seen.add(place)
-            yield Judgement(RULES[each.rule], place, holds=True, text=each.text)
+            yield ProofFinding(RULES[each.rule], place, holds=True, text=each.text)
 
 
 def set_outside(facts: Facts) -> Iterator[str]:

@@ -26,8 +26,8 @@ from ...fuzz.campaign.state import State
 from ...fuzz.reached import Gap, ProgramReach, reached
 from ...fuzz.run import TrialBench
 from ...fuzz.scenarios.parts import parts_of, scenario_of
-from ...fuzz.scenarios.scenario import Press, Push, Scenario
-from ...load.loading import Job
+from ...fuzz.scenarios.scenario import ContactPress, Press, Scenario
+from ...load.loading import LoadedRack
 from ...record.logic_wrapper import unwrapped
 from .aims import LONGEST_NS, DeadPoint, dead, scenario_to
 
@@ -66,7 +66,7 @@ class SolverStep:
         answered: number of scenarios that came of it.
     """
 
-    def __init__(self, job: Job, bench: TrialBench, patience: int = PATIENCE) -> None:
+    def __init__(self, job: LoadedRack, bench: TrialBench, patience: int = PATIENCE) -> None:
         self._job, self._bench, self._patience = job, bench, patience
         self._tried: Counter[int] = Counter()  # ways of asking for each instruction
         self._begun: set[tuple[int, str]] = set()  # instructions with the entries they were asked from
@@ -175,7 +175,7 @@ def _until(scenario: Scenario, scan: int, scan_ns: int) -> Scenario:
 
 
 def _is_held(part: object) -> bool:
-    return isinstance(part, Press | Push)
+    return isinstance(part, Press | ContactPress)
 
 
 def _state_after(bench: TrialBench, scenario: Scenario, scans: int) -> Engine | None:

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from ....io_images.enip.codes import PORT
 from ....io_images.installing import how_to_install
 from ....runtime.line.hosts import join_address, split_address
-from ....runtime.outside.setup import ETHERNET_IP, MODBUS_TCP, OPC_UA
+from ....runtime.tag_servers.setup import ETHERNET_IP, MODBUS_TCP, OPC_UA
 
 HOST = "127.0.0.1"
 

@@ -20,7 +20,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ....runtime.outside.tag_list import TagRow
+from ....runtime.tag_servers.tag_list import TagRow
 
 ELEMENTS_MOST = 100
 """Most elements of an array that get a row each, where a format has no arrays."""

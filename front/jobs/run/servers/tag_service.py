@@ -16,12 +16,12 @@ from ....io_images.enip.listing import Listing
 from ....runtime.line.hosts import join_address
 from ....runtime.live.mailbox import Mailbox
 from ....runtime.live.tag_desk import NoTags, TagDesk
-from ....runtime.outside.database import Database
-from ....runtime.outside.nearest import unknown_patterns
-from ....runtime.outside.register_map import RegisterMap
-from ....runtime.outside.setup import MODBUS_TCP, OPC_UA, TagSetup
-from ....runtime.outside.variables import VARIABLES_MOST, TagTree
-from ...load.loading import Job
+from ....runtime.tag_servers.database import Database
+from ....runtime.tag_servers.nearest import unknown_patterns
+from ....runtime.tag_servers.register_map import RegisterMap
+from ....runtime.tag_servers.setup import MODBUS_TCP, OPC_UA, TagSetup
+from ....runtime.tag_servers.variables import VARIABLES_MOST, TagTree
+from ...load.loading import LoadedRack
 from ...trust.launcher import Handed, Helper, TimeoutExpired, launch
 from ..running import JobRun
 from .kinds import ServerAddress
@@ -54,7 +54,9 @@ class TagService:
         ValueError: the port can't be used, or the rack file names tags that the program does not have.
     """
 
-    def __init__(self, job: Job, where: ServerAddress, say: Callable[[str], object], *, writes: bool) -> None:
+    def __init__(
+        self, job: LoadedRack, where: ServerAddress, say: Callable[[str], object], *, writes: bool
+    ) -> None:
         if where.kind.maps and job.spec.server.modbus is None:
             raise ValueError(f"--server {where.protocol}: the rack file has no [{where.kind.maps}]")
         self._say, self._writes, self._spec = say, writes, job.spec
@@ -238,7 +240,7 @@ class TagServices:
     """
 
     def __init__(
-        self, job: Job, wanted: Sequence[ServerAddress], say: Callable[[str], object], *, writes: bool
+        self, job: LoadedRack, wanted: Sequence[ServerAddress], say: Callable[[str], object], *, writes: bool
     ) -> None:
         self._services: list[TagService] = []
         with ExitStack() as opened:
@@ -273,7 +275,7 @@ class TagServices:
         return all(served)
 
 
-def _problems(job: Job, listing: Listing, protocol: str) -> list[str]:
+def _problems(job: LoadedRack, listing: Listing, protocol: str) -> list[str]:
     """Return a sentence for each name without a tag, in `writable` or in the map that a server has."""
     server = job.spec.server
     database = Database(listing, server.writable)

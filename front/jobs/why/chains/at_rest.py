@@ -17,7 +17,7 @@ from ....io_images.addresses import Address
 from ....io_images.site import Site
 from ....ladder.debug import CauseLink, linked
 from ....ladder.state.memory import Value
-from ....traces.replay import Recording
+from ....traces.replay import PackedTrace
 from ..chain import Bits
 from ..past import ALL_BITS
 from ..source.class_names import Names
@@ -81,7 +81,7 @@ class Looker:
 class PythonChain(Protocol):
     """What values at rest, and waits, ask of the program's chain."""
 
-    recording: Recording
+    recording: PackedTrace
     load: Load
     names: Names
 

@@ -10,7 +10,7 @@ from typing import Protocol
 from ....io_images.amci3601 import StatusMsw
 from ....ladder.debug import CauseLink, Chains
 from ....ladder.state.lowered import AddOnCall, LoweredProgram
-from ....traces.replay import Recording
+from ....traces.replay import PackedTrace
 from ..past import Past, SlotPast
 from ..waits import waits
 
@@ -21,7 +21,7 @@ MODULE = "AMCI3601"
 class Chain(Protocol):
     """What the blocks ask of the rack's chain."""
 
-    recording: Recording
+    recording: PackedTrace
 
     @property
     def chains(self) -> Chains:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from ....ladder import LadderLogic
 from ....ladder.debug import CauseLink, Debugger
-from ....traces.replay import Recording
-from ...load.loading import Job
+from ....traces.replay import PackedTrace
+from ...load.loading import LoadedRack
 from ...replay.replaying import score_of
 from ...replay.tag_orders import TagOrders
 from ..answer import Why
@@ -15,8 +15,8 @@ from ..traced_run import Load
 
 
 def chain_of(
-    recording: Recording,
-    job: Job,
+    recording: PackedTrace,
+    job: LoadedRack,
     what: str,
     row: int | None = None,
     *,

@@ -9,16 +9,16 @@ from ....ladder import LadderLogic
 from ....ladder.debug import CauseLink, Debugger
 from ....ladder.model.stubs import Partner
 from ....runtime.loop.faults import CpuFault
-from ....traces.replay import Recording
-from ...load.beside import FromRack
+from ....traces.replay import PackedTrace
 from ...load.building import build_cpu, build_rack
-from ...load.loading import Job, load_job
+from ...load.linked_racks import FromRack
+from ...load.loading import LoadedRack, load_job
 from ..journal import Journal
 
 MOST_SCANS = 500_000
 """Most scans of the other rack: it runs again from its power-up."""
 
-Explain = Callable[[Recording, Job, Debugger, str], CauseLink | None]
+Explain = Callable[[PackedTrace, LoadedRack, Debugger, str], CauseLink | None]
 """Returns the chain of a tag of a rack after the last scan of its recording."""
 
 
@@ -53,7 +53,7 @@ def chain_of_partner(
     return None if found is None else _named(found, source.rack.path.name, {})
 
 
-def _recorded(job: Job, debugger: Debugger, until_ns: int) -> Recording | None:
+def _recorded(job: LoadedRack, debugger: Debugger, until_ns: int) -> PackedTrace | None:
     """Run a rack to the scans that begin before a time; None if there are none."""
     rack = build_rack(job.spec)
     journal = Journal(rack)

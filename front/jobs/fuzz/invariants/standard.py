@@ -1,0 +1,66 @@
+"""Invariants of almost every program, by the names of the command line."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from .busy import RestMeter
+from .invariants import Invariant, Watch, always, never
+from .scan_view import Snapshot
+
+
+def _any_slot(now: Snapshot, bit: str) -> bool:
+    return any(getattr(slot.status, bit) for slot in now.slot.values())
+
+
+@never
+def command_error(now: Snapshot) -> bool:
+    """No command of the program is refused: COMMAND_ERROR is never set."""
+    return _any_slot(now, "COMMAND_ERROR")
+
+
+@never
+def invalid_profile(now: Snapshot) -> bool:
+    """No move of the program has a profile the module refuses: INVALID_PROFILE is never set."""
+    return _any_slot(now, "INVALID_PROFILE")
+
+
+@never
+def home_invalid(now: Snapshot) -> bool:
+    """No homing of the program is refused: HOME_INVALID is never set."""
+    return _any_slot(now, "HOME_INVALID")
+
+
+@always
+def one_motion(now: Snapshot) -> bool:
+    """Never two motion commands at once."""
+    return all(slot.motions <= 1 for slot in now.slot.values())
+
+
+def _commands_end() -> Watch:
+    rests: list[RestMeter] = []
+
+    def watch(now: Snapshot) -> str | None:
+        if not rests or now.resting:  # the axes begin anew when the PLC runs again
+            rests[:] = [RestMeter(now.axes)]
+        return rests[0].too_long(now.ns, linked=all(slot.linked for slot in now.slot.values()))
+
+    return watch
+
+
+commands_end = Invariant(
+    "commands_end", "No command is busy while its axis rests for a second and the link is good", _commands_end
+)
+
+
+STANDARD: dict[str, Invariant] = {
+    name: replace(invariant, name=name)
+    for name, invariant in (
+        ("no-command-error", command_error),
+        ("no-invalid-profile", invalid_profile),
+        ("no-home-invalid", home_invalid),
+        ("one-motion", one_motion),
+        ("commands-end", commands_end),
+    )
+}
+"""The invariants by name. That the program does not fault the CPU is checked in any case."""

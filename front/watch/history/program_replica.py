@@ -1,0 +1,198 @@
+"""Repeats the scans of a ladder program in the monitor: tags and power of any of them.
+
+    values      before scan 512                          before scan 768
+    rows        512  513  514  ...  600  (601)           images, times, flags: from the ring
+    engine      512 ... 600 compiled, 601 noted          tags and power of scan 601
+
+Most questions are about the latest scan: the engine continues from its present scan.
+"""
+
+from __future__ import annotations
+
+import pickle
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from typing_extensions import override
+
+from ...io_images.image import IMAGE_BYTES
+from ...ladder import LadderLogic
+from ...ladder.debug.executed import TracedEngine
+from ...ladder.debug.forces import Forces
+from ...ladder.debug.replay import Replayer, Source, Truths
+from ...ladder.debug.stretch import ScanInputs
+from ...ladder.state.snapshots import restore
+from ...runtime.live.ring import Rows
+from ...runtime.loop.phases import IDLE_PHASES
+from ...runtime.loop.rack import SLOT_BYTES
+from ...runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag
+from .timeline import Timeline
+from .watched_program import Inputs, Values
+
+MOST_VALUES = 4096
+"""Most kept values: of a million scans; after that fewer of the older ones."""
+
+MOST_INPUTS = 50_000
+"""Most notes of scans' other inputs; a program that writes its inputs has one per scan."""
+
+THINNED = 4096
+"""Scans between values among the older ones."""
+
+MOST_REPEATED = 2 * THINNED
+"""Most scans repeated to reach one; a tenth of a second of most programs."""
+
+CHAPTERS = 120
+"""Stretches of scans that are searched for a change: half a minute at 2 ms."""
+
+
+class SnapshotStore:
+    """The scan process's notes of one program, see `watched_program`."""
+
+    def __init__(self) -> None:
+        self.scans: list[int] = []
+        self._values: list[bytes] = []
+        self.inputs: dict[int, Inputs] = {}
+        self._forced: list[int] = []
+
+    def take(self, record: Values | Inputs) -> None:
+        """Store a note."""
+        if isinstance(record, Inputs):
+            if record.scan not in self.inputs:
+                self._forced.insert(bisect_right(self._forced, record.scan), record.scan)
+            self.inputs[record.scan] = record
+            if len(self._forced) > 2 * MOST_INPUTS:
+                for scan in self._forced[:MOST_INPUTS]:
+                    del self.inputs[scan]
+                del self._forced[:MOST_INPUTS]
+        else:
+            at = bisect_right(self.scans, record.scan)
+            self.scans.insert(at, record.scan)
+            self._values.insert(at, pickle.dumps((record.values, record.truths), pickle.HIGHEST_PROTOCOL))
+            if len(self.scans) > MOST_VALUES:
+                self._thin_out()
+
+    def _thin_out(self) -> None:
+        """Drop some of the older values: the replica may need longer from one to the next."""
+        old = MOST_VALUES // 2
+        keep = [at for at, scan in enumerate(self.scans) if at >= old or scan % THINNED == 0]
+        self.scans = [self.scans[at] for at in keep]
+        self._values = [self._values[at] for at in keep]
+
+    def place(self, scan: int) -> int | None:
+        """Return the place of the last values before a scan, or of an earlier one; None without any."""
+        place = bisect_right(self.scans, scan) - 1
+        return None if place < 0 else place
+
+    def values(self, place: int) -> dict[str, Any]:
+        """Return the values at a place."""
+        values: dict[str, Any] = pickle.loads(self._values[place])[0]
+        return values
+
+    def truths(self, place: int) -> Truths:
+        """Return the power of the previous scan, if it was noted with the values."""
+        truths: Truths | None = pickle.loads(self._values[place])[1]
+        return truths or {}
+
+    def forces(self, scan: int) -> Forces:
+        """Return the forces before a scan."""
+        place = bisect_left(self._forced, scan) - 1
+        return self.inputs[self._forced[place]].forces if place >= 0 else {}
+
+
+class Row(NamedTuple):
+    """A scan of a session."""
+
+    scan: int
+    now_ns: int
+    first: bool
+    """Whether it begins with prescan."""
+    memory: bytes | None
+    """Of the rack; None = the logic did not run."""
+
+
+class SessionScans(Source):
+    """Snapshots and inputs of a program, from the rows of a session; see `ladder.debug.replay.Source`."""
+
+    def __init__(
+        self, program: LadderLogic, slots: list[int], timeline: Timeline, kept: SnapshotStore
+    ) -> None:
+        self._timeline, self._kept = timeline, kept
+        self._is_impure = bool(program.functions)
+        layout = program.build().layout
+        places = {number: place * SLOT_BYTES + IMAGE_BYTES for place, number in enumerate(slots)}
+        starts = [places[int(leaf.slot or 0)] for leaf in layout.images if not leaf.output]
+        self._images = [slice(at, at + IMAGE_BYTES) for at in starts]
+        self._leaves = {leaf.ident: leaf for leaf in layout.leaves.values()}
+
+    def snapshots(self, scan: int) -> Iterator[int]:
+        """Yield the scans with values, back from a scan; none if scans can't be repeated."""
+        place = None if self._is_impure else self._kept.place(scan)
+        return iter(()) if place is None else (self._kept.scans[at] for at in range(place, -1, -1))
+
+    def snapshot(self, scan: int) -> tuple[dict[str, Any], Forces]:
+        """Return the values before a scan, and its forces."""
+        place = self._kept.place(scan)
+        assert place is not None
+        return self._kept.values(place), self._kept.forces(scan)
+
+    def inputs(self, first: int, last: int) -> tuple[int, Iterator[ScanInputs]]:
+        """Return the number of successive rows from the first scan on, and their inputs."""
+        rows = self._timeline.between(first, last)
+        if not len(rows) or rows[0]["scan"] != first:
+            return 0, iter(())
+        gaps = np.flatnonzero(np.diff(rows["scan"]) != 1)
+        rows = rows[: int(gaps[0]) + 1] if len(gaps) else rows
+        return len(rows), map(self._inputs, scans_in(rows))
+
+    def _inputs(self, row: Row) -> ScanInputs:
+        known, memory = self._kept.inputs.get(row.scan), row.memory
+        images: Sequence[bytes] | None = None
+        if memory is not None:
+            images = None if known is None else known.images
+            images = images or [memory[each] for each in self._images]
+        if known is None:
+            return ScanInputs(row.now_ns, row.first, images)
+        writes = tuple(
+            (self._leaves[ident], index, value)
+            for ident, index, value in known.writes
+            if ident in self._leaves  # may be false after an edit
+        )
+        return ScanInputs(row.now_ns, row.first, images, writes, known.forces)
+
+
+class ProgramReplica(Replayer):
+    """A ladder program that repeats scans of a session."""
+
+    def __init__(
+        self, program: LadderLogic, slots: list[int], timeline: Timeline, kept: SnapshotStore
+    ) -> None:
+        engine = TracedEngine(program.build(), program.scanner)
+        super().__init__(engine, SessionScans(program, slots, timeline, kept), MOST_REPEATED, CHAPTERS)
+        self.is_impure = bool(program.functions)  # whether routines in Python prevent repetition of scans
+        self._kept = kept
+
+    @override
+    def show(self, scan: int) -> bool:
+        return self._show_values(scan) if self.is_impure else super().show(scan)
+
+    def _show_values(self, scan: int) -> bool:
+        """Show values and power of a program with routines in Python, not repeated: the nearest ones."""
+        place = self._kept.place(scan + 1)
+        if place is None:
+            return False
+        restore(self.engine.memory, self._kept.values(place))
+        self.truths = self._kept.truths(place)
+        self.at = scan
+        return True
+
+
+def scans_in(rows: Rows) -> Iterator[Row]:
+    """Yield the scans of rows."""
+    memory, size = rows["words"].tobytes(), rows.dtype["words"].itemsize
+    columns = (rows[name].tolist() for name in ("scan", "flags", "now_ns"))
+    for place, (scan, flags, now_ns) in enumerate(zip(*columns, strict=True)):
+        idle = "logic" in IDLE_PHASES[CpuMode(flags & MODE_MASK)]
+        own = None if idle else memory[place * size : place * size + size]
+        yield Row(scan, now_ns, bool(flags & ScanFlag.FIRST_SCAN), own)

@@ -1,0 +1,82 @@
+"""Common values of commands, and boundary values; the plainest come first."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
+
+from hypothesis import strategies as st
+
+from ..amci3601 import KNOWN, Acceleration, Firmware
+from ..amci3601.parameters import LIMITS_3601
+from ..thousands import PARAMETER_MAX, PARAMETER_MIN
+
+Made = TypeVar("Made")
+
+STARTING_SPEEDS = (1000, 200, 4000, 50, 333, 1)
+"""Starting speeds, steps/s."""
+
+RATES = ((100, 50), (1000, 1000), (2000, 333), (20, 10), (777, 2000), (1, 1))
+"""Legal pairs of acceleration and deceleration, steps/ms/s."""
+
+FAULTY_RATES = ((0, 10), (10, 0), (2001, 10), (10, -1))
+"""Pairs with one rate out of range."""
+
+DISTANCES = (1000, 200, -300, 3000, -5000, 20_000, 77, 10, 2, 1, -1, 0, PARAMETER_MAX)
+"""Distances of short, long, triangular, empty and longest moves, steps."""
+
+
+def pick(make: Callable[..., Made], *lists: Sequence[Any]) -> st.SearchStrategy[Made]:
+    """Return a strategy of `make` applied to one value of each list, in a single draw.
+
+    Hypothesis takes time per draw. Here a byte selects each value, so that it shrinks toward the first
+    value of each list; no list has more than 256.
+    """
+
+    def made(drawn: bytes) -> Made:
+        return make(*(each[len(each) * byte // 256] for each, byte in zip(lists, drawn, strict=True)))
+
+    return st.binary(min_size=len(lists), max_size=len(lists)).map(made)
+
+
+def starting_speeds() -> st.SearchStrategy[int]:
+    """Return a strategy of legal starting speeds, steps/s."""
+    return st.sampled_from(STARTING_SPEEDS) | st.integers(1, LIMITS_3601.speed)
+
+
+def plain_speeds(starting_speed: int) -> tuple[int, ...]:
+    """Return common programmed speeds for a starting speed, steps/s.
+
+    >>> plain_speeds(1000)
+    (5000, 2000, 1000, 1001, 20000, 100000)
+    """
+    wanted = (5 * starting_speed, 2 * starting_speed, starting_speed, starting_speed + 1)
+    given = (speed for speed in (5000, 20_000, 100_000) if speed > starting_speed)
+    return tuple(dict.fromkeys(speed for speed in (*wanted, *given) if speed <= LIMITS_3601.speed))
+
+
+def speeds(starting_speed: int) -> st.SearchStrategy[int]:
+    """Return a strategy of programmed speeds from `starting_speed` on, steps/s."""
+    return st.sampled_from((*plain_speeds(starting_speed), LIMITS_3601.speed)) | st.integers(
+        starting_speed, LIMITS_3601.speed
+    )
+
+
+def rates() -> st.SearchStrategy[tuple[int, int]]:
+    """Return a strategy of legal pairs of acceleration and deceleration, steps/ms/s."""
+    return st.sampled_from(RATES) | st.tuples(st.integers(1, 2000), st.integers(1, 2000))
+
+
+def targets() -> st.SearchStrategy[int]:
+    """Return a strategy of legal positions and distances, steps, negative ones and limits included."""
+    return st.sampled_from((*DISTANCES, PARAMETER_MIN)) | st.integers(PARAMETER_MIN, PARAMETER_MAX)
+
+
+def shapes() -> st.SearchStrategy[Acceleration]:
+    """Return a strategy of the three acceleration types."""
+    return st.sampled_from(Acceleration)
+
+
+def firmwares() -> st.SearchStrategy[Firmware]:
+    """Return a strategy of the manual's firmware versions, the newest first."""
+    return st.sampled_from(KNOWN[::-1])

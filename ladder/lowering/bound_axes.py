@@ -1,0 +1,193 @@
+"""Axes of a program: on 3601s of the rack, one block per axis, run after every scan; the others are ideal.
+
+An axis `Feed` adds the tags `Feed_3601`, an AXIS_3601, and `Feed_Module`, the instance of `Amci3601` that
+owns the module's words; the routine `Axes3601` calls all of them. Motion instructions use the block, see
+`instructions.motion_3601`. For ideal axes, `instructions.ideal_axis`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ...io_images.site import Site
+from ..instructions.motion.axes import AxisSettings, MotionData
+from ..instructions.motion.ideal_axis import Ideal, IdealAxis, MotionPart, update_axes
+from ..instructions.motion.ideal_systems import SIZE, update_systems
+from ..instructions.motion.motion_3601 import Axis, BoundAxis, show
+from ..model.errors import LadderError, Problem
+from ..model.expressions import parse_address
+from ..model.operands import Group
+from ..model.predefined.motion_types import COORDINATE_SYSTEM, is_axis
+from ..model.routine import Routine
+from ..model.spec import Use
+from ..model.tags import Tag
+from ..model.tree import Rung
+from ..model.types import Structure, count_of
+from ..state.lowered import LoweredLine, LoweredProgram, steps_of
+from .addon import AddOn, specs_of
+from .rungs import Lowering
+from .text import parse_rung
+
+BLOCK = "AMCI3601"
+ROUTINE = "Axes3601"
+"""The routine that calls the blocks."""
+
+
+@dataclass(frozen=True, slots=True)
+class Axes:
+    """Axes of a program that a rack file names."""
+
+    settings: Mapping[str, AxisSettings]  # by tag, of those on 3601s
+    ideal: Mapping[str, AxisSettings]  # by tag, of ideal ones
+    state: Structure  # the type AXIS_3601
+    block: AddOn  # the add-on instruction Amci3601
+
+
+def names_of(axis: str) -> tuple[str, str]:
+    """Return the names of the tags that an axis adds.
+
+    >>> names_of("Feed")
+    ('Feed_3601', 'Feed_Module')
+    """
+    plain = axis.replace("\\", "").replace(".", "_")
+    return f"{plain}_3601", f"{plain}_Module"
+
+
+def axis_tags(axes: Axes | None) -> Iterator[Tag]:
+    """Yield the tags that axes add."""
+    for name, settings in axes.settings.items() if axes else ():
+        state, module = names_of(name)
+        assert axes is not None
+        yield Tag(state, axes.state, (), {"RoundTrip": settings.round_trip_ms})
+        yield Tag(module, axes.block.structure)
+
+
+def with_blocks(add_ons: Mapping[str, AddOn], axes: Axes | None) -> Mapping[str, AddOn]:
+    """Return add-on instructions, with the 3601's block if there are axes."""
+    return {**add_ons, BLOCK: axes.block} if axes else add_ons
+
+
+def lower_axes(lowering: Lowering, axes: Axes | None, data: MotionData) -> list[Problem]:
+    """Lower the routine of the blocks and number all axes; return the problems."""
+    problems: list[Problem] = []
+    settings: dict[str, AxisSettings] = {}
+    lowering.enter("")
+    if axes is not None:
+        problems += _lower_blocks(lowering, axes)
+        for name, each in axes.ideal.items():
+            tag = _axis(lowering, name, problems)
+            if tag is not None:
+                settings[tag.path.upper()] = each
+    _number(lowering.lowered, settings, data)
+    return problems
+
+
+def _axis(lowering: Lowering, name: str, problems: list[Problem]) -> Group | None:
+    """Return the tag of an axis; None with a problem."""
+    remedy = "name an axis of the program"
+    try:
+        tag = lowering.resolver.address(parse_address(name))
+        if isinstance(tag, Group) and is_axis(tag.type) and not tag.indices:
+            return tag
+        text, remedy = f"{name} is not an axis", "name a tag of type AXIS_..."
+    except LadderError as error:
+        text = str(error)
+    problems.append(Problem(f"axis {name}", "", text, remedy, Site(tag=name)))
+    return None
+
+
+def _lower_blocks(lowering: Lowering, axes: Axes) -> list[Problem]:
+    problems: list[Problem] = []
+    bound: dict[str, BoundAxis] = {}
+    rungs: list[Rung] = []
+    for name, settings in axes.settings.items():
+        state, module = names_of(name)
+        tag = _axis(lowering, name, problems)
+        if tag is None:
+            continue
+        found = lowering.resolver.address(parse_address(state))
+        assert isinstance(found, Group)
+        bound[tag.path.upper()] = BoundAxis(settings, tag, found)
+        images = ",".join(f"Local:{settings.slot}:{way}.Data[0]" for way in "IO")
+        text = f"MOV(Local:{settings.slot}:I.Fault,{module}.Fault)Amci3601({module},{state},{images});"
+        rungs.append(parse_rung(text, specs=specs_of(with_blocks({}, axes))))
+    lowering.lowered.axes = bound
+    lowering.routine(Routine(ROUTINE, tuple(rungs), "the blocks of the axes"))
+    return problems
+
+
+def _lines(lowered: LoweredProgram) -> Iterator[LoweredLine]:
+    return (line for routine in lowered.routines.values() for line in routine.lines)
+
+
+def _parts(tag: Tag) -> Iterator[MotionPart]:
+    """Yield the elements of a tag."""
+    for index in range(count_of(tag.dims)):
+        yield MotionPart(tag.name, index, f"{tag.name}[{index}]" if tag.dims else tag.name, tag.type.name)
+
+
+def _controls(lowered: LoweredProgram) -> Iterator[MotionPart]:
+    """Yield the motion instructions of a program, those in add-on instructions included."""
+    for leaf in list(lowered.layout.leaves.values()):
+        path, _, member = leaf.path.rpartition(".")
+        if member == "~ticket":
+            for index in range(leaf.size):
+                yield MotionPart(path, index, path)
+
+
+def _number(lowered: LoweredProgram, settings: Mapping[str, AxisSettings], data: MotionData) -> None:
+    """Number the axes, coordinate systems and controls of a program with motion instructions."""
+    numbers = {path: number for number, path in enumerate(lowered.axes, 1)}
+    lowered.presets |= {(f"{path}.~axis", 0): number for path, number in numbers.items()}
+    if not any(Use.MOTION in step.uses for line in _lines(lowered) for step in steps_of(line.nodes)):
+        return
+    parts = [(tag, part) for tag in lowered.layout.tags().values() for part in _parts(tag)]
+    axes = [part for tag, part in parts if is_axis(tag.type) and part.path.upper() not in numbers]
+    systems = [part for tag, part in parts if tag.type == COORDINATE_SYSTEM]
+    controls = list(_controls(lowered))
+    for number, part in enumerate(axes, 1):
+        lowered.presets[f"{part.path}.~axis", part.index] = -number
+        numbers.setdefault(part.path.upper(), -number)
+    for numbered in (systems, controls):
+        for number, part in enumerate(numbered, 1):
+            lowered.presets[f"{part.path}.~number", part.index] = number
+    lowered.ideal = Ideal(
+        tuple((each, _settings(each.path.upper(), settings, data)) for each in axes),
+        tuple((each, _axes_of(each.path.upper(), numbers, data)) for each in systems),
+        tuple(controls),
+    )
+
+
+def _settings(path: str, settings: Mapping[str, AxisSettings], data: MotionData) -> AxisSettings:
+    return settings.get(path) or AxisSettings(unwind=data.unwinds.get(path, 0.0))
+
+
+def _axes_of(path: str, numbers: Mapping[str, int], data: MotionData) -> tuple[int, ...]:
+    return tuple(numbers.get(axis.upper(), 0) for axis in data.systems.get(path, ())[:SIZE])
+
+
+def prescan_axes(engine: Any, first: bool) -> None:
+    """Prescan the blocks before the first scan; ideal axes are at rest."""
+    if not first:
+        return
+    engine.interpreter.prescan(ROUTINE.upper())
+    ideal = engine.lowered.ideal
+    for place in range(1, len(ideal.axes) + 1 if ideal else 1):
+        IdealAxis(engine.memory, ideal, -place).rest(engine.now_ns)
+
+
+def run_axes(engine: Any) -> None:
+    """Run the blocks, move the ideal axes, and update the tags of all."""
+    machine, lowered = engine.interpreter, engine.lowered
+    bound = [Axis(machine, each) for each in lowered.axes.values()]
+    if bound:
+        engine.call_routine(ROUTINE.upper(), ())
+        machine.now_ns, machine.frame = engine.now_ns, {}
+        for each in bound:
+            show(each)
+    if lowered.ideal is not None:
+        update_systems(engine.memory, lowered.ideal, engine.now_ns)
+        masters = {number: float(each.tag["~position"]) for number, each in enumerate(bound, 1)}
+        update_axes(engine.memory, lowered.ideal, engine.now_ns, masters)

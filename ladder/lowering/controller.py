@@ -1,0 +1,203 @@
+r"""A controller: shared tags, programs with tags and routines of their own, and tasks.
+
+>>> from scanrack.ladder import ADD, BOOL, Controller, DINT, OTE, XIC
+>>> plant = Controller("plant")
+>>> run = plant.declare("Run", BOOL)
+>>> main, fast = plant.program("Main"), plant.program("Fast")
+>>> lamp = main.declare("Lamp", BOOL)
+>>> count = fast.declare("Count", DINT)
+>>> @main.routine
+... def Step(rung):
+...     rung(run, OTE(lamp))
+>>> @fast.routine
+... def Step(rung):
+...     rung(ADD(count, 1, count))
+>>> plant.task("Cycle", "Main")
+>>> plant.task("Every20", "Fast", rate_ms=20)
+>>> plant.tags.Run = True
+>>> for _ in range(5):
+...     plant.step(10)
+>>> plant.tags[r"\Main.Lamp"], plant.tags[r"\Fast.Count"]
+(True, 3)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from typing import Any, Self
+
+from typing_extensions import override
+
+from ...io_images.times import exact_ns
+from ..model.errors import LadderError, Problem
+from ..model.routine import Routine
+from ..model.schedule import Task, TaskKind, schedule_of
+from ..model.tags import Declaration, Layout, scoped
+from ..state.lowered import LoweredProgram
+from .bound_axes import axis_tags, with_blocks
+from .program import Program
+from .rungs import Lowering
+from .runnable import LadderLogic
+
+IMPLICIT_TASK = "MainTask"
+"""Name of the default continuous task, which runs all programs in order."""
+
+
+class Controller(LadderLogic):
+    r"""Shared tags, programs and tasks.
+
+    Names in a program mean its own tags first, then those of the controller; `\Main.Run` is the tag Run
+    of program Main from anywhere. Routines are called `\Main.Step` here, `Step` in their program.
+    """
+
+    kind = "controller"
+
+    def __init__(self, name: str, *, allow: tuple[str, ...] = ()) -> None:
+        super().__init__(name, allow=allow)
+        self.programs: list[Program] = []
+        self.tasks: list[Task] = []
+
+    # --- declaring
+
+    def program(self, name: str, *, main: str | None = None, fault: str | None = None) -> Program:
+        """Add and return an empty program with names of its main (by default the first) and fault routine."""
+        self._refuse_if_built()
+        if not name.isidentifier() or not name.isascii():
+            raise LadderError(f"{name!r} is not a program name: letters, digits and _ are allowed")
+        if name.upper() in (each.name.upper() for each in self.programs):
+            raise LadderError(f"there are two programs {name}")
+        program = Program(name, main=main, fault=fault)
+        program.join(self)
+        self.programs.append(program)
+        return program
+
+    def task(
+        self,
+        name: str,
+        *programs: str,
+        rate_ms: float | None = None,
+        event: bool = False,
+        priority: int = 10,
+        preempt: bool = False,
+        comment: str = "",
+    ) -> None:
+        """Add a task: periodic with `rate_ms`, an event task with `event`, else the continuous one.
+
+        Args:
+            programs: names of its programs, in order of execution.
+            rate_ms: period, ms.
+            priority: 1 to 15, 1 first.
+            preempt: whether it also runs at the end of a rung of the continuous task.
+
+        Raises:
+            LadderError: see `Task`; or both `rate_ms` and `event` are given.
+        """
+        if event and rate_ms is not None:
+            raise LadderError(f"task {name} has a rate and is triggered by EVENT: choose one")
+        kind = TaskKind.EVENT if event else TaskKind.CONTINUOUS if rate_ms is None else TaskKind.PERIODIC
+        try:
+            rate_ns = exact_ns(rate_ms or 0, "ms", f"task {name}: rate")
+        except ValueError as error:
+            raise LadderError(str(error)) from None
+        self.add_task(Task(name, kind, programs, rate_ns, priority, preempt, comment))
+
+    def add_task(self, task: Task) -> None:
+        """Add a task with a new name, or raise a LadderError."""
+        self._refuse_if_built()
+        if task.name.upper() in (each.name.upper() for each in self.tasks):
+            raise LadderError(f"there are two tasks {task.name}")
+        self.tasks.append(task)
+
+    @override
+    def copied(self) -> Self:
+        found = super().copied()
+        found.programs = [each.copied() for each in self.programs]
+        for each in found.programs:
+            each.join(found)
+        return found
+
+    # --- reading
+
+    @property
+    @override
+    def routines(self) -> list[Routine]:
+        return [
+            replace(each, name=scoped(program.name, each.name))
+            for program in self.programs
+            for each in program.routines
+        ]
+
+    @property
+    @override
+    def functions(self) -> Mapping[str, Callable[..., Any]]:
+        return {
+            scoped(program.name, name): function
+            for program in self.programs
+            for name, function in program.functions.items()
+        }
+
+    @property
+    def overlaps(self) -> dict[str, int]:
+        """Overlaps of each task by name: how often it became due before it had run."""
+        schedule = self.build().schedule
+        tasks = schedule.tasks if schedule else ()
+        return {each.task.name: int(self.engine.memory.read(each.overlaps)) for each in tasks}
+
+    # --- building
+
+    @override
+    def _lower(self) -> tuple[LoweredProgram, list[Problem]]:
+        self._declare_missing(self.programs)
+        layout = Layout([*self._all_declarations(), *axis_tags(self.axes)], cards=self.cards)
+        lowering = Lowering(
+            self.name, layout, "", with_blocks(self.add_ons, self.axes), self.stubs, self.builtin
+        )
+        lowered = lowering.lowered
+        lowered.chart_options = self.chart_options
+        problems = list(self._wrong_tasks())
+        tasks = self.tasks or [Task(IMPLICIT_TASK, TaskKind.CONTINUOUS, tuple(self._names_of_programs()))]
+        if not problems:
+            roots = [each.roots(each.name) for each in self.programs]
+            lowered.schedule = schedule_of(layout, tasks, roots)
+        for program in self.programs:
+            problems += program.lower_into(lowering, program.name)
+        lowered, warnings = self._checked(lowering, problems)
+        return lowered, [*warnings, *self._idle(tasks)]
+
+    def _all_declarations(self) -> Iterator[Declaration]:
+        yield from self.declarations
+        for program in self.programs:
+            for each in program.declarations:
+                yield replace(each, name=scoped(program.name, each.name))
+
+    def _names_of_programs(self) -> list[str]:
+        return [each.name for each in self.programs]
+
+    def _wrong_tasks(self) -> Iterator[Problem]:
+        where = f"controller {self.name}"
+        if not self.programs:
+            yield Problem(where, "", "no program", "add a program")
+        known = {each.upper() for each in self._names_of_programs()}
+        taken: dict[str, str] = {}
+        continuous = [each.name for each in self.tasks if each.kind is TaskKind.CONTINUOUS]
+        if len(continuous) > 1:
+            names = " and ".join(continuous)
+            yield Problem(where, "", f"tasks {names} are continuous", "give all but one a rate")
+        for task in self.tasks:
+            for name in task.programs:
+                if name.upper() not in known:
+                    programs = f"programs are {', '.join(self._names_of_programs())}"
+                    yield Problem(f"task {task.name}", "", f"no program {name}", programs)
+                elif name.upper() in taken:
+                    text = f"program {name} is in task {taken[name.upper()]} already"
+                    yield Problem(f"task {task.name}", "", text, "a program is in one task")
+                taken[name.upper()] = task.name
+
+    def _idle(self, tasks: list[Task]) -> Iterator[Problem]:
+        run = {name.upper() for task in tasks for name in task.programs}
+        for name in self._names_of_programs():
+            if name.upper() not in run:
+                yield Problem(
+                    f"program {name}", "", "no task runs it", "name it in a task", rule="unreachable"
+                )

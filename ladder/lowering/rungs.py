@@ -1,0 +1,525 @@
+"""Lowering of the tree for the back ends: resolved addresses, checked operands, numbered instructions."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+from types import MappingProxyType
+from typing import Any
+
+from ...io_images.site import NOWHERE, Site
+from ..instructions import BY_NAME
+from ..instructions.addons import ADD_ON_CALL
+from ..instructions.statements import CONDITION
+from ..instructions.stubbed import specs_of_stubs
+from ..model.errors import LadderError, Problem
+from ..model.operand_checks import OPERAND_CHECKS, WRITTEN, OperandError, described, is_string
+from ..model.operands import Constant, Group, Place, Resolved, as_number, constant, first_leaf, leaves_in
+from ..model.predefined.words import KEYWORDS, plain
+from ..model.resolver import AddressError, Resolver, missing_in
+from ..model.routine import Routine
+from ..model.spec import WITH_PRESETS, InstructionKind, Spec, Use
+from ..model.stubs import Stub
+from ..model.tags import OWN, FrameLayout, Layout, scoped
+from ..model.tree import (
+    Address,
+    Branch,
+    Instruction,
+    MemberStep,
+    Number,
+    Operand,
+    Origin,
+    Rung,
+    Series,
+    Unknown,
+    addresses_in,
+    too_deep,
+)
+from ..model.types import DINT, HIDDEN, LINT, Structure
+from ..state.lowered import (
+    AddOnCall,
+    AddOnFrame,
+    LoweredLine,
+    LoweredProgram,
+    LoweredRoutine,
+    LoweredStep,
+    Node,
+    Parallel,
+    steps_of,
+)
+from .addon import LOGIC, OTHERWISE, POSTSCAN, PRESCAN, AddOn, copies_of
+from .calls import handed_over, held_subscripts
+from .charts import ChartLowering
+from .statements import StatementLowering
+
+_NUMERIC = (Use.NUMBER, Use.INTEGER, Use.EXPRESSION)  # uses of numbers that accept characters: MOV('A',Code)
+
+_KEPT_FLAGS = frozenset({"S:V", "S:Z", "S:N", "S:C"})
+
+
+class Lowering:
+    """Lowers routine by routine into `lowered`; collects problems and warnings."""
+
+    def __init__(
+        self,
+        name: str,
+        layout: Layout,
+        main: str,
+        add_ons: Mapping[str, AddOn] = MappingProxyType({}),
+        stubs: Mapping[str, Stub] = MappingProxyType({}),
+        specs: Mapping[str, Spec] = BY_NAME,
+    ) -> None:
+        self.lowered = LoweredProgram(name, layout, main.upper())
+        self.problems: list[Problem] = []
+        self.warnings: list[Problem] = []
+        self.lowered.stubs = dict(stubs)
+        self._specs = specs
+        self._stubbed = specs_of_stubs(stubs)
+        self._add_ons = add_ons
+        self._uncompiled: list[AddOn] = []
+        self._frame: AddOnFrame | None = None
+        self._to_check: list[tuple[AddOnCall, Site, str]] = []
+        self.resolver = Resolver(layout)
+        self._program = ""
+        self._site = NOWHERE
+        self._rung_text = ""
+
+    def enter(self, program: str) -> None:
+        """Start the routines of a program."""
+        self._program = program
+        self.resolver = Resolver(self.lowered.layout, program)
+
+    def routine(self, routine: Routine) -> None:
+        """Lower a routine after the add-on instructions that it calls."""
+        self._one(replace(routine, name=scoped(self._program, routine.name)))
+        resolver, program = self.resolver, self._program
+        self._program = ""
+        while self._uncompiled:
+            self._add_on_routines(self._uncompiled.pop(0))
+        self.resolver, self._program, self._frame = resolver, program, None
+        pass_bits_on(self.lowered)
+        self._check_handed()
+
+    def _add_on_routines(self, definition: AddOn) -> None:
+        self._frame = self.lowered.frames[definition.name.upper()]
+        self.resolver = Resolver(self._frame.layout)
+        for routine in definition.routines:
+            name = routine_name(definition, routine.name)
+            self._one(replace(routine, name=name))
+            lowered = self.lowered.routines[name.upper()]
+            self.lowered.routines[name.upper()] = replace(lowered, frame=definition.name.upper())
+
+    def _check_handed(self) -> None:
+        """Report calls that pass an input to an InOut that the add-on writes."""
+        for call, site, text in self._to_check:
+            frame = self.lowered.frames[call.name]
+            for name, operand in call.handed.items():
+                if is_input(operand) and writes(self.lowered, frame, name):
+                    said = f"{operand.text} is an input, and {frame.name} writes it as {name}"
+                    self._note_input(operand, said, site, text)
+        self._to_check.clear()
+
+    def _one(self, routine: Routine) -> None:
+        self._site = Site(self._program or self.lowered.name, routine.name, unit=routine.unit)
+        if routine.chart is not None:
+            self._chart(routine)
+            return
+        if routine.statements is not None:
+            lowered = StatementLowering(self).routine(routine.name, routine.statements)
+            self.lowered.routines[routine.name.upper()] = lowered
+            return
+        lines = []
+        labels: dict[str, int] = {}
+        parameters: tuple[Place, ...] | None = None
+        for number, rung in enumerate(routine.rungs):
+            line = self._line(number, rung)
+            lines.append(line)
+            for step in steps_of(line.nodes):
+                if step.name == "LBL" and step.operands:
+                    self._label(labels, step.operands[0], number, first=line.nodes[0] is step)
+                elif step.name == "SBR" and number == 0 and line.nodes[0] is step:
+                    parameters = step.operands
+                elif step.name == "SBR":
+                    self.report("SBR is not first", "make it the first of the routine's first rung")
+        self.lowered.routines[routine.name.upper()] = LoweredRoutine(
+            routine.name, tuple(lines), labels, parameters
+        )
+
+    def _chart(self, routine: Routine) -> None:
+        """Lower a chart, and the bodies of its actions as routines of their own."""
+        chart = ChartLowering(self, routine)
+        self.lowered.routines[routine.name.upper()] = chart.routine()
+        for name, block in chart.bodies():
+            self._one(Routine(name, (), statements=block))
+
+    def report(self, text: str, remedy: str, instruction: str = "", tag: str = "") -> None:
+        """Add a problem of the current rung, of its instruction, or of a tag that is missing."""
+        site = replace(self._site, instruction=instruction, tag=tag)
+        self.problems.append(Problem(site.where, self._rung_text, text, remedy, site))
+
+    def _label(self, labels: dict[str, int], label: str, number: int, *, first: bool) -> None:
+        if label in labels:
+            self.report(f"label {label} is in the routine twice", "rename one")
+        if not first:
+            self.report(f"LBL({label}) is not first in its rung", "put it first", f"LBL({label})")
+        labels[label] = number
+
+    def at(self, number: int, origin: Origin, text: str) -> None:
+        """Start a rung or a line of structured text."""
+        at = self._site  # `replace` takes three times as long
+        self._site = Site(at.program, at.routine, number, "", at.unit, origin.file, origin.line)
+        self._rung_text = text
+
+    def _line(self, number: int, rung: Rung) -> LoweredLine:
+        deep = too_deep(rung.series)
+        self.at(number, rung.origin, "" if deep else str(rung))
+        if deep:
+            self.report(deep, "use fewer, or steps in between")
+            return LoweredLine(number, (), rung.origin, "", rung.comment)
+        nodes = self._series(rung.series)
+        steps = list(steps_of(nodes))
+        if steps and all(step.kind is InstructionKind.INPUT and not step.spec.alone for step in steps):
+            self.report("the rung has no output", "end it with a coil or another output instruction")
+        for step in steps:
+            if step.name == "MCR" and nodes[-1] is not step:
+                self.report("MCR is not last in its rung", "move what follows to a rung of its own")
+        return LoweredLine(number, nodes, rung.origin, self._rung_text, rung.comment)
+
+    def _series(self, series: Series) -> tuple[Node, ...]:
+        return tuple(
+            Parallel(tuple(map(self._series, element.legs)))
+            if isinstance(element, Branch)
+            else self.step(element)
+            for element in series
+        )
+
+    def site(self, text: str) -> int:
+        """Number an instruction of the current rung or line."""
+        at = self._site
+        self.lowered.sites.append(Site(at.program, at.routine, at.rung, text, at.unit, at.file, at.line))
+        return len(self.lowered.sites) - 1
+
+    def step(self, instruction: Instruction) -> LoweredStep:
+        """Lower an instruction."""
+        stub = self._stubbed.get(instruction.name.upper())
+        definition = None if stub else self._add_ons.get(instruction.name.upper())
+        spec = stub or (definition.spec if definition else self._specs.get(instruction.name, CONDITION))
+        site = self.site(str(instruction))
+        if definition:
+            return LoweredStep(ADD_ON_CALL, self._add_on(definition, instruction), site)
+        try:
+            operands = self._operands(spec, instruction)
+        except (AddressError, OperandError) as error:
+            self.report(f"{instruction}: {error}", error.remedy, str(instruction), missing_in(error))
+            operands = ()
+        if spec.name == "MCR":
+            self.lowered.override = True
+        if not spec.in_rungs and self._site.unit == "rung":
+            self.report(
+                f"{spec.name} is an instruction of structured text", "use a timer or counter of rungs"
+            )
+        return LoweredStep(spec, operands, site)
+
+    def _add_on(self, definition: AddOn, call: Instruction) -> tuple[AddOnCall, ...]:
+        try:
+            instance = self._instance(definition, call)
+            frame = self._frame_of(definition)
+            address, held = held_subscripts(self.resolver, call.operands[0])
+            copies = copies_of(definition, address, call)
+            handed = handed_over(definition, copies.handed, self.resolver)
+        except (AddressError, OperandError) as error:
+            self.report(f"{call}: {error}", error.remedy, str(call), missing_in(error))
+            return ()
+        except LadderError as error:
+            remedy = f"operands of {definition.name} are {_signature(definition)}"
+            self.report(f"{call}: {error}", remedy, str(call))
+            return ()
+        if held:
+            instance = self._instance(definition, replace(call, operands=(address, *call.operands[1:])))
+        self._note_handed(frame, instance, handed)
+        names = {each.name: routine_name(definition, each.name).upper() for each in definition.routines}
+        lowered = AddOnCall(
+            definition.name.upper(),
+            replace(instance, text=str(call.operands[0])),
+            handed,
+            instance.member("EnableIn"),
+            instance.member("EnableOut"),
+            tuple(map(self._series, (*held, *copies.inputs))),
+            tuple(map(self._series, copies.outputs)),
+            names[LOGIC],
+            names.get(OTHERWISE),
+            names.get(PRESCAN),
+            names.get(POSTSCAN),
+        )
+        if self._frame is not None:
+            self._frame.calls.append(lowered)
+        self._to_check.append((lowered, self._site, str(call)))
+        return (lowered,)
+
+    def _frame_of(self, definition: AddOn) -> AddOnFrame:
+        """Return the frame of an add-on instruction and queue its routines for lowering."""
+        name = definition.name.upper()
+        if name not in self.lowered.frames:
+            layout = FrameLayout(name, definition.structure, definition.inouts, self.lowered.layout)
+            self.lowered.frames[name] = AddOnFrame(definition.name, layout)
+            self._uncompiled.append(definition)
+        return self.lowered.frames[name]
+
+    def _note_handed(self, frame: AddOnFrame, instance: Group, handed: Mapping[str, Place | Group]) -> None:
+        """Lay out the arguments of a call in lists."""
+        for operand in (instance, *handed.values()):
+            leaf = first_leaf(operand)
+            if not leaf.frame:
+                self.lowered.layout.box(leaf)
+        frame.bits.update(
+            name for name, operand in handed.items() if isinstance(operand, Place) and operand.bit is not None
+        )
+
+    def _instance(self, definition: AddOn, call: Instruction) -> Group:
+        instance = self.resolver.operand(call.operands[0])
+        if not isinstance(instance, Group) or instance.dims or instance.type != definition.structure:
+            raise OperandError(
+                f"{call.operands[0]} is {described(instance)}, an instance of {definition.name} is needed",
+                f"declare a tag of type {definition.name} for this call",
+            )
+        return instance
+
+    def _operands(self, spec: Spec, instruction: Instruction) -> tuple[Any, ...]:
+        given = instruction.operands
+        if spec.resolve is not None:
+            return spec.resolve(self, given)
+        operands = [
+            self._operand(use, operand)
+            for use, operand in zip(spec.operands, given, strict=False)
+            if use is not Use.PRESET
+        ]
+        if Use.TEXT_OR_NUMBER in spec.operands and not all(map(is_string, operands)):
+            operands = list(map(as_number, operands))
+        self._presets(spec, given, operands)
+        if spec.check is not None:
+            spec.check(*operands)
+        return tuple(operands)
+
+    def _operand(self, use: Use, operand: Operand) -> Any:
+        if use in (Use.LABEL, Use.MODE):
+            if not isinstance(operand, Address) or operand.steps:
+                raise OperandError(f"{operand} is not a name", "write a name")
+            return operand.name.upper()
+        if use is Use.PASSES:
+            return _passes(operand)
+        if use is Use.IGNORED and isinstance(operand, Unknown):
+            return constant(0)
+        if use is Use.KEYWORD and (word := self._keyword(operand)):
+            return word
+        resolved = self.resolver.operand(operand)
+        self.note_flags(operand)
+        if use in _NUMERIC:
+            resolved = as_number(resolved)
+        check = OPERAND_CHECKS[use]
+        if not check.accepts(resolved):
+            raise OperandError(f"{operand} is {described(resolved)}, {check.text} is needed", check.remedy)
+        if use in WRITTEN and isinstance(resolved, (Place, Group)):
+            self.note_written(operand, resolved)
+        return resolved
+
+    def _keyword(self, operand: Operand) -> str:
+        """Return a word of a list, in capitals and as structured text writes it; "" for another operand."""
+        if not isinstance(operand, Address) or operand.steps:
+            return ""
+        word = plain(operand.name)
+        if self.lowered.layout.declaration(operand.name.upper(), self._program) is not None:
+            number = OPERAND_CHECKS[Use.NUMBER].accepts(self.resolver.address(operand))
+            return "" if number or word not in KEYWORDS else word
+        if word not in KEYWORDS:
+            close = difflib.get_close_matches(word, KEYWORDS, n=1)
+            hint = f"did you mean {close[0]}" if close else "name a tag, a number or a word of its list"
+            raise OperandError(f"{operand} is neither a tag nor a word of a list", hint)
+        return word
+
+    def note_written(self, operand: Operand, resolved: Place | Group) -> None:
+        """Note a written operand: an InOut of an add-on instruction, or an input of a module."""
+        if self._frame is not None:
+            self._frame.written.update(leaf.root for leaf in leaves_in(resolved))
+        elif is_input(resolved):
+            self._note_input(resolved, f"{operand} is an input", self._site, self._rung_text)
+
+    def _note_input(self, resolved: Place | Group, text: str, site: Site, rung: str) -> None:
+        """Warn of a written input: the value lasts until the module's next update."""
+        self.lowered.written_inputs.update(leaf.ident for leaf in leaves_in(resolved))
+        remedy = "write a tag of your own"
+        text = f"{text}: its module writes over it"
+        self.warnings.append(Problem(site.where, rung, text, remedy, site, "input-written"))
+
+    def note_flags(self, operand: Operand) -> None:
+        """Enable the status flags if an operand names one."""
+        if any(each.name.upper() in _KEPT_FLAGS for each in addresses_in(operand)):
+            self.lowered.flags = True
+
+    def _presets(self, spec: Spec, given: tuple[Operand, ...], operands: list[Any]) -> None:
+        """Note the initial values that a rung gives to timers, counters and controls."""
+        if Use.PRESET not in spec.operands:
+            return
+        resolved = iter(operands)
+        structure: Group | None = None
+        names: Iterator[str] = iter(())
+        for use, each in zip(spec.operands, given, strict=False):
+            if use is Use.PRESET:
+                assert structure is not None
+                self._initial(structure, (next(names),), [each])
+                continue
+            operand = next(resolved)
+            if use in WITH_PRESETS:
+                structure, names = operand, iter(WITH_PRESETS[use])
+
+    def _initial(self, structure: Group, names: tuple[str, ...], given: list[Operand]) -> None:
+        for name, operand in zip(names, given, strict=False):
+            if isinstance(operand, Unknown):
+                continue
+            place = structure.member(name)
+            real = place.type.is_real
+            if not isinstance(operand, Number) or not (real or isinstance(operand.value, int)):
+                raise OperandError(
+                    f"{name} {operand} is not a whole number", f"write a number, or MOV to .{name}"
+                )
+            if not real and not DINT.lowest <= operand.value <= DINT.highest:
+                raise OperandError(
+                    f"{name} {operand} is not a DINT", f"write a number up to {DINT.highest:,}"
+                )
+            index = place.fixed_index
+            if index is None:
+                raise OperandError(
+                    f"{name} is not allowed in the rung, since the index is computed", "write ? and MOV to it"
+                )
+            presets = self.lowered.presets
+            if self._frame is not None:
+                if place.leaf.root != OWN:
+                    raise OperandError(f"{name} of an InOut is given in the rung", "write ? and MOV to it")
+                presets = self._frame.presets
+            value = float(operand.value) if real else operand.value
+            known = presets.setdefault((place.leaf.path, index), value)
+            if known != value:
+                where = place.leaf.path if place.leaf.size == 1 else place.text
+                raise OperandError(f"{where} is {known} in another rung", "write the same number, or ?")
+
+    def named(self, routine: str) -> str:
+        """See `OperandResolver`."""
+        return scoped(self._program, routine).upper()
+
+    def memory(self, address: Address, *, written: bool) -> Place | Group:
+        """See `OperandResolver`."""
+        resolved = self.resolver.address(address)
+        if isinstance(resolved, Place) and address.steps and isinstance(address.steps[-1], MemberStep):
+            around = self.resolver.address(replace(address, steps=address.steps[:-1]))
+            if (
+                isinstance(around, Group)
+                and isinstance(around.type, Structure)
+                and around.type.members[0].name.upper() == address.steps[-1].name.upper()
+            ):
+                resolved = around
+        check = OPERAND_CHECKS[Use.DESTINATION]
+        if not check.accepts(resolved):
+            raise OperandError(f"{address} is {described(resolved)}, {check.text} is needed", check.remedy)
+        if written:
+            self.note_written(address, resolved)
+        return resolved
+
+    def value(self, operand: Operand) -> Resolved:
+        """See `OperandResolver`."""
+        resolved = self.resolver.operand(operand)
+        if not isinstance(resolved, (Place, Constant)):
+            raise OperandError(f"{operand} is {described(resolved)}, one value is needed", "pass its members")
+        return resolved
+
+    @property
+    def stubs(self) -> Mapping[str, Stub]:
+        """See `OperandResolver`."""
+        return self.lowered.stubs
+
+    def checked(self, use: Use, operand: Operand) -> Any:
+        """See `OperandResolver`."""
+        return self._operand(use, operand)
+
+    def any(self, operand: Operand) -> Resolved:
+        """See `OperandResolver`."""
+        return self.resolver.operand(operand)
+
+    def hidden(self, name: str) -> Place:
+        """See `OperandResolver`."""
+        if self._frame is not None:
+            raise OperandError("the instruction is in an add-on instruction", "call it in a program")
+        leaf = self.lowered.layout.hidden(f"{HIDDEN}{name}{len(self.lowered.sites)}", LINT)
+        return Place(leaf, (), None, leaf.path)
+
+    def kept(self, path: str, initial: int) -> None:
+        """See `OperandResolver`."""
+        if self.lowered.layout.find(path) is None:
+            self.lowered.layout.hidden(path, LINT)
+            if initial:
+                self.lowered.presets[path, 0] = initial
+
+    def function(self, name: str, function: Callable[..., Any]) -> str:
+        """See `OperandResolver`."""
+        full = self.named(f"{HIDDEN}{name}")
+        self.lowered.functions[full] = function
+        return full
+
+    def target(self, operand: Operand) -> Place:
+        """See `OperandResolver`."""
+        resolved = self.resolver.operand(operand)
+        if not isinstance(resolved, Place):
+            raise OperandError(
+                f"{operand} is {described(resolved)}, a tag is needed", "name the tag to write"
+            )
+        self.note_written(operand, resolved)
+        return resolved
+
+
+def routine_name(definition: AddOn, role: str) -> str:
+    """Return the name of an add-on's routine: its role after a dot."""
+    return f"{definition.name}.{role}"
+
+
+def is_input(operand: Place | Group) -> bool:
+    """Whether a module writes the operand."""
+    return any(leaf.slot is not None and not leaf.output for leaf in leaves_in(operand))
+
+
+def pass_bits_on(lowered: LoweredProgram) -> None:
+    """Propagate to called add-ons which InOuts may be bits of an integer."""
+    changed = True
+    while changed:
+        changed = False
+        for frame in lowered.frames.values():
+            for call in frame.calls:
+                bits = lowered.frames[call.name].bits
+                for name, operand in call.handed.items():
+                    if operand.frame and first_leaf(operand).root in frame.bits and name not in bits:
+                        bits.add(name)
+                        changed = True
+
+
+def writes(lowered: LoweredProgram, frame: AddOnFrame, name: str) -> bool:
+    """Whether an add-on instruction writes an InOut, directly or in a call."""
+    if name in frame.written:
+        return True
+    return any(
+        operand.frame
+        and first_leaf(operand).root == name
+        and writes(lowered, lowered.frames[call.name], inner)
+        for call in frame.calls
+        for inner, operand in call.handed.items()
+    )
+
+
+def _passes(operand: Operand) -> str:
+    text = str(operand).upper()
+    number = operand.value if isinstance(operand, Number) else 0
+    if text in ("ALL", "INC") or (isinstance(number, int) and 0 < number <= DINT.highest):
+        return text
+    raise OperandError(f"{operand} is not a mode", "write ALL, INC, or how many elements a scan does")
+
+
+def _signature(definition: AddOn) -> str:
+    named = [f"{each.name} : {each.type.name} ({each.way.value})" for each in definition.required]
+    return ", ".join(["the instance", *named])

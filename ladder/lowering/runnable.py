@@ -1,0 +1,495 @@
+"""Common base of programs and controllers: declarations, building, running."""
+
+from __future__ import annotations
+
+import re
+from abc import ABC, abstractmethod
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from copy import copy
+from typing import Any, Self
+
+from ..compiler import Scanner, scanner_of, source_of
+from ..instructions.motion.axes import MotionData
+from ..instructions.system.messages import ends_of_messages
+from ..model import hooks
+from ..model.chart import DEFAULT_OPTIONS
+from ..model.errors import BuildError, LadderError, MinorFault, Problem
+from ..model.expressions import TAG_NAME, parse_address
+from ..model.resolver import is_image
+from ..model.routine import Routine
+from ..model.spec import Spec
+from ..model.stubs import NO_STUBS, InPython, Partner, Remote, Stub, Stubs, check_stubbed, parse_stub
+from ..model.tagref import TagRef
+from ..model.tags import STATUS_FLAGS, Alias, Declaration, SlotAlias, Tag
+from ..model.tree import Address, Step
+from ..model.types import MAX_DIMENSIONS, DataType, Structure, count_of, size_of
+from ..run.edit import Edit, carry_over
+from ..run.engine import STEP_MS, Engine
+from ..run.partners import connect, updates_of, wrong_values
+from ..run.view import Tags
+from ..state.lowered import LoweredProgram
+from ..state.memory import Memory
+from .addon import AddOn, specs_of
+from .bound_axes import Axes, lower_axes, prescan_axes, run_axes
+from .checks import ALLOWANCES, check_whole, recursive_routines, uses_of_stubs, warnings_of
+from .dialects import DIALECTS, HOOKS, LOGIX, SLC
+from .guess import type_at
+from .rungs import Lowering
+from .storage import choose_bytes
+from .type_inference import Guesses
+
+MOST_BYTES = 1 << 25
+"""Maximum size of a tag, 32 MiB: more than the memory of the largest controllers."""
+
+REFUSALS_SHOWN = 5
+"""Refused parts of an export listed in a message."""
+
+
+class LadderLogic(ABC):
+    """Tags and rungs; callable as the logic of a rack.
+
+    The first use builds it: one error lists all mistakes, and no more declarations are accepted. A call
+    runs it compiled, on memory that `tags` shows.
+
+    Raises:
+        LadderError: unknown `allow` or `dialect`.
+    """
+
+    kind: str
+    """Its name in messages."""
+
+    def __init__(self, name: str, *, allow: Iterable[str] = (), dialect: str = LOGIX) -> None:
+        self.name = name
+        if dialect not in DIALECTS:
+            raise LadderError(f"{dialect!r} is not a dialect; there are {', '.join(DIALECTS)}")
+        self.dialect = dialect  # its instruction set, see `instructions.dialects`
+        self.builtin = DIALECTS[dialect]  # specs of its instruction set, by name in capitals
+        self.opening: list[Callable[[Engine, bool], None]] = []  # before each scan: engine, first?
+        self.closing: list[Callable[[Engine], None]] = []  # after each scan
+        self.declarations: list[Declaration] = []  # tags and aliases
+        self.add_ons: dict[str, AddOn] = {}  # add-on instructions in use, by name in capitals
+        self.allowed = frozenset(allow)  # suppressed warnings, see `checks.ALLOWANCES`
+        unknown = self.allowed.difference(ALLOWANCES)
+        if unknown:
+            raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
+        self.chart_options = DEFAULT_OPTIONS
+        self.stubs: dict[str, Stub] = {}  # stubs of instructions and messages, by name in capitals
+        self.cards: Mapping[int, str] = {}
+        self.axes: Axes | None = None  # axes that the rack names, or None
+        self.remotes: Mapping[str, Remote] = {}  # of consumed tags and messages, by name in capitals
+        self.motion = MotionData()  # what an export says of axes
+        self.declares_missing = False  # whether undeclared tags are declared by their use
+        self.declared_missing: list[Tag] = []  # those tags, once it is built
+        self.refused: Sequence[str] = ()  # parts of an export that are left out, as texts
+        self.monitors: Callable[[Lowering], None] | None = None  # lowers what follows the routines
+        self.left_out: Mapping[str, str] = {}  # stubbed routines of an export, and what they do
+        self._names: set[str] = set()
+        self._lowered: LoweredProgram | None = None
+        self._scanner: Scanner | None = None
+        self._memory: Memory | None = None  # of the check, for the first engine
+        self._engine: Engine | None = None
+        self._warnings: tuple[Problem, ...] = ()
+
+    @property
+    @abstractmethod
+    def routines(self) -> Sequence[Routine]:
+        """Routines of rungs and of structured text under their full names."""
+
+    @property
+    @abstractmethod
+    def functions(self) -> Mapping[str, Callable[..., Any]]:
+        """Routines in Python, by full name."""
+
+    @abstractmethod
+    def _lower(self) -> tuple[LoweredProgram, list[Problem]]:
+        """Lower and check the program; return it with its warnings, or raise a BuildError."""
+
+    def _checked(self, lowering: Lowering, problems: list[Problem]) -> tuple[LoweredProgram, list[Problem]]:
+        """Return what was lowered with its warnings, or raise a BuildError; `problems` are those so far."""
+        problems += lower_axes(lowering, self.axes, self.motion)
+        if self.monitors is not None:
+            self.monitors(lowering)
+        lowered = lowering.lowered
+        lowered.recursive = recursive_routines(lowered)
+        problems = lowering.problems + check_whole(lowered) + problems
+        problems += connect(lowered, self.stubs, self.remotes)
+        choose_bytes(lowered)
+        try:
+            self._memory = Memory(lowered.layout, lowered.presets, lowered.defaults)
+            problems += wrong_values(lowered, self._memory)
+        except LadderError as error:
+            remedy = "correct the initial value"
+            problems.append(Problem("initial values", "", str(error), remedy, error.site))
+        if problems:
+            raise BuildError(self.name, problems, self.kind)
+        return lowered, [*lowering.warnings, *warnings_of(lowered, self.allowed)]
+
+    @property
+    def specs(self) -> Mapping[str, Spec]:
+        """Specs of all available instructions, by name in capitals."""
+        return specs_of(self.add_ons, self.stubs, self.builtin)
+
+    # --- declaring
+
+    def stub(self, name: str, text: str | Callable[..., Any]) -> None:
+        r"""Replace an instruction, or set the result of a message.
+
+        Args:
+            name: the instruction, or a message's tag; in a controller `\Program.tag` for a program's tag.
+            text: `done after 20 ms`, `error 16#00CB after 20 ms`, `false`, `true`, see `stubs`; or a
+                function, see `stubs.InPython`.
+
+        Raises:
+            LadderError: the text is not a stub, or the instruction can't be stubbed.
+        """
+        if callable(text):
+            named = getattr(text, "__name__", type(text).__name__)
+            self.take_stubs(Stubs({name.upper(): InPython(named, text)}))
+        else:
+            self.take_stubs(Stubs({name.upper(): parse_stub(text)}))
+
+    def take_stubs(self, stubs: Stubs) -> None:
+        """Add stubs, or replace those of the same name; a LadderError for new ones once the program is built.
+
+        A program that is built keeps its tags: cards of a rack then bring no new names.
+        """
+        known = {name: self.stubs.get(name) for name in stubs.by_name}
+        is_new = known != stubs.by_name or stubs.missing_tags > self.declares_missing
+        if stubs == NO_STUBS or (self._lowered is not None and not is_new):
+            return
+        self._refuse_if_built()
+        self.declares_missing |= stubs.missing_tags
+        self.cards = {**self.cards, **stubs.cards}
+        for name in stubs.by_name:
+            check_stubbed(name)
+        self.stubs.update(stubs.by_name)
+
+    def before_scans(self, hook: Callable[[Engine, bool], None]) -> None:
+        """Call a function before each scan, ahead of all others: the engine, and whether it is the first."""
+        lowered = self.build()
+        lowered.opening = (hook, *lowered.opening)
+
+    def take_axes(self, axes: Axes) -> None:
+        """Take the axes that the rack names; a LadderError if the program runs already."""
+        if self._engine is not None:
+            raise LadderError(f"{self.kind} {self.name} runs already: its axes stay")
+        self.axes = axes
+        self.forget()
+
+    def copied(self) -> Self:
+        """Return a copy that is not built, to which parts can be added; this program stays as it is."""
+        found = copy(self)
+        found.forget()
+        found.declarations, found.add_ons = [*self.declarations], {**self.add_ons}
+        found.stubs, found._names = {**self.stubs}, {*self._names}
+        return found
+
+    def forget(self) -> None:
+        """Forget what was built: it is built again when it is used."""
+        self._lowered = self._scanner = self._memory = self._engine = None
+
+    @property
+    def stubs_in_use(self) -> tuple[str, ...]:
+        """Stubs in use, as `MSG = done after 20 ms (3 times)`."""
+        return tuple(f"{name} = {text}" for name, text in self.used_stubs.items())
+
+    @property
+    def used_stubs(self) -> dict[str, str]:
+        """Stubs in use: by name what they do, and how often."""
+        counted = Counter(uses_of_stubs(self.build()))
+        used = {name: self._use(self.stubs[name], count) for name, count in counted.items()}
+        ideal = self.build().ideal_names
+        if ideal:
+            used["ideal axes"] = shortened(ideal)
+        if self.declared_missing:
+            used["missing_tags"] = f"declare: {', '.join(map(declared, self.declared_missing))}"
+        used.update(self.left_out)
+        if self.refused:
+            used["refused"] = f"empty: {shortened(self.refused)}"
+        return used
+
+    @staticmethod
+    def _use(stub: Stub, count: int) -> str:
+        return str(stub) if isinstance(stub, Partner) else f"{stub} ({times(count)})"
+
+    def _declare_missing(self, parts: Sequence[LadderLogic]) -> None:
+        """Declare the undeclared tags that the routines of `parts` use."""
+        if not self.declares_missing:
+            return
+        known = {part.name: self._names | part._names for part in parts}
+
+        def missing(program: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
+            name = address.name
+            is_known = name.upper() in known[program] or name.upper() in STATUS_FLAGS or is_image(name)
+            return None if is_known or not name else (name, address.steps)
+
+        tags = {part.name: _tags(self, part) for part in parts}
+
+        def known_type(program: str, address: Address) -> DataType | None:
+            tag = tags[program].get(address.name.upper())
+            return None if tag is None else type_at(tag, address)
+
+        specs = specs_of(self.add_ons, self.stubs)
+        guesses = Guesses(missing, known_type, self._operands_of, specs, self.structures())
+        guesses.read_all((part.name, routine) for part in parts for routine in part.routines)
+        self.declared_missing = [
+            Tag(each.name, each.type(re.sub(r"\W", "_", f"{each.name}_type")), each.dims)
+            for each in guesses.found.values()
+        ]
+        for tag in self.declared_missing:
+            self.add(tag)
+
+    def _operands_of(self, name: str) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
+        definition = self.add_ons.get(name.upper())
+        if definition is None or name.upper() in self.stubs:
+            return ()
+        return definition.operand_types
+
+    def structures(self) -> list[Structure]:
+        """Return the types of its tags that are structures."""
+        found = (each.type for each in self.declarations if isinstance(each, Tag))
+        return [each for each in dict.fromkeys(found) if isinstance(each, Structure)]
+
+    def declare(
+        self,
+        names: str,
+        kind: DataType | AddOn,
+        *dims: int,
+        initial: object = None,
+        comment: str = "",
+    ) -> Any:
+        """Declare one tag, or several of one type with spaces between their names.
+
+        Args:
+            kind: their type; for instances, the add-on instruction.
+            dims: length per dimension, for arrays.
+            initial: initial value; None = zero.
+
+        Returns:
+            The tag, or a tuple of them, for use in rungs.
+
+        Raises:
+            LadderError: a name is taken or not allowed, or the dimensions are not allowed.
+        """
+        if isinstance(kind, AddOn):
+            self.use(kind)
+            kind = kind.structure
+        listed = names.replace(",", " ").split()
+        for name in listed:
+            self.add(Tag(name, kind, dims, initial, comment))
+        refs = tuple(TagRef(parse_address(name)) for name in listed)
+        return refs[0] if len(refs) == 1 else refs
+
+    def alias(self, name: str, target: str, type: Structure | None = None) -> TagRef:
+        """Declare a second name of an address; `type` names the parts of a module's image."""
+        self.add(Alias(name, parse_address(target), type=type))
+        return TagRef(parse_address(name))
+
+    def slot(self, name: str, number: int) -> TagRef:
+        """Name the module in a slot, for named bits: `axis.status.MOVE_COMPLETE`."""
+        self.add(SlotAlias(name, number))
+        return TagRef(parse_address(name))
+
+    def add(self, declaration: Declaration) -> None:
+        """Add a declaration; a LadderError if its name is taken, or name or dimensions are not allowed."""
+        self._refuse_if_built()
+        name = declaration.name
+        if not self._is_name(name):
+            raise LadderError(f"{name!r} is not a tag name: letters, digits and _ are allowed")
+        if name.upper() in self._names:
+            raise LadderError(f"tag {name} is declared twice; names do not depend on case")
+        dims = declaration.dims if isinstance(declaration, Tag) else ()
+        if len(dims) > MAX_DIMENSIONS or any(length < 1 for length in dims):
+            raise LadderError(f"tag {name} has dimensions {dims}; must be at most 3, each 1 or more")
+        if isinstance(declaration, Tag) and size_of(declaration.type) * count_of(dims) > MOST_BYTES:
+            raise LadderError(f"tag {name} takes more than {MOST_BYTES:,} bytes; make it shorter")
+        self._names.add(name.upper())
+        self.declarations.append(declaration)
+
+    def _is_name(self, name: str) -> bool:
+        """Whether a tag may have this name; in the dialect slc also `I:2`, a slot's words as memory."""
+        if self.dialect == SLC and re.fullmatch(r"[IO]:\d{1,3}", name, re.ASCII):
+            return True
+        named = re.fullmatch(TAG_NAME, name, re.ASCII) is not None
+        return named and not name.upper().startswith(("S:", "I:", "O:"))
+
+    def use(self, *add_ons: AddOn) -> None:
+        """Add add-on instructions; a LadderError if there is another one of that name."""
+        self._refuse_if_built()
+        for each in add_ons:
+            if self.add_ons.setdefault(each.name.upper(), each) != each:
+                raise LadderError(f"there are two add-on instructions {each.name}")
+
+    def _refuse_if_built(self) -> None:
+        if self._lowered is not None:
+            raise LadderError(f"{self.kind} {self.name} has been built: nothing more can be added")
+
+    # --- building
+
+    def build(self) -> LoweredProgram:
+        """Check and lower it, or raise a BuildError with all problems."""
+        if self._lowered is None:
+            self._lowered, warnings = self._lower()
+            opening, closing = HOOKS[self.dialect]
+            axes = self._lowered.axes or self._lowered.ideal
+            self._lowered.opening = (
+                *opening,
+                *updates_of(self._lowered),
+                *([prescan_axes] if axes else []),
+                *self.opening,
+            )
+            messages = ends_of_messages(self._lowered)
+            self._lowered.closing = (*self.closing, *([run_axes] if axes else []), *messages, *closing)
+            self._warnings = tuple(warnings)
+        return self._lowered
+
+    @property
+    def warnings(self) -> tuple[Problem, ...]:
+        """Warnings of likely mistakes: a bit with two coils, a program without a task."""
+        self.build()
+        return self._warnings
+
+    def compile(self) -> Engine:
+        """Return a new engine on the compiled program, which is compiled once."""
+        return Engine(self.build(), self.scanner, self._take_memory())
+
+    @property
+    def scanner(self) -> Scanner:
+        """The compiled program, to be bound to an engine's memory."""
+        if self._scanner is None:
+            self._scanner = scanner_of(self.build())
+        return self._scanner
+
+    def interpret(self) -> Engine:
+        """Return a new engine on the interpreter."""
+        return Engine(self.build(), memory=self._take_memory())
+
+    def _take_memory(self) -> Memory | None:
+        """Return a memory with initial values, which takes long to make, if no engine has it yet."""
+        self.build()
+        memory, self._memory = self._memory, None
+        return memory
+
+    # --- running
+
+    @property
+    def engine(self) -> Engine:
+        """The engine of calls."""
+        if self._engine is None:
+            self._engine = self.compile()
+        return self._engine
+
+    @property
+    def tags(self) -> Tags:
+        """The tags by name."""
+        return self.engine.tags
+
+    @property
+    def minor_faults(self) -> Sequence[MinorFault]:
+        """The latest minor faults."""
+        return self.engine.minor_faults
+
+    def __call__(self, scan: Any) -> None:
+        """Do one scan of a rack, see `Engine`."""
+        (self._engine or self.engine)(scan)
+
+    def __attach_logic__(self, _slots: object) -> None:
+        """Compile before the first scan, which has the same watchdog as every other."""
+        _ = self.engine
+
+    def __close_logic__(self) -> None:  # noqa: B027 - nothing is under way between two scans
+        """No operation."""
+
+    def step(self, ms: float = STEP_MS) -> None:
+        """Do one scan without a rack, see `Engine.step`."""
+        self.engine.step(ms)
+
+    def take_over(self, running: LadderLogic) -> Edit:
+        """Continue from the state of another program, between two scans: an online edit.
+
+        Tags of the same name and type keep their values, new ones get their initial values, and there is
+        no prescan. The other program is unchanged.
+
+        Raises:
+            LadderError: this program has done a scan already, or is running.
+            BuildError: it can't be built; the other one continues.
+        """
+        if self._engine is not None:
+            raise LadderError(f"{self.kind} {self.name} runs already: only one that is new can take over")
+        engine = self.compile()
+        edit = carry_over(running.engine, engine)
+        self._engine = engine
+        return edit
+
+    # --- proving
+
+    def prove(self, **asked: Any) -> Any:
+        """Decide a claim for every input, every scan time in a range and any number of scans.
+
+            assert program.prove(never="Fwd AND Rev")
+
+        Args:
+            asked: one of `never`, `always` and `reachable`, a condition of structured text on the state
+                after a scan; `assume`, conditions that hold in each scan; `free`, patterns of numbers that
+                differ from scan to scan; `written_outside`, patterns of tags that an operator writes, too;
+                `scan_ms`, least and most ms between two scans, 1 to 1,000 if left out.
+
+        Returns:
+            The answer, a `prove.answers.Answer`: true if it is proved, or reached; its text is the scenario.
+
+        Raises:
+            LadderError: a condition can't be used, or the program has what no proof covers.
+            SolverMissingError: the extra `prove` is not installed.
+        """
+        return hooks.ask(self, **asked)
+
+    # --- reading
+
+    def source(self) -> str:
+        """Return its compiled Python."""
+        return source_of(self.build())
+
+    def text(self, routine: str) -> str:
+        """Return the text of a routine, or raise a LadderError."""
+        for each in self.routines:
+            if each.name.upper() == routine.upper():
+                return each.text
+        raise LadderError(f"no routine {routine} in {self.kind} {self.name}")
+
+
+def shortened(names: Sequence[str], most: int = REFUSALS_SHOWN) -> str:
+    """Return a list of names, of a long one the first.
+
+    >>> shortened(["Feed", "Clamp", "Table"], 2)
+    'Feed, Clamp, and 1 more'
+    """
+    more = [f"and {len(names) - most:,} more"] * (len(names) > most)
+    return ", ".join([*names[:most], *more])
+
+
+def times(count: int) -> str:
+    """Return a count in words.
+
+    >>> times(1), times(2), times(2000)
+    ('once', 'twice', '2,000 times')
+    """
+    return {1: "once", 2: "twice"}.get(count, f"{count:,} times")
+
+
+def _tags(*scopes: LadderLogic) -> dict[str, Tag]:
+    """Return the tags of scopes by name in capitals; the last scope hides those before it."""
+    return {
+        each.name.upper(): each for scope in scopes for each in scope.declarations if isinstance(each, Tag)
+    }
+
+
+def declared(tag: Tag) -> str:
+    """Return a tag as in a program file's declaration.
+
+    >>> from scanrack.ladder import DINT
+    >>> declared(Tag("Level", DINT, (4,)))
+    'Level : DINT[4]'
+    """
+    dims = f"[{','.join(map(str, tag.dims))}]" if tag.dims else ""
+    return f"{tag.name} : {tag.type.name}{dims}"

@@ -1,0 +1,195 @@
+"""Which tags are bytes: structures that instructions use as a whole often enough.
+
+A copy of bytes costs little per value, but each single use of a value costs more than that of a variable. A
+tag and the InOuts that it is passed to are alike: a compiled add-on instruction has one version.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+from ..model.operands import Calculation, Constant, Group, Place, Resolved, first_leaf
+from ..model.spec import Use
+from ..model.stretches import fits_bytes
+from ..model.tags import OWN, FrameLayout, Layout, Tag, tag_in
+from ..model.types import Structure, count_of, fields_of
+from ..state.lowered import AddOnCall, Call, LoweredProgram, LoweredStep, steps_of
+from ..state.regions import copied_singly
+from .rungs import pass_bits_on
+
+_WHOLE = frozenset(
+    (
+        *(Use.SOURCE, Use.DESTINATION, Use.ITEM, Use.ITEM_TARGET, Use.ARRAY, Use.TABLE, Use.TEXT),
+        *(Use.TEXT_TARGET, Use.TEXT_OR_NUMBER, Use.TEXT_OR_NUMBER_TARGET, Use.TARGET, Use.PARAMETERS),
+    )
+)
+"""Uses of a structure as a whole; those of a timer and the like are uses of its members."""
+
+_COPY = (Use.SOURCE, Use.DESTINATION)
+
+_VALUE_NS, _COPIED_NS, _CONVERTED_NS, _FIELD_NS = 20, 12, 20, 200
+"""What bytes cost more at a single use of a value, and what a value in a copy costs that is not of bytes.
+
+Singly from variable to variable; from or to an array of another type; in a region.
+"""
+
+_MEMBERS = 4  # single values in a use of a timer and the like
+
+_Root = tuple[str, str]
+"""Memory of one form: an add-on instruction and `Leaf.root`, or "" and a tag; all in capitals."""
+
+
+def choose_bytes(lowered: LoweredProgram) -> None:
+    """Lay out as bytes what gains by it."""
+    uses = _Uses()
+    for routine in lowered.routines.values():
+        for line in routine.lines:
+            for step in steps_of(line.nodes):
+                uses.step(step)
+    layout = lowered.layout
+    layout.make_bytes([each.name.upper() for each in layout.unused if _is_large(each)])
+    if not uses.gain:
+        return
+    chosen: dict[str, list[str]] = defaultdict(list)
+    for owner, name in uses.chosen(lowered):
+        chosen[owner].append(name)
+    for owner, names in chosen.items():
+        _layout(lowered, owner).make_bytes(names)
+    _pass_bits(lowered, uses.calls)
+
+
+def _is_large(tag: Tag) -> bool:
+    """Whether a tag is a structure: as bytes it has one variable, though the program never uses it."""
+    return isinstance(tag.type, Structure) and fits_bytes(tag.type)
+
+
+def _pass_bits(lowered: LoweredProgram, calls: Iterable[AddOnCall]) -> None:
+    """Note the InOuts whose argument is a BOOL in bytes: a bit of a byte."""
+    for call in calls:
+        for name, operand in call.handed.items():
+            leaf = first_leaf(operand)
+            spot = _layout(lowered, leaf.frame).spot(leaf)
+            if spot is not None and spot.unit == 1 and leaf.type is operand.type:
+                lowered.frames[call.name].bits.add(name)
+    pass_bits_on(lowered)
+
+
+class _Uses:
+    """The uses of all roots, and which of them are alike."""
+
+    def __init__(self) -> None:
+        self.gain: dict[_Root, int] = defaultdict(int)  # ns per scan that bytes gain by whole uses
+        self.loss: dict[_Root, int] = defaultdict(int)  # and lose by single ones
+        self.unfit: set[_Root] = set()
+        self.calls: list[AddOnCall] = []
+        self._above: dict[_Root, _Root] = {}
+
+    def step(self, step: LoweredStep) -> None:
+        """Count the uses of an instruction."""
+        if step.operands and isinstance(step.operands[0], AddOnCall):
+            self._call(step.operands[0])
+            return
+        for use, operand in zip(step.uses, step.operands, strict=False):
+            self._operand(operand, step, whole=use in _WHOLE)
+
+    def _operand(self, operand: Any, step: LoweredStep, *, whole: bool) -> None:
+        if isinstance(operand, (Calculation, Call)):
+            parts = operand.operands if isinstance(operand, Calculation) else operand.inputs + operand.returns
+            for each in parts:
+                self._operand(each, step, whole=True)
+        elif isinstance(operand, Place):
+            self._array(operand, step)
+            self._subscripts(
+                operand.indices if operand.bit is None else (*operand.indices, operand.bit), step
+            )
+        elif isinstance(operand, Group):
+            root = _root_of(operand)
+            if not isinstance(operand.type, Structure):
+                self._array(operand, step)
+            elif not whole:
+                self.loss[root] += _MEMBERS * _VALUE_NS
+            elif copied_singly(step.operands):
+                self.gain[root] += _COPIED_NS * len(fields_of(operand.type))
+            else:
+                self.gain[root] += _FIELD_NS * len(fields_of(operand.type)) * _count(operand, step)
+            self._subscripts(operand.indices, step)
+
+    def _array(self, operand: Place | Group, step: LoweredStep) -> None:
+        """Count the use of a number, or of an array in a copy from or to another type."""
+        root = _root_of(operand)
+        others = step.operands[: len(_COPY)] if step.uses[: len(_COPY)] == _COPY else ()
+        if any(operand is each for each in others) and others[0].type != others[1].type:
+            self.gain[root] += _CONVERTED_NS * _count(operand, step)
+        else:
+            self.loss[root] += _VALUE_NS
+
+    def _subscripts(self, indices: Iterable[Resolved], step: LoweredStep) -> None:
+        for each in indices:
+            if not isinstance(each, Constant):
+                self._operand(each, step, whole=False)
+
+    def _call(self, call: AddOnCall) -> None:
+        self.calls.append(call)
+        self._join(_root_of(call.instance), (call.name, OWN))
+        for place in (call.enable_in, call.enable_in, call.enable_out):
+            self.loss[_root_of(place)] += _VALUE_NS
+        for name, operand in call.handed.items():
+            if isinstance(operand.type, Structure):
+                self._join(_root_of(operand), (call.name, name))
+            elif operand.type.is_bool and isinstance(operand, Group):
+                self.unfit.add(_root_of(operand))  # an array of BOOL is passed as a list
+
+    def _join(self, one: _Root, other: _Root) -> None:
+        first, second = self._top(one), self._top(other)
+        if first != second:
+            self._above[first] = second
+
+    def _top(self, root: _Root) -> _Root:
+        while root in self._above:
+            above = self._above[root]
+            self._above[root] = self._above.get(above, above)
+            root = above
+        return root
+
+    def chosen(self, lowered: LoweredProgram) -> Iterator[_Root]:
+        """Yield the roots that are bytes."""
+        roots = dict.fromkeys((*self.gain, *self.loss, *self._above, *self._above.values()))
+        gains: dict[_Root, int] = defaultdict(int)
+        for root in roots:
+            gains[self._top(root)] += self.gain[root] - self.loss[root]
+        unfit = {self._top(each) for each in roots if each in self.unfit or not _fits(lowered, each)}
+        for root in roots:
+            top = self._top(root)
+            if gains[top] > 0 and top not in unfit:
+                yield root
+
+
+def _layout(lowered: LoweredProgram, owner: str) -> Layout:
+    return lowered.frames[owner].layout if owner else lowered.layout
+
+
+def _fits(lowered: LoweredProgram, root: _Root) -> bool:
+    owner, name = root
+    layout = _layout(lowered, owner)
+    if isinstance(layout, FrameLayout) and name == OWN:
+        return fits_bytes(layout.own)
+    tag = layout.declarations.get(name)
+    if not isinstance(tag, Tag) or not fits_bytes(tag.type):
+        return False  # numbers are passed as a list or a view, which are used alike
+    return isinstance(tag.type, Structure) or (not owner and bool(tag.dims))
+
+
+def _root_of(operand: Place | Group) -> _Root:
+    leaf = first_leaf(operand)
+    return (leaf.frame, leaf.root) if leaf.frame else ("", tag_in(leaf.path).upper())
+
+
+def _count(operand: Place | Group, step: LoweredStep) -> int:
+    """Return the number of elements of a copy, as far as it is known."""
+    most = count_of((operand.dims if isinstance(operand, Group) else ()) or operand.array)
+    length = step.operands[-1]
+    if isinstance(length, Constant) and isinstance(length.value, int):
+        return max(1, min(length.value, most))
+    return most if Use.DESTINATION in step.uses else 1

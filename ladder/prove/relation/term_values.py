@@ -1,0 +1,304 @@
+"""Values of a scan on terms: places, computing, comparing, converting; see `interpreter.place_values`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from ...model.errors import STRING_NUMBER_CODE
+from ...model.operands import SINGLE, Calculation, Group, Place, Resolved, is_truth
+from ...model.operators import RELATIONS
+from ...model.types import ULINT, Elementary, Field
+from ...state.memory import Store
+from ...state.regions import ArrayRegion, End
+from ..algebra.meaning import BOOL, F32, F64, INT
+from ..algebra.numbers import (
+    bitop,
+    clip,
+    eq,
+    fop,
+    least,
+    lt,
+    to_float,
+    to_int,
+    wrap,
+)
+from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_
+from .copies import CopyRegions
+from .operations import DIVISIONS, FACTORS, FAR_AWAY, REAL, TRUTH, UNKNOWN, WHOLE, is_finite, is_nan
+from .patterns import Byte, constant_bytes, unpack
+from .places import kind_of
+from .stored import TermPlaces
+from .symbols import FLOATS, TermSymbol, UnmodelledError, term_of, truth_of, whole_of
+from .texts import TermText, digits, number_in
+
+_LARGEST = {F32: 1 << 128, F64: 1 << 1024}
+
+
+class TermValues(TermPlaces):
+    """Computes with terms as instructions ask for it."""
+
+    def __init__(self, *given: Any) -> None:
+        super().__init__(*given)
+        self.regions = CopyRegions(self)
+
+    # --- conversions of rows
+
+    def whole(self, value: Any) -> Any:
+        """Return a number as a whole one, cut off, or a truth as 0 or 1."""
+        if not isinstance(value, TermSymbol):
+            return int(value)
+        if value.t.kind in FLOATS:
+            return self.symbol(self._cut(value.t))
+        return self.symbol(term_of(value, INT))
+
+    def truth(self, value: Any) -> Any:
+        """Return whether a value is not 0."""
+        return self.symbol(term_of(value, BOOL))
+
+    def is_float(self, value: Any) -> bool:
+        """Whether a number is REAL or LREAL."""
+        return value.t.kind in FLOATS if isinstance(value, TermSymbol) else isinstance(value, float)
+
+    def is_infinite(self, value: Any) -> Any:
+        """Whether a number is infinite."""
+        if not isinstance(value, TermSymbol) or value.t.kind not in FLOATS:
+            return isinstance(value, float) and math.isinf(value)
+        return self.symbol(and_(not_(is_finite(value.t)), not_(is_nan(value.t))))
+
+    def is_nan(self, value: Any) -> Any:
+        """Whether a number is NaN."""
+        if not isinstance(value, TermSymbol) or value.t.kind not in FLOATS:
+            return isinstance(value, float) and math.isnan(value)
+        return self.symbol(is_nan(value.t))
+
+    def infinity(self, value: Any) -> Any:
+        """Return infinity with the sign of a number; that of a float of 0 and of NaN is unknown."""
+        if not isinstance(value, TermSymbol):
+            return super().infinity(value)
+        t, zero = value.t, const(0) if value.t.kind == INT else const(0.0, value.t.kind)
+        unsigned = FALSE if t.kind == INT else and_(not_(lt(t, zero)), not_(lt(zero, t)))
+        below = ite(unsigned, self.unknown(BOOL), lt(t, zero)) if unsigned is not FALSE else lt(t, zero)
+        return self.symbol(ite(below, const(-math.inf, F64), const(math.inf, F64)))
+
+    def truncated(self, value: Any) -> Any:
+        """Return a float without its fraction; 0 of infinity and NaN."""
+        return self.symbol(self._cut(value.t)) if isinstance(value, TermSymbol) else super().truncated(value)
+
+    def least(self, value: Any, most: int) -> Any:
+        """Return the smaller of a number and a limit."""
+        return self.symbol(least(term_of(value, INT), most))
+
+    def converted(self, kind: Elementary, value: Any) -> Any:
+        """Return a number converted to a type, without flags and faults."""
+        if not isinstance(value, TermSymbol):
+            return super().converted(kind, value)
+        if kind.is_bool:
+            return self.truth(value)
+        if kind.is_real or kind.is_double:
+            return self.symbol(to_float(value.t, F32 if kind.is_real else F64))
+        if value.t.kind not in FLOATS:
+            return self.symbol(wrap(whole_of(value.t), kind.wraps))
+        return self.symbol(self._rounded_to(value.t, kind)[0])
+
+    def copy(self, source: End, target: End, length: Any) -> None:
+        """Copy bytes for `length` elements of the target, up to the end of either array."""
+        self.regions.copy(source, target, length)
+
+    def fill(self, target: End, length: Any, value: Any) -> None:
+        """Set elements, up to the end of the array, each member to the value."""
+        self.regions.fill(target, length, value)
+
+    def take_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any) -> Any:
+        """Return elements as bytes."""
+        return self.regions.take(store, region, first, count)
+
+    def put_bytes(self, store: Store, region: ArrayRegion, first: Any, count: Any, data: Any) -> None:
+        """Set elements from bytes."""
+        self.regions.put(store, region, first, count, data)
+
+    # --- computing
+
+    def rounded(self, value: Any, width: int) -> Any:
+        """Return a number in the precision SINGLE or DOUBLE; unchanged for a width of integers."""
+        if not isinstance(value, TermSymbol):
+            return super().rounded(value, width)
+        return value if width > 0 else self.symbol(to_float(value.t, F32 if width == SINGLE else F64))
+
+    def _calculate(self, name: str, values: Sequence[Any], width: int) -> Any:
+        if not any(isinstance(each, TermSymbol) for each in values):
+            return super()._calculate(name, values, width)
+        if width <= 0:
+            return self.symbol(self._calculated_real(name, values, F32 if width == SINGLE else F64))
+        terms = [term_of(each, INT) for each in values]
+        if name in ("/", "MOD"):
+            zero = eq(terms[1], const(0))
+            self.fault_log.zero_divisor_if(zero)  # type: ignore[attr-defined]
+            exact = DIVISIONS[name](*terms)
+            return self.symbol(ite(zero, terms[0], self._wrapped(exact, width, not_(zero))))
+        return self.symbol(self._wrapped(self._exact(name, terms), width))
+
+    def _exact(self, name: str, terms: Sequence[T]) -> T:
+        if name not in WHOLE:
+            raise UnmodelledError(f"{name} of integers")
+        return WHOLE[name](*terms)
+
+    def _wrapped(self, exact: T, width: int, guard: T = TRUE) -> T:
+        """Return the low bits of a result; note an overflow where the guard holds."""
+        result = wrap(exact, width)
+        self.overflow_if(and_(guard, not_(eq(result, exact))))
+        return result
+
+    def _calculated_real(self, name: str, values: Sequence[Any], kind: str) -> T:
+        terms = [term_of(each, kind) for each in values]
+        if name == "/":
+            self.fault_log.zero_divisor_if(not_(truth_of(terms[1])))  # type: ignore[attr-defined]
+        if name == "MOD":
+            self.fault_log.zero_divisor_if(not_(truth_of(terms[1])))  # type: ignore[attr-defined]
+        result = self._real(name, terms, kind)
+        if name not in ("NEG", "ABS"):
+            finite = TRUE
+            for each in terms:
+                finite = and_(finite, is_finite(each))
+            self.overflow_if(and_(finite, not_(is_finite(result))))
+        return result
+
+    def _real(self, name: str, terms: Sequence[T], kind: str) -> T:
+        if name in REAL:
+            return REAL[name](*terms)
+        if name in FACTORS:
+            product = fop("fmul", to_float(terms[0], F64), const(FACTORS[name], F64))
+            return to_float(product, kind)
+        if name in UNKNOWN:
+            return self.unknown(kind)
+        raise UnmodelledError(f"{name} of floating-point numbers")
+
+    def overflow_if(self, t: T) -> None:
+        """Note an overflow where a truth holds."""
+        self.fault_log.overflow_if(t)  # type: ignore[attr-defined]
+
+    def store(self, place: Place, value: Any) -> None:
+        """Convert to the type of a place and set it."""
+        kind = place.type
+        if kind.is_bool:
+            self.put(place, self.truth(value))
+            return
+        if not isinstance(value, TermSymbol):
+            super().store(place, value)
+            return
+        stored = self.symbol(self._stored(value.t, kind))
+        self.put(place, stored)
+        self.set_flags(stored)
+
+    def _stored(self, t: T, kind: Elementary) -> T:
+        if kind.is_real or kind.is_double:
+            found = to_float(t, F32 if kind.is_real else F64)
+            if kind.is_real and t.kind == F64:
+                self.overflow_if(and_(not_(is_finite(found)), is_finite(t)))
+            return found
+        if t.kind not in FLOATS:
+            return self._wrapped(whole_of(t), kind.wraps)
+        found, lost = self._rounded_to(t, kind)
+        self.overflow_if(lost)
+        return found
+
+    def _rounded_to(self, t: T, kind: Elementary) -> tuple[T, T]:
+        """Return a float as an integer of a type, and whether it does not fit.
+
+        The low bits of a large REAL are 0; those of a large LREAL, and the upper ones of a large REAL as a
+        LINT, are unknown.
+        """
+        exact = to_int(t, "rne")
+        found = wrap(exact, kind.wraps)
+        big = not_(and_(lt(t, const(FAR_AWAY, t.kind)), lt(const(-FAR_AWAY, t.kind), t)))
+        lost = or_(big, not_(eq(found, exact)))
+        if t.kind == F64 or kind.bits > 32:
+            far = and_(big, is_finite(t))
+            found = ite(far, self.unknown(*kind_of(kind)), found)
+            lost = ite(far, self.unknown(BOOL), lost)
+        return found, lost
+
+    def _cut(self, t: T) -> T:
+        """Return a float without its fraction, as a whole number; a large one is unknown."""
+        big = not_(and_(lt(t, const(FAR_AWAY, t.kind)), lt(const(-FAR_AWAY, t.kind), t)))
+        far = and_(big, is_finite(t))
+        return ite(far, self.unknown(INT, -_LARGEST[t.kind], _LARGEST[t.kind]), to_int(t, "rtz"))
+
+    # --- comparing
+
+    def text(self, operand: Resolved) -> Any:
+        """Return the characters of a string."""
+        if not isinstance(operand, Group):
+            return super().text(operand)
+        store, layout, path, at = self.string(operand)
+        data, counter = (layout.leaf(f"{path}.{name}") for name in ("DATA", "LEN"))
+        room: int = data.dims[-1]
+        codes = [term_of(store.read(data, at * room + number), INT) for number in range(room)]
+        length = clip(term_of(store.read(counter, at), INT), 0, room)
+        return TermText(self.symbol, length, [bitop("band", each, const(0xFF)) for each in codes])
+
+    def set_text(self, target: Group, value: Any) -> None:
+        """Set a string to characters, truncated to its size and padded with 0."""
+        store, layout, path, at = self.string(target)
+        data, counter = (layout.leaf(f"{path}.{name}") for name in ("DATA", "LEN"))
+        room: int = data.dims[-1]
+        text = TermText.of(self.symbol, value)
+        length = least(text.length, room)
+        store.write(counter, at, self.symbol(length))
+        for number in range(room):
+            code = ite(lt(const(number), length), wrap(text.at(number), data.type.wraps), const(0))
+            store.write(data, at * room + number, self.symbol(code))
+
+    def characters(self, name: str) -> Callable[..., Any]:
+        """Return what a string instruction computes."""
+        if name == "DTOS":
+            return lambda _faults, _site, value: digits(self.symbol, self._nearest(value))
+        if name == "STOD":
+            return self._stod
+        return super().characters(name)
+
+    def _stod(self, _faults: Any, _site: int, text: Any, kind: Elementary, name: str) -> Any:
+        """Return the first integer as a value of a type; None of an empty string."""
+        if not text:
+            return None
+        exact, is_exact = number_in(TermText.of(self.symbol, text))
+        if kind.is_integer:
+            stored = term_of(self.converted(kind, self.symbol(exact)), INT)
+            fit = and_(is_exact, eq(stored, exact))
+        else:
+            stored, fit = to_float(to_float(exact, F64), kind_of(kind)[0]), is_exact
+        stored = ite(is_exact, stored, self.unknown(*kind_of(kind)))
+        if not self.paths.decide(fit):
+            self.fault_log.record(self.site, name, STRING_NUMBER_CODE)
+        return self.symbol(stored)
+
+    def bytes_of(self, value: Any, size: int) -> Any:
+        """Return the low bytes of an integer, the lowest first, padded with 0."""
+        if not isinstance(value, TermSymbol):
+            return super().bytes_of(value, size)
+        t = term_of(value, INT)
+        return [*(Byte(t, at) for at in range(min(8, size))), *(Byte(const(0)) for _ in range(size - 8))]
+
+    def integer_in(self, data: Any) -> Any:
+        """Return the integer in bytes, the lowest first, without a sign."""
+        if isinstance(data, bytes):
+            return super().integer_in(data)
+        data = [*data, *constant_bytes(bytes(8 - len(data)))]
+        return self.symbol(unpack(data, 0, Field("", ULINT, 0), self.unknown))
+
+    def _nearest(self, value: Any) -> Any:
+        if self.is_float(value):
+            raise UnmodelledError("the text of a floating-point number")
+        return value
+
+    def condition(self, condition: Resolved) -> Any:
+        """Return the value of a condition; all parts are computed."""
+        if not isinstance(condition, Calculation):
+            return super().condition(condition)
+        if condition.name in RELATIONS and not any(map(is_truth, condition.operands)):
+            return self.compare(condition.name, *condition.operands)
+        terms = [term_of(self.condition(each), BOOL) for each in condition.operands]
+        return self.symbol(TRUTH[condition.name](*terms))
+
+    # --- paths

@@ -1,0 +1,419 @@
+"""The axis of a 3601, or of a module with its words: PLCopen's blocks as methods.
+
+    await self.axis.move_to(4000, speed=5000, acceleration=10, deceleration=10)
+
+Calling a method requests the command, like a rising Execute. Its words leave at the end of this scan, or
+once the current command has ended. Awaiting it waits for its end. A newer command aborts the older one in
+that scan.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import NoReturn, TypeVar, overload
+
+from typing_extensions import override
+
+from ....io_images.amci3601.bits import StatusMsw
+from ....io_images.amci3601.blend import Acceleration, BlendHeader, BlendSegment
+from ....io_images.amci3601.command import PresetPosition, ResetErrors, StoreMinimumRegistration
+from ....io_images.amci3601.configuration import Configuration
+from ....io_images.amci3601.moves import Direction, FindHome, Follower, Manual, Move, MoveKind, RunBlend
+from ....io_images.amci3601.parameters import require
+from ....io_images.amci3601.words import WORDS_3601, may_be_stepper, profile_of
+from ....io_images.image import Image
+from ..sequences.parts import Clock, DeclarationError, Device, Slots, Turn, words_of
+from .blending import BlendProgramming
+from .command import Command, Outcome
+from .drive import Drive
+from .errors import ErrorId
+from .kinds import (
+    ABSOLUTE,
+    CONFIGURE,
+    GEAR_OUT,
+    HALT,
+    MINIMUM,
+    PRESET,
+    RELATIVE,
+    RESET,
+    RUN_BLEND,
+    CommandKind,
+    State,
+)
+from .link import Link
+from .motions import Gear, Homing, Registration, Velocity
+from .probe import CaptureWait
+from .stop import Stop
+
+LEAST_ROUND_TRIP_MS = 10
+"""Default round trip: exchange at the ends of the scan."""
+
+_MOVING = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value
+
+CONSTANT = Acceleration.CONSTANT
+
+AnyCommand = TypeVar("AnyCommand", bound=Command)
+
+
+class Axis3601(Device):
+    """An axis: the only writer of its module's eight output words.
+
+    Ranges of speeds and rates are those of a 3601; of another module of the family, those of its profile.
+
+    Args:
+        slot: number of the slot.
+        configuration: sent by `configure`.
+        round_trip_ms: minimum wait for the module's answer, ms, 10 or more. The rack knows the delay of its
+            backplane and adapters; the longer of the two counts.
+        parameters_first: send the parameters of each command one round trip before its command bit, so that
+            an update in two parts can't be another command. Each command begins later by that.
+
+    Raises:
+        ValueError: the slot is not a whole number from 1, or the round trip is not a whole number from 0.
+    """
+
+    def __init__(
+        self,
+        slot: int,
+        configuration: Configuration,
+        *,
+        round_trip_ms: int = LEAST_ROUND_TRIP_MS,
+        parameters_first: bool = False,
+    ) -> None:
+        super().__init__()
+        require("slot", slot, 1, 1_000_000)
+        require("round_trip_ms", round_trip_ms, 0, 1_000_000)
+        if not isinstance(configuration, Configuration):
+            raise ValueError(f"configuration {configuration!r} is not a Configuration")
+        self.slot = slot
+        self.configuration = configuration
+        self.round_trip_ms = max(round_trip_ms, LEAST_ROUND_TRIP_MS)
+        self.parameters_first = parameters_first
+        self._drive = self._new_drive()
+        self._words = self._drive.inputs.words
+        self._limits = WORDS_3601.limits
+        self.status = WORDS_3601.view(self._drive.inputs)  # such as `axis.status.IN_ESTOP`
+
+    # -- state
+
+    @property
+    def state(self) -> State:
+        """The PLCopen state of the axis."""
+        return self._drive.state
+
+    @property
+    def commanded(self) -> Command | None:
+        """The newest command, ended or not; None before the first one."""
+        return self._drive.newest
+
+    @property
+    def moving(self) -> bool:
+        """Whether the module reports motion."""
+        word: int = self._words[0]
+        return word & _MOVING != 0 and word >= 0
+
+    @property
+    def phase(self) -> int:
+        """Output word 1 as sent: it changes while a blend is programmed."""
+        return self._drive.out[1]
+
+    @property
+    def trip_ns(self) -> int:
+        """Time that it waits for an answer of the module, ns."""
+        return self._drive.trip_ns
+
+    @property
+    def position(self) -> int:
+        """Current position, steps; not valid in configuration mode."""
+        return self.status.position
+
+    @property
+    def encoder(self) -> int:
+        """Encoder or diagnostic feedback count; not valid in configuration mode."""
+        return self.status.encoder
+
+    # -- commands
+
+    def configure(self) -> Command:
+        """Configure the module, to command mode; the position is then invalid [Configure3601]."""
+        return self._ask(Command(self.name, CONFIGURE, "configure()"), self.configuration.to_image)
+
+    def home(
+        self,
+        direction: Direction,
+        *,
+        speed: int,
+        acceleration: int,
+        deceleration: int,
+        proximity: Callable[[], object] | None = None,
+    ) -> Command:
+        """Search for home, where the position becomes 0; done at home [MC_Home].
+
+        Args:
+            direction: first direction of the search.
+            speed: 1 to 1,000,000 steps/s.
+            acceleration: 1 to 2000 steps/ms/s.
+            deceleration: 1 to 2000 steps/ms/s.
+            proximity: returns the backplane proximity bit in each scan, for configurations with it.
+        """
+
+        def words() -> Image:
+            return FindHome(direction, speed, acceleration, deceleration, limits=self._limits).to_image()
+
+        command = Homing(self.name, f"home({_name_of(direction)})", proximity)
+        return self._ask(command, words)
+
+    def move_to(
+        self,
+        position: int,
+        *,
+        speed: int,
+        acceleration: int,
+        deceleration: int,
+        shape: Acceleration = CONSTANT,
+    ) -> Command:
+        """Move to a position; done there [MC_MoveAbsolute].
+
+        Args:
+            position: -8,388,608 to 8,388,607 steps; the current one has to be valid.
+            speed: 1 to 1,000,000 steps/s.
+            acceleration: 1 to 2000 steps/ms/s.
+            deceleration: 1 to 2000 steps/ms/s.
+        """
+        move = self._move(MoveKind.ABSOLUTE, position, speed, acceleration, deceleration, shape)
+        return self._ask(Command(self.name, ABSOLUTE, f"move_to({position})"), move)
+
+    def move_by(
+        self,
+        distance: int,
+        *,
+        speed: int,
+        acceleration: int,
+        deceleration: int,
+        shape: Acceleration = CONSTANT,
+    ) -> Command:
+        """Move by a distance; done there [MC_MoveRelative].
+
+        Args:
+            distance: -8,388,608 to 8,388,607 steps.
+            speed: 1 to 1,000,000 steps/s.
+            acceleration: 1 to 2000 steps/ms/s.
+            deceleration: 1 to 2000 steps/ms/s.
+        """
+        move = self._move(MoveKind.RELATIVE, distance, speed, acceleration, deceleration, shape)
+        return self._ask(Command(self.name, RELATIVE, f"move_by({distance})"), move)
+
+    @overload
+    def run(
+        self, speed: int, *, acceleration: int, deceleration: int, shape: Acceleration = CONSTANT
+    ) -> Velocity: ...
+    @overload
+    def run(
+        self,
+        speed: int,
+        *,
+        acceleration: int,
+        deceleration: int,
+        register: int,
+        shape: Acceleration = CONSTANT,
+    ) -> Registration: ...
+    def run(
+        self,
+        speed: int,
+        *,
+        acceleration: int,
+        deceleration: int,
+        register: int | None = None,
+        shape: Acceleration = CONSTANT,
+    ) -> Velocity | Registration:
+        """Run at a speed [MC_MoveVelocity], with `register` until that distance after the external input.
+
+        Without `register` it ends with another command, such as `halt`. With it [MoveRegistration3601,
+        firmware 3.1] it is done at rest.
+
+        Args:
+            speed: -1,000,000 to 1,000,000 steps/s, not 0; negative is counterclockwise.
+            acceleration: 0 to 2000 steps/ms/s.
+            deceleration: 0 to 2000 steps/ms/s.
+            register: 1 to 8,388,607 steps from the input on.
+        """
+
+        def manual() -> Image:
+            if speed == 0:
+                raise ValueError("speed 0 is not allowed: negative is counterclockwise")
+            if register == 0:
+                raise ValueError("registration distance 0 is not allowed: 1 to 8388607")
+            require("speed", speed, -self._limits.speed, self._limits.speed)
+            way = Direction.CW if speed > 0 else Direction.CCW
+            rates, limits = (acceleration, deceleration), self._limits
+            return Manual(way, abs(speed), *rates, register or 0, shape, limits=limits).to_image()
+
+        if register is None:
+            return self._ask(Velocity(self.name, f"run({speed})", self._drive), manual)
+        return self._ask(Registration(self.name, f"run({speed}, register={register})"), manual)
+
+    def store_minimum(self, distance: int) -> Command:
+        """Store the distance, 0 to 8,388,607 steps, without registration [StoreMinimum3601, firmware 3.1]."""
+        command = Command(self.name, MINIMUM, f"store_minimum({distance})")
+        return self._ask(command, lambda: StoreMinimumRegistration(distance).to_image())
+
+    def gear(
+        self, numerator: int, denominator: int = 1, *, acceleration: int = 0, deceleration: int = 0
+    ) -> Gear:
+        """Follow the encoder at a ratio [MC_GearIn, firmware 4.1]; it ends with another command.
+
+        Args:
+            numerator: -32,767 to 32,767 steps, not 0; negative is against the encoder.
+            denominator: 1 to 32,767 counts.
+            acceleration: 0 to 2000 steps/ms/s; 0 jumps to the new speed.
+            deceleration: 0 to 2000 steps/ms/s; likewise.
+        """
+
+        def follower() -> Image:
+            way = Direction.CW if numerator > 0 else Direction.CCW
+            rates, limits = (acceleration, deceleration), self._limits
+            return Follower(way, abs(numerator), denominator, *rates, limits=limits).to_image()
+
+        return self._ask(Gear(self.name, f"gear({numerator}, {denominator})", self._drive), follower)
+
+    def gear_out(self) -> Command:
+        """Release the encoder and come to rest [MC_GearOut]; refused unless the axis follows it."""
+        return self._ask(Command(self.name, GEAR_OUT, "gear_out()"), Image)
+
+    def program_blend(
+        self,
+        segments: Iterable[BlendSegment],
+        *,
+        final_deceleration: int,
+        shapes: Sequence[Acceleration] = (),
+        final_shape: Acceleration = CONSTANT,
+    ) -> Command:
+        """Program a blend profile, block by block [ProgramBlend3601].
+
+        Args:
+            segments: 2 to 16 of them.
+            final_deceleration: 1 to 2000 steps/ms/s, from the last segment's speed on.
+            shapes: acceleration type of each segment; constant by default.
+            final_shape: acceleration type at the end.
+        """
+        path = tuple(segments)
+        command = BlendProgramming(self.name, f"program_blend({len(path)} segments)")
+
+        def blocks() -> Image:
+            types, limits = tuple(shapes) or (CONSTANT,) * len(path), self._limits
+            header = BlendHeader(types, final_deceleration, final_shape, limits=limits)
+            command.fill(header, path)
+            return header.to_image()
+
+        return self._ask(command, blocks)
+
+    def run_blend(self, direction: Direction) -> Command:
+        """Run the programmed blend profile in a direction; done at its end [RunBlend3601]."""
+        command = Command(self.name, RUN_BLEND, f"run_blend({_name_of(direction)})")
+        return self._ask(command, lambda: RunBlend(direction).to_image())
+
+    def halt(self) -> Command:
+        """Stop the axis with its ramp; another motion may take over meanwhile [MC_Halt]."""
+        return self._ask(Command(self.name, HALT, "halt()"), Image)
+
+    def stop(self) -> Stop:
+        """Stop the axis with its ramp; in a `with` all other commands are refused [MC_Stop]."""
+        stop = self._ask(Stop(self.name), Image)
+        if stop.busy:
+            self._drive.keep(stop)
+        return stop
+
+    def reset(self) -> Command:
+        """Reset the errors of module and axis [MC_Reset]. An input that is still active is an error again."""
+        return self._ask(Command(self.name, RESET, "reset()"), lambda: ResetErrors().to_image())
+
+    def set_position(self, position: int) -> Command:
+        """Set the current position, -8,388,608 to 8,388,607 steps; it becomes valid [MC_SetPosition]."""
+        command = Command(self.name, PRESET, f"set_position({position})")
+        return self._ask(command, lambda: PresetPosition(position).to_image())
+
+    def captured(self) -> CaptureWait:
+        """The next edge of the capture input; its value is the position there [MC_TouchProbe].
+
+        It does not occupy the axis. The value is in steps, or in encoder counts if an encoder is configured.
+        """
+        drive = self._drive
+        return CaptureWait(self.name, self._words, self.status, lambda: drive.state, drive.link)
+
+    # -- a part of the logic
+
+    @override
+    def attach(self, slots: Slots, clock: Clock) -> None:
+        if self.slot not in slots:
+            there = ", ".join(map(str, slots)) or "none"
+            self._refuse(f"slot {self.slot} is empty; modules sit in {there}")
+        words = words_of(slots)[self.slot]
+        if not may_be_stepper(words):
+            self._refuse(f"slot {self.slot} has a {words.message}, which does not have a 3601's words")
+        slot = slots[self.slot]
+        self._drive = self._new_drive(getattr(slot, "round_trip_ms", 0))
+        self._drive.attach(slot.inputs, slot.outputs, clock, Link(self.slot, slot))
+        profile = profile_of(words)
+        self._limits = profile.limits
+        self._words, self.status = slot.inputs.words, profile.view(slot.inputs)
+
+    def _refuse(self, why: str) -> NoReturn:
+        raise DeclarationError.at(self.declared, f"{self.name}: {why}")
+
+    @override
+    def reset_part(self) -> None:
+        self._drive.reset()
+
+    @override
+    def owns(self) -> tuple[int, int, int]:
+        return self.slot, -1, -1
+
+    @override
+    def turns(self) -> tuple[Turn, Turn]:
+        return self._drive.judge, self._drive.send
+
+    def _new_drive(self, slot_ms: int = 0) -> Drive:
+        trip_ns = max(self.round_trip_ms, slot_ms) * 1_000_000
+        owner = f"{self.name or 'the axis'} of slot {self.slot} [{self.declared.spot}]"
+        return Drive(trip_ns, owner, parameters_first=self.parameters_first)
+
+    def _move(
+        self,
+        kind: MoveKind,
+        target: int,
+        speed: int,
+        acceleration: int,
+        deceleration: int,
+        shape: Acceleration,
+    ) -> Callable[[], Image]:
+        def words() -> Image:
+            return Move(
+                kind, target, speed, acceleration, deceleration, shape, limits=self._limits
+            ).to_image()
+
+        return words
+
+    def _ask(self, command: AnyCommand, words: Callable[[], Image]) -> AnyCommand:
+        """Send a command if the axis' state allows it and its parameters are valid."""
+        refused, detail = self._refusal(command.kind), ""
+        if refused & ErrorId.WRONG_STATE:
+            detail = f"state {self.state.name}"
+        try:
+            command.take(words())
+        except ValueError as wrong:
+            refused, detail = refused | ErrorId.PARAMETER, str(wrong)
+        if refused:
+            command.end(Outcome.ERROR, refused, detail)
+        else:
+            self._drive.ask(command)
+        return command
+
+    def _refusal(self, kind: CommandKind) -> int:
+        drive = self._drive
+        wrong = drive.state not in kind.allowed or (kind.keeps_out and drive.locked)
+        no_position = kind is ABSOLUTE and not drive.position_valid
+        return ErrorId.WRONG_STATE * wrong | ErrorId.POSITION_INVALID * no_position
+
+
+def _name_of(direction: Direction) -> str:
+    return getattr(direction, "name", repr(direction))

@@ -1,0 +1,344 @@
+"""The axis: motion from its command to its end, against limits, switches and marks.
+
+`activities` has the table of activities and of their ends.
+
+Nothing is sampled: `next_event_ns` is the instant of the step, end or timer at
+which `settle` has to run again. In between, motion is a closed form of time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ....io_images.pcl601 import Error, Register
+from ....io_images.pcl601.terminals import HARD_LIMITS, SOFT_LIMITS
+from ...kinematics import Motion, go_on, move, run
+from .activities import HOMING, SLOWED_ONCE, AxisActivity
+from .autocorrect import Autocorrect
+from .fly import OutputOnFly
+from .jog import JogInputs
+from .motor import Motor
+from .pins import Pcl601Pins
+from .register_values import Values
+from .speeds import Pcl601Speeds
+
+MSPS = 1000
+"""Speeds of a motion are in 1e-3 step/s."""
+
+
+class SimulatedPcl601Axis:
+    """One axis.
+
+    Args:
+        values: the registers; position and encoder are counted in them.
+        report: sets an error bit.
+        retries_failed: switches output 8 on.
+    """
+
+    def __init__(
+        self,
+        values: Values,
+        pins: Pcl601Pins,
+        motor: Motor,
+        report: Callable[[Error], None],
+        retries_failed: Callable[[], None],
+    ) -> None:
+        self.kind: AxisActivity | None = None  # the present activity, None when idle
+        self.direction = 1  # of the present or last motion, +1 or -1
+        self.fly = OutputOnFly()
+        self.jog = JogInputs(pins, motor)
+        self.speeds = Pcl601Speeds(values)
+        self._values, self._pins, self._motor = values, pins, motor
+        self._report, self._retries_failed = report, retries_failed
+        self._motion: Motion | None = None
+        self._registration = 0
+        self._jog_sps = 0
+        self._clear()
+
+    def _clear(self) -> None:
+        self._made = 0
+        self._halt_steps: int | None = None
+        self._slowed = False
+        self._timer_ns = 0
+        self._correct: Autocorrect | None = None
+        self._left_home = False
+
+    # commands
+
+    @property
+    def busy(self) -> bool:
+        """Whether motion is in progress, including the encoder's delay and corrections."""
+        return self.kind is not None
+
+    def index(self, now_ns: int, distance: int) -> None:
+        """Begin an index move over a distance in steps, not 0; do nothing against a hard limit."""
+        direction = 1 if distance > 0 else -1
+        self._face(direction)
+        if self._at_limit(HARD_LIMITS, direction):
+            return
+        self._begin(AxisActivity.INDEX, direction, move(now_ns, 0, distance, self.speeds.profile()))
+        self._motor.begin_index()
+        self.fly.begin(self._values, direction)
+        if self._values[Register.ENCODER_AUTOCORRECT]:
+            self._correct = Autocorrect(self._values, distance)
+
+    def slew(self, now_ns: int) -> None:
+        """Begin to slew in the direction of the direction register."""
+        self._endless(now_ns, AxisActivity.SLEW)
+        values = self._values
+        self._registration = values[Register.STEPS] if values[Register.INDEX_ON_FLY] else 0
+
+    def home(self, now_ns: int, kind: AxisActivity) -> None:
+        """Begin to home, `HOME_0` or `HOME_1`, in the direction of the direction register."""
+        self._endless(now_ns, kind)
+
+    def stop_hard(self) -> None:
+        """End any motion at once."""
+        if self.kind is AxisActivity.JOG:
+            self.jog.wait_for_release()
+        self._end()
+
+    def stop_soft(self, now_ns: int) -> None:
+        """Slow down to base speed; the activity decides what follows."""
+        if self.kind is AxisActivity.JOG:
+            self.jog.wait_for_release()
+        elif self.kind in SLOWED_ONCE and not self._slowed:
+            self._slow(now_ns)
+
+    def power_off(self) -> None:
+        """Stop at the present position; keep only recorded values."""
+        self._end()
+        self.fly.power_off()
+        self.jog.wait_for_release(False)
+
+    # time
+
+    def advance(self, now_ns: int) -> None:
+        """Make the steps up to `now_ns`; no event lies in between."""
+        if self._motion is not None:
+            steps = self._motion.steps_at(now_ns)
+            if self._halt_steps is not None:
+                steps = min(steps, self._halt_steps)
+            if steps > self._made:
+                self._turn(steps - self._made)
+                self._made = steps
+
+    def _turn(self, steps: int) -> None:
+        self._values[Register.ENCODER_POSITION] += self._motor.turn(self.direction, steps)
+        if self.kind is not AxisActivity.CORRECTION:  # the register keeps the commanded position
+            self._values[Register.POSITION] += self.direction * steps
+
+    def next_event_ns(self) -> int | None:
+        """Return the instant at which `settle` must run again, or None."""
+        times = [self.fly.until_ns]
+        if self.kind is AxisActivity.SETTLING:
+            times.append(self._timer_ns)
+        elif self._motion is not None:
+            times.append(self._motion.end_ns)
+            times += [self._motion.instant_of(steps) for steps in self._steps_to_watch()]
+        return min((time for time in times if time is not None), default=None)
+
+    def _steps_to_watch(self) -> list[int]:
+        """Return the steps of the motion at which an event is possible."""
+        steps = []
+        edge = self._pins.next_edge(self._motor.position, self.direction)
+        if edge is not None:
+            steps.append(self._made + self._motor.steps_to(edge))
+        if self.fly.next_position is not None:
+            steps.append(self._made + abs(self.fly.next_position - self._values[Register.POSITION]))
+        if self.kind is AxisActivity.SLEW and self._made == 0:
+            steps.append(1)  # a mark that is active at the start counts from the first step
+        if self._halt_steps is not None:
+            steps.append(self._halt_steps)
+        return steps
+
+    def settle(self, now_ns: int) -> bool:
+        """Carry out one event that is due; return whether there was one."""
+        if self.fly.settle(now_ns, self._values[Register.POSITION]):
+            return True
+        if self.kind is None:
+            return self._jog_from_rest(now_ns)
+        if self.kind is AxisActivity.SETTLING:
+            return self._check_encoder(now_ns)
+        if self._is_over(now_ns):
+            self._finish(now_ns)
+            return True
+        if self._at_limit(HARD_LIMITS, self.direction):
+            self._hit_hard_limit(now_ns)
+            return True
+        return self._watch(now_ns)
+
+    def _is_over(self, now_ns: int) -> bool:
+        if self._halt_steps is not None:
+            return self._made >= self._halt_steps
+        end_ns = self._motion.end_ns if self._motion is not None else now_ns
+        return end_ns is not None and now_ns >= end_ns
+
+    # events on the way
+
+    def _watch(self, now_ns: int) -> bool:
+        kind = self.kind
+        if kind is AxisActivity.JOG:
+            return self._jog_on(now_ns)
+        if kind in HOMING and self._watch_home(now_ns):
+            return True
+        if kind is AxisActivity.SLEW and not self._slowed and self._mark_seen():
+            self._register(now_ns)
+            return True
+        if kind in SLOWED_ONCE and not self._slowed and self._at_limit(SOFT_LIMITS, self.direction):
+            self._slow(now_ns)
+            return True
+        return False
+
+    def _watch_home(self, now_ns: int) -> bool:
+        active = self._pins.grounded("home", self._motor.position)
+        if self.kind is AxisActivity.HOME_0 and active:
+            self._end()
+            return True
+        if self.kind is AxisActivity.HOME_1 and active:
+            self._stop(now_ns, AxisActivity.HOME_1_STOP)
+            return True
+        if self.kind is AxisActivity.HOME_1_BACK:
+            if not active and self._left_home:
+                self._end()
+                return True
+            self._left_home = active or self._left_home
+        return False
+
+    def _mark_seen(self) -> bool:
+        grounded = self._pins.grounded("in2", self._motor.position)
+        return grounded and self._registration > 0 and self._made > 0
+
+    def _register(self, now_ns: int) -> None:
+        """Continue for a number of steps after the mark, ramp included; shorten a ramp that does not fit."""
+        motion = self._running
+        self.kind = AxisActivity.REGISTERED
+        try:
+            self._motion = go_on(motion, now_ns, self._registration, self.speeds.profile())
+        except ValueError:
+            self._motion = self.speeds.change(self._running, now_ns, self.speeds.base_sps)
+            self._halt_steps = self._made + self._registration
+
+    def _slow(self, now_ns: int) -> None:
+        """Ramp down to base speed and continue as the activity requires."""
+        self._slowed = True
+        if self.kind is AxisActivity.SLEW:
+            self._stop(now_ns, AxisActivity.STOPPING)
+        elif self.kind in HOMING:
+            self._motion = self.speeds.change(self._running, now_ns, self.speeds.base_sps)
+        elif self._halt_steps is None:
+            self._motion = self.speeds.creep(self._running, now_ns)
+
+    def _stop(self, now_ns: int, kind: AxisActivity) -> None:
+        """Ramp down to base speed and stop; at base speed, stop at once."""
+        self.kind = kind
+        if self._running.speed_at(now_ns) <= self.speeds.base_sps * MSPS:
+            self._halt_steps = self._made
+        else:
+            self._motion = self.speeds.stop(self._running, now_ns)
+
+    def _hit_hard_limit(self, now_ns: int) -> None:
+        if self.kind is AxisActivity.CORRECTION:
+            self._settle_from(now_ns)
+        else:
+            self._end()
+
+    def _finish(self, now_ns: int) -> None:
+        if self.kind is AxisActivity.HOME_1_STOP:
+            back = run(now_ns, 0, -self.direction, self.speeds.at_base())
+            self._begin(AxisActivity.HOME_1_BACK, -self.direction, back)
+        elif self._correct is not None:
+            self._settle_from(now_ns)
+        else:
+            self._end()
+
+    # encoder
+
+    def _settle_from(self, now_ns: int) -> None:
+        correct, delay_ns = self._correct, 0
+        self._end()
+        if correct is not None:
+            self._correct, delay_ns = correct, correct.delay_ns
+            self.kind = AxisActivity.SETTLING
+            self._timer_ns = now_ns + delay_ns
+
+    def _check_encoder(self, now_ns: int) -> bool:
+        if now_ns < self._timer_ns or self._correct is None:
+            return False
+        correct = self._correct
+        missing = correct.missing(self._values[Register.ENCODER_POSITION])
+        if missing is None:
+            self._end()
+        elif correct.retries_left == 0:
+            self._report(Error.ENCODER_FAILED)
+            self._retries_failed()
+            self._end()
+        else:
+            correct.retries_left -= 1
+            self._report(Error.ENCODER_CORRECTED)
+            self._correct_by(now_ns, missing)
+        return True
+
+    def _correct_by(self, now_ns: int, steps: int) -> None:
+        correct = self._correct
+        self._values[Register.STEPS] = abs(steps)  # the relative register holds the correction
+        direction = 1 if steps > 0 else -1
+        if steps == 0 or self._at_limit(HARD_LIMITS, direction):
+            self._settle_from(now_ns)
+            return
+        self._begin(AxisActivity.CORRECTION, direction, move(now_ns, 0, steps, self.speeds.at_base()))
+        self._correct = correct
+
+    # jog
+
+    def _jog_from_rest(self, now_ns: int) -> bool:
+        direction = self.jog.wanted()
+        if direction == 0:
+            return False
+        if not self.speeds.fit(Register.JOG_SPEED):
+            self._report(Error.MOTOR)
+            return False
+        self._face(direction)
+        self._begin(AxisActivity.JOG, direction, run(now_ns, 0, direction, self.speeds.at_base()))
+        self._jog_sps = self.speeds.base_sps
+        return True
+
+    def _jog_on(self, now_ns: int) -> bool:
+        if self.jog.wanted() != self.direction:
+            self._stop(now_ns, AxisActivity.STOPPING)
+            return True
+        speed_sps = self.speeds.jog_sps if self.jog.fast else self.speeds.base_sps
+        if speed_sps == self._jog_sps:
+            return False
+        self._motion = self.speeds.change(self._running, now_ns, speed_sps)
+        self._jog_sps = speed_sps
+        return True
+
+    # parts
+
+    def _endless(self, now_ns: int, kind: AxisActivity) -> None:
+        direction = 1 if self._values[Register.DIRECTION] else -1
+        if not self._at_limit(HARD_LIMITS, direction):
+            self._begin(kind, direction, run(now_ns, 0, direction, self.speeds.profile()))
+
+    def _begin(self, kind: AxisActivity, direction: int, motion: Motion) -> None:
+        self._clear()
+        self.kind, self.direction, self._motion = kind, direction, motion
+
+    def _end(self) -> None:
+        self._motor.end_motion()
+        self.fly.end()
+        self._clear()
+        self.kind = self._motion = None
+
+    def _face(self, direction: int) -> None:
+        self._values[Register.DIRECTION] = int(direction > 0)
+
+    def _at_limit(self, limits: dict[int, str], direction: int) -> bool:
+        return self._pins.grounded(limits[direction], self._motor.position)
+
+    @property
+    def _running(self) -> Motion:
+        if self._motion is None:
+            raise AssertionError("nothing is running")
+        return self._motion

@@ -1,0 +1,411 @@
+"""Operator actions on a running rack, as data: checked by the monitor, and again by the session.
+
+    {"do": "press", "slot": 1, "name": "home", "on": true}
+
+An action object is well formed. The rack checks slot, tag and input when it applies the action.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import MISSING, asdict, dataclass, fields
+from itertools import chain
+from typing import Any, NoReturn
+
+from ...io_images.doors import json_value
+from ..loop.incidents import FaultKind
+from .speeds import MAX, SPEED_LEAST, SPEED_MOST
+
+MOST_STEPS = 1_000_000
+SCAN_MOST = (1 << 32) - 1
+MOST_EDITS = 1_000_000
+TEXT_MOST = 400
+"""Longest name or text in an order, characters."""
+
+STORE_MOST = 5_000
+"""Most bytes that an order stores: more than a packet has."""
+
+DRAFT_MOST = 60_000
+"""Longest text of a program that is edited in a page, bytes as JSON: a message has up to 64 KiB."""
+
+DEEPEST = 8
+"""Levels of lists and objects in a message."""
+
+_TOO_DEEP = "it is nested too deep"
+
+ALL = "all"
+"""In place of a tag: all forces."""
+
+
+Value = bool | int | float | str
+
+
+@dataclass(frozen=True, slots=True)
+class Mode:
+    """Turn the CPU's key: "run", "program" or "test"."""
+
+    mode: str
+
+
+@dataclass(frozen=True, slots=True)
+class Pause:
+    """Stop between two scans."""
+
+
+@dataclass(frozen=True, slots=True)
+class Continue:
+    """Continue after a pause."""
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """Run a number of scans, then pause."""
+
+    scans: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Speed:
+    """Run at a multiple of real time, 0.01 to 1,000, or at "max"."""
+
+    factor: float | str
+
+
+@dataclass(frozen=True, slots=True)
+class Press:
+    """Set an input of a module from now on; None returns it to the machine."""
+
+    slot: int
+    name: str
+    on: bool | None
+
+
+@dataclass(frozen=True, slots=True)
+class Write:
+    """Set a tag once."""
+
+    tag: str
+    value: Value
+
+
+@dataclass(frozen=True, slots=True)
+class Store:
+    """Set bytes of a tag, or of a slot's outputs, as a client of the tag server has sent them."""
+
+    tag: str  # its full name
+    offset: int  # byte of the tag
+    data: str  # hexadecimal
+    keep: str = ""  # hexadecimal, as long as `data`: bits that stay as they are; "" for none
+    client: str = ""  # address of the client
+
+
+@dataclass(frozen=True, slots=True)
+class Force:
+    """Hold a tag, or a word or bit of an image, at a value."""
+
+    tag: str
+    value: Value
+
+
+@dataclass(frozen=True, slots=True)
+class Unforce:
+    """Release a force, or "all"."""
+
+    tag: str
+
+
+@dataclass(frozen=True, slots=True)
+class InjectFault:
+    """Start an incident of a module now, see `runtime.loop.incidents`."""
+
+    kind: str
+    slot: int
+    for_ms: float = 0
+    late_words: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Breakpoint:
+    """Pause when a rung becomes true (`Main.3`), or when a tag changes."""
+
+    at: str
+
+
+@dataclass(frozen=True, slots=True)
+class RemoveBreakpoint:
+    """Remove a breakpoint, or "all"."""
+
+    at: str
+
+
+@dataclass(frozen=True, slots=True)
+class Reload:
+    """Continue with the present version of the program's file."""
+
+    restart: str = ""  # sequences that begin anew, separated by commas; "all" for the whole program
+
+
+@dataclass(frozen=True, slots=True)
+class Edit:
+    """Continue with an edited program; a session gives this order itself, with the program's files."""
+
+    number: int  # of the edit, from 1; its files are in the trace as `edit-NUMBER/...`
+    program: str  # the program among them, `path[:function]`
+    restart: str = ""  # see `Reload`
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """Begin a new session that repeats this one up to a scan, and continues on its own."""
+
+    scan: int
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """Ask for the text of the program's file."""
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """Preview an edited text of the program's file, or save it and continue with it."""
+
+    text: str
+    base: str  # digest of the text that was edited
+    restart: str = ""  # see `Reload`
+    take: bool = False  # save it, and continue with it
+
+
+Action = (
+    Mode
+    | Pause
+    | Continue
+    | Step
+    | Speed
+    | Press
+    | Write
+    | Store
+    | Force
+    | Unforce
+    | InjectFault
+    | Breakpoint
+    | RemoveBreakpoint
+    | Reload
+    | Edit
+    | Branch
+    | Source
+    | Draft
+)
+
+ACTIONS: Mapping[str, type[Action]] = {
+    "mode": Mode,
+    "pause": Pause,
+    "go": Continue,
+    "step": Step,
+    "speed": Speed,
+    "press": Press,
+    "write": Write,
+    "force": Force,
+    "unforce": Unforce,
+    "incident": InjectFault,
+    "breakpoint": Breakpoint,
+    "unbreak": RemoveBreakpoint,
+    "reload": Reload,
+    "branch": Branch,
+}
+"""The orders that a page may give, by name."""
+
+TYPED: Mapping[str, type[Action]] = {"source": Source, "draft": Draft}
+"""What a page may say of the program's text, by name; a recording has the edits that come of it."""
+
+RECORDED: Mapping[str, type[Action]] = {**ACTIONS, "edit": Edit, "store": Store}
+"""The orders that a recording may contain, by name."""
+
+NAMES: Mapping[type[Action], str] = {kind: name for name, kind in {**RECORDED, **TYPED}.items()}
+
+
+def action_of(said: object, known: Mapping[str, type[Action]] = ACTIONS) -> Action:
+    """Return the order of a message.
+
+    >>> action_of({"do": "step", "scans": 3})
+    Step(scans=3)
+
+    Args:
+        known: the allowed orders, by name.
+
+    Raises:
+        ValueError: it is not an order; what is wrong, and what is allowed.
+    """
+    if not isinstance(said, Mapping):
+        raise ValueError("an order is an object with the key do")
+    name = said.get("do")
+    kind = known.get(name) if isinstance(name, str) else None
+    if kind is None:
+        raise ValueError(f"no action {_shown(name)}; choose from {', '.join(known)}")
+    given = {key: value for key, value in said.items() if key != "do"}
+    wanted = {each.name: each.default for each in fields(kind)}
+    for key in given:
+        if key not in wanted:
+            raise ValueError(f"{name} has no {_shown(key)}: it has {', '.join(wanted) or 'nothing'}")
+    for key, default in wanted.items():
+        if key not in given and default is MISSING:
+            raise ValueError(f"{name} needs {key}")
+    return kind(**{key: _checked(f"{name}", key, value) for key, value in given.items()})
+
+
+def names_in(restart: str) -> tuple[str, ...]:
+    """Return the names of an order's `restart`.
+
+    >>> names_in("cycle, panel"), names_in("")
+    (('cycle', 'panel'), ())
+    """
+    return tuple(each.strip() for each in restart.split(",") if each.strip())
+
+
+_LEFT_OUT = ("restart", "keep", "client")
+"""Texts that a message leaves out while they are empty."""
+
+
+def said_of(order: Action) -> dict[str, Any]:
+    """Return the message of an order; `order_of` reads it."""
+    said = {"do": NAMES[type(order)], **asdict(order)}
+    return {key: value for key, value in said.items() if value or key not in _LEFT_OUT}
+
+
+def text_of(order: Action) -> str:
+    """Return an order in the notation of the trace.
+
+    >>> text_of(Press(1, "home", True))
+    '{"do":"press","slot":1,"name":"home","on":true}'
+    """
+    return json.dumps(said_of(order), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+
+
+def parsed(text: str | bytes) -> Any:
+    """Return the value of a JSON text; NaN and infinities are refused.
+
+    Raises:
+        ValueError: it is not JSON, is nested more than `DEEPEST` levels, or has text that UTF-8 can't hold.
+    """
+    said = json_value(text, parse_constant=_refuse_constant)
+    _refuse_oddities(said)
+    return said
+
+
+def _refuse_oddities(said: object) -> None:
+    """Refuse JSON that can't be shown: deep nesting, halves of surrogate pairs."""
+    level = [said]
+    for _ in range(DEEPEST + 1):
+        for text in level:
+            if isinstance(text, str) and not _is_unicode(text):
+                raise ValueError(f"{_shown(text)} has half of a surrogate pair")
+        level = [inner for each in level for inner in _inside(each)]
+        if not level:
+            return
+    raise ValueError(_TOO_DEEP)
+
+
+def _inside(value: object) -> Iterable[object]:
+    if isinstance(value, dict):
+        return chain(value, value.values())
+    return value if isinstance(value, list) else ()
+
+
+def _is_unicode(text: str) -> bool:
+    try:
+        text.encode()
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+def _refuse_constant(name: str) -> NoReturn:
+    raise ValueError(f"{name} is not allowed: JSON has no such number")
+
+
+def _whole(least: int, most: int) -> Callable[[object], bool]:
+    return lambda value: type(value) is int and least <= value <= most
+
+
+def _is_text(value: object) -> bool:
+    return isinstance(value, str) and 0 < len(value) <= TEXT_MOST and value.isprintable()
+
+
+def _is_draft(value: object) -> bool:
+    if not isinstance(value, str) or len(value) > DRAFT_MOST or not _is_unicode(value):
+        return False
+    return len(json.dumps(value, ensure_ascii=False).encode()) <= DRAFT_MOST
+
+
+def _is_number(value: object) -> bool:
+    if type(value) is int:
+        return abs(value) < 1 << 64
+    return isinstance(value, float) and math.isfinite(value)
+
+
+def _is_value(value: object) -> bool:
+    if isinstance(value, str):
+        return len(value) <= TEXT_MOST and _is_unicode(value)
+    return isinstance(value, bool) or _is_number(value)
+
+
+def _is_speed(value: object) -> bool:
+    return value == MAX or (_is_number(value) and SPEED_LEAST <= value <= SPEED_MOST)  # type: ignore[operator]
+
+
+def _are_words(value: object) -> bool:
+    return isinstance(value, (list, tuple)) and len(value) <= 8 and all(map(_whole(0, 7), value))
+
+
+def _is_hex(value: object) -> bool:
+    if not isinstance(value, str) or len(value) > 2 * STORE_MOST or len(value) % 2:
+        return False
+    return all(each in "0123456789abcdef" for each in value)
+
+
+_KINDS = tuple(each.value for each in FaultKind if each is not FaultKind.PROGRAM_MODE)
+_MODES = ("run", "program", "test")
+_TEXT = f"text of 1 to {TEXT_MOST} printable characters"
+
+_HEX = f"up to {STORE_MOST:,} bytes as hexadecimal digits"
+
+_ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
+    "mode": (lambda value: value in _MODES, ", ".join(_MODES)),
+    "scans": (_whole(1, MOST_STEPS), f"1 to {MOST_STEPS:,}"),
+    "scan": (_whole(0, SCAN_MOST), "the number of a scan"),
+    "factor": (_is_speed, f"{SPEED_LEAST} to {SPEED_MOST:g}, or {MAX}"),
+    "slot": (_whole(1, 1 << 16), "the number of a slot"),
+    "number": (_whole(1, MOST_EDITS), f"1 to {MOST_EDITS:,}"),
+    "program": (_is_text, _TEXT),
+    "restart": (lambda value: value == "" or _is_text(value), _TEXT),
+    "name": (_is_text, _TEXT),
+    "text": (_is_draft, f"text of up to {DRAFT_MOST:,} bytes"),
+    "base": (_is_text, _TEXT),
+    "take": (lambda value: isinstance(value, bool), "true or false"),
+    "on": (lambda value: value is None or isinstance(value, bool), "true, false or null"),
+    "tag": (_is_text, _TEXT),
+    "at": (_is_text, _TEXT),
+    "value": (_is_value, f"true, false, a number, or text of up to {TEXT_MOST} characters"),
+    "kind": (lambda value: value in _KINDS, ", ".join(_KINDS)),
+    "for_ms": (lambda value: _is_number(value) and 0 <= value <= 1e9, "0 to 1,000,000,000"),  # type: ignore[operator]
+    "offset": (_whole(0, (1 << 32) - 1), "the number of a byte"),
+    "data": (_is_hex, _HEX),
+    "keep": (_is_hex, _HEX),
+    "client": (lambda value: value == "" or _is_text(value), _TEXT),
+    "late_words": (_are_words, "words from 0 to 7"),
+}
+"""Check of each field, by name."""
+
+
+def _checked(order: str, key: str, value: object) -> Any:
+    is_allowed, allowed = _ALLOWED[key]
+    if (isinstance(value, (dict, list)) and key != "late_words") or not is_allowed(value):
+        raise ValueError(f"{order}: {key} {_shown(value)} is not allowed: {allowed}")
+    return tuple(value) if isinstance(value, list) else value
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

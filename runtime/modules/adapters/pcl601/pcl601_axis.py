@@ -1,0 +1,123 @@
+"""A PCL601 as the command layer's axis."""
+
+from __future__ import annotations
+
+from typing_extensions import override
+
+from .....io_images.amci3601 import Configuration, InputBit
+from ....kinematics import Profile, Rate, Shape
+from ....kinematics import stop as plan_stop
+from ..exchanges import ControllerState
+from ..linked_axis import LinkedAxis
+from ..task import TaskKind
+from .capabilities import Pcl601Capabilities, polls_mark
+from .driver import BOTH_SIDES, Pcl601Driver
+from .options import Pcl601Options
+from .units import Drive, drive_for
+
+WIRED_INPUTS = {
+    1 << 2: InputBit.EXTERNAL.value,
+    1 << 3: InputBit.ESTOP.value,
+    1 << 4: InputBit.CAPTURE.value,
+    1 << 5: InputBit.HOME.value,
+}
+"""The controller's inputs 3 to 6, by the input of the 3601 that is wired to them."""
+
+LIMIT_INPUTS = {1 << 0: InputBit.CW_LIMIT.value, 1 << 4: InputBit.CCW_LIMIT.value}
+"""By option limit_sense the end limits are wired to inputs 1 and 5."""
+
+LIMITS = {
+    0: 0,
+    1: InputBit.CW_LIMIT.value,
+    -1: InputBit.CCW_LIMIT.value,
+    BOTH_SIDES: (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value,
+}
+
+
+class Pcl601Axis(LinkedAxis[Drive]):
+    """An `Axis` whose steps a PCL601 makes."""
+
+    def __init__(self, driver: Pcl601Driver, options: Pcl601Options) -> None:
+        super().__init__(driver, Pcl601Capabilities(options))
+        self.driver = driver
+        self._options = options
+        self._limits_on_inputs = options.limit_sense == "inputs"
+        self._encoder_offset = 0
+
+    @override
+    def drive_for(self, profile: Profile) -> Drive:
+        return drive_for(profile)
+
+    @override
+    def note_configuration(self, configuration: Configuration) -> None:
+        """Note the emergency stop, which is also wired to the hard limits, homing, and the encoder."""
+        self.driver.estop_on_limits = bool(configuration.inputs_used & InputBit.ESTOP.value)
+        self.driver.has_proximity = configuration.backplane_proximity
+        self.driver.captures_encoder = configuration.quadrature_encoder
+
+    @property
+    @override
+    def encoder(self) -> int:
+        """Encoder count as last read; the position as a substitute for diagnostic feedback; else 0."""
+        if self.configuration is None or not self.configuration.quadrature_encoder:
+            return super().encoder
+        return (0 if self.driver.clear_encoder else self.driver.encoder) + self._encoder_offset
+
+    @property
+    @override
+    def levels(self) -> int:
+        wired, levels = WIRED_INPUTS, LIMITS[self._limit_side]
+        if self._limits_on_inputs:
+            wired, levels = WIRED_INPUTS | LIMIT_INPUTS, 0
+        for mask, bit in wired.items():
+            if self.driver.inputs & mask:
+                levels |= bit
+        return levels
+
+    @property
+    def _limit_side(self) -> int:
+        """The active limit; while a motion determines its side, the one left behind."""
+        task = self.task
+        if self.driver.limit_side == BOTH_SIDES and task is not None:
+            return -task.direction
+        return self.driver.limit_side
+
+    @override
+    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
+        task = self.task
+        if task is None or task.model is None:
+            return 0
+        instant_ns = max(task.model.start_ns, now_ns)
+        drive = task.drive
+        halt = plan_stop(task.model, instant_ns, drive.base_sps, drive.rate_spmss, Shape.CONSTANT)
+        assert halt.final_steps is not None
+        return halt.final_steps - task.model.steps_at(instant_ns)
+
+    @override
+    def change_speed(self, now_ns: int, profile: Profile) -> None:
+        """Stop, and restart at the new speed; in a search for home the proximity slows down."""
+        task = self.task
+        if task is not None and task.kind is TaskKind.HOME:
+            task.marked = True
+        else:
+            super().change_speed(now_ns, profile)
+
+    @override
+    def watch_steps(self, steps: int) -> None:
+        """Choose whether the driver polls the input of the registration move that begins."""
+        assert self.configuration is not None
+        self.driver.polls_marks = polls_mark(self.configuration, steps - 1, self._options)
+
+    @override
+    def preset_encoder(self, value: int) -> None:
+        """Set the present encoder count to `value`; the controller's own is set to 0."""
+        if self.configuration is not None and self.configuration.quadrature_encoder:
+            self.driver.clear_encoder = True
+            self._encoder_offset = value
+        else:
+            super().preset_encoder(value)
+
+    @override
+    def reset_errors(self) -> None:
+        """Clear the controller's error bits."""
+        self.driver.clear_errors = self.driver.state is ControllerState.READY and bool(self.driver.errors)

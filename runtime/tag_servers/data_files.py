@@ -1,0 +1,243 @@
+"""PCCC: the data files of SLC 500 and MicroLogix, by Execute PCCC [1770-RM516, chapter 7].
+
+requester  length, vendor u16, serial number u32
+command    CMD 0F, STS 00, TNS u16, FNC
+A2         size, file, type, element, sub-element    protected typed logical read, three address fields
+AA         the same, then data                       write
+AB         the same, mask u16, data                  write with mask
+A1, A9     without sub-element                       read, write
+CMD 06, FNC 03                                       diagnostic status
+"""
+
+from __future__ import annotations
+
+import re
+import struct
+from collections.abc import Mapping
+
+from ...io_images.enip.codes import NO_PRIVILEGE, TOO_SHORT, CipRefusedError
+from .database import Database, Symbol, Target
+from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
+
+TYPES: Mapping[str, tuple[int, ...]] = {
+    "O": (0x8B, 0x82),
+    "I": (0x8C, 0x83),
+    "S": (0x84,),
+    "B": (0x85,),
+    "T": (0x86,),
+    "C": (0x87,),
+    "R": (0x88,),
+    "N": (0x89,),
+    "F": (0x8A,),
+    "ST": (0x8D,),
+    "A": (0x8E,),
+    "L": (0x91,),
+}
+"""Types of files in messages, by letters; the last one in the directory."""
+
+WORDS: Mapping[str, int] = {"T": 3, "C": 3, "R": 3, "F": 2, "L": 2, "ST": 42}
+"""Words of an element; one of all others."""
+
+FIXED = {"O": 0, "I": 1, "S": 2}
+"""Files with a number of their own."""
+
+READS, TYPED, MASKED = (0xA1, 0xA2), (0xA2, 0xAA, 0xAB), 0xAB
+FUNCTIONS = (0xA1, 0xA2, 0xA9, 0xAA, 0xAB)
+DATA_MOST = 236
+"""Bytes of data in a message."""
+
+ILLEGAL, EXTENDED = 0x10, 0xF0
+ADDRESS, TOO_BIG, READ_ONLY, NO_FILE = 0x06, 0x0A, 0x0B, 0x50
+_REPLY = 0x40
+_WHOLE_FILE, _DIAGNOSTIC = 0x0F, 0x06
+
+PROCESSOR = "1764-LRP"
+"""Processor in the diagnostic status; clients choose the form of the directory by it."""
+
+_NAME = re.compile(r"(?P<letters>[A-Z]{1,2})(?::(?P<slot>\d+)|(?P<number>\d*))")
+
+# The directory of a MicroLogix 1500, as clients read it: words of file 0 of type 2
+_DIRECTORY, _SIZE_AT, _SIZE_ADDED = 2, 80, 19_968
+_LADDERS_AT, _FILES_AT, _ROWS_AT, _ROW_BYTES, _GAP = 46, 52, 233, 10, 0x81
+
+
+class PcccRefusedError(ValueError):
+    """A command that gets an error status."""
+
+    def __init__(self, status: int, extended: int | None = None) -> None:
+        super().__init__(f"STS {status:02X}h")
+        self.status, self.extended = status, extended
+
+
+class DataFile:
+    """A file: bytes of a tag as PCCC has them; the characters of texts are swapped in pairs."""
+
+    def __init__(self, letters: str, symbol: Symbol) -> None:
+        self.letters, self._symbol = letters, symbol
+        self.element = 2 * WORDS.get(letters, 1)
+        self.size = symbol.tag.count * self.element
+        self._own = symbol.tag.element  # bytes of an element in the tag
+
+    def runs(self, start: int, size: int) -> list[tuple[int, int, int]]:
+        """Return the places of bytes: in the message, in the tag, and how many."""
+        if self.letters != "ST":
+            return [(0, start, size)] if self._own == self.element else self._by_element(start, size)
+        return [(at - start, self._of_text(at), 1) for at in range(start, start + size)]
+
+    def _by_element(self, start: int, size: int) -> list[tuple[int, int, int]]:
+        found, at = [], start
+        while at < start + size:
+            number, inside = divmod(at, self.element)
+            length = min(self.element - inside, start + size - at)
+            found.append((at - start, number * self._own + inside, length))
+            at += length
+        return found
+
+    def _of_text(self, at: int) -> int:
+        number, inside = divmod(at, self.element)
+        return number * self._own + (inside if inside < 2 else 4 + (inside - 2 ^ 1))
+
+    def read(self, snapshot: TagSnapshot, start: int, size: int) -> bytes:
+        """Return bytes of the file."""
+        runs = self.runs(start, size)
+        first = min(at for _, at, _ in runs)
+        last = max(at + length for _, at, length in runs)
+        raw = snapshot.read(ReadBytes(self._symbol.index, first, last - first))
+        return b"".join(raw[at - first : at - first + length] for _, at, length in runs)
+
+    def write(self, snapshot: TagSnapshot, start: int, data: bytes, mask: int) -> None:
+        """Put bytes into the file, as one write; only the bits of a mask."""
+        runs = self.runs(start, len(data))
+        first = min(at for _, at, _ in runs)
+        last = max(at + length for _, at, length in runs)
+        put, keep = bytearray(last - first), bytearray(b"\xff" * (last - first))
+        for here, at, length in runs:
+            for number in range(length):
+                place = at - first + number
+                allowed = mask >> 8 * ((start + here + number) % 2) & 0xFF
+                put[place], keep[place] = data[here + number] & allowed, ~allowed & 0xFF
+        kept = bytes(keep) if any(keep) else b""
+        snapshot.write(WriteBytes(self._symbol.index, first, bytes(put), kept))
+
+    def target(self) -> Target:
+        """Return all of the file, to check access."""
+        tag = self._symbol.tag
+        return Target(self._symbol, tag.kind, 0, tag.count, None, tag.name)
+
+
+class DataFiles:
+    """The data files of a program."""
+
+    def __init__(self, database: Database, processor: str = PROCESSOR) -> None:
+        self._database, self._processor = database, processor
+        self._files: dict[int, DataFile] = {}
+        self._images: dict[tuple[int, int], DataFile] = {}  # by file and slot
+        for symbol in database.scopes[""]:
+            match = _NAME.fullmatch(symbol.tag.name.upper())
+            if match is None or match["letters"] not in TYPES:
+                continue
+            letters = match["letters"]
+            if match["slot"] is not None:
+                self._images[FIXED.get(letters, -1), int(match["slot"])] = DataFile(letters, symbol)
+            elif match["number"] or letters in FIXED:
+                number = int(match["number"]) if match["number"] else FIXED[letters]
+                self._files[number] = DataFile(letters, symbol)
+
+    def execute(self, data: bytes, snapshot: TagSnapshot) -> bytes:
+        """Return the reply to a command."""
+        if not data or not 1 <= data[0] <= 16 or len(data) < data[0] + 4:
+            raise CipRefusedError(TOO_SHORT)
+        requestor, rest = data[: data[0]], data[data[0] :]
+        command, _, number = struct.unpack_from("<BBH", rest)
+        status, body = 0, b""
+        try:
+            body = self._command(command, rest[4:], snapshot)
+        except PcccRefusedError as refusal:
+            status = refusal.status
+            body = b"" if refusal.extended is None else bytes([refusal.extended])
+        except (struct.error, IndexError):
+            status = ILLEGAL
+        return requestor + struct.pack("<BBH", command | _REPLY, status, number) + body
+
+    def _command(self, command: int, rest: bytes, snapshot: TagSnapshot) -> bytes:
+        if command == _DIAGNOSTIC and rest[:1] == b"\x03":
+            name = self._processor.encode("ascii", "replace")[:11].ljust(11)
+            return b"\x00\xee\x31\x5b\x01" + name + bytes(8)
+        if command != _WHOLE_FILE or not rest or rest[0] not in FUNCTIONS:
+            raise PcccRefusedError(ILLEGAL)
+        function, size = rest[0], rest[1]
+        number, at = _field(rest, 2)
+        kind = rest[at]
+        element, at = _field(rest, at + 1)
+        sub, at = _field(rest, at) if function in TYPED else (0, at)
+        if not 1 <= size <= DATA_MOST:
+            raise PcccRefusedError(EXTENDED, TOO_BIG)
+        if (number, kind, function) == (0, _DIRECTORY, 0xA1):
+            return self._directory_part(2 * element, size)
+        file, start = self._place(number, kind, element, sub)
+        if start + size > file.size:
+            raise PcccRefusedError(EXTENDED, ADDRESS)
+        if function in READS:
+            return file.read(snapshot, start, size)
+        self._write(file, start, size, rest[at:], snapshot, masked=function == MASKED)
+        return b""
+
+    def _place(self, number: int, kind: int, element: int, sub: int) -> tuple[DataFile, int]:
+        """Return the file and the byte in it."""
+        image = self._images.get((number, element))
+        if image is not None and kind in TYPES[image.letters]:
+            return image, 2 * sub
+        file = self._files.get(number)
+        if file is None or kind not in TYPES[file.letters]:
+            raise PcccRefusedError(EXTENDED, NO_FILE if file is None else ADDRESS)
+        if 2 * sub >= file.element and file.element > 2:
+            raise PcccRefusedError(EXTENDED, ADDRESS)
+        return file, element * file.element + 2 * sub
+
+    def _write(
+        self, file: DataFile, start: int, size: int, data: bytes, snapshot: TagSnapshot, *, masked: bool
+    ) -> None:
+        mask = 0xFFFF
+        if masked:
+            (mask,) = struct.unpack_from("<H", data)
+            data = data[2:]
+        if file.letters == "ST" and masked and 2 <= len(data) < size and len(data) % 2 == 0:
+            size = len(data)  # some clients name the whole element and send what there is of the text
+        if len(data) != size or (masked and size % 2):
+            raise PcccRefusedError(ILLEGAL)
+        try:
+            self._database.refuse_write(file.target())
+            file.write(snapshot, start, data, mask)
+        except CipRefusedError as refusal:
+            denied = refusal.status == NO_PRIVILEGE
+            raise PcccRefusedError(EXTENDED, READ_ONLY if denied else ADDRESS) from refusal
+
+    # --- the directory
+
+    def _directory_part(self, start: int, size: int) -> bytes:
+        directory = self._directory()
+        if start + size > len(directory):
+            if start == _SIZE_AT:
+                return directory[start:].ljust(size, b"\0")
+            raise PcccRefusedError(EXTENDED, ADDRESS)
+        return directory[start : start + size]
+
+    def _directory(self) -> bytes:
+        """Return the directory of files: a row for each number, with type and bytes."""
+        known = {number: (TYPES[file.letters][-1], file.size) for number, file in self._files.items()}
+        for (number, _), file in self._images.items():
+            known[number] = TYPES[file.letters][-1], known.get(number, (0, 0))[1] + file.size
+        last = max(known, default=-1)
+        rows = [known.get(number, (_GAP, 0)) for number in range(last + 1)]
+        table = b"".join(struct.pack("<BH", *row).ljust(_ROW_BYTES, b"\0") for row in rows)
+        head = bytearray(_ROWS_AT)
+        head[_LADDERS_AT], head[_FILES_AT] = 3, len(rows) & 0xFF
+        struct.pack_into("<H", head, _SIZE_AT, _ROWS_AT + len(table) + _SIZE_ADDED)
+        return bytes(head) + table
+
+
+def _field(data: bytes, at: int) -> tuple[int, int]:
+    """Return an address field and the place behind it: a byte, or FF and a word."""
+    if data[at] == 0xFF:
+        return struct.unpack_from("<H", data, at + 1)[0], at + 3
+    return data[at], at + 1

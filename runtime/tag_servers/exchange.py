@@ -1,0 +1,95 @@
+"""What packets need, and what comes back, as bytes between the server's process and the scans'.
+
+    request    version u32, packets u16; per packet: client's address, operations u16
+    operation  kind u8 (read, write, write but keep), tag u32, offset u32, size u32; data, bits to keep
+    reply      version u32, now_ns u64; per operation size u32, bytes; size FFFFFFFF: refused
+
+A request of another version gets only the head of a reply: the program has been edited.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator, Sequence
+
+from .tag_snapshot import Operation, ReadBytes, WriteBytes
+
+HEAD, PACKET, OPERATION = struct.Struct("<IH"), struct.Struct("<BH"), struct.Struct("<BIII")
+ANSWER, SIZE = struct.Struct("<IQ"), struct.Struct("<I")
+REFUSED = 0xFFFF_FFFF
+_READ, _WRITE, _KEEP = range(3)
+
+Packet = tuple[str, Sequence[Operation]]
+"""A client's address, and what its packet needs."""
+
+
+def request_of(version: int, packets: Sequence[Packet]) -> bytes:
+    """Return packets as bytes."""
+    parts = [HEAD.pack(version, len(packets))]
+    for client, operations in packets:
+        name = client.encode()[:255]
+        parts += [PACKET.pack(len(name), len(operations)), name]
+        for each in operations:
+            if isinstance(each, ReadBytes):
+                parts.append(OPERATION.pack(_READ, each.tag, each.offset, each.size))
+            else:
+                kind = _KEEP if each.keep else _WRITE
+                parts += [OPERATION.pack(kind, each.tag, each.offset, len(each.data)), each.data, each.keep]
+    return b"".join(parts)
+
+
+def packets_in(data: bytes) -> Iterator[Packet]:
+    """Yield the packets of a request; struct.error if it is damaged."""
+    _, count = HEAD.unpack_from(data)
+    at = HEAD.size
+    for _ in range(count):
+        length, operations = PACKET.unpack_from(data, at)
+        at += PACKET.size + length
+        client = data[at - length : at].decode("utf-8", "replace")
+        found: list[Operation] = []
+        for _ in range(operations):
+            kind, tag, offset, size = OPERATION.unpack_from(data, at)
+            at += OPERATION.size
+            if kind == _READ:
+                found.append(ReadBytes(tag, offset, size))
+                continue
+            end = at + size
+            keep = data[end : end + size] if kind == _KEEP else b""
+            found.append(WriteBytes(tag, offset, data[at:end], keep))
+            at = end + len(keep)
+        yield client, found
+
+
+def version_of(data: bytes) -> int:
+    """Return the version that a request was made for."""
+    version: int = HEAD.unpack_from(data)[0]
+    return version
+
+
+def answered(
+    data: bytes, version: int, now_ns: int, carry_out: Callable[[str, Operation], bytes | None]
+) -> bytes:
+    """Carry out a request, and return the reply."""
+    parts = [ANSWER.pack(version, now_ns)]
+    for client, operations in packets_in(data) if version_of(data) == version else ():
+        for each in operations:
+            found = carry_out(client, each)
+            parts += [SIZE.pack(REFUSED)] if found is None else [SIZE.pack(len(found)), found]
+    return b"".join(parts)
+
+
+def results_in(data: bytes, packets: Sequence[Packet]) -> list[list[bytes | None]]:
+    """Return the results of each packet's operations."""
+    at, found = ANSWER.size, []
+    for _, operations in packets:
+        results: list[bytes | None] = []
+        for _ in operations:
+            (size,) = SIZE.unpack_from(data, at)
+            at += SIZE.size
+            if size == REFUSED:
+                results.append(None)
+                continue
+            results.append(data[at : at + size])
+            at += size
+        found.append(results)
+    return found

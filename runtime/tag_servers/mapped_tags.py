@@ -1,0 +1,148 @@
+"""A tag in the map of coils and registers: its values as words and bits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from struct import Struct
+
+from ...io_images.enip.listing import BOOL, DWORD, SINT, PlainKind
+from ..config.server_table import HIGH_FIRST, MapRow
+from .database import Database, Target
+from .tag_paths import target_of
+from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
+
+COILS, DISCRETE_INPUTS, INPUT_REGISTERS, HOLDING_REGISTERS = (
+    "coils",
+    "discrete_inputs",
+    "input_registers",
+    "holding_registers",
+)
+BITS = (COILS, DISCRETE_INPUTS)
+TABLES = (*BITS, INPUT_REGISTERS, HOLDING_REGISTERS)
+
+ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, FAILURE = 1, 2, 3, 4
+"""Exceptions of Modbus."""
+
+
+class ModbusRefusedError(ValueError):
+    """A request that gets an exception."""
+
+    def __init__(self, code: int) -> None:
+        super().__init__(f"exception {code:02x}h")
+        self.code = code
+
+
+@dataclass(frozen=True)
+class MappedTag:
+    """A tag in the map."""
+
+    target: Target
+    writable: bool
+    high_first: bool
+
+    @property
+    def size(self) -> int:
+        """Bytes of a value."""
+        return self.target.kind.size
+
+    @property
+    def words(self) -> int:
+        """Registers of a value."""
+        return max(1, self.size // 2)
+
+    @property
+    def first_bit(self) -> int:
+        """Its first bit, from the begin of the tag."""
+        return 8 * self.target.offset + (self.target.bit or 0)
+
+    @property
+    def bits(self) -> int:
+        """Coils that it takes."""
+        return 32 * self.target.count if self.target.kind == DWORD else 1
+
+    def values_at(self, first: int, count: int) -> tuple[int, int]:
+        """Return offset and size of the values that registers of it belong to."""
+        begin, end = first // self.words, -(-(first + count) // self.words)
+        return self.target.offset + begin * self.size, (end - begin) * self.size
+
+    def to_words(self, data: bytes) -> list[int]:
+        """Return values as registers."""
+        if self.size == 1:
+            signed = self.target.kind == SINT
+            return [
+                int.from_bytes(data[i : i + 1], "little", signed=signed) & 0xFFFF for i in range(len(data))
+            ]
+        return self._turned(Struct(f"<{len(data) // 2}H").unpack(data))
+
+    def to_bytes(self, words: Sequence[int]) -> bytes:
+        """Return registers as values; refused if one does not fit."""
+        if self.size > 1:
+            return Struct(f"<{len(words)}H").pack(*self._turned(words))
+        signed = self.target.kind == SINT
+        try:
+            return b"".join(
+                (word - (word >> 15 << 16 if signed else 0)).to_bytes(1, "little", signed=signed)
+                for word in words
+            )
+        except OverflowError:
+            raise ModbusRefusedError(ILLEGAL_VALUE) from None
+
+    def _turned(self, words: Sequence[int]) -> list[int]:
+        """Return the words of values in the other order, if they begin with the high one."""
+        step = self.words
+        if not self.high_first or step == 1:
+            return list(words)
+        return [word for at in range(0, len(words), step) for word in reversed(words[at : at + step])]
+
+    def byte_of(self, place: int) -> int:
+        """Return the offset of the register at a place."""
+        value, word = divmod(place, self.words)
+        return self.target.offset + 2 * (
+            value * self.words + (self.words - 1 - word if self.high_first else word)
+        )
+
+    # --- coils
+
+    def to_bits(self, place: int, count: int, snapshot: TagSnapshot) -> list[bool]:
+        """Read coils."""
+        offset, size, shift = self._span(place, count)
+        data = (
+            int.from_bytes(snapshot.read(ReadBytes(self.target.symbol.index, offset, size)), "little")
+            >> shift
+        )
+        return [bool(data >> at & 1) for at in range(count)]
+
+    def change(self, place: int, bits: Sequence[bool]) -> WriteBytes:
+        """Return the write of coils; other bits of their bytes stay as they are."""
+        offset, size, shift = self._span(place, len(bits))
+        on = int.from_bytes(packed(bits), "little") << shift
+        if self.target.kind == BOOL and self.target.bit is None:
+            return WriteBytes(self.target.symbol.index, offset, on.to_bytes(1, "little"))
+        others = ((1 << 8 * size) - 1) & ~(((1 << len(bits)) - 1) << shift)
+        masks = (each.to_bytes(size, "little") for each in (on, others))
+        return WriteBytes(self.target.symbol.index, offset, *masks)
+
+    def _span(self, place: int, count: int) -> tuple[int, int, int]:
+        """Return the first byte of coils, the number of bytes, and the first bit in them."""
+        first = self.first_bit + place
+        return first // 8, -(-(first % 8 + count) // 8), first % 8
+
+
+def mapped(table: str, database: Database, row: MapRow, order: str) -> MappedTag:
+    """Return a row of a table; ValueError if it names no tag, or one that has no place there."""
+    target = target_of(database, row.tag)
+    kind = target.kind
+    if (kind in (BOOL, DWORD)) != (table in BITS):
+        wanted = "BOOL" if table in BITS else "an integer or a REAL"
+        raise ValueError(f"its type is {'BOOL' if kind == DWORD else kind.name}: {table} take {wanted}")
+    if not isinstance(kind, PlainKind):
+        raise ValueError(f"its type is {kind.name}: give a member of it")
+    return MappedTag(
+        target, database.may_write(target.tag, target.name, kind), (row.order or order) == HIGH_FIRST
+    )
+
+
+def packed(bits: Sequence[bool]) -> bytes:
+    """Return bits as bytes, the first one lowest."""
+    return sum(bit << at for at, bit in enumerate(bits)).to_bytes(-(-len(bits) // 8), "little")

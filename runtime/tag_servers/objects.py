@@ -1,0 +1,200 @@
+"""Identity, listing, templates, program name, clock, change counters."""
+
+from __future__ import annotations
+
+import struct
+from bisect import bisect_left
+from collections.abc import Callable, Mapping
+from datetime import datetime, timedelta
+from itertools import islice
+from operator import itemgetter
+
+from ...io_images.enip.codes import (
+    BAD_SEGMENT,
+    BAD_VALUE,
+    DONE,
+    GENERAL,
+    GET_ALL,
+    GET_LIST,
+    GET_ONE,
+    LISTING,
+    NO_ATTRIBUTE,
+    NO_SERVICE,
+    NOT_SETTABLE,
+    OFFSET_BEYOND,
+    PARTIAL,
+    READ,
+    SOME_ATTRIBUTES,
+    TOO_LARGE,
+    UNKNOWN_OBJECT,
+    CipRefusedError,
+)
+from ...io_images.enip.paths import PROGRAM, Instance, Path
+from .database import Database, Row
+from .tag_services import HEAD_BYTES, Answer
+from .tag_snapshot import TagSnapshot
+
+ATTRIBUTES_MOST = 32
+"""Most attributes that a request may name."""
+
+SET_LIST = 4
+
+_VENDOR, _DEVICE, _PRODUCT, _REVISION, _STATUS, _SERIAL = 1, 0x0E, 107, (33, 11), 0x3060, 0x5CA9_9ACC
+"""A controller of Rockwell's, since clients look for one; the product's name says scanrack."""
+
+EPOCH = datetime(1970, 1, 1)
+
+
+def identity(name: bytes) -> bytes:
+    """Return all attributes of the identity object [ODVA volume 1, 5-2]."""
+    head = struct.pack("<HHHBBHI", _VENDOR, _DEVICE, _PRODUCT, *_REVISION, _STATUS, _SERIAL)
+    return head + bytes([len(name)]) + name
+
+
+_IDENTITY_PLACES = {1: (0, 2), 2: (2, 4), 3: (4, 6), 4: (6, 8), 5: (8, 10), 6: (10, 14), 7: (14, None)}
+
+
+def answer_identity(whole: bytes, service: int, path: Path) -> Answer:
+    """Answer a request to the identity object."""
+    if service == GET_ALL:
+        return DONE, whole
+    if service != GET_ONE:
+        raise CipRefusedError(NO_SERVICE)
+    place = _IDENTITY_PLACES.get(path.numbers.get("attribute", 0))
+    if place is None:
+        raise CipRefusedError(NO_ATTRIBUTE)
+    return DONE, whole[place[0] : place[1]]
+
+
+def attributes_in(data: bytes) -> tuple[int, ...]:
+    """Return the attributes that a request names."""
+    (count,) = struct.unpack_from("<H", data)
+    if count > ATTRIBUTES_MOST:
+        raise CipRefusedError(BAD_VALUE)
+    return struct.unpack_from(f"<{count}H", data, 2)
+
+
+def answer_attributes(service: int, data: bytes, values: Mapping[int, bytes], most: int) -> Answer:
+    """Answer a request for a list of attributes."""
+    if service != GET_LIST:
+        raise CipRefusedError(NO_SERVICE)
+    wanted = attributes_in(data)
+    out = struct.pack("<H", len(wanted))
+    for each in wanted:
+        value = values.get(each)
+        out += (
+            struct.pack("<HH", each, NO_ATTRIBUTE)
+            if value is None
+            else struct.pack("<HH", each, DONE) + value
+        )
+    if len(out) > most - HEAD_BYTES:
+        raise CipRefusedError(TOO_LARGE)
+    return (DONE if all(each in values for each in wanted) else SOME_ATTRIBUTES), out
+
+
+# --- the listing of tags
+
+
+class Lister:
+    """Lists the tags of a database in parts."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def answer(self, service: int, path: Path, data: bytes, most: int) -> Answer:
+        """Answer a request for lines from an instance on."""
+        if service != LISTING:
+            raise CipRefusedError(NO_SERVICE)
+        scope = _scope_of(path)
+        wanted, rows = attributes_in(data), self._database.rows(scope)
+        if not all(each in _ATTRIBUTES for each in wanted):
+            raise CipRefusedError(NO_ATTRIBUTE)
+        first = bisect_left(rows, path.numbers.get("instance", 0), key=itemgetter(0))
+        left, lines = most - HEAD_BYTES, []
+        for row in islice(rows, first, None):
+            lines.append(_line(row, wanted))
+            left -= len(lines[-1])
+            if left < 0:
+                break
+        if left >= 0:
+            return DONE, b"".join(lines)
+        if len(lines) == 1:
+            raise CipRefusedError(TOO_LARGE)
+        return PARTIAL, b"".join(lines[:-1])
+
+
+def _scope_of(path: Path) -> str:
+    names = [each for each in path.steps if not isinstance(each, Instance)]
+    if not names:
+        return ""
+    if len(names) > 1 or not str(names[0]).lower().startswith(PROGRAM.lower()):
+        raise CipRefusedError(BAD_SEGMENT)
+    return str(names[0])[len(PROGRAM) :]
+
+
+def _symbol_name(row: Row) -> bytes:
+    text = row[1].encode("ascii", "replace")
+    return struct.pack("<H", len(text)) + text
+
+
+_ATTRIBUTES: Mapping[int, Callable[[Row], bytes]] = {
+    1: _symbol_name,
+    2: lambda row: struct.pack("<H", row[2]),
+    3: lambda row: struct.pack("<I", 0x1000 + row[0] * 16),  # addresses: clients compare them only
+    5: lambda row: struct.pack("<I", 0x2000 + row[0] * 16),
+    6: lambda _: struct.pack("<I", 1 << 26),
+    7: lambda row: struct.pack("<H", row[3]),
+    8: lambda row: struct.pack("<III", *(*row[4], 0, 0, 0)[:3]),
+    10: lambda row: bytes([row[5]]),
+}
+"""Attributes of a symbol."""
+
+
+def _line(row: Row, wanted: tuple[int, ...]) -> bytes:
+    return struct.pack("<I", row[0]) + b"".join([_ATTRIBUTES[each](row) for each in wanted])
+
+
+def answer_template(database: Database, service: int, path: Path, data: bytes, most: int) -> Answer:
+    """Answer a request to a template: its attributes, or a part of its definition."""
+    found = database.templates.by_number.get(path.numbers.get("instance", 0))
+    if found is None:
+        raise CipRefusedError(UNKNOWN_OBJECT)
+    if service != READ:
+        values = {
+            1: struct.pack("<H", found.handle),
+            2: struct.pack("<H", len(found.kind.parts)),
+            3: struct.pack("<H", 0),
+            4: struct.pack("<I", found.words),
+            5: struct.pack("<I", found.kind.size),
+        }
+        return answer_attributes(service, data, values, most)
+    offset, size = struct.unpack_from("<IH", data)
+    if offset > len(found.padded):
+        raise CipRefusedError(GENERAL, OFFSET_BEYOND)
+    part = found.padded[offset : offset + size]
+    if len(part) <= most - HEAD_BYTES:
+        return DONE, part
+    if most - HEAD_BYTES < 1:
+        raise CipRefusedError(TOO_LARGE)
+    return PARTIAL, part[: most - HEAD_BYTES]
+
+
+def answer_clock(service: int, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
+    """Answer a request to the wall clock: virtual time since 1970."""
+    if service == SET_LIST:
+        raise CipRefusedError(NOT_SETTABLE)
+    micros = snapshot.now_ns // 1000
+    if service == GET_ALL:
+        return DONE, struct.pack("<Q", micros)
+    now = EPOCH + timedelta(microseconds=micros)
+    day = (now.year, now.month, now.day, now.hour, now.minute, now.second, now.microsecond)
+    values = {number: struct.pack("<Q", micros) for number in (6, 8, 11, 12)}
+    values |= dict.fromkeys((5, 7), struct.pack("<7i", *day))
+    return answer_attributes(service, data, values, most)
+
+
+def answer_changes(service: int, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
+    """Answer a request to the change counters: they count edits of the program."""
+    edits = struct.pack("<I", snapshot.version)
+    values = {1: struct.pack("<H", 1), 2: edits[:2], 3: edits, 4: edits, 10: edits}
+    return answer_attributes(service, data, values, most)

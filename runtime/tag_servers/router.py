@@ -1,0 +1,179 @@
+"""Requests to objects, batches of them, and routes [ODVA volume 1, chapters 2 and 3; 1756-PM020]."""
+
+from __future__ import annotations
+
+import struct
+from functools import lru_cache
+from itertools import accumulate, pairwise
+
+from ...io_images.enip.codes import (
+    BAD_SEGMENT,
+    BAD_VALUE,
+    BATCH,
+    CHANGES,
+    CLOCK,
+    DONE,
+    EXECUTE_PCCC,
+    GET_ALL,
+    IDENTITY,
+    MANAGER,
+    NO_CONNECTION,
+    NO_SERVICE,
+    NO_SLOT,
+    PCCC,
+    PROGRAM_NAME,
+    ROUTER,
+    SYMBOL,
+    TEMPLATE,
+    TOO_LARGE,
+    TOO_SHORT,
+    UNCONNECTED,
+    UNKNOWN_OBJECT,
+    CipRefusedError,
+)
+from ...io_images.enip.paths import Path, parse_path
+from .data_files import DataFiles
+from .database import Database
+from .objects import (
+    Lister,
+    answer_changes,
+    answer_clock,
+    answer_identity,
+    answer_template,
+    identity,
+)
+from .tag_services import HEAD_BYTES, TAG_SERVICES, Answer
+from .tag_snapshot import TagSnapshot
+
+DEEPEST = 2
+"""Levels of batches and routed requests inside each other."""
+
+BATCH_MOST = 200
+"""Requests in a batch."""
+
+PATHS_KEPT = 4096
+"""Paths whose tags are kept: most clients ask for the same ones again and again."""
+
+OWN_ROUTE = (1, 0)
+"""Port and slot of the controller on its backplane."""
+
+_THERE = (ROUTER, MANAGER, SYMBOL, PROGRAM_NAME, PCCC)
+
+
+class Router:
+    """Answers requests to the objects of a controller.
+
+    Args:
+        name: of the program.
+        product: name in the identity.
+    """
+
+    def __init__(self, database: Database, name: str = "rack", product: str = "1769-L33ER scanrack") -> None:
+        self.database = database
+        self.identity = identity(product.encode("ascii", "replace")[:32])
+        self._name = name.encode("ascii", "replace")[:40]
+        self._lister = Lister(database)
+        self._path = lru_cache(PATHS_KEPT)(parse_path)
+        self._target = lru_cache(PATHS_KEPT)(lambda place: database.resolve(self._path(place).steps))
+        self._files = DataFiles(database) if database.listing.files else None
+
+    def answer(self, request: bytes, snapshot: TagSnapshot, most: int, depth: int = 0) -> bytes:
+        """Return the reply of at most `most` bytes: service, status, data."""
+        service = request[0] if request else 0
+        try:
+            if len(request) < 2 or len(request) < 2 + 2 * request[1]:
+                raise CipRefusedError(TOO_SHORT)
+            end = 2 + 2 * request[1]
+            place, data = request[2:end], request[end:]
+            path = self._path(place)
+            if service == UNCONNECTED and path.numbers.get("class") == MANAGER:
+                return self._routed(data, snapshot, most, depth)
+            status, reply = self._serve(service, place, path, data, snapshot, most, depth)
+        except CipRefusedError as refusal:
+            return refused(service, refusal, most)
+        except struct.error:
+            return refused(service, CipRefusedError(TOO_SHORT), most)
+        if HEAD_BYTES + len(reply) > most:
+            return refused(service, CipRefusedError(TOO_LARGE), most)
+        return bytes((service & 0x7F | 0x80, 0, status, 0)) + reply
+
+    def _routed(self, data: bytes, snapshot: TagSnapshot, most: int, depth: int) -> bytes:
+        """Answer a request inside of an Unconnected Send."""
+        if depth >= DEEPEST:
+            raise CipRefusedError(NO_SERVICE)
+        (size,) = struct.unpack_from("<H", data, 2)
+        if 4 + size > len(data):
+            raise CipRefusedError(TOO_SHORT)
+        at = 4 + size + size % 2
+        check_route(data[at:])
+        return self.answer(data[4 : 4 + size], snapshot, most, depth + 1)
+
+    def _serve(
+        self,
+        service: int,
+        place: bytes,
+        path: Path,
+        data: bytes,
+        snapshot: TagSnapshot,
+        most: int,
+        depth: int,
+    ) -> Answer:
+        kind = path.numbers.get("class")
+        if service in TAG_SERVICES and path.steps and kind in (None, SYMBOL):
+            return TAG_SERVICES[service](self.database, self._target(place), data, snapshot, most)
+        if kind == ROUTER and service == BATCH:
+            return DONE, self._batch(data, snapshot, most, depth)
+        if kind == SYMBOL:
+            return self._lister.answer(service, path, data, most)
+        if kind == TEMPLATE:
+            return answer_template(self.database, service, path, data, most)
+        if kind == IDENTITY:
+            return answer_identity(self.identity, service, path)
+        if kind == CLOCK:
+            return answer_clock(service, data, snapshot, most)
+        if kind == CHANGES:
+            return answer_changes(service, data, snapshot, most)
+        if kind == PROGRAM_NAME and service == GET_ALL:
+            return DONE, struct.pack("<H", len(self._name)) + self._name
+        if kind == PCCC and service == EXECUTE_PCCC and self._files is not None:
+            return DONE, self._files.execute(data, snapshot)
+        if kind in _THERE or path.steps:
+            raise CipRefusedError(NO_SERVICE)
+        raise CipRefusedError(BAD_SEGMENT if kind is None else UNKNOWN_OBJECT)
+
+    def _batch(self, data: bytes, snapshot: TagSnapshot, most: int, depth: int) -> bytes:
+        if depth >= DEEPEST:
+            raise CipRefusedError(NO_SERVICE)
+        (count,) = struct.unpack_from("<H", data)
+        if not 1 <= count <= BATCH_MOST:
+            raise CipRefusedError(BAD_VALUE)
+        heads = 2 + 2 * count
+        left = most - HEAD_BYTES - heads
+        if left < 6 * count:  # a refusal has up to six bytes
+            raise CipRefusedError(TOO_LARGE)
+        places = [*struct.unpack_from(f"<{count}H", data, 2), len(data)]
+        if places[0] < heads or any(end <= begin for begin, end in pairwise(places)):
+            raise CipRefusedError(BAD_VALUE)
+        replies: list[bytes] = []
+        for number, (begin, end) in enumerate(pairwise(places), 1):
+            reply = self.answer(data[begin:end], snapshot, left - 6 * (count - number), depth + 1)
+            left -= len(reply)
+            replies.append(reply)
+        starts = list(accumulate(map(len, replies), initial=heads))[:-1]
+        return struct.pack(f"<H{count}H", count, *starts) + b"".join(replies)
+
+
+def check_route(data: bytes) -> None:
+    """Refuse a route to anything but this controller; none is this controller, too."""
+    if len(data) < 2:
+        return
+    if len(data) < 2 + 2 * data[0]:
+        raise CipRefusedError(TOO_SHORT)
+    if any(each != OWN_ROUTE for each in parse_path(data[2 : 2 + 2 * data[0]]).ports):
+        raise CipRefusedError(NO_CONNECTION, NO_SLOT)
+
+
+def refused(service: int, refusal: CipRefusedError, most: int) -> bytes:
+    """Return the reply to a refused request; without its extended status where that has no room."""
+    more = refusal.more if HEAD_BYTES + 2 * len(refusal.more) <= most else ()
+    return bytes((service & 0x7F | 0x80, 0, refusal.status, len(more))) + struct.pack(f"<{len(more)}H", *more)

@@ -1,0 +1,176 @@
+"""A TCP connection: frames of the encapsulation, one session, its connections [ODVA volume 2, chapter 2]."""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+from itertools import count
+
+from ...io_images.enip.codes import (
+    BAD_COMMAND,
+    BAD_DATA,
+    BAD_LENGTH,
+    BAD_REVISION,
+    BAD_SESSION,
+    FRAME_MOST,
+    LIST_IDENTITY,
+    LIST_INTERFACES,
+    LIST_SERVICES,
+    NOP,
+    PORT,
+    REGISTER,
+    SEND,
+    SEND_CONNECTED,
+    UNCONNECTED_MOST,
+    UNREGISTER,
+)
+from ...io_images.enip.frames import (
+    COMMAND_MOST,
+    CONNECTED_ADDRESS,
+    CONNECTED_DATA,
+    HEAD,
+    NO_ADDRESS,
+    UNCONNECTED_DATA,
+    body_of,
+    items_in,
+)
+from .connections import Connections
+from .router import Router
+from .tag_snapshot import BrokenClientError, Plan, TagSnapshot
+
+_KNOWN = (NOP, LIST_SERVICES, LIST_IDENTITY, LIST_INTERFACES, REGISTER, UNREGISTER, SEND, SEND_CONNECTED)
+_SERVICES = struct.pack("<HHHHH16s", 1, 0x100, 20, 1, 0x120, b"Communications")
+_RUNNING = b"\x03"
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A frame that has come."""
+
+    command: int
+    session: int
+    context: bytes
+    body: bytes
+    status: int = 0  # with which it is refused; 0 = it is not
+
+
+class ClientSession:
+    """What a client has sent and opened.
+
+    Attributes:
+        pending: bytes of a frame that is not whole.
+    """
+
+    _numbers = count(0x10100)
+
+    def __init__(self, router: Router, address: bytes = b"\x7f\0\0\1", port: int = PORT) -> None:
+        self.router, self._address, self._port = router, address, port
+        self.pending = b""
+        self._handle = 0
+        self._connections = Connections()
+        self._planned: tuple[int, bytes, Plan] | None = None  # edition, body of the latest packet
+
+    def receive(self, data: bytes) -> list[Frame]:
+        """Take bytes; return the packets that are whole.
+
+        Raises:
+            BrokenClientError: they are no frame, or one that is too long.
+        """
+        data = self.pending + data
+        packets, at = [], 0
+        while len(data) >= at + HEAD.size:
+            command, length, session, _, context, options = HEAD.unpack_from(data, at)
+            if length > FRAME_MOST or command > COMMAND_MOST:
+                raise BrokenClientError(f"no frame: {data[at : at + HEAD.size].hex(' ')}")
+            end = at + HEAD.size + length
+            if len(data) < end:
+                break
+            body, at = data[at + HEAD.size : end], end
+            if command not in _KNOWN:
+                packets.append(Frame(command, session, context, b"", BAD_COMMAND))
+            elif options == 0 and command != NOP:  # frames with options are dropped, NOP gets no answer
+                packets.append(Frame(command, session, context, body))
+        self.pending = data[at:]
+        return packets
+
+    def plan(self, packet: Frame, version: int) -> Plan:
+        """Return what a packet needs; nothing changes. One that is as the packet before needs the same."""
+        if packet.command not in (SEND, SEND_CONNECTED) or not self._owns(packet):
+            return Plan(version)
+        if self._planned is None or self._planned[:2] != (version, packet.body):
+            plan = Plan(version)
+            self._sent(packet, plan, planning=True)
+            self._planned = version, packet.body, plan
+        return self._planned[2]
+
+    def reply(self, packet: Frame, snapshot: TagSnapshot) -> bytes:
+        """Answer a packet; b"" if it gets no answer.
+
+        Raises:
+            BrokenClientError: the client ends its session.
+        """
+        status, body = (packet.status, b"") if packet.status else self._answer(packet, snapshot)
+        if status < 0:
+            return b""
+        handle = self._handle if packet.command == REGISTER else packet.session
+        return HEAD.pack(packet.command, len(body), handle, status, packet.context, 0) + body
+
+    def _owns(self, packet: Frame) -> bool:
+        return self._handle != 0 and packet.session == self._handle
+
+    def _answer(self, packet: Frame, snapshot: TagSnapshot) -> tuple[int, bytes]:
+        """Return status and body; a negative status for no answer."""
+        if packet.command == REGISTER:
+            return self._register(packet.body)
+        if packet.command == LIST_IDENTITY:
+            return 0, self.listed_identity()
+        if packet.command == LIST_SERVICES:
+            return 0, _SERVICES
+        if packet.command == LIST_INTERFACES:
+            return 0, bytes(2)
+        if not self._owns(packet):
+            return BAD_SESSION, b""
+        if packet.command == UNREGISTER:
+            raise BrokenClientError("the client has ended its session")
+        return self._sent(packet, snapshot, planning=False)
+
+    def _register(self, body: bytes) -> tuple[int, bytes]:
+        if len(body) != 4:
+            return BAD_LENGTH, b""
+        if body[:2] != b"\1\0":
+            return BAD_REVISION, b"\1\0\0\0"
+        if self._handle:
+            return BAD_COMMAND, b""
+        self._handle = next(self._numbers)
+        return 0, body
+
+    def _sent(self, packet: Frame, snapshot: TagSnapshot, *, planning: bool) -> tuple[int, bytes]:
+        items = items_in(packet.body)
+        if len(items) < 2:
+            return BAD_DATA, b""
+        (first, address), (second, data) = items[:2]
+        if packet.command == SEND:
+            if (first, address, second) != (NO_ADDRESS, b"", UNCONNECTED_DATA):
+                return BAD_DATA, b""
+            return 0, body_of(
+                (NO_ADDRESS, b""), (second, self._unconnected(data, snapshot, planning=planning))
+            )
+        if (first, second) != (CONNECTED_ADDRESS, CONNECTED_DATA) or len(address) != 4 or len(data) < 4:
+            return BAD_DATA, b""
+        connection = self._connections.get(int.from_bytes(address, "little"))
+        if connection is None:
+            return -1, b""  # as a controller: no answer
+        message = self.router.answer(data[2:], snapshot, connection.most - 2)
+        theirs = struct.pack("<I", connection.theirs)
+        return 0, body_of((first, theirs), (second, data[:2] + message))
+
+    def _unconnected(self, request: bytes, snapshot: TagSnapshot, *, planning: bool) -> bytes:
+        if not Connections.is_meant(request):
+            return self.router.answer(request, snapshot, UNCONNECTED_MOST)
+        return b"" if planning else self._connections.answer(request)
+
+    def listed_identity(self) -> bytes:
+        """Return the body of an answer to List Identity."""
+        where = struct.pack(">HH4s8x", 2, self._port, self._address)
+        item = struct.pack("<H", 1) + where + self.router.identity + _RUNNING
+        return struct.pack("<HHH", 1, 0x0C, len(item)) + item

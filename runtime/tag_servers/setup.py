@@ -1,0 +1,136 @@
+"""What a server offers, and the sessions of its clients by protocol."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from ...io_images.enip.codes import LIST_IDENTITY
+from ...io_images.enip.frames import HEAD
+from ...io_images.enip.listing import Listing
+from ..config.server_table import ModbusTable
+from .database import Database
+from .modbus_session import ModbusSession
+from .register_map import RegisterMap
+from .router import Router
+from .session import ClientSession, Frame
+from .tag_snapshot import Instant, Plan, TagSnapshot
+
+ETHERNET_IP, MODBUS_TCP, OPC_UA = "ethernet-ip", "modbus-tcp", "opc-ua"
+"""The protocols, as `--server` names them."""
+
+
+@dataclass(frozen=True, slots=True)
+class TagSetup:
+    """What a server offers.
+
+    Attributes:
+        version: of the program's edition.
+        writable: patterns; none for a server that takes no writes.
+        name: of the rack.
+        product: name of the controller.
+        address: of the server, for List Identity.
+        modbus: the map of coils and registers.
+    """
+
+    listing: Listing
+    version: int
+    writable: tuple[str, ...]
+    name: str
+    product: str
+    address: bytes
+    port: int
+    protocol: str = ETHERNET_IP
+    modbus: ModbusTable | None = None
+
+    @property
+    def database(self) -> Database:
+        """The tags by name."""
+        return Database(self.listing, self.writable)
+
+
+class WireSession(Protocol):
+    """A client's connection: what it has sent and opened.
+
+    Attributes:
+        pending: bytes of a packet that is not whole.
+        router: answers requests; another one after an edit of the program.
+    """
+
+    pending: bytes
+    router: Any
+
+    def receive(self, data: bytes) -> list[Any]:
+        """Take bytes; return the packets that are whole. BrokenClientError ends the client."""
+
+    def plan(self, packet: Any, version: int) -> Plan:
+        """Return what a packet needs; nothing changes."""
+
+    def reply(self, packet: Any, snapshot: TagSnapshot) -> bytes:
+        """Answer a packet. BrokenClientError ends the client."""
+
+
+class Sessions(Protocol):
+    """The sessions of one protocol."""
+
+    @property
+    def router(self) -> Any:
+        """What answers requests."""
+
+    def open(self) -> WireSession:
+        """Return the session of a new client."""
+
+    def datagram(self, data: bytes) -> bytes:
+        """Answer a datagram; b"" for none."""
+
+
+class EnipSessions(Sessions):
+    """EtherNet/IP."""
+
+    def __init__(self, setup: TagSetup) -> None:
+        self._router = Router(setup.database, setup.name, setup.product)
+        self._setup = setup
+
+    @property
+    def router(self) -> Router:
+        """The objects."""
+        return self._router
+
+    def open(self) -> WireSession:
+        """Return the session of a new client."""
+        return ClientSession(self._router, self._setup.address, self._setup.port)
+
+    def datagram(self, data: bytes) -> bytes:
+        """Answer List Identity."""
+        if len(data) != HEAD.size or int.from_bytes(data[:2], "little") != LIST_IDENTITY:
+            return b""
+        frame = Frame(LIST_IDENTITY, 0, data[12:20], b"")
+        return self.open().reply(frame, Instant((), 0, self._setup.version))
+
+
+class ModbusSessions(Sessions):
+    """Modbus TCP."""
+
+    def __init__(self, setup: TagSetup) -> None:
+        self._router = RegisterMap(setup.database, setup.modbus or ModbusTable())
+
+    @property
+    def router(self) -> RegisterMap:
+        """The coils and registers."""
+        return self._router
+
+    def open(self) -> WireSession:
+        """Return the session of a new client."""
+        return ModbusSession(self._router)
+
+    def datagram(self, data: bytes) -> bytes:
+        """Answer nothing."""
+        return b""
+
+
+SESSIONS: Mapping[str, Callable[[TagSetup], Sessions]] = {
+    ETHERNET_IP: EnipSessions,
+    MODBUS_TCP: ModbusSessions,
+}
+"""The protocols whose sessions are bytes in and bytes out, by name."""

@@ -1,0 +1,151 @@
+"""Reading and writing tags [1756-PM020, services 4Ch, 4Dh, 4Eh, 52h, 53h]."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Mapping
+
+from ...io_images.enip.codes import (
+    BAD_VALUE,
+    BEYOND,
+    DONE,
+    GENERAL,
+    MODIFY,
+    OFFSET_BEYOND,
+    OTHER_TYPE,
+    PARTIAL,
+    READ,
+    READ_PART,
+    STRUCTURED,
+    TOO_LARGE,
+    TOO_MUCH,
+    TOO_SHORT,
+    TYPE_CODES,
+    WRITE,
+    WRITE_PART,
+    CipRefusedError,
+)
+from ...io_images.enip.listing import PlainKind
+from .database import Database, Target
+from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
+
+Answer = tuple[int, bytes]
+"""General status and data of a reply."""
+
+HEAD_BYTES = 4
+"""Bytes of a reply before its data."""
+
+MASK_SIZES = (1, 2, 4, 8, 12)
+"""Bytes that a mask of 4Eh may have."""
+
+
+def type_of(database: Database, target: Target) -> bytes:
+    """Return the type of a value as messages have it."""
+    if isinstance(target.kind, PlainKind):
+        return target.kind.code.to_bytes(2, "little")
+    return struct.pack("<HH", STRUCTURED, database.templates.of(target.kind).handle)
+
+
+def _read(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
+    return _read_from(database, target, struct.unpack_from("<H", data)[0], 0, snapshot, most)
+
+
+def _read_part(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
+    count, skip = struct.unpack_from("<HI", data)
+    return _read_from(database, target, count, skip, snapshot, most)
+
+
+def _read_from(
+    database: Database, target: Target, count: int, skip: int, snapshot: TagSnapshot, most: int
+) -> Answer:
+    if target.bit is not None:
+        byte = snapshot.read(ReadBytes(target.symbol.index, target.offset, 1))[0]
+        return DONE, struct.pack("<HB", TYPE_CODES["BOOL"], byte >> target.bit & 1)
+    if not 1 <= count <= target.count:
+        raise CipRefusedError(GENERAL, BEYOND)
+    total, head = count * target.kind.size, type_of(database, target)
+    if skip >= total:
+        raise CipRefusedError(GENERAL, OFFSET_BEYOND)
+    size = min(total - skip, most - HEAD_BYTES - len(head))
+    if size < total - skip:
+        size = size // 4 * 4
+    if size < 1:
+        raise CipRefusedError(TOO_LARGE)
+    part = snapshot.read(ReadBytes(target.symbol.index, target.offset + skip, size))
+    return (DONE if skip + size == total else PARTIAL), head + part
+
+
+def _write(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, _most: int) -> Answer:
+    count, at = _head(database, target, data)
+    total = _total(target, count)
+    body = data[at : at + total]  # pycomm3 1.2.16 sends the message of a single write twice
+    if len(body) < total:
+        raise CipRefusedError(TOO_SHORT)
+    if target.bit is not None:
+        on = 1 << target.bit if body[0] else 0
+        keep = bytes([~(1 << target.bit) & 0xFF])
+        snapshot.write(WriteBytes(target.symbol.index, target.offset, bytes([on]), keep))
+    else:
+        snapshot.write(WriteBytes(target.symbol.index, target.offset, body))
+    return DONE, b""
+
+
+def _write_part(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, most: int) -> Answer:
+    count, at = _head(database, target, data)
+    total, (skip,) = _total(target, count), struct.unpack_from("<I", data, at)
+    body = data[at + 4 :]
+    if skip >= total:
+        raise CipRefusedError(GENERAL, OFFSET_BEYOND)
+    if skip + len(body) > total:
+        raise CipRefusedError(TOO_MUCH)
+    if not body:
+        raise CipRefusedError(TOO_SHORT)
+    if target.bit is not None:
+        return _write(database, target, data[:at] + body, snapshot, most)
+    snapshot.write(WriteBytes(target.symbol.index, target.offset + skip, body))
+    return DONE, b""
+
+
+def _head(database: Database, target: Target, data: bytes) -> tuple[int, int]:
+    """Check access and type; return the count and the place behind it."""
+    database.refuse_write(target)
+    mine = type_of(database, target)
+    if data[: len(mine)] != mine:
+        raise CipRefusedError(GENERAL, OTHER_TYPE)
+    (count,) = struct.unpack_from("<H", data, len(mine))
+    if not 1 <= count <= target.count:
+        raise CipRefusedError(GENERAL, BEYOND)
+    return count, len(mine) + 2
+
+
+def _total(target: Target, count: int) -> int:
+    return 1 if target.bit is not None else count * target.kind.size
+
+
+def _modify(database: Database, target: Target, data: bytes, snapshot: TagSnapshot, _most: int) -> Answer:
+    """Set and clear bits of an integer: first the mask of bits to set, then that of bits to leave."""
+    database.refuse_write(target)
+    (size,) = struct.unpack_from("<H", data)
+    if size not in MASK_SIZES or len(data) < 2 + 2 * size:
+        raise CipRefusedError(BAD_VALUE)
+    if not isinstance(target.kind, PlainKind) or target.bit is not None:
+        raise CipRefusedError(GENERAL, OTHER_TYPE)
+    if not target.kind.bits or size > target.kind.size:
+        raise CipRefusedError(GENERAL, OTHER_TYPE)
+    ors, ands = data[2 : 2 + size], data[2 + size : 2 + 2 * size]
+    keep = bytes(leave & ~on & 0xFF for on, leave in zip(ors, ands, strict=True))
+    on = bytes(on & leave for on, leave in zip(ors, ands, strict=True))
+    snapshot.write(WriteBytes(target.symbol.index, target.offset, on, keep))
+    return DONE, b""
+
+
+TagService = Callable[[Database, Target, bytes, TagSnapshot, int], Answer]
+
+TAG_SERVICES: Mapping[int, TagService] = {
+    READ: _read,
+    READ_PART: _read_part,
+    WRITE: _write,
+    WRITE_PART: _write_part,
+    MODIFY: _modify,
+}
+"""Services of a tag; the last argument is the most bytes of the reply."""

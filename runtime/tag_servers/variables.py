@@ -1,0 +1,237 @@
+"""Tags as objects and variables, for OPC UA: a structure is an object, all else a variable."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import chain, islice, product
+from math import prod
+from typing import Any
+
+from ...io_images.enip.listing import BOOL, Kind, ListedTag, StructuredKind
+from ...io_images.enip.paths import PROGRAM
+from .database import Database
+from .tag_snapshot import ReadBytes, WriteBytes
+
+VARIABLES_MOST = 20_000
+"""Most variables that a server shows; the tags behind them are left out."""
+
+TEXT = "STRING"
+"""Name of the type of a variable for LEN and DATA."""
+
+_FORMS = {"SINT": "b", "INT": "h", "DINT": "i", "LINT": "q", "REAL": "f", "LREAL": "d"}
+_FORMS |= {"USINT": "B", "UINT": "H", "UDINT": "I", "ULINT": "Q", "DWORD": "I"}
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A value of a tag, or an array of them.
+
+    Attributes:
+        path: its name: `Recipe.Steps[2].Time`.
+        tag: index in the listing.
+        offset: byte of the tag.
+        bit: of that byte; None = it is not a packed bit.
+        writable: whether clients may write it.
+    """
+
+    path: str
+    tag: int
+    kind: Kind
+    dims: tuple[int, ...]
+    offset: int
+    bit: int | None
+    writable: bool
+
+    @property
+    def type_name(self) -> str:
+        """`DINT`, `STRING`, ..."""
+        return TEXT if isinstance(self.kind, StructuredKind) else self.kind.name
+
+    @cached_property
+    def count(self) -> int:
+        """Number of values."""
+        return prod(self.dims)
+
+    @cached_property
+    def size(self) -> int:
+        """Bytes."""
+        if self.kind == BOOL and self.dims:
+            return 4 * -(-self.count // 32)
+        return self.count * self.kind.size
+
+    @property
+    def reads(self) -> ReadBytes:
+        """What reads it."""
+        return ReadBytes(self.tag, self.offset, self.size)
+
+    def value_in(self, data: bytes) -> Any:
+        """Return the value in bytes; arrays as lists, of several dimensions as lists of lists."""
+        values = self._values_in(data)
+        return _nested(values, self.dims) if self.dims else values[0]
+
+    def _values_in(self, data: bytes) -> list[Any]:
+        if isinstance(self.kind, StructuredKind):
+            step = self.kind.size
+            return [_text_in(self.kind, data[at : at + step]) for at in range(0, len(data), step)]
+        if self.kind == BOOL:
+            first = self.bit or 0
+            bits = int.from_bytes(data, "little") >> first
+            return [bool(bits >> at & 1) for at in range(self.count)]
+        return list(struct.unpack(f"<{self.count}{_FORMS[self.kind.name]}", data))
+
+    def change_to(self, value: Any) -> WriteBytes:
+        """Return the write of a value.
+
+        Raises:
+            ValueError: an array of another length, a text that is too long, a number that does not fit.
+            TypeError: a value of another type.
+        """
+        values = _flat(value, self.dims)
+        if self.bit is not None:
+            on = bytes((bool(values[0]) << self.bit,))
+            return WriteBytes(self.tag, self.offset, on, bytes((~(1 << self.bit) & 0xFF,)))
+        return WriteBytes(self.tag, self.offset, self._bytes_of(values))
+
+    def _bytes_of(self, values: Sequence[Any]) -> bytes:
+        if isinstance(self.kind, StructuredKind):
+            return b"".join(_text_bytes(self.kind, each) for each in values)
+        if self.kind == BOOL:
+            return sum(bool(each) << at for at, each in enumerate(values)).to_bytes(self.size, "little")
+        try:
+            return struct.pack(f"<{self.count}{_FORMS[self.kind.name]}", *values)
+        except (struct.error, OverflowError) as error:
+            raise ValueError(f"{self.path} is {self.kind.name}: {error}") from error
+
+
+@dataclass(frozen=True)
+class TagGroup:
+    """A structure, or a program with its tags."""
+
+    path: str
+    name: str
+    items: Callable[[], Iterator[Leaf | TagGroup]]
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A variable under the name that a browser shows."""
+
+    name: str
+    variable: Variable
+
+
+class TagTree:
+    """The tags of a rack, as a browser shows them."""
+
+    def __init__(self, database: Database) -> None:
+        self._database = database
+
+    def roots(self) -> Iterator[Leaf | TagGroup]:
+        """Yield the tags of the controller and the images, then the programs."""
+        yield from self._scope("")
+        for program in self._database.listing.programs:
+            name = f"{PROGRAM}{program}"
+            yield TagGroup(name, name, lambda program=program: self._scope(program.upper()))  # type: ignore[misc]
+
+    @property
+    def is_long(self) -> bool:
+        """Whether it has more variables than a server shows."""
+        return next(islice(variables_of(self.roots()), VARIABLES_MOST, None), None) is not None
+
+    def _scope(self, scope: str) -> Iterator[Leaf | TagGroup]:
+        for symbol in self._database.scopes[scope]:
+            if symbol.target:
+                continue  # browsers show a tag once
+            tag = symbol.tag
+            base = _Place(symbol.index, self._path(tag), self._path(tag), 0, None)
+            yield self._item(tag.name, base, tag.kind, tag.dims)
+
+    @staticmethod
+    def _path(tag: ListedTag) -> str:
+        return f"{PROGRAM}{tag.program}.{tag.name}" if tag.program else tag.name
+
+    def _item(self, name: str, at: _Place, kind: Kind, dims: tuple[int, ...]) -> Leaf | TagGroup:
+        if not isinstance(kind, StructuredKind) or _is_text(kind):
+            writable = self._database.may_write(self._database.listing.tags[at.tag], at.plain, kind)
+            return Leaf(name, Variable(at.path, at.tag, kind, dims, at.offset, at.bit, writable))
+        if dims:
+            return TagGroup(at.path, name, lambda: self._elements(at, kind, dims))
+        return TagGroup(at.path, name, lambda: self._members(at, kind))
+
+    def _elements(self, at: _Place, kind: StructuredKind, dims: tuple[int, ...]) -> Iterator[Leaf | TagGroup]:
+        for number, indices in enumerate(product(*map(range, dims))):
+            name = f"[{','.join(map(str, indices))}]"
+            yield self._item(name, at.element(name, number * kind.size), kind, ())
+
+    def _members(self, at: _Place, kind: StructuredKind) -> Iterator[Leaf | TagGroup]:
+        for part in kind.by_name.values():
+            yield self._item(part.name, at.member(part.name, part.offset, part.bit), part.kind, part.dims)
+
+
+def variables_of(items: Iterator[Leaf | TagGroup]) -> Iterator[Variable]:
+    """Yield all variables below items."""
+    for item in items:
+        if isinstance(item, Leaf):
+            yield item.variable
+        else:
+            yield from variables_of(item.items())
+
+
+@dataclass(frozen=True)
+class _Place:
+    tag: int
+    path: str
+    plain: str  # without subscripts
+    offset: int
+    bit: int | None
+
+    def element(self, name: str, offset: int) -> _Place:
+        return _Place(self.tag, self.path + name, self.plain, self.offset + offset, None)
+
+    def member(self, name: str, offset: int, bit: int | None) -> _Place:
+        names = f"{self.path}.{name}", f"{self.plain}.{name}"
+        return _Place(self.tag, *names, self.offset + offset, bit)
+
+
+def _is_text(kind: StructuredKind) -> bool:
+    """Whether a structure is LEN and DATA."""
+    return list(kind.by_name) == ["LEN", "DATA"] and kind.by_name["DATA"].kind.size == 1
+
+
+def _text_in(kind: StructuredKind, data: bytes) -> str:
+    length, text = kind.by_name["LEN"], kind.by_name["DATA"]
+    count = int.from_bytes(data[length.offset : length.offset + length.kind.size], "little", signed=True)
+    room = prod(text.dims)
+    return data[text.offset : text.offset + min(max(count, 0), room)].decode("latin-1")
+
+
+def _text_bytes(kind: StructuredKind, value: Any) -> bytes:
+    if not isinstance(value, str):
+        raise TypeError(f"{value!r} is not a text")
+    length, text = kind.by_name["LEN"], kind.by_name["DATA"]
+    raw, room = value.encode("latin-1"), prod(text.dims)
+    if len(raw) > room:
+        raise ValueError(f"a text of {len(raw)} characters: {room} fit")
+    made = bytearray(kind.size)
+    made[length.offset : length.offset + length.kind.size] = len(raw).to_bytes(length.kind.size, "little")
+    made[text.offset : text.offset + len(raw)] = raw
+    return bytes(made)
+
+
+def _nested(values: list[Any], dims: Sequence[int]) -> list[Any]:
+    for size in reversed(dims[1:]):
+        values = [values[at : at + size] for at in range(0, len(values), size)]
+    return values
+
+
+def _flat(value: Any, dims: Sequence[int]) -> list[Any]:
+    """Return values in the order of memory; ValueError if their number differs."""
+    values = [value]
+    for size in dims:
+        if not all(isinstance(each, list) and len(each) == size for each in values):
+            raise ValueError(f"the array has {' x '.join(map(str, dims))} elements")
+        values = list(chain.from_iterable(values))
+    return values
