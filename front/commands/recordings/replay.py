@@ -43,7 +43,7 @@ def _replay_command(
             metavar="machine|recorded|inputs",
             help="What acts on the machine: the rack file's timeline and stations, the recorded stimuli, or "
             "the recorded levels of the inputs.",
-            show_default="machine; recorded, into a rack",
+            show_default="machine; recorded, into a rack; inputs, if the trace begins in operation",
         ),
     ] = None,
     tolerance_time: ToleranceTimeOption = "0s",
@@ -56,6 +56,15 @@ def _replay_command(
     ] = None,
     replace: ReplaceOption = False,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
+    configuration: Annotated[
+        str | None,
+        typer.Option(
+            "--configuration",
+            metavar="WORDS",
+            help="Configuration of a 3601 at the beginning: '843Ch 003Ch 0 500'.",
+            show_default="the first in the trace",
+        ),
+    ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -68,6 +77,9 @@ def _replay_command(
     --into session runs the same rack file and program for the same number of scans, and repeats the
     operator actions and edits of a session of scanrack watch before the same scans. Python that came with
     the trace runs only if it is the same as in the current folder, or with --trust.
+
+    A 3601 that was in operation before the trace is taken as an image shows it at rest, and compared from the
+    scan after that. Its configuration is the first that the trace shows, or --configuration.
 
     Exit status: 0 the same, 1 something differs, 2 a file or option can't be used, 130 stopped by Ctrl-C.
 
@@ -106,6 +118,7 @@ def _replay_command(
         tolerance_counts,
         to_the_end,
         trust,
+        configuration,
         as_json,
         quiet,
     )
