@@ -1,6 +1,6 @@
 """Fault mode: the page stays at the scan of a fault or an error bit, marks the rung, opens the chain.
 
-Broken on purpose: an error bit that is found a scan late, a page that goes on, a chain that stays closed.
+Broken on purpose: an error bit that is found a scan late, a page that always stops, a chain that stays closed.
 """
 
 from watched_page import until, watching
@@ -29,6 +29,7 @@ END
 ALERT = "return document.querySelector('[role=alert]').textContent"
 ANSWER = "return document.querySelector('#tag .answer').textContent"
 CHAIN = "return [...document.querySelectorAll('#tag .chain li')].map(each => each.textContent)"
+HEADLINE = "return document.querySelector('#tag .name')?.textContent"
 CAME = """
 const error = { scan: 4001, t: 8002000000, slot: 1, bit: "INPUT_ERROR", tag: "Trouble", text: "", rule: "" };
 return import("/faultmode.js").then(mode => mode.erred({ ...error, stopped: true }));
@@ -81,44 +82,32 @@ def test_a_fault_of_python_opens_the_chain_of_what_its_line_has_read(page, tmp_p
         )
 
 
-def test_the_page_stays_at_the_first_error_bit_and_the_rack_goes_on(page, paused):
-    page.open(paused.link, paused=True, stops=True)
+def test_a_page_follows_the_scans_at_an_error_and_stops_there_only_if_it_is_asked_to(page, paused):
+    page.open(paused.link, paused=True)
     page.step(4100)  # the emergency stop comes at 8 s
+    page.until_scan(4099, "paused")
+    until(lambda: "INPUT_ERROR came on" in page.run(ALERT))
+    page.press("Branch one second before")
+    page.until_scan(3500, "paused")
+    page.click("[aria-label='Stop at errors']")
+    page.step(600)
     page.until_scan(4001, "past")
     assert page.value("1.INPUT_ERROR") == "1"
     assert "INPUT_ERROR came on at 00:08.002. The emergency stop" in page.run(ALERT)
+    assert page.run(HEADLINE) == "slot1.status.INPUT_ERROR"
     until(lambda: page.run(CHAIN))
     assert "IN_ESTOP on" in page.run(CHAIN)[0]
     page.press("Dismiss")
-    page.until_scan(4099, "paused")
+    page.until_scan(4100, "paused")
     assert not page.run(SHOWN, "[role=alert]")
 
 
-def test_an_error_of_what_is_pressed_here_is_said_and_looked_at_by_hand(page, paused):
-    page.open(paused.link, paused=True, stops=True)
-    page.step(3100)  # in the middle of a stroke
-    page.until_scan(3099, "paused")
-    page.control("Press E-stop").send_keys("\ue007")
-    page.step(50)
-    page.until_scan(3149, "paused")  # it follows the scans
-    until(lambda: "INPUT_ERROR came on" in page.run(ALERT))
-    page.press("Look at it")
-    page.until_handle("state", "past")
-    error = int(page.handle("scan"))
-    assert 3100 <= error <= 3102
-    until(lambda: "the estop input is" in page.run(ANSWER))
-    page.press("Branch one second before")
-    page.until_scan(error - 501, "paused")
-
-
-def test_a_page_that_shall_not_stop_follows_the_scans(page, paused):
-    page.open(paused.link, paused=True, stops=True)
-    page.click("[aria-label='Stop at errors']")
-    page.step(4100)
-    page.until_scan(4099, "paused")
-    assert not page.run(SHOWN, "[role=alert]")
-    page.run("return import('/scrub.js').then(scrub => scrub.lookAt(4001))")
-    page.until_scan(4001, "past")
-    page.run(CAME)  # the error was on its way when the page was told not to stop
-    page.until_scan(4099, "paused")
+def test_an_error_that_comes_while_the_switch_is_turned_off_leaves_the_page_live(page, paused):
+    page.open(paused.link, paused=True)
+    page.step(20)
+    page.until_scan(19, "paused")
+    page.run("return import('/scrub.js').then(scrub => scrub.lookAt(10))")
+    page.until_scan(10, "past")
+    page.run(CAME)
+    page.until_scan(19, "paused")
     assert not page.run(SHOWN, "[role=alert]")

@@ -18,7 +18,7 @@ from .chain_answer import chain_of, chain_of_fault, links_of
 from .comparison import Comparison, recordings_beside
 from .hello import addresses_of
 from .monitor import Monitor
-from .page import AtErrors, Page
+from .page import Page
 from .since import last_change
 
 Json = dict[str, Any]
@@ -129,11 +129,11 @@ def look(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def stop(_monitor: Monitor, page: Page, said: Said) -> Json:
-    """Stop following the scans at the next error bit of a module, once; or say so only, or neither."""
+    """Stay at the scan of each error bit of a module from now on, or only name it."""
     wanted = said.get("at_errors")
-    if wanted not in [each.value for each in AtErrors]:
-        raise ValueError(f"at_errors is one of {', '.join(each.value for each in AtErrors)}")
-    page.at_errors = AtErrors(wanted)
+    if wanted not in ("stop", "off"):
+        raise ValueError("at_errors is stop or off")
+    page.stops = wanted == "stop"
     return {}
 
 

@@ -1,5 +1,5 @@
-// Fault mode: at a fault of the CPU, or at the first error bit of a module, the page stays at that scan, marks the
-// rung or line, opens the chain of causes, and offers to run again from one second before.
+// Faults of the CPU and error bits of modules: what failed, its rung or line, the chain of causes, and a branch from one
+// second before. Live stays live at an error bit, unless the viewer wishes to stop there.
 
 import { button, el, setFlag, setText } from "./dom.js";
 import { clock } from "./format.js";
@@ -7,6 +7,7 @@ import { keep, kept } from "./kept.js";
 import * as orders from "./orders.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
+import { nameOf } from "./words.js";
 
 const WAY_ON = "To go on: look at an earlier scan (, or the slider), then Branch from here.";
 
@@ -19,7 +20,7 @@ const buttons = el("div", { class: "line", hidden: true }, look, why, before, le
 export const faultBar = el("div", { class: "faults", hidden: true }, says, buttons);
 
 const box = el("input", { type: "checkbox", "aria-label": "Stop at errors", change: () => stopAtErrors(box.checked) });
-export const stopBox = el("label", { class: "stops", title: "The page stays at the first error bit of a module; the rack goes on" }, box, "Stop at errors");
+export const stopBox = el("label", { class: "stops", title: "The page stays at the scan of an error bit; the rack goes on" }, box, "Stop at errors");
 
 const parts = { show: () => {}, explain: () => {}, look: () => {} };
 let error = null; // what came on: scan, t, slot, bit, tag, text, rule; at: its rung; seen: whether it was looked at
@@ -32,13 +33,14 @@ const key = () => `scanrack stops ${run.hello.path}`;
 
 onHello(hello => {
   known = "";
-  box.checked = kept(key(), { on: true }).on !== false;
+  box.checked = kept(key(), {}).on === true;
   setFlag(stopBox, "hidden", hello.kind !== "rack");
+  if (box.checked) arm();
   dismiss();
 });
 
-// Whether the page stops at the next error bit; this browser keeps it for each rack.
-export function stopAtErrors(on) {
+// Whether the page stops at error bits; this browser keeps it for each rack.
+function stopAtErrors(on) {
   box.checked = on;
   keep(key(), { on });
   arm();
@@ -48,10 +50,10 @@ function arm() {
   if (run.hello.kind === "rack") ask("stop", { at_errors: box.checked ? "stop" : "off" }).catch(() => {});
 }
 
-// An error bit has come on. If `stopped`, the page is already at its scan; if not, it may come of what is pressed here.
+// An error bit has come on. If `stopped`, the page is already at its scan.
 export function erred(told) {
-  if (!box.checked) return told.stopped && parts.look("live"); // turned off while it came
-  error = { ...told, seen: told.stopped };
+  if (told.stopped && !box.checked) return parts.look("live"); // turned off while it came
+  error = { ...told, tag: nameOf(told.tag), seen: told.stopped };
   if (told.stopped) explain();
   paint();
 }
@@ -62,10 +64,8 @@ function open() {
   explain();
 }
 
-// The next error stops the page again.
 function dismiss() {
   error = null;
-  arm();
   paint();
 }
 

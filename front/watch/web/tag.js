@@ -14,6 +14,7 @@ import { onHello, onPaint, run } from "./state.js";
 import { tagNames, toggleTag } from "./taglanes.js";
 import { addressOf, isForced, place, unplace, valueOf } from "./values.js";
 import { addToWatch, sendWatched } from "./watchtable.js";
+import { nameOf } from "./words.js";
 
 const SINCE_MS = 500; // between two questions since when
 const TRIES = 10, AGAIN_MS = 300; // an answer that is worked out is asked for so often, with waits between
@@ -57,7 +58,7 @@ function show({ tag, names }) {
   setFlag(at("tag"), "data-selected", Boolean(tag));
   if (!tag) return;
   const known = declared(tag) ?? {};
-  setText(name, tag);
+  setText(name, nameOf(tag));
   setText(type, known.type ?? "");
   setText(says, known.description || meaningOf(tag));
   unplace(parts);
@@ -97,7 +98,7 @@ function showSince(told) {
 // What a bit of an image means, with the section of the manual.
 function meaningOf(tag) {
   const bit = run.hello.slots.flatMap(slot => slot.bits).find(({ address }) => address === addressOf(tag));
-  return bit ? [bit.meaning, bit.section].filter(Boolean).join(", ") : "";
+  return bit ? [bit.address, bit.section].filter(Boolean).join(", ") : "";
 }
 
 const isImage = tag => /^(Local:\d+:|[IO]:)/i.test(addressOf(tag));
