@@ -1,6 +1,6 @@
 """Fault mode: the page stays at the scan of a fault or an error bit, marks the rung, opens the chain.
 
-Broken on purpose: an error bit that is found a scan late, a page that always stops, a chain that stays closed.
+Broken on purpose: an error bit found a scan late, a page that always stops, a chain that stays closed.
 """
 
 from watched_page import until, watching
