@@ -5,7 +5,7 @@ STEPS = [1, 20, 780, 900, 800, 1505, 200, 794, 1000]
 
 PLACES = """
 const still = document.querySelectorAll("section, h2, canvas, svg.rung, button, .reading, output, summary");
-return [...still].filter(each => !each.closest(".events")).map(each => {
+return [...still].filter(each => !each.closest(".events, .band")).map(each => {
   const { x, y, width, height } = each.getBoundingClientRect();
   const size = each.id === "words" ? [] : [width, height];  // rules come and go at its foot
   return [each.getAttribute("aria-label") ?? each.className, [x, y, ...size].map(Math.round)];
