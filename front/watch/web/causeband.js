@@ -167,8 +167,9 @@ function faulted() {
   if (!fault && !own && failed?.fault) failed = null; // nothing had failed yet in the scan shown
   if (same && failed !== known) failed = known, open = true;
   if (!fault || same) return paint();
-  const { scan, text, at: place, tags } = fault;
-  known = { fault: true, scan, t: scan * run.hello.period_ns, what: text.replace(SAID_ELSEWHERE, ""), rest: run.faults.map(each => each.text).join("\n"), tag: tags?.[0], place, seen: true };
+  const { scan, at: place, tags } = fault;
+  const [what, ...others] = run.faults.map(each => each.text.replace(SAID_ELSEWHERE, ""));
+  known = { fault: true, scan, t: scan * run.hello.period_ns, what, rest: [what, ...others].join("\n"), tag: tags?.[0], place, seen: true };
   fail(known);
   show();
 }
