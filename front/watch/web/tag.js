@@ -12,6 +12,7 @@ import { onSelect, select, selected } from "./selection.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 import { tagNames, toggleTag } from "./taglanes.js";
+import { brief, treeOf } from "./tree.js";
 import { addressOf, isForced, place, unplace, valueOf } from "./values.js";
 import { addToWatch, sendWatched } from "./watchtable.js";
 import { nameOf } from "./words.js";
@@ -114,8 +115,9 @@ function permit(tag, { writable = run.hello.settable }) {
 
 function part(tag) {
   const value = el("output", { class: "figure" }, "–");
-  place(value, tag);
-  return el("div", { class: "part" }, el("button", { type: "button", class: "plain", click: () => select({ ...selected, tag, names: [tag] }) }, tag), value);
+  place(value, tag, brief(shown));
+  const line = el("div", { class: "part" }, el("button", { type: "button", class: "plain", click: () => select({ ...selected, tag, names: [tag] }) }, tag), value);
+  return el("div", {}, line, treeOf(tag));
 }
 
 function typed() {
