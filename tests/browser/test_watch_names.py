@@ -94,9 +94,8 @@ def test_a_structure_leaves_room_for_names_in_the_watch_table(page, panel, size)
         until(lambda: page.run("return document.querySelector('#tag .name').textContent") == "Axis.Words")
         page.until_there("#tag .tree:not([hidden])")
         page.click("#tag .tree:not([hidden]) summary")
-        words = [
-            [str(place), str(word)] for place, word in enumerate(json.loads(page.value("Axis"))["Words"])
-        ]
+        words = json.loads(page.value("Axis"))["Words"]
+        words = [[f"[{place}]", str(word)] for place, word in enumerate(words)]
         until(lambda: page.run(MEMBERS, "#tag") == words)
         assert found(page, "aXis")[0] == "Axis"  # the structure first, then its members
 

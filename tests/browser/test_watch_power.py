@@ -27,9 +27,10 @@ def plain(value):
 
 
 LIT = """
-const of = (element, part) => getComputedStyle(document.querySelector(`[data-element='${element}'] > ${part}`));
-const green = of("Main.0.0", ".wire").stroke;
-return arguments[0].map(each => [".sign", ".wire"].map(part => of(each, part).stroke === green));
+const all = element => document.querySelector(`[data-element='${element}']`);
+const of = (element, part) => getComputedStyle(all(element).querySelector(part)).stroke;
+const green = of("Main.0.0", ".wire");
+return arguments[0].map(each => [".sign", ".wire"].map(part => of(each, part) === green));
 """
 
 
