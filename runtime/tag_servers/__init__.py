@@ -12,7 +12,6 @@
 | `router.py` | requests to objects, batches, routes |
 | `connections.py` | forward open and close |
 | `session.py` | a TCP connection: frames, one session |
-| `tag_paths.py` | names of tags as people write them |
 | `mapped_tags.py`, `register_map.py` | tags as Modbus coils and registers |
 | `modbus_session.py` | a TCP connection of Modbus |
 | `setup.py` | what a server offers; the sessions of each protocol |

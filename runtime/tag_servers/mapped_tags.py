@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from struct import Struct
 
+from ...io_images.enip.codes import CipRefusedError
 from ...io_images.enip.listing import BOOL, DWORD, SINT, PlainKind
+from ...io_images.enip.paths import PathStep, steps_of
 from ..config.server_table import HIGH_FIRST, MapRow
 from .database import Database, Target
-from .tag_paths import target_of
 from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
 
 COILS, DISCRETE_INPUTS, INPUT_REGISTERS, HOLDING_REGISTERS = (
@@ -23,6 +25,9 @@ TABLES = (*BITS, INPUT_REGISTERS, HOLDING_REGISTERS)
 
 ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, FAILURE = 1, 2, 3, 4
 """Exceptions of Modbus."""
+
+_ELEMENT = re.compile(r"(?P<file>[A-Z]{1,2}\d*(?::\d+(?=[./]))?)[:.](?P<number>\d{1,5})", re.IGNORECASE)
+"""An element of a data file, as people write it: `N7:3`, `I:1.0/14`."""
 
 
 class ModbusRefusedError(ValueError):
@@ -146,3 +151,30 @@ def mapped(table: str, database: Database, row: MapRow, order: str) -> MappedTag
 def packed(bits: Sequence[bool]) -> bytes:
     """Return bits as bytes, the first one lowest."""
     return sum(bit << at for at, bit in enumerate(bits)).to_bytes(-(-len(bits) // 8), "little")
+
+
+def target_of(database: Database, text: str) -> Target:
+    """Return the bytes that a name means, of an array all elements.
+
+    Raises:
+        ValueError: there is no such tag, member or element.
+    """
+    steps = _steps(database, text)
+    try:
+        if steps and isinstance(steps[-1], int) and database.resolve(steps[:-1]).kind == DWORD:
+            steps[-1:] = [steps[-1] // 32, str(steps[-1] % 32)]  # an element of an array of BOOLs
+        found = database.resolve(steps)
+    except CipRefusedError as error:
+        raise ValueError(f"no tag {text!r}") from error
+    return replace(found, count=1) if isinstance(steps[-1], int) else found
+
+
+def _steps(database: Database, text: str) -> list[PathStep]:
+    r"""Return the steps of a path.
+
+    An element of a data file is a number behind the file, a bit one behind `/`: `N7:3`, `I:1.0/14`.
+    """
+    if database.listing.files and (element := _ELEMENT.match(text)) is not None:
+        rest = text[element.end() :].lstrip("./")
+        return [element["file"], int(element["number"]), *steps_of(rest)]
+    return steps_of(text)

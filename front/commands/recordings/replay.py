@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -9,12 +10,16 @@ import typer
 
 from ...jobs.replay.targets import ReplayTarget, Stimuli
 from ...terminal.as_json import JsonOption
+from ...terminal.grouped import grouped
 from ...terminal.trace_options import QuietOption
 from .compare import ToleranceCountsOption, ToleranceTimeOption
 
 
-def _replay_command(
-    path: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReplayOptions:
+    """The argument and the options of `scanrack replay`."""
+
+    path: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)]
     into: Annotated[
         ReplayTarget,
         typer.Option(
@@ -22,18 +27,18 @@ def _replay_command(
             help="Recorded outputs into the modules, recorded inputs into the program, or recorded stimuli "
             "into the whole rack.",
         ),
-    ] = ReplayTarget.MODULE,
+    ] = ReplayTarget.MODULE
     slot: Annotated[
         int | None, typer.Option("--slot", metavar="N", help="Compare this slot only.", show_default="all")
-    ] = None,
+    ] = None
     rack: Annotated[
         str | None,
         typer.Option("--rack", metavar="RACK", help="Another rack file.", show_default="the trace's"),
-    ] = None,
+    ] = None
     program: Annotated[
         str | None,
         typer.Option("--program", metavar="FILE", help="Another program.", show_default="the trace's"),
-    ] = None,
+    ] = None
     stimuli: Annotated[
         Stimuli | None,
         typer.Option(
@@ -42,16 +47,18 @@ def _replay_command(
             "the recorded levels of the inputs.",
             show_default="machine; recorded, into a rack",
         ),
-    ] = None,
-    tolerance_time: ToleranceTimeOption = "0s",
-    tolerance_counts: ToleranceCountsOption = 0,
+    ] = None
+    tolerance_time: ToleranceTimeOption = "0s"
+    tolerance_counts: ToleranceCountsOption = 0
     to_the_end: Annotated[
         bool, typer.Option("--to-the-end", help="Continue after the first scan that differs.")
-    ] = False,
-    trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
-    as_json: JsonOption = False,
-    quiet: QuietOption = False,
-) -> None:
+    ] = False
+    trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False
+    as_json: JsonOption = False
+    quiet: QuietOption = False
+
+
+def _replay_command(options: ReplayOptions) -> None:
     """Replay and check for differences; stop at the first scan whose response differs.
 
     Rack and program are those that came with the trace, or what --rack and --program say: so a changed
@@ -64,22 +71,9 @@ def _replay_command(
     """
     from .replay_job import replay_trace
 
-    replay_trace(
-        path,
-        into,
-        slot,
-        rack,
-        program,
-        stimuli,
-        tolerance_time,
-        tolerance_counts,
-        to_the_end,
-        trust,
-        as_json,
-        quiet,
-    )
+    replay_trace(options)
 
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command("replay", no_args_is_help=True)(_replay_command)
+    app.command("replay", no_args_is_help=True)(grouped(_replay_command, options=ReplayOptions))
