@@ -51,7 +51,7 @@ TIMES = {"translation": 2.0, "median property": 1.0, "dead rungs": 15.0, "presse
 
 COILS = ("FWD", "REV", "FAULT", "LAMP")
 
-DECIDED = 0.85
+DECIDED = 0.93
 """Share of the coils whose "never on?" is decided in 5 s each."""
 
 COIL_LIMITS = Limits(scans=8, k=2, fuse=64_000)
