@@ -23,7 +23,7 @@ def _speed(text: str) -> float | None:
     except ValueError:
         speed = 0.0
     if not SPEED_LEAST <= speed <= SPEED_MOST:
-        raise ValueError(f"--speed {text} is not allowed: {SPEED_LEAST} to {SPEED_MOST:g}, or {MAX}")
+        raise ValueError(f"--time-scale {text}: must be {SPEED_LEAST} to {SPEED_MOST:g}, or {MAX}")
     return speed
 
 
@@ -41,7 +41,7 @@ def _watch_command(
 
     if not runs(options.rack.partition("#")[0]):
         of_racks = {
-            "--speed": options.speed != "1",
+            "--time-scale": options.speed != "1",
             "--paused": options.paused,
             "--record": options.record,
             "--for": options.duration,
@@ -49,7 +49,7 @@ def _watch_command(
         of_racks |= {
             "--scans": options.scans is not None,
             "--live": options.live,
-            "--control": options.control,
+            "--allow-writes": options.control,
             "--text": options.text,
         }
         of_racks |= {
@@ -71,9 +71,9 @@ def _watch_command(
         job = load_job(options.rack)
         check_ports(job.spec, realtime=True, live=options.live)
         if options.live and (options.paused or factor != 1):
-            raise ValueError("--live: a real controller does not wait: no --paused and no --speed")
+            raise ValueError("--live: a real controller does not wait: no --paused and no --time-scale")
         if options.control and not options.live:
-            raise ValueError("--control goes with --live")
+            raise ValueError("--allow-writes goes with --live")
         if options.record is not None:
             check_recording(job, options.record, keep=0 if options.replace else None)
         held = forces_to_hold(job, options.forces)
@@ -98,7 +98,7 @@ def _watch_command(
 _HELP = """Open a live rack or a trace in the browser: rungs with power flow, words, machine, timing.
 
 Prints the URL first. The page comes from this machine and works without a network. Scans run in real time,
-or at --speed. Actions on the page are recorded, so the session can run again: see scanrack rerun.
+or at --time-scale. Actions on the page are recorded, so the session can run again: see scanrack replay.
 
 An .L5X or .SLC export opens unchanged: a rack for it is made in a temporary folder, with memory for what is
 not simulated.

@@ -29,29 +29,39 @@ class WatchArguments:
         ),
     ]
     port: Annotated[
-        int, typer.Option("--port", help="Port of the page; 0 = any free one.", min=0, max=65535)
+        int,
+        typer.Option("--port", metavar="PORT", help="Port of the page; 0 = any free one.", min=0, max=65535),
     ] = 0
     speed: Annotated[
-        str, typer.Option("--speed", help=f"Times real time, {SPEED_LEAST} to {SPEED_MOST:g}, or {MAX}.")
+        str,
+        typer.Option(
+            "--time-scale",
+            metavar="FACTOR",
+            help=f"Times real time, {SPEED_LEAST} to {SPEED_MOST:g}, or {MAX}.",
+        ),
     ] = "1"
     paused: Annotated[bool, typer.Option("--paused", help="Start paused.")] = False
     read_only: Annotated[bool, typer.Option("--read-only", help="Make the page read-only.")] = False
     record: Annotated[
-        Path | None, typer.Option("--record", help="Keep the recording there.", show_default=False)
+        Path | None, typer.Option("--record", metavar="TRACE", help="Trace file.", show_default=False)
     ] = None
     replace: ReplaceOption = False
     duration: Annotated[
         str | None,
         typer.Option("--for", metavar="TIME", help="Machine time to run for; without it until Ctrl-C."),
     ] = None
-    scans: Annotated[int | None, typer.Option("--scans", help="Number of scans to run, instead.")] = None
+    scans: Annotated[
+        int | None, typer.Option("--scans", metavar="N", help="Number of scans to run, instead.")
+    ] = None
     live: Annotated[
         bool,
         typer.Option("--live", help="Real ports may move real motors. This is not a safety system."),
     ] = False
     control: Annotated[
         bool,
-        typer.Option("--control", help="With --live: take orders, too; without it the page is read-only."),
+        typer.Option(
+            "--allow-writes", help="With --live: let the page change the rack; read-only without it."
+        ),
     ] = False
     opened: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False
     text: Annotated[

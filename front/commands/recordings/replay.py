@@ -1,4 +1,4 @@
-"""`scanrack replay TRACE`: play a recording to a module, a program or a rack, and compare the answer."""
+"""`scanrack replay TRACE`: play a trace, or repeat its session, and compare."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ import typer
 from ...jobs.replay.targets import ReplayTarget, Stimuli
 from ...terminal.as_json import JsonOption
 from ...terminal.grouped import grouped
-from ...terminal.trace_options import QuietOption
+from ...terminal.status import BAD_INPUT, complain
+from ...terminal.trace_options import QuietOption, ReplaceOption
 from .compare import ToleranceCountsOption, ToleranceTimeOption
 
 
@@ -24,8 +25,9 @@ class ReplayOptions:
         ReplayTarget,
         typer.Option(
             "--into",
-            help="Recorded outputs into the modules, recorded inputs into the program, or recorded stimuli "
-            "into the whole rack.",
+            metavar="module|program|rack|session",
+            help="Recorded outputs into the modules, recorded inputs into the program, recorded stimuli "
+            "into the whole rack; or the whole session again, operator actions and edits included.",
         ),
     ] = ReplayTarget.MODULE
     slot: Annotated[
@@ -43,6 +45,7 @@ class ReplayOptions:
         Stimuli | None,
         typer.Option(
             "--stimuli",
+            metavar="machine|recorded|inputs",
             help="What acts on the machine: the rack file's timeline and stations, the recorded stimuli, or "
             "the recorded levels of the inputs.",
             show_default="machine; recorded, into a rack",
@@ -53,6 +56,10 @@ class ReplayOptions:
     to_the_end: Annotated[
         bool, typer.Option("--to-the-end", help="Continue after the first scan that differs.")
     ] = False
+    record: Annotated[
+        Path | None, typer.Option("--record", metavar="TRACE", help="With --into session: trace file.")
+    ] = None
+    replace: ReplaceOption = False
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False
     as_json: JsonOption = False
     quiet: QuietOption = False
@@ -65,10 +72,34 @@ def _replay_command(options: ReplayOptions) -> None:
     program is checked against an old trace. With a tolerance the whole trace is replayed and
     compared by time, see scanrack compare.
 
+    --into session runs the same rack file and program for the same number of scans, and repeats the
+    operator actions and edits of a session of scanrack watch before the same scans. Python that came with
+    the trace runs only if it is the same as in the current folder, or with --trust.
+
     Exit status: 0 the same, 1 something differs, 2 a file or option can't be used, 130 stopped by Ctrl-C.
 
     Example: scanrack replay line.mcap --into program --program new.rung
     """
+    own = {
+        "--slot": options.slot is not None,
+        "--rack": options.rack is not None,
+        "--program": options.program is not None,
+        "--stimuli": options.stimuli is not None,
+        "--tolerance-time": options.tolerance_time != "0s",
+        "--tolerance-counts": options.tolerance_counts != 0,
+        "--to-the-end": options.to_the_end,
+    }
+    session = {"--record": options.record is not None, "--replace": options.replace}
+    of_others = own if options.into is ReplayTarget.SESSION else session
+    wrong = next((option for option, given in of_others.items() if given), None)
+    if wrong is not None:
+        say = f"{wrong} does not go with --into {options.into.value}"
+        raise typer.Exit(complain(say, BAD_INPUT))
+    if options.into is ReplayTarget.SESSION:
+        from .session_job import rerun_trace
+
+        rerun_trace(options)
+        return
     from .replay_job import replay_trace
 
     replay_trace(options)

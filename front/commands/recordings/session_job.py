@@ -23,7 +23,7 @@ from ...traces.read.arrays import extent
 from ...traces.read.reader import Trace, open_trace
 from ..programs.run_job import run_job
 from .compare_job import tell
-from .rerun import RerunOptions
+from .replay import ReplayOptions
 
 PARENT = ("parent", "parent_scan")
 """Entries of the metadata of a branch, see `watch.play`."""
@@ -32,7 +32,7 @@ RERUN = "rerun"
 """Name of the second recording in the report."""
 
 
-def rerun_trace(options: RerunOptions) -> None:
+def rerun_trace(options: ReplayOptions) -> None:
     """Run a recorded session again and check for differences: same rack file, program and number of scans.
 
     Raises:
@@ -43,7 +43,7 @@ def rerun_trace(options: RerunOptions) -> None:
     raise typer.Exit(status)
 
 
-def _rerun(trace: Trace, folder: Path, options: RerunOptions) -> int:
+def _rerun(trace: Trace, folder: Path, options: ReplayOptions) -> int:
     path, trust, quiet = options.path, options.trust, options.quiet
     again, keep = options.record or folder / "rerun.mcap", 0 if options.replace else None
     try:
