@@ -31,7 +31,7 @@ from ...terminal.trace_options import tell_notes
 from ...traces.read.reader import Trace, open_trace
 from ...traces.replay import PackedTrace
 from .compare_job import tell, tolerance
-from .replay import ReplayOptions
+from .options import ReplayOptions
 
 REPLAY = "replay"
 """Name of the second recording in the report."""
