@@ -1,4 +1,4 @@
-"""`scanrack replay TRACE`: play a recording to a module, a program or a rack, and compare the answer."""
+"""`scanrack replay TRACE`: play a trace, or repeat its session, and compare."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import typer
 
 from ...jobs.replay.targets import ReplayTarget, Stimuli
 from ...terminal.as_json import JsonOption
-from ...terminal.trace_options import QuietOption
+from ...terminal.status import BAD_INPUT, complain
+from ...terminal.trace_options import QuietOption, ReplaceOption
 from .compare import ToleranceCountsOption, ToleranceTimeOption
 
 
@@ -19,8 +20,9 @@ def _replay_command(
         ReplayTarget,
         typer.Option(
             "--into",
-            help="Recorded outputs into the modules, recorded inputs into the program, or recorded stimuli "
-            "into the whole rack.",
+            metavar="module|program|rack|session",
+            help="Recorded outputs into the modules, recorded inputs into the program, recorded stimuli "
+            "into the whole rack; or the whole session again, operator actions and edits included.",
         ),
     ] = ReplayTarget.MODULE,
     slot: Annotated[
@@ -38,6 +40,7 @@ def _replay_command(
         Stimuli | None,
         typer.Option(
             "--stimuli",
+            metavar="machine|recorded|inputs",
             help="What acts on the machine: the rack file's timeline and stations, the recorded stimuli, or "
             "the recorded levels of the inputs.",
             show_default="machine; recorded, into a rack",
@@ -48,6 +51,10 @@ def _replay_command(
     to_the_end: Annotated[
         bool, typer.Option("--to-the-end", help="Continue after the first scan that differs.")
     ] = False,
+    record: Annotated[
+        Path | None, typer.Option("--record", metavar="TRACE", help="With --into session: trace file.")
+    ] = None,
+    replace: ReplaceOption = False,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
@@ -58,10 +65,34 @@ def _replay_command(
     program is checked against an old trace. With a tolerance the whole trace is replayed and
     compared by time, see scanrack compare.
 
+    --into session runs the same rack file and program for the same number of scans, and repeats the
+    operator actions and edits of a session of scanrack watch before the same scans. Python that came with
+    the trace runs only if it is the same as in the current folder, or with --trust.
+
     Exit status: 0 the same, 1 something differs, 2 a file or option can't be used, 130 stopped by Ctrl-C.
 
     Example: scanrack replay line.mcap --into program --program new.rung
     """
+    own = {
+        "--slot": slot is not None,
+        "--rack": rack is not None,
+        "--program": program is not None,
+        "--stimuli": stimuli is not None,
+        "--tolerance-time": tolerance_time != "0s",
+        "--tolerance-counts": tolerance_counts != 0,
+        "--to-the-end": to_the_end,
+    }
+    session = {"--record": record is not None, "--replace": replace}
+    of_others = own if into is ReplayTarget.SESSION else session
+    wrong = next((option for option, given in of_others.items() if given), None)
+    if wrong is not None:
+        say = f"{wrong} does not go with --into {into.value}"
+        raise typer.Exit(complain(say, BAD_INPUT))
+    if into is ReplayTarget.SESSION:
+        from .session_job import rerun_trace
+
+        rerun_trace(path, record, replace, trust, as_json, quiet)
+        return
     from .replay_job import replay_trace
 
     replay_trace(

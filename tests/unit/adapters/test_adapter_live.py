@@ -349,9 +349,9 @@ def test_a_run_in_real_time_moves_the_controller_of_another_process(path: str, t
     arguments = ["run", rack, "--realtime", "--live", "--for", "2 s", "--record", trace]
     result = CliRunner().invoke(build(), arguments)
     assert result.exit_code == 0, result.stderr
-    position = CliRunner().invoke(build(), ["device", "pcl601", "--port", path, "read", "position"])
+    position = CliRunner().invoke(build(), ["device", "pcl601", "--serial", path, "read", "position"])
     assert position.stdout == "1002000\n"
-    again = CliRunner().invoke(build(), ["rerun", trace, "--trust"])
+    again = CliRunner().invoke(build(), ["replay", "--into", "session", trace, "--trust"])
     assert again.exit_code == 2
     assert again.stderr.endswith("only scanrack run --realtime --live drives it\n")
     assert len(again.stderr.splitlines()) == 1
@@ -368,7 +368,7 @@ FAULTING = SLEWING + "        raise ValueError\n"
 
 
 def position_at(path: str) -> int:
-    result = CliRunner().invoke(build(), ["device", "pcl601", "--port", path, "read", "position"])
+    result = CliRunner().invoke(build(), ["device", "pcl601", "--serial", path, "read", "position"])
     assert result.exit_code == 0, result.stderr
     return int(result.stdout)
 

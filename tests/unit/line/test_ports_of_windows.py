@@ -59,10 +59,15 @@ def test_a_command_opens_the_port_and_says_why_it_can_not(tmp_path, monkeypatch,
 
 
 def test_the_name_of_a_port_is_not_resolved_where_that_opens_it(monkeypatch):
-    opened = []
+    opened: list[str] = []
+
+    def resolved(path: str) -> str:
+        opened.append(path)
+        return path
+
     with monkeypatch.context() as on_windows:
         on_windows.setattr(os.path, "exists", lambda _path: False)
-        on_windows.setattr(os.path, "realpath", lambda path: opened.append(path) or path)
+        on_windows.setattr(os.path, "realpath", resolved)
         assert serialport.settings("COM3", LineFormat(9600))["parity"] == LineFormat(9600).parity
     assert not opened
 

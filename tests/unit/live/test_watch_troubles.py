@@ -106,7 +106,7 @@ def test_a_page_that_has_pressed_within_two_seconds_of_machine_time_goes_on_at_a
                 await page.until(lambda seen: seen.error)
             return [page.error for page in (calm, early, late)]
 
-    with watched("--paused", "--speed", "max") as session:
+    with watched("--paused", "--time-scale", "max") as session:
         errors = asyncio.run(work(session))
     assert {(each["scan"], each["bit"]) for each in errors} == {(ERROR, "INPUT_ERROR")}
     assert [each["stopped"] for each in errors] == [True, True, False]
@@ -204,6 +204,6 @@ def test_a_session_that_does_not_begin_closes_its_recording_before_the_folder_is
 
     monkeypatch.setattr(play.tempfile, "TemporaryDirectory", Folder)
     monkeypatch.setattr(play, "MonitorSupervisor", no_helper)
-    result = CliRunner().invoke(build(), ["watch", str(FEEDER), "--for", "20ms", "--speed", "max"])
+    result = CliRunner().invoke(build(), ["watch", str(FEEDER), "--for", "20ms", "--time-scale", "max"])
     assert "no helper" in str(result.exception)
     assert (folders, left) == ([["session.mcap"]], [])

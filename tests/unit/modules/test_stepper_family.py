@@ -6,6 +6,7 @@ import copy
 import json
 from pathlib import Path
 from shutil import copy as copy_file
+from typing import cast
 
 import amci3602
 import pytest
@@ -13,13 +14,14 @@ from scanrack import CpuFault, open_bench, open_trace
 from scanrack.commands import build
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import Configuration, Move, MoveKind, decode
+from scanrack.io_images.amci3601.words import Profile
 from scanrack.jobs.drive.targets import module_bench
 from scanrack.runtime.modules.amci3601.module import Amci3601
 from scanrack.testing.modules import check_module
 from scanrack.watch.monitors.hello import slots_of
 from typer.testing import CliRunner
 
-PROFILE = amci3602.RECORD.words({})
+PROFILE = cast(Profile, amci3602.RECORD.words({}))
 
 SENTENCE = "an S curve is used above 1,500,000 steps/s [DRV-01, imaginary]"
 
@@ -103,9 +105,10 @@ def test_it_is_recorded_shown_queried_and_run_again(rack: Path) -> None:
     assert SENTENCE in shown
     assert scanrack("query", "a.mcap", "slot1.in.DRIVE_ERROR")[1].splitlines()[1].split()[0] == "787"
     assert scanrack("compare", "a.mcap", "a.mcap")[0] == 0
-    assert scanrack("rerun", "a.mcap")[1].endswith("the same byte for byte\n")
+    assert scanrack("replay", "--into", "session", "a.mcap")[1].endswith("the same byte for byte\n")
     with open_trace("a.mcap") as trace:
         words = trace.head.slots[0].words
+    assert isinstance(words, Profile)
     assert (words.limits, words.further) == (PROFILE.limits, PROFILE.further)
     assert (words.further_errors, words.message) == (1 << 27, "Amci3602")
 
@@ -168,9 +171,11 @@ def test_the_page_gives_no_section_of_the_manual_for_its_bit(rack: Path) -> None
 
 
 def test_commands_take_the_limits_of_a_profile() -> None:
-    fast = {"speed": 2_000_000, "acceleration": 4_000, "deceleration": 1, "limits": PROFILE.limits}
-    image = Move(MoveKind.RELATIVE, 5, **fast).to_image()
-    assert decode(image, PROFILE.limits) == Move(MoveKind.RELATIVE, 5, **fast)
+    move = Move(
+        MoveKind.RELATIVE, 5, speed=2_000_000, acceleration=4_000, deceleration=1, limits=PROFILE.limits
+    )
+    image = move.to_image()
+    assert decode(image, PROFILE.limits) == move
     with pytest.raises(ValueError, match="must be 1 to 1000000"):
         decode(image)
     with pytest.raises(ValueError, match="must be 1 to 2000000"):

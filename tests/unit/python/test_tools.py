@@ -73,7 +73,7 @@ def call(*arguments):
 
 def test_run_rerun_compare_replay_and_why(folder):
     assert "complete" in call("run", "line.toml")
-    assert "the same byte for byte" in call("rerun", "line.mcap")
+    assert "the same byte for byte" in call("replay", "--into", "session", "line.mcap")
     (folder / "line.mcap").rename(folder / "first.mcap")
     call("run", "line.toml")
     call("compare", "first.mcap", "line.mcap")
