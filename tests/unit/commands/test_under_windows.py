@@ -85,6 +85,7 @@ ROWS = [
     Row("replay --into session t.mcap", 0, "10 scans, the same byte for byte"),
     Row("replay --into session p.mcap --trust", 0, "10 scans, the same byte for byte"),
     Row("ladder feeder.rung", 0, "║"),
+    Row("tags feeder.toml", 0, "Local:1:I.Data"),
     Row("l5x missing.L5X", 2, "missing.L5X"),
     Row("why t.mcap Feeding", 0, "Feeding is off: Main rung 7"),
     Row("why t.mcap Feeding --want 1", 0, "Feeding comes on if"),

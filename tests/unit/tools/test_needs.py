@@ -21,8 +21,9 @@ class Session:
         return os.waitpid(0, os.WNOHANG)[0]
 
 
-def ends(process: SimpleNamespace) -> None:
+def ends(process: SimpleNamespace) -> bool:
     process.send_signal(signal.SIGINT)
+    return True
 
 
 def by_a_name() -> None:
@@ -33,8 +34,8 @@ def by_a_helper() -> None:
     ends(SimpleNamespace())
 
 
-def by_a_helper_inside() -> Callable[[], None]:
-    return lambda: ends(SimpleNamespace())
+def by_a_helper_inside() -> list[bool]:
+    return [ends(each) for each in (SimpleNamespace(),)]
 
 
 def by_a_class() -> Session:
