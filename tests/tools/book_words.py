@@ -1,4 +1,4 @@
-"""How many words a reader of the book reads: reading pages, without code, targets of links and marks of tables.
+"""How many words a reader of the book reads: reading pages, without code and targets of links.
 
 python tests/tools/book_words.py
 """
@@ -11,7 +11,7 @@ from pathlib import Path
 
 DOCS = Path(__file__).parents[2] / "docs"
 READING = ("Tutorial", "How to", "Explanation")
-"""The parts of docs/index.md that are read; the reference is looked up in, and decision records are not part of it."""
+"""Parts of docs/index.md; a reference is looked up in, and decision records are not part of the book."""
 CODE = re.compile(r"```.*?```|^ {4}.*?$", re.DOTALL | re.MULTILINE)
 TARGET = re.compile(r"\]\([^)]*\)")
 WORD = re.compile(r"[A-Za-z]")
