@@ -59,6 +59,7 @@ GROUPS = {
         "why": Entry(".programs.why", "Explain why a tag has its value."),
         "ladder": Entry(".programs.ladder", "Draw rungs."),
         "xref": Entry(".programs.why", "List where tags are read and written."),
+        "tags": Entry(".programs.tags", "List the tags that clients of --server see."),
         "l5x": Entry(".programs.l5x", "Report what an L5X or SLC export supports."),
     },
     "Search and prove": {
@@ -182,15 +183,21 @@ SPEECH = (
 """Patterns of the libraries' sentences, and their replacements."""
 
 
+MEANT = {("run", "--trace"): "--record", ("watch", "--trace"): "--record"}
+"""What an option is called, by the command and a word that is not like it."""
+
+
 def _usage(error: Any, words: Sequence[str]) -> str:
     """Return the mistake in the words of a command, and the command that prints its page."""
     said = error.format_message().rstrip(".")
     for theirs, ours in SPEECH:
         said = re.sub(theirs, ours, said)
     option, possible = getattr(error, "option_name", ""), getattr(error, "possibilities", None)
+    path = error.ctx.command_path if error.ctx else "scanrack"
+    if error.ctx and (meant := MEANT.get((error.ctx.info_name, option))):
+        possible = [meant]
     if possible:
         said = f"no such option: {option}; did you mean {' or '.join(sorted(possible))}?"
-    path = error.ctx.command_path if error.ctx else "scanrack"
     number = next((word for word in words if option and word.startswith(option)), "")
     if re.fullmatch(r"-\d.*", number):
         said = f"{number} looks like an option; put -- before a negative number: {path} -- {number}"

@@ -118,7 +118,7 @@ def _import_command(
         if has_words:
             scans, notes = cip_scans(found.exchanges) if over_enip else (word_scans(found.exchanges), [])
             first = found.exchanges[0]
-            record_words(target, scans, first.asked_ns, first.unit if over_enip else 1)
+            record_words(target, scans, first.asked_ns, first.unit if over_enip else 1, sampled=over_enip)
             found.notes += notes
             _tell(found.notes, f"{target}: {len(scans):,} scans of a PLC", quiet=options.quiet)
             raise typer.Exit(DONE)

@@ -8,8 +8,18 @@ from pathlib import Path
 
 import typer
 
+from ...io_images.image import Image
+from ...jobs.captures.words import SAMPLED
 from ...jobs.load.loading import load_job, load_spec
-from ...jobs.replay.replaying import Replay, check_slots, with_stimuli
+from ...jobs.replay.replaying import (
+    Replay,
+    check_slots,
+    forced_rows,
+    of_recording,
+    score_of,
+    with_stimuli,
+)
+from ...jobs.replay.resumed import Resumed
 from ...jobs.replay.targets import ReplayTarget, Stimuli
 from ...jobs.trust.attachments import job_of, spec_of
 from ...runtime.config.rackspec import RackSpec
@@ -21,58 +31,91 @@ from ...terminal.trace_options import tell_notes
 from ...traces.read.reader import Trace, open_trace
 from ...traces.replay import PackedTrace
 from .compare_job import tell, tolerance
+from .replay import ReplayOptions
 
 REPLAY = "replay"
 """Name of the second recording in the report."""
 
 
-def replay_trace(
-    path: Path,
-    into: ReplayTarget,
-    slot: int | None,
-    rack: str | None,
-    program: str | None,
-    stimuli: Stimuli | None,
-    tolerance_time: str,
-    tolerance_counts: int,
-    to_the_end: bool,
-    trust: bool,
-    as_json: bool,
-    quiet: bool,
-) -> None:
+def replay_trace(options: ReplayOptions) -> None:
     """Replay and check for differences; stop at the first scan whose response differs.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
     """
     with reported_mistakes():
-        allowed = tolerance(tolerance_time, tolerance_counts)
-        with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
+        allowed = tolerance(options.tolerance_time, options.tolerance_counts)
+        with open_trace(options.path) as trace, tempfile.TemporaryDirectory() as folder:
             recording = PackedTrace.of(trace)
             try:
-                spec, logic = _sources(trace, Path(folder), into, rack, program, trust=trust)
+                spec, logic = _sources(trace, Path(folder), options)
             finally:
                 tell_notes(trace)
-            chosen = stimuli or (Stimuli.RECORDED if into is ReplayTarget.RACK else Stimuli.MACHINE)
-            slots = check_slots(recording, spec, slot)
-            replay = Replay(recording, with_stimuli(spec, recording, chosen), logic, into, slots)
-            follower = replay.run(
-                allowed, to_the_end=to_the_end, observed=partial(shown_progress, quiet=quiet)
+            left_out: list[str] = []
+            resumed = None
+            if options.into is ReplayTarget.MODULE:
+                spec, left_out = of_recording(recording, spec)
+                facts = trace.head.metadata
+                resumed = Resumed(
+                    recording,
+                    spec,
+                    forced_rows(score_of(recording)),
+                    _words(options.configuration),
+                    captured=facts.get("source") == "capture",
+                    sampled=facts.get("words") == SAMPLED,
+                )
+            elif options.configuration is not None:
+                raise ValueError("--configuration goes with --into module")
+            late = resumed is not None and bool(resumed.slots)
+            chosen = options.stimuli or _DEFAULT[options.into, late]
+            slots = check_slots(recording, spec, options.slot)
+            on_machine = with_stimuli(
+                spec, recording, chosen, resumed.active_high if resumed is not None else {}
             )
+            exact = chosen is not Stimuli.INPUTS
+            replay = Replay(recording, on_machine, logic, options.into, slots, resumed, exact_inputs=exact)
+            replay.notes[:0] = left_out
+            observed = partial(shown_progress, quiet=options.quiet)
+            follower = replay.run(allowed, to_the_end=options.to_the_end, observed=observed)
         if follower.stopped:
             total = len(recording.scans)
             replay.notes.append(f"stopped after {follower.scans:,} of {total:,} scans; --to-the-end goes on")
         for note in replay.notes:
             say(f"note: {note}", err=True)
-        status = tell(follower.comparison(), (path.name, REPLAY), as_json=as_json)
+        status = tell(follower.comparison(), (options.path.name, REPLAY), as_json=options.as_json)
     raise typer.Exit(status)
 
 
-def _sources(
-    trace: Trace, folder: Path, into: ReplayTarget, rack: str | None, program: str | None, *, trust: bool
-) -> tuple[RackSpec, ScanLogic | None]:
+_DEFAULT = {
+    (ReplayTarget.MODULE, False): Stimuli.MACHINE,
+    (ReplayTarget.MODULE, True): Stimuli.INPUTS,
+    (ReplayTarget.PROGRAM, False): Stimuli.MACHINE,
+    (ReplayTarget.RACK, False): Stimuli.RECORDED,
+}
+"""What acts on the machine, by the receiver and whether a module was in operation before the recording."""
+
+
+def _words(text: str | None) -> list[int] | None:
+    """Return the words of `843Ch 003Ch 0 500`: decimal, or hexadecimal with an h; missing ones are 0.
+
+    Raises:
+        ValueError: one is no number of 16 bits, or there are more than eight.
+    """
+    if text is None:
+        return None
+    try:
+        found = [
+            int(each[:-1], 16) if each[-1] in "hH" else int(each) for each in text.replace(",", " ").split()
+        ]
+        return list(Image(found))
+    except ValueError as error:
+        raise ValueError(f"--configuration {text}: {error}; give words such as 843Ch 003Ch 0 500") from None
+
+
+def _sources(trace: Trace, folder: Path, options: ReplayOptions) -> tuple[RackSpec, ScanLogic | None]:
     """Return the rack and, unless the recorded outputs are played, the logic."""
-    if into is ReplayTarget.MODULE:
+    rack, program, trust = options.rack, options.program, options.trust
+    if options.into is ReplayTarget.MODULE:
         if program is not None:
             raise ValueError(
                 "--program goes with --into program or rack: a module is played recorded outputs"

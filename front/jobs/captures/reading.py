@@ -101,7 +101,8 @@ def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> 
         _add(found, one.finish())
     if not found.exchanges:
         seen = f"; its ports are {', '.join(map(str, sorted(ports)))}" if ports else ""
-        raise ValueError(f"no exchange at port {port}{seen}")
+        others = next(filter(None, (one.passed_over for one in pairings.values())), "")
+        raise ValueError(others or f"no exchange at port {port}{seen}")
     if capture.cut_off is not None:
         found.notes.append(f"the file ends within a packet, at byte {capture.cut_off:,}")
     if streams.gaps:

@@ -28,8 +28,6 @@ from scanrack.runtime.modules.adapters.live import LiveAdapter
 from scanrack.runtime.modules.adapters.pcl601.driver import LINE_FORMAT
 from typer.testing import CliRunner
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
-
 CONFIGURE = (0x843C, 63, 1, 0)
 OPTIONS = {"pcl601-adapter": {}, "pmc006-adapter": {"home_stroke": 100_000}}
 MOVE = (2, 0, 2, 0, 5, 0, 50, 50)

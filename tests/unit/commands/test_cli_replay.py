@@ -192,18 +192,30 @@ def test_a_trace_that_begins_in_mid_life_is_said_to(folder: Path) -> None:
     [
         (["--slot", "3"], "--slot 3: the trace has slot 1"),
         (["--program", "line.py"], "--program goes with --into program or rack"),
-        (["--rack", "two.toml"], "the trace has slot 1, the rack slot 1, 2: they have to be the same"),
+        (["--rack", "two.toml"], "the trace has slot 1, the rack slot 2: they have to be the same"),
+        (["--configuration", "8000h x"], "give words such as 843Ch 003Ch 0 500"),
+        (["--configuration", "0 0"], "a configuration has bit 15 set"),
+        (["--into", "rack", "--configuration", "843Ch"], "--configuration goes with --into module"),
         (["--rack", "none.toml"], "no such rack file"),
     ],
 )
 def test_what_does_not_fit_is_told_in_one_line(folder: Path, options: list[str], says: str) -> None:
     trace = record(folder)
-    two = (folder / "rack.toml").read_text(encoding="utf-8") + '[[slot]]\nnumber = 2\nmodule = "amci3601"\n'
+    two = (folder / "rack.toml").read_text(encoding="utf-8").replace("number = 1", "number = 2")
     (folder / "two.toml").write_text(two, encoding="utf-8")
     result = scanrack("replay", trace, *options)
     assert result.exit_code == 2
     assert says in result.stderr
     assert result.stderr.count("\n") == 1
+
+
+def test_slots_that_the_trace_lacks_are_left_out(folder: Path) -> None:
+    trace = record(folder)
+    two = (folder / "rack.toml").read_text(encoding="utf-8") + '[[slot]]\nnumber = 2\nmodule = "amci3601"\n'
+    (folder / "two.toml").write_text(two, encoding="utf-8")
+    result = scanrack("replay", trace, "--rack", "two.toml")
+    assert result.exit_code == 0, result.output
+    assert "the rack's slot 2 is not in the trace and is left out" in result.stderr
 
 
 def test_a_rerun_gives_the_same_bytes(folder: Path) -> None:

@@ -89,6 +89,7 @@ WORDS = {
     "replay --into session t.mcap": 0,
     "replay --into session p.mcap --trust": 0,
     "ladder feeder.rung": 0,
+    "tags feeder.toml": 0,
     "l5x missing.L5X": 2,
     "why t.mcap Feeding": 0,
     "why p.mcap O:1.4 --trust": 0,

@@ -10,6 +10,8 @@ from typer.testing import CliRunner
 
 LINES = {
     "run line.toml --tagz": "no such option: --tagz; did you mean --tag? ('scanrack run --help'{})",
+    "run line.toml --trace t.mcap": "no such option: --trace; did you mean --record? "
+    "('scanrack run --help'{})",
     "device pcl601 move -100": "-100 looks like an option; put -- before a negative number: "
     "scanrack device pcl601 move -- -100 ('scanrack device pcl601 move --help'{})",
     "serve pcl602": "DEVICE: 'pcl602' is not one of 'amci3601', 'pcl601', 'pmc006' "

@@ -114,7 +114,7 @@ def test_ctrl_c_that_somebody_swallows_is_known_nevertheless():
     with noting_ctrl_c() as pressed:
         assert not pressed()
         with suppress(KeyboardInterrupt):
-            os.kill(os.getpid(), signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
         assert pressed()
     assert signal.getsignal(signal.SIGINT) is before
 

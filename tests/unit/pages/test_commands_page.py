@@ -33,7 +33,6 @@ UNTRIED = {
     "compare --tolerance-counts",
     "device pcl601 home --type",
     "device pmc006 set --save",
-    "replay --tolerance-counts",
     "serve --ascii",
     "serve --pin",
     "serve --start",

@@ -118,7 +118,6 @@ def test_a_class_with_arguments_names_its_line(folder):
         load_program("line.py")
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="a system without fork")
 @pytest.mark.filterwarnings("ignore:.*use of fork.*:DeprecationWarning")
 def test_both_sides_of_a_fork_in_mid_wait_go_on_equally(folder):
     """A coroutine can't be copied; a process can."""
