@@ -44,7 +44,7 @@ def load_played(path: Path) -> tuple[str, Timing, list[PlayedScene]]:
     try:
         whole = json_value(read_input_text(path, TextKind.RESULT), TextKind.RESULT)
         if not isinstance(whole, dict) or whole.get("format") != FORMAT:
-            raise ValueError(f"it is no result of conform: its format is not {FORMAT!r}")
+            raise ValueError(f"not a result of conform: its format must be {FORMAT!r}")
         timing = Timing(**{name: _whole(value) for name, value in whole["timing"].items()})
         scenes = [
             PlayedScene(str(each["scene"]), from_rows(each["rows"]), str(each["note"]))

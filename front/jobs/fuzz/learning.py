@@ -28,7 +28,7 @@ SCENARIO = "scenario.json"
 
 
 class LearnedScenario(NamedTuple):
-    """The results of a recording."""
+    """A scenario made from a trace, and the rack that it runs on."""
 
     rack: Path  # path of a rack file without events by time
     scenario: Scenario  # the events by time
