@@ -18,7 +18,7 @@ const CALM_MS = 300; // an error bit that another one follows sooner is not expl
 const SAID_ELSEWHERE = /^scan [\d,]+ \(.*?\): (the program raised LadderFault: (.*?, rung \d+, )?)?/; // of a fault: when and where
 const WAY_ON = "To go on: look at an earlier scan (, or the slider), then Branch from here.";
 
-const sign = el("span", { "aria-hidden": "true" }), number = el("b", {}), what = el("strong", {}), first = el("span", { class: "first" });
+const sign = el("span", { "aria-hidden": "true" }), number = el("span", { class: "cause" }), what = el("strong", {}), first = el("span", { class: "first" });
 const line = el("button", { type: "button", class: "open", "aria-controls": "causes", click: toggle }, sign, number, what, first);
 const when = el("button", { type: "button", class: "plain when", click: look });
 const some = button("Causes only", () => showRungs(true), { text: "Causes" }), all = button("All rungs", () => showRungs(false));
@@ -148,7 +148,7 @@ function paint() {
 
 const item = cause => el("li", { "data-kind": cause.kind },
   el("button", { type: "button", title: `Look at scan ${count(cause.scan)}`, click: () => visit(cause) },
-    el("b", {}, String(cause.number)), el("span", {}, cause.text)));
+    el("span", { class: "cause" }, String(cause.number)), el("span", {}, cause.text)));
 
 onCauses(() => {
   own = taking;
