@@ -97,8 +97,6 @@ class Play:
         try:
             self._open_services(job)
             self._next = self._first(job)
-            if self._services is not None:
-                self._services.check(self._next.run)
         except ValueError as error:
             return complain(str(error), BAD_INPUT)
         except OSError as error:

@@ -80,6 +80,7 @@ class ListedTag:
     kind: Kind
     dims: tuple[int, ...] = ()
     access: ExternalAccess = ExternalAccess.READ_WRITE
+    comment: str = ""
 
     @property
     def full_name(self) -> str:
@@ -114,6 +115,7 @@ class ListedAlias:
     name: str  # without its program
     program: str  # "" for the controller
     target: str  # `Recipe.Steps[2].Time`, `Program:Main.Step`, `Local:1:I.Data[0].3`
+    comment: str = ""
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ def _listed(layout: Layout) -> Iterator[ListedTag]:
     for tag in layout.tags().values():
         program = program_of(tag.name)
         name = tag.name[len(program) + 2 :] if program else tag.name
-        yield ListedTag(name, program, kind_of(tag.type), tag.dims, tag.access)
+        yield ListedTag(name, program, kind_of(tag.type), tag.dims, tag.access, tag.comment)
 
 
 def _aliases(layout: Layout) -> Iterator[ListedAlias]:
@@ -54,7 +54,7 @@ def _aliases(layout: Layout) -> Iterator[ListedAlias]:
             program, target = program_of(each.name), _without_aliases(layout, each)
             if target is not None:
                 name = each.name[len(program) + 2 :] if program else each.name
-                yield ListedAlias(name, program, target)
+                yield ListedAlias(name, program, target, each.comment)
 
 
 def _without_aliases(layout: Layout, alias: Alias) -> str | None:

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...io_images.site import Site
-from ...ladder.build.controller import Controller
 from ...ladder.instructions.stubbed import specs_of_stubs
+from ...ladder.lowering.controller import Controller
 from ...ladder.model.collector import collector_paused
 from ...ladder.model.routine import Routine
 from ...ladder.model.spec import Spec

@@ -9,8 +9,8 @@ import re
 from collections.abc import Collection, Iterator, Mapping
 
 from ...io_images.site import NOWHERE, Site
-from ...ladder.build.text import parse_rung
 from ...ladder.instructions import BY_NAME
+from ...ladder.lowering.text import parse_rung
 from ...ladder.model.chart_checks import unreached
 from ...ladder.model.errors import LadderError, RungTextError
 from ...ladder.model.routine import Routine

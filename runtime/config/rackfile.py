@@ -80,22 +80,29 @@ def _not_made(**_: object) -> Any:
     """Make nothing: the module of a rack that is only read."""
 
 
-def load_rack_file(path: Path | str, modules: Modules = unread) -> RackFile:
+def load_rack_file(path: Path | str, modules: Modules = unread, *, program: str | None = None) -> RackFile:
     """Read a rack file; RackFileError if it can't be read, is not TOML, or contains an illegal value.
 
     Nothing is executed unless `modules` does so.
+
+    Args:
+        program: that of a file which names none; without it such a file is refused.
     """
     path = Path(path)
-    return parse_rack_file(_read(path), path, modules)
+    return parse_rack_file(_read(path), path, modules, program=program)
 
 
-def parse_rack_file(text: str, path: Path, modules: Modules = unread) -> RackFile:
-    """Read the text of a rack file; `path` is its name in messages.
+def parse_rack_file(
+    text: str, path: Path, modules: Modules = unread, *, program: str | None = None
+) -> RackFile:
+    """Read the text of a rack file; `path` is its name in messages, for `program` see `load_rack_file`.
 
     Raises:
         RackFileError: it is not TOML, or contains an illegal value.
     """
     document = parse_toml(text, path)
+    if program is not None:
+        document.setdefault("program", program)
     lines = KeyLines(text)
     named = document.get("modules", {})
     own = (

@@ -219,7 +219,7 @@ class Clock:
 
     def __init__(self, speed: float = 1.0) -> None:
         if not 0 < speed < float("inf"):
-            raise ValueError(f"speed {speed:g} is not allowed: it must be above 0")
+            raise ValueError(f"time scale {speed:g}: must be above 0")
         self.speed = speed
         self._start_ns = time.monotonic_ns()
 
@@ -513,7 +513,9 @@ _ended_by: list[str] = []
 
 
 def _interrupt(number: int, _frame: FrameType | None) -> None:
-    _ended_by.append(signal.Signals(number).name)
+    _ended_by.append(name := signal.Signals(number).name)
+    if name == "SIGHUP":  # shell and kernel both send it: the second one would break off what is completed
+        signal.signal(number, signal.SIG_IGN)
     if not callable(signal.getsignal(signal.SIGINT)):
         raise KeyboardInterrupt
     signal.raise_signal(signal.SIGINT)

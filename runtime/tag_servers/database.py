@@ -74,9 +74,13 @@ class Writable:
         texts = [_pattern(each) for each in patterns]
         self._all = re.compile("|".join(rf"(?:{text})(?:\.|$)" for text in texts) or r"(?!)", re.IGNORECASE)
 
+    def matches(self, name: str) -> bool:
+        """Whether a pattern has a name without subscripts, or what is above it."""
+        return self._all.match(name) is not None
+
     def __call__(self, name: str, kind: Kind) -> bool:
         """Whether the bytes under a name without subscripts may be written."""
-        if self._all.match(name) is not None:
+        if self.matches(name):
             return True
         parts = [] if isinstance(kind, PlainKind) else [each for each in kind.parts if not each.hidden]
         return bool(parts) and all(self(f"{name}.{each.name}", each.kind) for each in parts)
@@ -133,7 +137,7 @@ class Database:
             kind, dims = _Walk(symbol, rest).end()
         except (CipRefusedError, ValueError):
             return
-        tag = ListedTag(alias.name, alias.program, kind, dims, symbol.tag.access)
+        tag = ListedTag(alias.name, alias.program, kind, dims, symbol.tag.access, alias.comment)
         self._add(symbol.index, tag, steps)
 
     def rows(self, scope: str) -> list[Row]:

@@ -9,6 +9,7 @@ from ...io_images.enip.codes import CipRefusedError
 from ...io_images.enip.listing import DWORD
 from ...io_images.enip.paths import PathStep, steps_of
 from .database import Database, Target
+from .nearest import nearest
 
 _ELEMENT = re.compile(r"(?P<file>[A-Z]{1,2}\d*(?::\d+(?=[./]))?)[:.](?P<number>\d{1,5})", re.IGNORECASE)
 
@@ -25,7 +26,7 @@ def target_of(database: Database, text: str) -> Target:
             steps[-1:] = [steps[-1] // 32, str(steps[-1] % 32)]  # an element of an array of BOOLs
         found = database.resolve(steps)
     except CipRefusedError as error:
-        raise ValueError(f"no tag {text!r}") from error
+        raise ValueError(f"no tag {text!r}{nearest(database, text)}") from error
     return replace(found, count=1) if isinstance(steps[-1], int) else found
 
 

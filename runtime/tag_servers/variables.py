@@ -139,7 +139,7 @@ class TagTree:
     @property
     def is_long(self) -> bool:
         """Whether it has more variables than a server shows."""
-        return next(islice(_variables(self.roots()), VARIABLES_MOST, None), None) is not None
+        return next(islice(variables_of(self.roots()), VARIABLES_MOST, None), None) is not None
 
     def _scope(self, scope: str) -> Iterator[Leaf | TagGroup]:
         for symbol in self._database.scopes[scope]:
@@ -171,12 +171,13 @@ class TagTree:
             yield self._item(part.name, at.member(part.name, part.offset, part.bit), part.kind, part.dims)
 
 
-def _variables(items: Iterator[Leaf | TagGroup]) -> Iterator[Variable]:
+def variables_of(items: Iterator[Leaf | TagGroup]) -> Iterator[Variable]:
+    """Yield all variables below items."""
     for item in items:
         if isinstance(item, Leaf):
             yield item.variable
         else:
-            yield from _variables(item.items())
+            yield from variables_of(item.items())
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ SHOWN = "return document.querySelector(arguments[0])?.checkVisibility() ?? false
 def test_a_fault_opens_its_chain_and_a_branch_begins_one_second_before(page, tmp_path):
     (tmp_path / "rack.toml").write_text(RACK, encoding="utf-8")
     (tmp_path / "fault.rung").write_text(PROGRAM, encoding="utf-8")
-    with watching(tmp_path / "rack.toml", "--speed", "max") as session:
+    with watching(tmp_path / "rack.toml", "--time-scale", "max") as session:
         page.open(session.link)
         page.until_handle("mode", "fault")
         page.until_there("[data-at='Main.2'][data-fault][aria-current]")

@@ -41,7 +41,7 @@ def panel(tmp_path_factory):
     rack = tmp_path_factory.mktemp("panel") / "line.toml"
     text, program = (PANEL / "line.toml").read_text(encoding="utf-8"), (PANEL / "line.rung").as_posix()
     rack.write_text(f"watchdog_ms = 0\n{text.replace('line.rung', program)}", encoding="utf-8")
-    with watching(rack, "--paused", "--speed", "max") as session:
+    with watching(rack, "--paused", "--time-scale", "max") as session:
         yield session
 
 

@@ -39,7 +39,7 @@ def test_an_incident_is_raised_and_told(page, feeder):
 
 
 def test_why_of_a_python_program_names_the_line_and_shows_it(page):
-    with watching("examples/three_stations/line.toml", "--paused", "--speed", "max") as session:
+    with watching("examples/three_stations/line.toml", "--paused", "--time-scale", "max") as session:
         page.open(session.link, paused=True)
         page.step(1200)
         page.until_scan(1199, "paused")  # the recording has not got the latest scans yet

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.bench.opening import open_bench
+from scanrack.jobs import open_bench
 from scanrack.watch.share.command import ShareOptions, share
 from scanrack.watch.share.failure import Failure
 from typer.testing import CliRunner
@@ -99,7 +99,7 @@ def test_the_button_of_a_running_rack_writes_the_page_of_its_scan(page, feeder_r
         "Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(tmp_path)}
     )
     trace = tmp_path / "session.mcap"
-    with watching(feeder_rack, "--record", trace, "--paused", "--speed", "max") as session:
+    with watching(feeder_rack, "--record", trace, "--paused", "--time-scale", "max") as session:
         page.open(session.link, paused=True)
         page.step(SCANS + 2000)
         page.until_scan(SCANS + 1999, "paused")  # the recorder writes about 4,000 at a time

@@ -16,6 +16,8 @@ from typing import Any
 import pytest
 from aliased_tags import write_aliases
 from logix_clients import pycomm3_client, pylogix_client
+from scanrack.jobs.run.servers.tag_formats import FORMATS
+from scanrack.runtime.tag_servers.tag_list import tag_rows
 from served_tags import ServedRack, served, write_rack
 
 with warnings.catch_warnings():
@@ -169,7 +171,7 @@ def test_slcdriver_reads_and_writes_data_files(files: tuple[ServedRack, int]) ->
         }  # fmt: skip
 
 
-def node(package: str, script: str, port: int) -> Any:
+def node(package: str, script: str, *words: object) -> Any:
     """Run a script in Node.js; return the JSON that it prints last."""
     program = shutil.which("node")
     if program is None:
@@ -179,7 +181,7 @@ def node(package: str, script: str, port: int) -> Any:
         pytest.skip(f"the npm package {package} is not installed where node finds it (NODE_PATH)")
     path = Path(__file__).with_name(script)
     done = subprocess.run(
-        [program, path, str(port)], capture_output=True, text=True, timeout=120, encoding="utf-8"
+        [program, path, *map(str, words)], capture_output=True, text=True, timeout=120, encoding="utf-8"
     )
     assert done.returncode == 0, done.stderr + done.stdout
     return json.loads(done.stdout.splitlines()[-1])
@@ -211,3 +213,61 @@ def test_st_ethernet_ip_reads_and_writes_tags(bench: tuple[ServedRack, int]) -> 
         "Go": True,
     }
     assert rack.debugger.tags["aDint"] == 777
+
+
+def test_every_name_of_the_list_is_read(bench: tuple[ServedRack, int]) -> None:
+    """`scanrack tags`: pycomm3 reads each row by its name, with its type."""
+    rack, port = bench
+    rows = list(tag_rows(rack.setup.database))
+    with pycomm3_client(pycomm3.LogixDriver, port, init_program_tags=True) as plc:
+        for row in rows:
+            answer = plc.read(row.enip)
+            assert answer.error is None, row
+            assert answer.type.startswith(row.type_name), (row, answer)
+    assert len(rows) > 100
+
+
+def test_the_flow_for_node_red_is_read_by_its_library(bench: tuple[ServedRack, int], tmp_path: Path) -> None:
+    rack, port = bench
+    rack.debugger.tags["\\Main.Step.Time"] = 66
+    rows = [each for each in tag_rows(rack.setup.database) if each.name.split(".")[0] in FLOW]
+    (tmp_path / "flow.json").write_text(FORMATS["node-red"](rows, "bench").text, "utf-8")
+    told = node("st-ethernet-ip", "read_flow.cjs", tmp_path / "flow.json", port)
+    assert told["Main"]["Step.Time"] == 66
+    for name in ("aSint", "anInt", "aDint", "aReal", "aBool", "Grid[1,2]", "Fill.PRE"):
+        assert told[""][name] == rack.debugger.tags[name], name
+
+
+FLOW = {"aSint", "anInt", "aDint", "aReal", "aBool", "Grid", "Fill", "Program:Main"}
+
+
+def test_the_examples_of_exports_are_written_by_pycomm3() -> None:
+    """Bits of B3 start the conveyor of an SLC program; an HMI changes a recipe of an L5X."""
+    with (
+        served(EXAMPLES / "slc/conveyor.toml") as (_, port),
+        pycomm3_client(pycomm3.SLCDriver, port) as plc,
+    ):
+        assert not plc.read("B3:0/2").value
+        assert plc.write(("B3:0/0", True)).error is None
+        assert plc.write(("C5:0.PRE", 3)).error is not None  # it names the control word
+        assert plc.read("B3:0/2").value
+    with served(EXAMPLES / "l5x/mixer.toml") as (rack, port):
+        with pycomm3_client(pycomm3.LogixDriver, port) as plc:
+            assert plc.write("Recipes[1].Degrees", 42.5).error is None
+            assert plc.write("ToLine.Number", 1).error is not None
+        assert in_rack(rack, "Recipes[1].Degrees") == 42.5
+
+
+def test_what_clients_make_of_what_they_can_not_have(bench: tuple[ServedRack, int]) -> None:
+    """docs/hmi.md, Limits: a bit that a DINT lacks, and 999 DINTs in one packet; neither gives wrong data."""
+    rack, port = bench
+    rack.debugger.tags["aDint"] = 5
+    with pycomm3_client(pycomm3.LogixDriver, port) as plc:
+        assert plc.read("Dints{998}").error is None
+        assert plc.read("Dints{999}").error == "Insufficient Packet Space"
+        assert len(plc.read("Dints{1001}").value) == 1001
+        plc.write("aDint.32", True)
+    assert rack.debugger.tags["aDint"] == 5
+
+
+EXAMPLES = Path(__file__).parents[2] / "examples"

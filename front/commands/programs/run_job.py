@@ -57,7 +57,7 @@ def run_job(
             services = _opened(job, server, ports, live=options.live)
             run = JobRun(job, ports, told)
             if services is not None:
-                services.begin(run)
+                services.serve(run)
         except ValueError as error:
             return complain(str(error), BAD_INPUT)
         except OSError as error:

@@ -1,4 +1,4 @@
-"""`scanrack replay TRACE`: play a recording to a module, a program or a rack, and compare the answer."""
+"""`scanrack replay TRACE`: play a trace, or repeat its session, and compare."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import typer
 
 from ...jobs.replay.targets import ReplayTarget, Stimuli
 from ...terminal.as_json import JsonOption
-from ...terminal.trace_options import QuietOption
+from ...terminal.status import BAD_INPUT, complain
+from ...terminal.trace_options import QuietOption, ReplaceOption
 from .compare import ToleranceCountsOption, ToleranceTimeOption
 
 
@@ -19,8 +20,9 @@ def _replay_command(
         ReplayTarget,
         typer.Option(
             "--into",
-            help="Recorded outputs into the modules, recorded inputs into the program, or recorded stimuli "
-            "into the whole rack.",
+            metavar="module|program|rack|session",
+            help="Recorded outputs into the modules, recorded inputs into the program, recorded stimuli "
+            "into the whole rack; or the whole session again, operator actions and edits included.",
         ),
     ] = ReplayTarget.MODULE,
     slot: Annotated[
@@ -38,9 +40,10 @@ def _replay_command(
         Stimuli | None,
         typer.Option(
             "--stimuli",
+            metavar="machine|recorded|inputs",
             help="What acts on the machine: the rack file's timeline and stations, the recorded stimuli, or "
             "the recorded levels of the inputs.",
-            show_default="machine; recorded, into a rack",
+            show_default="machine; recorded, into a rack; inputs, if the trace begins in operation",
         ),
     ] = None,
     tolerance_time: ToleranceTimeOption = "0s",
@@ -48,7 +51,20 @@ def _replay_command(
     to_the_end: Annotated[
         bool, typer.Option("--to-the-end", help="Continue after the first scan that differs.")
     ] = False,
+    record: Annotated[
+        Path | None, typer.Option("--record", metavar="TRACE", help="With --into session: trace file.")
+    ] = None,
+    replace: ReplaceOption = False,
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False,
+    configuration: Annotated[
+        str | None,
+        typer.Option(
+            "--configuration",
+            metavar="WORDS",
+            help="Configuration of a 3601 at the beginning: '843Ch 003Ch 0 500'.",
+            show_default="the first in the trace",
+        ),
+    ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,
 ) -> None:
@@ -58,10 +74,37 @@ def _replay_command(
     program is checked against an old trace. With a tolerance the whole trace is replayed and
     compared by time, see scanrack compare.
 
+    --into session runs the same rack file and program for the same number of scans, and repeats the
+    operator actions and edits of a session of scanrack watch before the same scans. Python that came with
+    the trace runs only if it is the same as in the current folder, or with --trust.
+
+    A 3601 that was in operation before the trace is taken as an image shows it at rest, and compared from the
+    scan after that. Its configuration is the first that the trace shows, or --configuration.
+
     Exit status: 0 the same, 1 something differs, 2 a file or option can't be used, 130 stopped by Ctrl-C.
 
     Example: scanrack replay line.mcap --into program --program new.rung
     """
+    own = {
+        "--slot": slot is not None,
+        "--rack": rack is not None,
+        "--program": program is not None,
+        "--stimuli": stimuli is not None,
+        "--tolerance-time": tolerance_time != "0s",
+        "--tolerance-counts": tolerance_counts != 0,
+        "--to-the-end": to_the_end,
+    }
+    session = {"--record": record is not None, "--replace": replace}
+    of_others = own if into is ReplayTarget.SESSION else session
+    wrong = next((option for option, given in of_others.items() if given), None)
+    if wrong is not None:
+        say = f"{wrong} does not go with --into {into.value}"
+        raise typer.Exit(complain(say, BAD_INPUT))
+    if into is ReplayTarget.SESSION:
+        from .session_job import rerun_trace
+
+        rerun_trace(path, record, replace, trust, as_json, quiet)
+        return
     from .replay_job import replay_trace
 
     replay_trace(
@@ -75,6 +118,7 @@ def _replay_command(
         tolerance_counts,
         to_the_end,
         trust,
+        configuration,
         as_json,
         quiet,
     )

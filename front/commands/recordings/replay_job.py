@@ -8,8 +8,18 @@ from pathlib import Path
 
 import typer
 
+from ...io_images.image import Image
+from ...jobs.captures.words import SAMPLED
 from ...jobs.load.loading import load_job, load_spec
-from ...jobs.replay.replaying import Replay, check_slots, with_stimuli
+from ...jobs.replay.replaying import (
+    Replay,
+    check_slots,
+    forced_rows,
+    of_recording,
+    score_of,
+    with_stimuli,
+)
+from ...jobs.replay.resumed import Resumed
 from ...jobs.replay.targets import ReplayTarget, Stimuli
 from ...jobs.trust.attachments import job_of, spec_of
 from ...runtime.config.rackspec import RackSpec
@@ -37,6 +47,7 @@ def replay_trace(
     tolerance_counts: int,
     to_the_end: bool,
     trust: bool,
+    configuration: str | None,
     as_json: bool,
     quiet: bool,
 ) -> None:
@@ -53,9 +64,30 @@ def replay_trace(
                 spec, logic = _sources(trace, Path(folder), into, rack, program, trust=trust)
             finally:
                 tell_notes(trace)
-            chosen = stimuli or (Stimuli.RECORDED if into is ReplayTarget.RACK else Stimuli.MACHINE)
+            left_out: list[str] = []
+            resumed = None
+            if into is ReplayTarget.MODULE:
+                spec, left_out = of_recording(recording, spec)
+                facts = trace.head.metadata
+                resumed = Resumed(
+                    recording,
+                    spec,
+                    forced_rows(score_of(recording)),
+                    _words(configuration),
+                    captured=facts.get("source") == "capture",
+                    sampled=facts.get("words") == SAMPLED,
+                )
+            elif configuration is not None:
+                raise ValueError("--configuration goes with --into module")
+            late = resumed is not None and bool(resumed.slots)
+            chosen = stimuli or _DEFAULT[into, late]
             slots = check_slots(recording, spec, slot)
-            replay = Replay(recording, with_stimuli(spec, recording, chosen), logic, into, slots)
+            on_machine = with_stimuli(
+                spec, recording, chosen, resumed.active_high if resumed is not None else {}
+            )
+            exact = chosen is not Stimuli.INPUTS
+            replay = Replay(recording, on_machine, logic, into, slots, resumed, exact_inputs=exact)
+            replay.notes[:0] = left_out
             follower = replay.run(
                 allowed, to_the_end=to_the_end, observed=partial(shown_progress, quiet=quiet)
             )
@@ -66,6 +98,32 @@ def replay_trace(
             say(f"note: {note}", err=True)
         status = tell(follower.comparison(), (path.name, REPLAY), as_json=as_json)
     raise typer.Exit(status)
+
+
+_DEFAULT = {
+    (ReplayTarget.MODULE, False): Stimuli.MACHINE,
+    (ReplayTarget.MODULE, True): Stimuli.INPUTS,
+    (ReplayTarget.PROGRAM, False): Stimuli.MACHINE,
+    (ReplayTarget.RACK, False): Stimuli.RECORDED,
+}
+"""What acts on the machine, by the receiver and whether a module was in operation before the recording."""
+
+
+def _words(text: str | None) -> list[int] | None:
+    """Return the words of `843Ch 003Ch 0 500`: decimal, or hexadecimal with an h; missing ones are 0.
+
+    Raises:
+        ValueError: one is no number of 16 bits, or there are more than eight.
+    """
+    if text is None:
+        return None
+    try:
+        found = [
+            int(each[:-1], 16) if each[-1] in "hH" else int(each) for each in text.replace(",", " ").split()
+        ]
+        return list(Image(found))
+    except ValueError as error:
+        raise ValueError(f"--configuration {text}: {error}; give words such as 843Ch 003Ch 0 500") from None
 
 
 def _sources(

@@ -73,9 +73,15 @@ class ImageExchange(PairedExchange):
 
 
 class CipPairing(Pairing):
-    """The messages of a TCP connection; a reply has the context or the sequence number of its request."""
+    """The messages of a TCP connection; a reply has the context or the sequence number of its request.
+
+    Attributes:
+        reads: reads of other tags than those of modules.
+        unnamed: those of them that name a tag by a number whose name the capture lacks.
+    """
 
     def __init__(self) -> None:
+        self.reads = self.unnamed = 0
         self._rest = {True: b"", False: b""}
         self._open: OrderedDict[_Key, deque[_Sent]] = OrderedDict()
         self._names: dict[int, str] = {}
@@ -93,6 +99,17 @@ class CipPairing(Pairing):
                 if not waiting:
                     del self._open[key]
                 yield from self._answered((asked_ns, at_ns), request, message, 0)
+
+    @property
+    @override
+    def passed_over(self) -> str:
+        if not self.reads:
+            return ""
+        unnamed = f", {self.unnamed:,} of them by numbers whose names came before the capture"
+        return (
+            f"{self.reads:,} reads of tags{unnamed if self.unnamed else ''}, none of Local:n:I: "
+            "let the client read that, too"
+        )
 
     @override
     def finish(self) -> Iterator[PairedExchange]:
@@ -169,9 +186,13 @@ class CipPairing(Pairing):
         data: bytes,
         said: bytes,
     ) -> Iterator[PairedExchange]:
-        place = image_place(
-            [self._names.get(each.number, "") if isinstance(each, Instance) else each for each in path.steps]
-        )
+        names = [
+            self._names.get(each.number, "") if isinstance(each, Instance) else each for each in path.steps
+        ]
+        place = image_place(names)
+        if place is None and service in (READ, READ_PART):
+            self.reads += 1
+            self.unnamed += names[:1] == [""]
         change = None if place is None else _change(place, service, data, said)
         if place is not None and change is not None:
             at, changed, keep = change

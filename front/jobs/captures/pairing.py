@@ -54,6 +54,11 @@ class Pairing(Protocol):
     def finish(self) -> Iterator[PairedExchange]:
         """Yield the requests that have no reply."""
 
+    @property
+    def passed_over(self) -> str:
+        """What else the connection has, a sentence; "" for nothing."""
+        return ""
+
 
 def _unanswered(asked_ns: int, unit: int, request: bytes) -> PairedExchange:
     return PairedExchange(asked_ns, asked_ns, unit, request, None)

@@ -101,7 +101,8 @@ def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> 
         _add(found, one.finish())
     if not found.exchanges:
         seen = f"; its ports are {', '.join(map(str, sorted(ports)))}" if ports else ""
-        raise ValueError(f"no exchange at port {port}{seen}")
+        others = next(filter(None, (one.passed_over for one in pairings.values())), "")
+        raise ValueError(others or f"no exchange at port {port}{seen}")
     if capture.cut_off is not None:
         found.notes.append(f"the file ends within a packet, at byte {capture.cut_off:,}")
     if streams.gaps:
@@ -138,7 +139,7 @@ def _add(found: DeviceCapture, exchanges: Iterator[PairedExchange]) -> None:
 def _of_unit(path: Path, captured: DeviceCapture, unit: int | None) -> DeviceCapture:
     units = sorted({each.unit for each in captured.exchanges})
     if unit is None and len(units) > 1:
-        raise ValueError(f"{path}: it has the units {', '.join(map(str, units))}: give --unit")
+        raise ValueError(f"{path}: it has the units {', '.join(map(str, units))}: give --address")
     if unit is not None and unit not in units:
         raise ValueError(f"{path}: no unit {unit}; it has {', '.join(map(str, units))}")
     of_unit = (

@@ -97,18 +97,26 @@ def _inside(first: int, data: bytes) -> Iterator[tuple[int, int]]:
             yield first + place, int.from_bytes(data[2 * place : 2 * place + 2], "big")
 
 
-def record_words(target: Path, scans: Sequence[WordScan], begin_ns: int, slot: int = 1) -> None:
+SAMPLED = "sampled"
+"""Fact `words` of a trace whose scans are a client's reads."""
+
+
+def record_words(
+    target: Path, scans: Sequence[WordScan], begin_ns: int, slot: int = 1, *, sampled: bool = False
+) -> None:
     """Write a trace of scans.
 
     Args:
         begin_ns: its time 0.
         slot: of the module.
+        sampled: the scans are a client's reads, between which words may come and go.
 
     Raises:
         OSError: it can't be written.
     """
     memory = bytearray(SLOT_BYTES)
     facts = {"name": target.stem, "controller": "remote i/o", "source": "capture"}
+    facts |= {"words": SAMPLED} if sampled else {}
     module = SlotInfo(slot, CATALOG, "4.1")
     recorder = ScanRecorder(target, memory, [module], scan_period_ns=SCAN_PERIOD_NS, metadata=facts)
     with closing(recorder):

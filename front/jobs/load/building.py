@@ -19,7 +19,13 @@ from ...runtime.loop.rack import Card, Rack
 from ...runtime.loop.scan import CpuMode, ScanLogic
 
 
-def build_rack(spec: RackSpec, ports: ExitStack | None = None, *, handled: bool = False) -> Rack:
+def build_rack(
+    spec: RackSpec,
+    ports: ExitStack | None = None,
+    *,
+    handled: bool = False,
+    around: Callable[[int, Module], Module] | None = None,
+) -> Rack:
     """Put new modules into a new rack.
 
     The random numbers of slot n are seeded with the rack's seed and n, so that slots do not repeat each
@@ -28,6 +34,7 @@ def build_rack(spec: RackSpec, ports: ExitStack | None = None, *, handled: bool 
     Args:
         ports: closes the real ports that are opened; None = real ports are not allowed.
         handled: incidents may happen to every module while the rack runs, see `ExposedModule.happen`.
+        around: returns what sits in a slot in place of its module.
 
     Raises:
         ValueError: a real port that is not allowed, or can't be opened.
@@ -36,6 +43,8 @@ def build_rack(spec: RackSpec, ports: ExitStack | None = None, *, handled: bool 
     for module in modules.values():
         if isinstance(module, Follower):
             module.join(modules)
+    if around is not None:
+        modules = {number: around(number, module) for number, module in modules.items()}
     return Rack(
         Card(
             slot.number,

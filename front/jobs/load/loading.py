@@ -17,7 +17,7 @@ from ...io_images.times import DEFAULT_RUN, parse_duration
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import Stub, Stubs
 from ...runtime.config.rackfile import RackFile, RackFileError, explained, load_rack_file
-from ...runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec
+from ...runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec, profile_in
 from ...runtime.loop.scan import ScanLogic
 from ...traces.files.portable import no_device
 from .exports import rack_of_export
@@ -132,7 +132,7 @@ def load_rack(rack: str | Path, program: Callable[..., Any] | str | Path | None 
     """
     if program is None or isinstance(program, (str, Path)):
         return load_job(str(rack), None if program is None else str(program))
-    spec, path = load_spec(str(rack))
+    spec, path = load_spec(str(rack), program=getattr(program, "__name__", type(program).__name__))
     place = _RackPlace(str(rack), path, spec, None, RackGroup(_load_beside))
     place.world.enter(path)
     return _with_object(place, program, None)
@@ -184,11 +184,15 @@ def with_tags(job: LoadedRack, patterns: Sequence[str]) -> LoadedRack:
     return replace(job, spec=job.spec.model_copy(update={"tags": (*job.spec.tags, *patterns)}))
 
 
-def load_spec(rack: str) -> tuple[RackSpec, Path]:
-    """Load a rack without its program; return it and its path. See `load_job`."""
+def load_spec(rack: str, *, program: str | None = None) -> tuple[RackSpec, Path]:
+    """Load a rack without its program; return it and its path. See `load_job`.
+
+    Args:
+        program: name of the one that runs in place of the rack's, which may have none.
+    """
     path = _rack_path(rack)
     if rack_form(path) is Form.DATA:
-        return load_rack_file(path, load_modules).spec, path
+        return load_rack_file(path, load_modules, program=program).spec, path
     try:
         file = load_function(_address(rack), Path(), default=RACK_FUNCTION, arguments=())
     except MissingNameError as error:
@@ -346,8 +350,11 @@ def _bind_axes(spec: RackSpec, program: LoadedProgram) -> None:
         raise LadderError("the program has no axes: it is a function")
     from ...ladder.instructions.motion.axes import AxisSettings
 
+    trip_ms = _round_trip_ms(spec)
     settings = {
-        name: AxisSettings(**axis.values(), round_trip_ms=_round_trip_ms(spec))
+        name: AxisSettings(
+            **axis.values(), round_trip_ms=trip_ms, limits=profile_in(spec.slot, axis.slot).limits
+        )
         for name, axis in spec.axes.items()
     }
     program.function.take_axes(axes_of(settings))

@@ -9,7 +9,8 @@ bit         0         1        the level changed between the two scans: assumed 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,20 +22,25 @@ from ...traces.signals.decode import in_command_mode
 from ..run.playback import Stimulus
 
 
-def recorded_levels(recording: PackedTrace) -> Iterator[Stimulus]:
+def recorded_levels(
+    recording: PackedTrace, high: Mapping[int, int] = MappingProxyType({})
+) -> Iterator[Stimulus]:
     """Yield the level of every input at the beginning, and whenever it changed, in order of time.
 
     An unused input shows no level: it counts as not active.
+
+    Args:
+        high: the inputs that are active when energized at the beginning, by slot; all without.
     """
     for slot in recording.slots:
         if slot.is_stepper:
-            yield from _levels_of(recording, slot.number)
+            yield from _levels_of(recording, slot.number, high.get(slot.number, ALL_INPUTS))
 
 
-def _levels_of(recording: PackedTrace, slot: int) -> Iterator[Stimulus]:
+def _levels_of(recording: PackedTrace, slot: int, high: int) -> Iterator[Stimulus]:
     first_ns = recording.times[0]
     before: int | None = None
-    for at_ns, levels in _shown(recording, recording.place(slot) // 2):
+    for at_ns, levels in _shown(recording, recording.place(slot) // 2, high):
         for bit in InputBit:
             if before is None:
                 yield Stimulus(first_ns, slot, bit, bool(levels & bit.value))
@@ -43,28 +49,29 @@ def _levels_of(recording: PackedTrace, slot: int) -> Iterator[Stimulus]:
         before = levels
 
 
-def _shown(recording: PackedTrace, place: int) -> Iterator[tuple[int, int]]:
+def _shown(recording: PackedTrace, place: int, high: int) -> Iterator[tuple[int, int]]:
     """Yield the first levels of a slot, and those after every change: time, ns, and mask of energized inputs.
 
     Args:
         recording: read chunk by chunk.
         place: the first column of the slot's output words.
+        high: the inputs that are active when energized at the beginning.
     """
     outputs, inputs = slice(place, place + WORDS), slice(place + WORDS, place + 2 * WORDS)
-    before, configured, last_ns = _NOTHING, _ALL_HIGH, recording.times[0]
+    before, configured, last_ns = _NOTHING, np.uint16(high), recording.times[0]
     for columns in recording.scans.chunks():
         if not len(columns.scan):
             return
-        high = _active_high(columns.words[:, outputs], configured)
+        active_high = _active_high(columns.words[:, outputs], configured)
         shown = columns.words[:, inputs]
-        levels = (shown[:, 1].view(np.uint16) & _ALL_HIGH) ^ high ^ _ALL_HIGH
+        levels = (shown[:, 1].view(np.uint16) & _ALL_HIGH) ^ active_high ^ _ALL_HIGH
         rows = np.flatnonzero(in_command_mode(shown))
         changed = rows[np.diff(levels[rows].astype(np.int32), prepend=before) != 0]
         times = np.concatenate(([last_ns], columns.time_ns))
         for row in changed.tolist():
             yield int(times[row] + times[row + 1]) // 2, int(levels[row])
         before = int(levels[rows[-1]]) if len(rows) else before
-        configured, last_ns = high[-1], int(times[-1])
+        configured, last_ns = active_high[-1], int(times[-1])
 
 
 _ALL_HIGH = np.uint16(ALL_INPUTS)

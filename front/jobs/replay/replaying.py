@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
+from types import MappingProxyType
 
 from ...io_images.amci3601 import InputBit
 from ...runtime.config.rackspec import RackSpec
@@ -21,6 +23,7 @@ from ..run.build import build_playback
 from ..run.playback import RecordedInputs, ReplayPlan, Stimulus, recorded_outputs, stimulated
 from ..run.running import Observer, unobserved
 from .input_levels import recorded_levels
+from .resumed import Resumed
 from .tag_orders import TagOrders, first_few
 from .targets import ReplayTarget, Stimuli
 
@@ -30,6 +33,8 @@ class Replay:
 
     Args:
         spec: the rack; its modules answer to the recorded outputs.
+        resumed: the modules that were in operation before; None = all are just powered up.
+        exact_inputs: whether the instants at which inputs change are known.
     """
 
     def __init__(
@@ -39,11 +44,22 @@ class Replay:
         logic: ScanLogic | None,
         into: ReplayTarget,
         slots: Sequence[int],
+        resumed: Resumed | None = None,
+        *,
+        exact_inputs: bool = False,
     ) -> None:
-        self._recording = recording
+        self._recording, self._slots = recording, slots
+        self._resumed = resumed if resumed is not None and resumed.slots else None
+        if self._resumed is not None:  # its faults show in the images
+            spec = spec.model_copy(update={"incidents": ()})
         self._spec = spec
         self._score = score_of(recording)
-        self.rack = build_rack(spec) if into is not ReplayTarget.PROGRAM else recorded_rack(recording, spec)
+        if into is ReplayTarget.PROGRAM:
+            self.rack = recorded_rack(recording, spec)
+        elif self._resumed is not None:
+            self.rack = build_rack(spec, around=partial(self._resumed.around, exact_inputs=exact_inputs))
+        else:
+            self.rack = build_rack(spec)
         self._logic = logic or recorded_outputs(self._score, recording.memory)
         directions = {
             ReplayTarget.MODULE: ("in",),
@@ -52,7 +68,9 @@ class Replay:
         }[into]
         self._orders: TagOrders | None = None
         self._images: list[Image] = [(slot, direction) for slot in slots for direction in directions]
-        self.notes = list(_assumptions(into, self._score))  # restrictions of the replay, in words
+        self.notes = list(
+            _assumptions(into, self._score, told=self._resumed is not None)
+        )  # restrictions of the replay, in words
         if into is not ReplayTarget.MODULE:
             self.notes += edit_notes(recording.events)
             self._orders = TagOrders(self._score, recording.events)
@@ -65,6 +83,7 @@ class Replay:
 
         Raises:
             KeyboardInterrupt: Ctrl-C stopped it; what was compared so far is no answer.
+            ValueError: the recording never shows the state of a module that was in operation before.
         """
         follower = Follower(self._recording, self.rack.memory, self._images, tolerance=allowed)
         logic = self._logic if self._orders is None else self._orders.program(self._logic)
@@ -81,6 +100,8 @@ class Replay:
             raise KeyboardInterrupt
         if orders is not None:
             self.notes += first_few(orders.refused)
+        if self._resumed is not None:
+            self.notes += self._resumed.notes(self._slots)
         return follower
 
 
@@ -131,6 +152,15 @@ def lost_notes(scans: Iterable[int]) -> list[str]:
     ]
 
 
+def forced_rows(score: ReplayPlan) -> list[bool]:
+    """Return whether forces were in effect, by row."""
+    forced, rows = False, []
+    for number in score.numbers:
+        forced = bool(score.forces.get(number, forced))
+        rows.append(forced)
+    return rows
+
+
 _FRESH = {
     ReplayTarget.MODULE: "the module is taken to be just powered up",
     ReplayTarget.PROGRAM: "the program is taken to have just been started",
@@ -138,9 +168,9 @@ _FRESH = {
 }
 
 
-def _assumptions(into: ReplayTarget, score: ReplayPlan) -> Iterator[str]:
+def _assumptions(into: ReplayTarget, score: ReplayPlan, *, told: bool) -> Iterator[str]:
     first = score.numbers[0]
-    if first:
+    if first and not told:
         yield f"the trace begins with scan {first:,}, in mid-life: {_FRESH[into]} then"
     if all(score.mode(row) is CpuMode.PROGRAM for row in range(len(score.flags))):
         yield "the flags of all scans say program mode, in which logic rests and outputs are not sent"
@@ -183,11 +213,14 @@ NO_SLOT = 0
 """Slots have numbers from 1."""
 
 
-def with_stimuli(spec: RackSpec, recording: PackedTrace, stimuli: Stimuli) -> RackSpec:
-    """Return a rack on whose machines the selected stimuli act."""
+def with_stimuli(
+    spec: RackSpec, recording: PackedTrace, stimuli: Stimuli, high: Mapping[int, int] = MappingProxyType({})
+) -> RackSpec:
+    """Return a rack on whose machines the selected stimuli act; for `high` see `recorded_levels`."""
     if stimuli is Stimuli.MACHINE:
         return spec
-    found = recorded_stimuli(recording) if stimuli is Stimuli.RECORDED else recorded_levels(recording)
+    recorded = stimuli is Stimuli.RECORDED
+    found = recorded_stimuli(recording) if recorded else recorded_levels(recording, high)
     by_slot: dict[int, list[Stimulus]] = defaultdict(list)
     for each in found:
         by_slot[each.slot].append(each)
@@ -202,6 +235,17 @@ def with_stimuli(spec: RackSpec, recording: PackedTrace, stimuli: Stimuli) -> Ra
         for slot in spec.slot
     )
     return spec.model_copy(update={"slot": slots})
+
+
+def of_recording(recording: PackedTrace, spec: RackSpec) -> tuple[RackSpec, list[str]]:
+    """Return a rack without the slots that a recording lacks, with a note of them."""
+    recorded = {slot.number for slot in recording.slots}
+    missing = sorted({slot.number for slot in spec.slot} - recorded)
+    kept = tuple(slot for slot in spec.slot if slot.number in recorded)
+    if not missing or not kept:
+        return spec, []
+    note = f"the rack's {_slots(missing)} is not in the trace and is left out"
+    return spec.model_copy(update={"slot": kept}), [note]
 
 
 def check_slots(recording: PackedTrace, spec: RackSpec, only: int | None) -> list[int]:

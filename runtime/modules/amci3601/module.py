@@ -20,10 +20,11 @@ milliseconds as after a quarter of one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from ....io_images.amci3601 import Firmware, InputBit
+from ....io_images.amci3601 import Configuration, Firmware, InputBit
+from ....io_images.amci3601.words import WORDS_3601, Profile
 from ....io_images.image import Image
 from ....io_images.thousands import split_reported, split_reported_all
 from ...kinematics import Segment
@@ -34,7 +35,7 @@ from ...machine import Machine
 from .command_layer import CommandLayer
 from .indicators import UNPOWERED, indicators
 from .options import Amci3601Options
-from .report import report
+from .report import report, take_shown
 from .step_generator import NEVER, StepGenerator
 from .trouble import ANSWERS
 
@@ -57,6 +58,7 @@ class Amci3601:
         machine: by default one without switches.
         options: options of the model by name, see `Amci3601Options`.
         diagnostic_wiring: the step outputs are wired to the encoder inputs.
+        profile: the module of the family; by default a 3601.
 
     Raises:
         ValueError: an unknown firmware or option.
@@ -71,7 +73,9 @@ class Amci3601:
         options: Mapping[str, JsonValue] | None = None,
         *,
         diagnostic_wiring: bool = False,
+        profile: Profile = WORDS_3601,
     ) -> None:
+        self.profile = profile
         self.firmware = Firmware.parse(firmware) if isinstance(firmware, str) else firmware
         self.machine = Machine() if machine is None else machine
         self.options = Amci3601Options.of(options)
@@ -94,7 +98,9 @@ class Amci3601:
     def _power_up(self) -> None:
         self.axis = StepGenerator(self.machine, diagnostic_wiring=self._diagnostic_wiring)
         self.axis.advance(self._now_ns)
-        self.layer = self._layer_of(self.axis, self.firmware, self.options, self.events, self._now_ns)
+        self.layer = self._layer_of(
+            self.axis, self.firmware, self.options, self.events, self._now_ns, self.profile
+        )
         self.layer.state.running = self._plc_running
         self._acted_on: bytes | None = None  # the output words that the layer has processed
         self._tick_due_ns = self._counts_due_ns = NEVER
@@ -127,6 +133,30 @@ class Amci3601:
         self._fall_silent()
         self.trouble, self.linked = None, True
         self._power_up()
+
+    def take_state(
+        self, now_ns: int, outputs: Image, shown: Sequence[int], configuration: Configuration | None
+    ) -> None:
+        """Take the state that an input image shows at rest in command mode, from `now_ns` on.
+
+        What no image shows is as after power-up: there is no stored blend profile, and a minimum registration
+        distance is that of `MIN_REG_NONZERO`, 1 step or none.
+
+        Args:
+            outputs: the words in force; their bits are no edges.
+            shown: the input words, unsigned.
+        """
+        self.before_change()
+        self._now_ns = now_ns
+        noted = len(self.events)
+        self._power_up()
+        del self.events[noted:]
+        take_shown(self.layer, shown, configuration)
+        self.layer.overlook(tuple(outputs))
+        self._acted_on = outputs.raw.tobytes()
+        self._publish()
+        self._foresee()
+        self.look_again()
 
     def machine_at(self, now_ns: int) -> Machine:
         """Return the machine as it is at `now_ns`, the instant of the last `update`."""

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from ....io_images.amci3601 import StatusLsw, StatusMsw
+from collections.abc import Sequence
+
+from ....io_images.amci3601 import ALL_INPUTS, Configuration, StatusLsw, StatusMsw
 from ....io_images.image import signed_word
-from ....io_images.thousands import split_reported
-from .latches import CONFIG_ERROR, MODE_CONFIG, MODULE_OK
+from ....io_images.thousands import join_reported, split_reported
+from .latches import CONFIG_ERROR, MODE_CONFIG, MODULE_OK, WORD_0
 from .operation import Host
 
 MOVING_CW = StatusMsw.MOVING_CW.value
@@ -34,6 +36,30 @@ def report(host: Host, words: memoryview[int]) -> None:
         words[6], words[7] = split_reported(state.captured)
 
 
+def take_shown(host: Host, shown: Sequence[int], configuration: Configuration | None) -> None:
+    """Give a host just powered up the state of input words of command mode; the way back of `report`.
+
+    Args:
+        shown: unsigned words.
+    """
+    state = host.state
+    state.latches.bits = shown[0] & ~(MOVING_CW | MOVING_CCW | ACCELERATING | DECELERATING)
+    state.latches.bits |= shown[1] << 16 & host.profile.further_errors
+    state.configuration = configuration
+    state.mirror = (0, 0, 0, 0) if configuration is None else tuple(configuration.to_image())[:4]
+    host.axis.configure(configuration)
+    host.axis.preset_position(_joined(shown[2], shown[3]))
+    host.axis.preset_encoder(_joined(shown[4], shown[5]))
+    state.captured = _joined(shown[6], shown[7])
+    state.reported_inputs = shown[1] & ALL_INPUTS
+    state.active = state.reported_inputs & (0 if configuration is None else configuration.inputs_used)
+    state.minimum_registration = 1 if shown[1] & MIN_REG_NONZERO else 0
+
+
+def _joined(msw: int, lsw: int) -> int:
+    return join_reported(signed_word(msw), signed_word(lsw))
+
+
 def _status_msw(host: Host) -> int:
     bits = host.state.latches.bits
     direction, ramp = host.axis.direction, host.axis.ramp
@@ -43,12 +69,12 @@ def _status_msw(host: Host) -> int:
         bits |= MOVING_CW if direction > 0 else MOVING_CCW
         if ramp:
             bits |= ACCELERATING if ramp > 0 else DECELERATING
-    return bits
+    return bits & WORD_0
 
 
 def _status_lsw(host: Host) -> int:
     state = host.state
-    bits = state.reported_inputs
+    bits = state.reported_inputs | state.latches.bits >> 16
     if state.proximity:
         bits |= HOME_PROX_ECHO  # a plain echo, homing or not (reading A-96)
     if host.operation is not None:

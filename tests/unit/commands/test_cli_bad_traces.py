@@ -13,8 +13,7 @@ import pytest
 from made_traces import idle, record
 from mcap.writer import Writer
 from scanrack.commands import build
-from scanrack.traces.read.arrays import read_columns
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace, read_columns
 from scanrack.traces.write import recorder
 from typer.testing import CliRunner
 
@@ -29,7 +28,7 @@ COMMANDS = {
     "compare": ["compare", "TRACE", "good.mcap"],
     "compare with": ["compare", "good.mcap", "TRACE"],
     "replay": ["replay", "TRACE"],
-    "rerun": ["rerun", "TRACE"],
+    "rerun": ["replay", "--into", "session", "TRACE"],
 }
 
 
@@ -190,7 +189,7 @@ WRITING = {
     "vcd": ["export", "good.mcap", "--vcd", "out.vcd"],
     "parquet": ["export", "good.mcap", "--parquet", "out.parquet"],
     "page": ["plot", "good.mcap", "--out", "out.html"],
-    "repair": ["repair", "good.mcap", "--output", "out.mcap"],
+    "repair": ["repair", "good.mcap", "--out", "out.mcap"],
 }
 
 

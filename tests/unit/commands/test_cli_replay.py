@@ -1,4 +1,4 @@
-"""`scanrack replay` and `scanrack rerun`: a recording into module, program and rack, and what differs then.
+"""`scanrack replay`: a recording into module, program and rack, and what differs then.
 
 Broken on purpose: outputs sent one scan late, the recorded modes ignored, forces left out,
 `--trust` always true: each turns a test red.
@@ -13,13 +13,11 @@ from pathlib import Path
 import forked
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.load.building import build_cpu, build_rack
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import build_cpu, build_rack, load_job
 from scanrack.jobs.record.recording import recorder_for
-from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime import Cpu
 from scanrack.runtime.loop.scan import CpuMode
-from scanrack.traces.read.reader import open_trace
-from scanrack.traces.write.recorder import ScanRecorder
+from scanrack.traces import ScanRecorder, open_trace
 from typer.testing import CliRunner, Result
 
 pytestmark = pytest.mark.slow  # together they take seconds
@@ -194,13 +192,16 @@ def test_a_trace_that_begins_in_mid_life_is_said_to(folder: Path) -> None:
     [
         (["--slot", "3"], "--slot 3: the trace has slot 1"),
         (["--program", "line.py"], "--program goes with --into program or rack"),
-        (["--rack", "two.toml"], "the trace has slot 1, the rack slot 1, 2: they have to be the same"),
+        (["--rack", "two.toml"], "the trace has slot 1, the rack slot 2: they have to be the same"),
+        (["--configuration", "8000h x"], "give words such as 843Ch 003Ch 0 500"),
+        (["--configuration", "0 0"], "a configuration has bit 15 set"),
+        (["--into", "rack", "--configuration", "843Ch"], "--configuration goes with --into module"),
         (["--rack", "none.toml"], "no such rack file"),
     ],
 )
 def test_what_does_not_fit_is_told_in_one_line(folder: Path, options: list[str], says: str) -> None:
     trace = record(folder)
-    two = (folder / "rack.toml").read_text(encoding="utf-8") + '[[slot]]\nnumber = 2\nmodule = "amci3601"\n'
+    two = (folder / "rack.toml").read_text(encoding="utf-8").replace("number = 1", "number = 2")
     (folder / "two.toml").write_text(two, encoding="utf-8")
     result = scanrack("replay", trace, *options)
     assert result.exit_code == 2
@@ -208,10 +209,19 @@ def test_what_does_not_fit_is_told_in_one_line(folder: Path, options: list[str],
     assert result.stderr.count("\n") == 1
 
 
+def test_slots_that_the_trace_lacks_are_left_out(folder: Path) -> None:
+    trace = record(folder)
+    two = (folder / "rack.toml").read_text(encoding="utf-8") + '[[slot]]\nnumber = 2\nmodule = "amci3601"\n'
+    (folder / "two.toml").write_text(two, encoding="utf-8")
+    result = scanrack("replay", trace, "--rack", "two.toml")
+    assert result.exit_code == 0, result.output
+    assert "the rack's slot 2 is not in the trace and is left out" in result.stderr
+
+
 def test_a_rerun_gives_the_same_bytes(folder: Path) -> None:
     trace = record(folder)
     sys.modules.pop("speeds")  # as in a process that has not run it before
-    result = scanrack("rerun", trace, "--record", "again.mcap")
+    result = scanrack("replay", "--into", "session", trace, "--record", "again.mcap")
     assert (result.exit_code, result.output) == (0, "line.mcap: 400 scans, the same byte for byte\n")
     assert (folder / "again.mcap").read_bytes() == trace.read_bytes()
 
@@ -234,7 +244,7 @@ def test_python_of_a_trace_is_not_run_without_trust(folder: Path, monkeypatch: p
     elsewhere = folder / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)
-    for command in (["rerun"], ["replay", "--into", "program"]):
+    for command in (["replay", "--into", "session"], ["replay", "--into", "program"]):
         refused = scanrack(command[0], trace, *command[1:])
         assert refused.exit_code == 2
         assert [line.split()[0] for line in refused.stderr.splitlines()[1:-1]] == ["line.py", "speeds.py"]
@@ -244,9 +254,9 @@ def test_python_of_a_trace_is_not_run_without_trust(folder: Path, monkeypatch: p
 
 def test_python_of_a_trace_is_run_if_it_is_that_of_the_current_folder(folder: Path) -> None:
     trace = record(folder)
-    assert scanrack("rerun", trace).exit_code == 0
+    assert scanrack("replay", "--into", "session", trace).exit_code == 0
     (folder / "speeds.py").write_text("SPEED = 2001\n", encoding="utf-8")
-    refused = scanrack("rerun", trace)
+    refused = scanrack("replay", "--into", "session", trace)
     assert refused.exit_code == 2
     assert [line.split()[0] for line in refused.stderr.splitlines()[1:-1]] == ["speeds.py"]
 
@@ -255,7 +265,7 @@ def test_a_rerun_in_a_process_of_its_own_uses_the_files_of_the_trace(folder: Pat
     """Not those of the current folder, which have changed."""
     trace = record(folder)
     (folder / "speeds.py").write_text("SPEED = 700\n", encoding="utf-8")
-    command = [sys.executable, "-m", "scanrack", "rerun", str(trace), "--trust"]
+    command = [sys.executable, "-m", "scanrack", "replay", "--into", "session", str(trace), "--trust"]
     result = forked.run(command, capture_output=True, text=True, check=False, cwd=folder, encoding="utf-8")
     assert (result.returncode, result.stderr) == (0, ""), result.stdout
 
@@ -270,7 +280,7 @@ def test_a_rack_in_python_with_its_logic_inside_is_rerun(folder: Path) -> None:
         encoding="utf-8",
     )
     assert scanrack("run", "press.py:made", "--scans", "30", "-q", "--record", "press.mcap").exit_code == 0
-    result = scanrack("rerun", "press.mcap")
+    result = scanrack("replay", "--into", "session", "press.mcap")
     assert (result.exit_code, result.output) == (0, "press.mcap: 30 scans, the same byte for byte\n")
 
 
@@ -291,7 +301,16 @@ def test_what_a_program_imports_stays_beside_it(folder: Path, monkeypatch: pytes
     assert {"line.py", "program/line.py", "program/speeds.py"} <= names
     assert "speeds.py" not in names
     monkeypatch.chdir(elsewhere)
-    command = [sys.executable, "-m", "scanrack", "rerun", str(folder / "line.mcap"), "--trust"]
+    command = [
+        sys.executable,
+        "-m",
+        "scanrack",
+        "replay",
+        "--into",
+        "session",
+        str(folder / "line.mcap"),
+        "--trust",
+    ]
     result = forked.run(command, capture_output=True, text=True, check=False, encoding="utf-8")
     assert (result.returncode, result.stderr) == (0, ""), result.stdout
 
@@ -306,14 +325,14 @@ def test_rungs_are_rerun_without_further_ado(folder: Path, monkeypatch: pytest.M
     elsewhere = folder / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)
-    result = scanrack("rerun", folder / "rungs.mcap")
+    result = scanrack("replay", "--into", "session", folder / "rungs.mcap")
     assert (result.exit_code, result.output) == (0, "rungs.mcap: 60 scans, the same byte for byte\n")
 
 
 @pytest.mark.parametrize("name", ["../evil.py", "/evil.py", "a/../../evil.py"])
 def test_a_file_that_leads_out_of_its_folder_is_refused(tmp_path: Path, name: str) -> None:
     import made_traces
-    from scanrack.traces.write.recorder import Attachment
+    from scanrack.traces import Attachment
 
     recorder = ScanRecorder(
         tmp_path / "evil.mcap",
@@ -347,7 +366,12 @@ def test_a_run_that_faulted_faults_again_and_is_the_same(folder: Path) -> None:
         "def logic(scan):\n    scan.slot[1].outputs[5] = 7\n    assert scan.number < 50\n", encoding="utf-8"
     )
     assert scanrack("run", "rack.toml", "--scans", "99", "-q", "--record", "fault.mcap").exit_code == 1
-    for command in (["rerun"], ["replay"], ["replay", "--into", "program"], ["replay", "--into", "rack"]):
+    for command in (
+        ["replay", "--into", "session"],
+        ["replay"],
+        ["replay", "--into", "program"],
+        ["replay", "--into", "rack"],
+    ):
         result = scanrack(command[0], "fault.mcap", *command[1:])
         assert result.exit_code == 0, (command, result.output)
 
@@ -369,9 +393,8 @@ def test_power_links_torn_updates_and_the_key_come_again(folder: Path) -> None:
 def test_scans_as_irregular_as_those_of_a_real_plc_are_replayed_at_their_times(folder: Path) -> None:
     """A module does not care how often it is asked; so a jittery recording has a jittery replay."""
     from scanrack.io_images import Image
-    from scanrack.runtime.modules.amci3601 import Amci3601
-    from scanrack.traces.format.layout import SlotInfo
-    from scanrack.traces.write.recorder import Attachment
+    from scanrack.runtime import Amci3601
+    from scanrack.traces import Attachment, SlotInfo
 
     memory, module, sent = bytearray(32), Amci3601("4.1"), Image()
     rack = 'program = "none.py"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
@@ -416,7 +439,7 @@ def test_a_recording_of_somebody_elses_needs_a_rack(folder: Path) -> None:
     import made_traces
 
     made_traces.record(folder / "bare.mcap", made_traces.idle(20))
-    for command in (["replay"], ["rerun"]):
+    for command in (["replay"], ["replay", "--into", "session"]):
         result = scanrack(*command, "bare.mcap")
         assert result.exit_code == 2
         assert "the trace does not say what its rack file is: it can't be run without one" in result.stderr

@@ -9,10 +9,9 @@ import forked
 import pytest
 from scanrack.commands import build
 from scanrack.jobs.record import recording
-from scanrack.runtime.loop.cpu import ScanFlag
-from scanrack.traces.read.reader import open_trace
+from scanrack.runtime import ScanFlag
+from scanrack.traces import ScanRecorder, open_trace
 from scanrack.traces.write.output import TraceFull
-from scanrack.traces.write.recorder import ScanRecorder
 from typer.testing import CliRunner
 
 RACK = """\
@@ -196,7 +195,7 @@ def test_ctrl_c_ends_a_run_in_order(folder):
         folder,
         "def logic(scan):\n",
         "import os, signal\n\n\ndef logic(scan):\n"
-        "    if scan.number == 12:\n        os.kill(os.getpid(), signal.SIGINT)\n",
+        "    if scan.number == 12:\n        signal.raise_signal(signal.SIGINT)\n",
         "line.py",
     )
     done = scanrack("line.toml")
@@ -210,7 +209,7 @@ def test_a_second_ctrl_c_ends_it_at_once(folder):
         folder,
         "def logic(scan):\n",
         "import os, signal\n\n\ndef logic(scan):\n"
-        "    while scan.number == 12:\n        os.kill(os.getpid(), signal.SIGINT)\n",
+        "    while scan.number == 12:\n        signal.raise_signal(signal.SIGINT)\n",
         "line.py",
     )
     done = scanrack("line.toml")

@@ -19,7 +19,7 @@ from scanrack.commands import build
 from scanrack.commands.recordings import show
 from scanrack.commands.wire.link_commands import show_state
 from scanrack.terminal.terminal import LAYOUT, on_a_line, visible
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import SlotInfo
 from typer.testing import CliRunner, Result
 
 ATTACK = "\x1b[2J\x1b]0;owned\x07\x9b31m\r\x7f\u202e\u2066\u2028"
@@ -96,9 +96,9 @@ def test_a_cell_is_no_markup(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out.split() == ["[/]", "[link=https://x]y[/link]", ":smile:"]
 
 
-@pytest.mark.parametrize("command", ["rerun", "replay", "fuzz"])
+@pytest.mark.parametrize("command", ["replay --into session", "replay", "fuzz"])
 def test_messages_make_them_visible(trace: Path, command: str) -> None:
-    result = scanrack(command, trace)
+    result = scanrack(*command.split(), trace)
     assert result.exit_code == 2
     assert clean(result)
 

@@ -9,10 +9,10 @@ import l5x_files as files
 import pytest
 from scanrack import BOOL, DINT, EQU, OTE
 from scanrack.commands import build
-from scanrack.jobs.load.loading import load_job, load_rack
-from scanrack.jobs.run.running import JobRun
+from scanrack.jobs import JobRun, load_job
+from scanrack.jobs.load.loading import load_rack
 from scanrack.ladder import Controller, LadderLogic
-from scanrack.runtime.config.rackfile import RackFileError
+from scanrack.runtime import RackFileError
 from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[3]
@@ -167,7 +167,7 @@ def test_a_run_names_its_partners_and_a_rerun_brings_the_other_rack(folder, monk
     assert "IN = Out of two.toml" in json.loads(status.stdout)["stubs"]
     (folder / "elsewhere").mkdir()
     monkeypatch.chdir(folder / "elsewhere")
-    again = CliRunner().invoke(build(), ["rerun", "../a.mcap"])
+    again = CliRunner().invoke(build(), ["replay", "--into", "session", "../a.mcap"])
     assert (again.exit_code, "the same byte for byte" in again.output) == (0, True), again.output
 
 

@@ -3,9 +3,9 @@
 import pytest
 from l5x_files import diagram, document, ladder, program, tag
 from scanrack.commands import build
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import load_job
 from scanrack.ladder import LadderLogic
-from scanrack.runtime.config.rackfile import RackFileError
+from scanrack.runtime import RackFileError
 from typer.testing import CliRunner
 
 RACK = 'program = "line.L5X"\n[stubs]\n{}[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
@@ -49,7 +49,7 @@ def test_without_it_the_rack_is_refused(folder):
 
 
 def test_a_printed_rack_runs(folder):
-    status, rack = scanrack("l5x", "line.L5X", "--rack")
+    status, rack = scanrack("l5x", "line.L5X", "--print-rack")
     (folder / "line.toml").write_text(rack, encoding="utf-8")
     assert 'Blocks = "false"' in rack
     assert "ADD" not in rack  # a stub of ADD would replace the ADD that works

@@ -8,9 +8,10 @@ from multiprocessing import get_context
 import pytest
 from campaign_work import DiesOnce, dies
 from scanrack.commands import build
+from scanrack.jobs import State, read_state, write_state
 from scanrack.jobs.fuzz import Counterexample, Scenario
 from scanrack.jobs.fuzz.campaign.campaign import campaign
-from scanrack.jobs.fuzz.campaign.state import CampaignError, State, read_state, write_state
+from scanrack.jobs.fuzz.campaign.state import CampaignError
 from scanrack.jobs.fuzz.run import BrokenInvariant
 from typer.testing import CliRunner
 
@@ -132,7 +133,7 @@ def test_a_campaign_goes_on_where_it_left_off(rack, tmp_path):
         (("--only", "weather"), "unknown kind 'weather'; choose from inputs"),
         (("--invariants", "nowhere.py"), "nowhere.py: no such file"),
         (("--scenario", "nowhere.json"), "nowhere.json"),
-        (("--time", "5"), "'5' is not a time"),
+        (("--budget", "5"), "'5' is not a time"),
     ],
 )
 def test_what_cannot_be_used_is_told(rack, words, says):

@@ -8,7 +8,7 @@ from struct import pack
 import pytest
 from captured import conversation, pcap
 from scanrack.commands import build
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from typer.testing import CliRunner
 
 MS = 1_000_000
@@ -156,8 +156,8 @@ def test_one_slot_of_several(tmp_path: Path) -> None:
     talk += [(True, unconnected(read)), (False, unconnected(done(0x4C, ints(*reversed(WORDS)))))]
     code, said = imported(tmp_path, talk)
     assert code == 2
-    assert "it has the units 1, 3: give --unit" in said
-    assert imported(tmp_path, talk, "--unit", "3")[0] == 0
+    assert "it has the units 1, 3: give --address" in said
+    assert imported(tmp_path, talk, "--address", "3")[0] == 0
     assert images_in(tmp_path, 3)[2] == [list(reversed(WORDS))]
 
 
@@ -188,3 +188,16 @@ def test_every_beginning_of_a_message_and_every_single_byte_changed(tmp_path: Pa
         damaged = asked[:at] + bytes([asked[at] ^ 0xFF]) + asked[at + 1 :]
         talks.append([(True, damaged), (False, answer), (True, asked), (False, answer)])
     assert {imported(tmp_path, talk)[0] for talk in talks} <= {0, 2}
+
+
+def test_reads_of_tags_alone_are_counted(tmp_path: Path) -> None:
+    """Two of the three name a tag, one a number that the controller gave before the capture began."""
+    numbered = b"\x4c\x03" + bytes.fromhex("206b25001200") + b"\x01\x00"
+    named = b"\x4c" + image("Run") + b"\x01\x00"
+    talk = []
+    for context, request in enumerate((named, numbered, named), 1):
+        talk += [(True, unconnected(request, context)), (False, unconnected(done(0x4C, ints(1)), context))]
+    status, said = imported(tmp_path, talk)
+    assert status == 2
+    told = "3 reads of tags, 1 of them by numbers whose names came before the capture, none of Local:n:I"
+    assert told in said

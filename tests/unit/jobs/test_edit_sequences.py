@@ -11,11 +11,10 @@ from pathlib import Path
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.record.program_versions import ProgramVersions, version_of
-from scanrack.jobs.run.running import JobRun, RunOptions
-from scanrack.runtime.live.actions import Edit
-from scanrack.traces.read.reader import TraceEvent, open_trace
+from scanrack.runtime import Edit
+from scanrack.traces import TraceEvent, open_trace
 from typer.testing import CliRunner
 
 RACK = """\
@@ -159,6 +158,6 @@ def test_a_session_with_such_an_edit_runs_again_byte_for_byte(
     save(line, PROGRAM.replace(CONFIGURE, STOP).replace(RUN, NEXT), "cycle")
     run.cpu.run(SCANS)
     run.cpu.close()
-    done = CliRunner().invoke(build(), ["rerun", str(folder / "line.mcap"), "--trust"])
+    done = CliRunner().invoke(build(), ["replay", "--into", "session", str(folder / "line.mcap"), "--trust"])
     assert done.exit_code == 0, done.output
     assert "the same byte for byte" in done.output

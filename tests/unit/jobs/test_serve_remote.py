@@ -9,11 +9,11 @@ from struct import pack, unpack
 
 import pytest
 from scanrack.io_images.amci3601 import StatusMsw
-from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs import JobRun, RunOptions
 from scanrack.jobs.serve.remote import ExternalPlc, remote_job
-from scanrack.runtime.loop.pace import FreeRun
+from scanrack.runtime import FreeRun
 from scanrack.runtime.loop.scan import CpuMode
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 
 pytestmark = pytest.mark.slow  # together they take seconds
 
@@ -145,3 +145,10 @@ def test_a_rack_with_two_stepper_modules_needs_the_slot(tmp_path: Path) -> None:
         remote_job(rack, None, 500, whole=False),
     ):
         pass
+
+
+def test_a_rack_without_a_program_is_served(tmp_path: Path) -> None:
+    rack = tmp_path / "bare.toml"
+    rack.write_text('[[slot]]\nnumber = 4\nmodule = "amci3601"\n', encoding="utf-8")
+    with remote_job(str(rack), None, 500, whole=False) as (job, plc):
+        assert (plc.slot, job.rack_file) == (4, rack)

@@ -9,9 +9,8 @@ import random
 import pytest
 from live_sessions import FEEDER, LiveSession
 from scanrack.commands import build
-from scanrack.runtime.loop.cpu import CpuFault
-from scanrack.traces.read.arrays import read_columns
-from scanrack.traces.read.reader import open_trace
+from scanrack.runtime import CpuFault
+from scanrack.traces import open_trace, read_columns
 from typer.testing import CliRunner
 
 
@@ -177,7 +176,9 @@ def test_a_session_of_fifty_orders_runs_again_byte_for_byte(tmp_path, seed):
     assert session.run.cpu.scan == 4000
     assert effects_before_their_order(path) == []
     late = scans_of(path).flags >> 5 & 1
-    done = CliRunner().invoke(build(), ["rerun", str(path), "--record", str(again), "-q"])
+    done = CliRunner().invoke(
+        build(), ["replay", "--into", "session", str(path), "--record", str(again), "-q"]
+    )
     assert done.exit_code == 0, done.output
     if not late.any():
         assert path.read_bytes() == again.read_bytes()

@@ -13,8 +13,7 @@ from pathlib import Path
 import pytest
 from rerun_orders import rerun, run_while
 from scanrack.commands import build
-from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.run.servers import tag_service
 from scanrack.jobs.run.servers.kinds import ServerAddress
 from scanrack.jobs.run.servers.tag_service import TagService
@@ -131,6 +130,29 @@ def test_what_is_no_server_is_refused(tmp_path: Path, command: str) -> None:
             words = [command, rack, "--server", given, "--scans", "1", "--record", trace]
             done = CliRunner().invoke(build(), words)
             assert (done.exit_code, told in done.stderr) == (2, True), done.stderr
+
+
+@pytest.mark.parametrize("command", ["run", "watch"])
+def test_a_name_that_no_tag_has_is_refused_at_start(tmp_path: Path, command: str) -> None:
+    rack = write_rack(tmp_path, writable=("aDint", "Lokced"))
+    rows = '[server.modbus]\ncoils = [{ address = 0, tag = "aBoll" }]\n\n[[slot]]'
+    rack.write_text(rack.read_text("utf-8").replace("[[slot]]", rows), "utf-8")
+    told = "[server] writable: no tag 'Lokced': did you mean Locked"
+    mapped = "[server.modbus] coils[0], tag aBoll: no tag 'aBoll': did you mean aBool"
+    for server, problems in (("ethernet-ip:0", [told]), ("modbus-tcp:0", [told, mapped])):
+        words = [
+            command,
+            str(rack),
+            "--server",
+            server,
+            "--scans",
+            "1",
+            "--record",
+            str(tmp_path / "run.mcap"),
+        ]
+        done = CliRunner().invoke(build(), words)
+        assert done.exit_code == 2
+        assert [each in done.stderr for each in problems] == [True] * len(problems), done.stderr
 
 
 def test_a_host_that_others_reach_is_told(tmp_path: Path) -> None:

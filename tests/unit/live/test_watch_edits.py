@@ -7,7 +7,7 @@ import asyncio
 import shutil
 
 import pytest
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from watching import FEEDER, PATIENCE_S, page_of, watched
 
 pytestmark = pytest.mark.slow
@@ -53,7 +53,7 @@ def test_a_saved_program_goes_on_with_its_values(feeder):
             await page.until(lambda seen: seen.frame.get("power", {}).get("Main.0") == "111")
             return news
 
-    with watched("--record", record, "--speed", "10", rack=feeder / "feeder.toml") as session:
+    with watched("--record", record, "--time-scale", "10", rack=feeder / "feeder.toml") as session:
         news = asyncio.run(edit(session))
     assert news["new"] == ["Brand"]
     assert "tags keep their values; new: Brand" in news["text"]

@@ -15,8 +15,7 @@ from tempfile import TemporaryDirectory
 
 import pytest
 from scanrack.commands import build
-from scanrack.traces.read.arrays import read_columns
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace, read_columns
 from scanrack.watch import play
 from typer.testing import CliRunner
 from watching import FEEDER, page_of, watched
@@ -101,7 +100,7 @@ def test_an_error_bit_is_named_to_each_page_and_stops_those_that_wish_it():
             await stops.until(lambda seen: seen.frame["state"] == "past")
             return [follows.error, stops.error], stops.frame["scan"]
 
-    with watched("--paused", "--speed", "max") as session:
+    with watched("--paused", "--time-scale", "max") as session:
         errors, stopped_at = asyncio.run(work(session))
     assert {(each["scan"], each["bit"]) for each in errors} == {(ERROR, "INPUT_ERROR")}
     assert [each["stopped"] for each in errors] == [False, True]
@@ -200,6 +199,6 @@ def test_a_session_that_does_not_begin_closes_its_recording_before_the_folder_is
 
     monkeypatch.setattr(play.tempfile, "TemporaryDirectory", Folder)
     monkeypatch.setattr(play, "MonitorSupervisor", no_helper)
-    result = CliRunner().invoke(build(), ["watch", str(FEEDER), "--for", "20ms", "--speed", "max"])
+    result = CliRunner().invoke(build(), ["watch", str(FEEDER), "--for", "20ms", "--time-scale", "max"])
     assert "no helper" in str(result.exception)
     assert (folders, left) == ([["session.mcap"]], [])

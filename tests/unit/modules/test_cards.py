@@ -17,10 +17,10 @@ from scanrack import open_bench
 from scanrack.commands import build
 from scanrack.commands.wire.drive import bench_for, converse
 from scanrack.io_images.image import Image
-from scanrack.runtime.config.rackfile import RackFileError, parse_rack_file
+from scanrack.runtime import RackFileError, parse_rack_file
 from scanrack.runtime.modules.cards.module import GenericCard
 from scanrack.runtime.modules.cards.options import CardOptions
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from typer.testing import CliRunner
 
 MS = 1_000_000
@@ -121,7 +121,7 @@ def test_show_tells_by_name(trace: Path) -> None:
 
 
 def test_rerun_and_compare_find_it_the_same(trace: Path) -> None:
-    assert "the same byte for byte" in scanrack("rerun", trace, "--trust")
+    assert "the same byte for byte" in scanrack("replay", "--into", "session", trace, "--trust")
 
 
 def test_a_difference_is_told_by_name(rack: Path, trace: Path) -> None:

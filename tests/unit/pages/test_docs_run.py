@@ -12,8 +12,7 @@ from pathlib import Path
 
 import pytest
 from scanrack.commands import build
-from scanrack.runtime.config.rackfile import load_rack_file
-from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime import RackSpec, load_rack_file
 from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[3]
@@ -107,7 +106,7 @@ def test_the_commands_of_a_page_run_one_after_the_other(clone, page, monkeypatch
     concrete = [each for each in commands if re.search(r"\.(mcap|toml)\b", each)]
     assert len(concrete) >= 2
     for command in concrete:
-        ending = ["--scans", "50", "--speed", "max"] if " watch " in command else []
+        ending = ["--scans", "50", "--time-scale", "max"] if " watch " in command else []
         shown = command.replace(" --open", "")  # there may be no browser
         done = scanrack(*shlex.split(shown)[1:], *ending)
         assert (done.exit_code, done.stderr) == (0, ""), command

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from l5x_files import data_type, document, ladder, member, module, program, tag
 from scanrack.commands import build
-from scanrack.jobs.load.loading import forces_to_hold, load_job
-from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs import JobRun, RunOptions, load_job
+from scanrack.jobs.load.loading import forces_to_hold
 from typer.testing import CliRunner
 
 WORDS = data_type("Words", member("A", "INT"), member("B", "INT"))
@@ -163,7 +163,7 @@ def test_the_commands_hold_them_and_a_rerun_repeats_them(job, tmp_path):
     trace = str(tmp_path / "held.mcap")
     line = ["run", str(tmp_path / "rack.toml"), "--forces", "--scans", "3", "--record", trace, "-q"]
     assert CliRunner().invoke(build(), line).exit_code == 0
-    assert CliRunner().invoke(build(), ["rerun", trace]).exit_code == 0
+    assert CliRunner().invoke(build(), ["replay", "--into", "session", trace]).exit_code == 0
     (tmp_path / "machine.L5X").write_text(
         document(programs=[program("Main", ladder("Main", "NOP();"))]), encoding="utf-8"
     )

@@ -14,13 +14,12 @@ from pathlib import Path
 import forked
 import pytest
 from scanrack.runtime.loop import pace
+from scanrack.traces import Attachment, Scan, ScanRecorder, SlotInfo, Trace, open_trace
 from scanrack.traces.files.locking import could_lock
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.read.reader import Scan, Trace, open_records, open_trace
+from scanrack.traces.read.reader import open_records
 from scanrack.traces.repair import repair
 from scanrack.traces.write.line import LineRecorder, UnitColumns
 from scanrack.traces.write.output import TraceFile, open_trace_file
-from scanrack.traces.write.recorder import Attachment, ScanRecorder
 
 SLOTS = [SlotInfo(1, "amci3601", "4.1")]
 SCANS = 120
@@ -239,7 +238,6 @@ def logic(scan):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
 @pytest.mark.parametrize("end", ["os.kill(os.getpid(), signal.SIGKILL)", "os._exit(0)"])
 def test_a_session_in_real_time_that_ends_at_once_leaves_its_scans(tmp_path: Path, end: str) -> None:
     (tmp_path / "line.py").write_text(KILLED.format(end), encoding="utf-8")

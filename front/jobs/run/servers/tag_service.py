@@ -16,7 +16,8 @@ from ....io_images.enip.listing import Listing
 from ....runtime.line.hosts import join_address
 from ....runtime.live.mailbox import Mailbox
 from ....runtime.live.tag_desk import NoTags, TagDesk
-from ....runtime.tag_servers.images import with_images
+from ....runtime.tag_servers.database import Database
+from ....runtime.tag_servers.nearest import unknown_patterns
 from ....runtime.tag_servers.register_map import RegisterMap
 from ....runtime.tag_servers.setup import MODBUS_TCP, OPC_UA, TagSetup
 from ....runtime.tag_servers.variables import VARIABLES_MOST, TagTree
@@ -24,6 +25,7 @@ from ...load.loading import LoadedRack
 from ...trust.launcher import Handed, Helper, TimeoutExpired, launch
 from ..running import JobRun
 from .kinds import ServerAddress
+from .offered import listing_of_job
 
 LOGIX, SLC = "1769-L33ER scanrack", "1764-LRP"
 """Product names of a CompactLogix and of a MicroLogix."""
@@ -49,7 +51,7 @@ class TagService:
         say: called with lines for the user.
 
     Raises:
-        ValueError: the port can't be used.
+        ValueError: the port can't be used, or the rack file names tags that the program does not have.
     """
 
     def __init__(
@@ -59,7 +61,13 @@ class TagService:
             raise ValueError(f"--server {where.protocol}: the rack file has no [{where.kind.maps}]")
         self._say, self._writes, self._spec = say, writes, job.spec
         self._where, self._title = where, where.kind.title
+        listing = listing_of_job(job)
+        if problems := _problems(job, listing, where.protocol):
+            raise ValueError("; ".join(problems))
+        self._job = job
         self._sockets = where.listen()
+        if where.protocol == OPC_UA and TagTree(Database(listing)).is_long:
+            say(f"{self._title} clients see the first {VARIABLES_MOST:,} variables only")
         self._mailbox = Mailbox()
         self._ending = threading.Event()
         self._died = False
@@ -127,20 +135,9 @@ class TagService:
         assert self._desk is not None
         self._desk.renew()
         setup = self._setup_of(self._desk.listing, self._desk.version)
-        for each in _problems(setup):
+        for each in _problems(self._job, self._desk.listing, self._where.protocol):
             self._say(each)
         threading.Thread(target=self._offer, args=(setup,), daemon=True).start()
-
-    def check(self, run: JobRun) -> None:
-        """Raise a ValueError if the rack file maps tags that the program does not have."""
-        program = run.program.debugger
-        tags = (NoTags() if program is None else program.images).listing
-        listing = with_images(tags, run.rack.slots, self._spec.server.profile)
-        setup = self._setup_of(listing, 1)
-        for each in _problems(setup):
-            raise ValueError(each)
-        if setup.protocol == OPC_UA and TagTree(setup.database).is_long:
-            self._say(f"{self._title} clients see the first {VARIABLES_MOST:,} variables only")
 
     def _setup_of(self, listing: Listing, version: int) -> TagSetup:
         server = self._spec.server
@@ -262,16 +259,6 @@ class TagServices:
             run.program.debugger.on_edit = lambda _edit: self._renew()
         return desks
 
-    def check(self, run: JobRun) -> None:
-        """Raise a ValueError if the rack file maps tags that the program does not have."""
-        for each in self._services:
-            each.check(run)
-
-    def begin(self, run: JobRun) -> None:
-        """Check the first run, and serve its tags."""
-        self.check(run)
-        self.serve(run)
-
     def _renew(self) -> None:
         for each in self._services:
             each.renew()
@@ -288,11 +275,14 @@ class TagServices:
         return all(served)
 
 
-def _problems(setup: TagSetup) -> list[str]:
-    """Return what is wrong with the map of a server that has one."""
-    if setup.protocol != MODBUS_TCP or setup.modbus is None:
-        return []
-    return RegisterMap(setup.database, setup.modbus).problems
+def _problems(job: LoadedRack, listing: Listing, protocol: str) -> list[str]:
+    """Return a sentence for each name without a tag, in `writable` or in the map that a server has."""
+    server = job.spec.server
+    database = Database(listing, server.writable)
+    found = unknown_patterns(database, server.writable)
+    if protocol == MODBUS_TCP and server.modbus is not None:
+        found += RegisterMap(database, server.modbus).problems
+    return found
 
 
 def _packed(host: str) -> bytes:

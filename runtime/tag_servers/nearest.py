@@ -1,0 +1,57 @@
+"""Names in a rack file that no tag has, with the names that come closest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from difflib import get_close_matches
+from itertools import islice
+
+from ...io_images.enip.listing import Kind, PlainKind
+from ...io_images.enip.paths import PROGRAM
+from .database import Database, Writable
+
+NAMES_MOST, NEAREST_MOST = 20_000, 3
+"""Names that are compared, and names that a message has."""
+
+
+def nearest(database: Database, name: str) -> str:
+    """Return `: did you mean Run, Runs?`, or "" if no name is like it."""
+    names = {each.upper(): each for each in islice(_names(database), NAMES_MOST)}
+    found = [names[each] for each in get_close_matches(name.upper(), names, NEAREST_MOST)]
+    return f": did you mean {', '.join(found)}?" if found else ""
+
+
+def unknown_patterns(database: Database, patterns: Sequence[str]) -> list[str]:
+    """Return a sentence for each pattern of `[server] writable` that matches no tag and no member.
+
+    An alias is refused with the name of its tag, since access belongs to tags.
+    """
+    symbols = [each for scope in database.scopes.values() for each in scope]
+    names = [(each, _full_name(each.tag.program, each.tag.name)) for each in symbols]
+    problems = []
+    for text in patterns:
+        matches = Writable([text]).any_of
+        found = [each for each, name in names if matches(name, each.tag.kind)]
+        if not found:
+            problems.append(f"[server] writable: no tag {text!r}{nearest(database, text)}")
+        elif all(each.target for each in found):
+            target = database.resolve(found[0].target).name
+            problems.append(f"[server] writable: {text} is an alias; list its tag, {target}")
+    return problems
+
+
+def _names(database: Database) -> Iterator[str]:
+    for scope in database.scopes.values():
+        for each in scope:
+            yield from _below(_full_name(each.tag.program, each.tag.name), each.tag.kind)
+
+
+def _below(name: str, kind: Kind) -> Iterator[str]:
+    yield name
+    if not isinstance(kind, PlainKind):
+        for part in kind.by_name.values():
+            yield from _below(f"{name}.{part.name}", part.kind)
+
+
+def _full_name(program: str, name: str) -> str:
+    return f"{PROGRAM}{program}.{name}" if program else name

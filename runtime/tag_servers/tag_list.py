@@ -1,0 +1,222 @@
+"""The list of tags for whoever draws an HMI: each value with its type and its address in every protocol.
+
+name         type  access      Modbus              OPC UA              EtherNet/IP
+HmiLength    DINT  read/write  holding register 0  ns=2;s=HmiLength    HmiLength
+Strokes.ACC  DINT  read only   input register 2    ns=2;s=Strokes.ACC  Strokes.ACC
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain, product
+from math import prod
+
+from ...io_images.enip.listing import BOOL, DWORD, PLAIN
+from ...io_images.enip.paths import PROGRAM, PathStep
+from ..config.server_table import ModbusTable
+from .database import Database, Symbol, Target
+from .mapped_tags import COILS, DISCRETE_INPUTS, HOLDING_REGISTERS, INPUT_REGISTERS, TABLES
+from .tag_paths import target_of
+from .variables import TagTree, Variable, variables_of
+
+NAMESPACE_INDEX = 2
+"""Index of the tags' namespace at the OPC UA server."""
+
+SINGULAR: Mapping[str, str] = {
+    COILS: "coil",
+    DISCRETE_INPUTS: "discrete input",
+    INPUT_REGISTERS: "input register",
+    HOLDING_REGISTERS: "holding register",
+}
+
+_ELEMENT = re.compile(r"(?P<file>[A-Z]{1,2}\d*)\[(?P<number>\d+)\]", re.IGNORECASE)
+
+ADDRESSES = 1 << 16
+"""Addresses of a table."""
+
+Span = tuple[int, int, int]
+"""A place in the tags: number of the tag, first bit, number of bits."""
+
+
+@dataclass(frozen=True)
+class TagRow:
+    """A value or an array.
+
+    Attributes:
+        name: `Recipe.Steps[2].Time`, `Program:Main.Step`.
+        type_name: of an element: `DINT`, `STRING`, ...
+        dims: dimensions; none for a single value.
+        writable: whether clients write it.
+        description: the comment of its tag.
+        node: identifier of its OPC UA node; "" if there is none.
+        enip: its name over EtherNet/IP, an address in a program with data files.
+        in_files: whether `enip` is an address of a data file.
+        modbus: its places in the map of the rack file, as `coil 0`.
+    """
+
+    name: str
+    type_name: str
+    dims: tuple[int, ...]
+    writable: bool
+    description: str
+    node: str
+    enip: str
+    in_files: bool = False
+    modbus: tuple[str, ...] = ()
+
+    @property
+    def type(self) -> str:
+        """`DINT`, `INT[3,4]`."""
+        return f"{self.type_name}[{','.join(map(str, self.dims))}]" if self.dims else self.type_name
+
+    @property
+    def access(self) -> str:
+        """`read/write` or `read only`."""
+        return "read/write" if self.writable else "read only"
+
+    def elements(self) -> Iterator[TagRow]:
+        """Yield a row for each element of an array; without Modbus, where they have no row."""
+        for indices in product(*map(range, self.dims)):
+            place = f"[{','.join(map(str, indices))}]"
+            name, node = self.name + place, self.node and self.node + place
+            enip = file_address(name) if self.in_files else name
+            yield replace(self, name=name, dims=(), node=node, enip=enip, modbus=())
+
+
+def tag_rows(database: Database, table: ModbusTable | None = None) -> Iterator[TagRow]:
+    """Yield a row for each value and array, for each alias, and for what only the map names.
+
+    Raises:
+        ValueError: the map names a tag that is not there.
+    """
+    mapped = _mapped(database, table)
+    tags = database.listing.tags
+    for variable in variables_of(TagTree(database).roots()):
+        yield _row_of(variable, database, tags[variable.tag].comment, mapped.pop(_span(variable), []))
+    for symbol in chain.from_iterable(database.scopes.values()):
+        if symbol.target:
+            target = database.resolve(symbol.target)
+            yield _alias(symbol, target, database, mapped.pop(_span_of(target), []))
+    for places in mapped.values():
+        text = places[0][1]
+        yield _part(text, target_of(database, text), database, places)
+
+
+def _row_of(variable: Variable, database: Database, comment: str, places: list[tuple[str, str]]) -> TagRow:
+    is_file = database.listing.files
+    return TagRow(
+        variable.path,
+        variable.type_name,
+        variable.dims,
+        variable.writable,
+        comment,
+        f"ns={NAMESPACE_INDEX};s={variable.path}",
+        file_address(variable.path) if is_file else variable.path,
+        is_file,
+        tuple(place for place, _ in places),
+    )
+
+
+def _alias(symbol: Symbol, target: Target, database: Database, places: list[tuple[str, str]]) -> TagRow:
+    tag = symbol.tag
+    name = f"{PROGRAM}{tag.program}.{tag.name}" if tag.program else tag.name
+    writable = database.may_write(target.tag, target.name, target.kind)
+    comment = tag.comment or f"alias of {_joined(symbol.target)}"
+    found = tuple(place for place, _ in places)
+    return TagRow(name, tag.kind.name, tag.dims, writable, comment, "", name, modbus=found)
+
+
+def _part(text: str, target: Target, database: Database, places: list[tuple[str, str]]) -> TagRow:
+    writable = database.may_write(target.tag, target.name, target.kind)
+    dims = (target.count,) if target.count > 1 else ()
+    found = tuple(place for place, _ in places)
+    comment, is_file = target.tag.comment, database.listing.files
+    return TagRow(text, target.kind.name, dims, writable, comment, "", text, is_file, found)
+
+
+def _joined(steps: Sequence[PathStep]) -> str:
+    """Return steps as people write them."""
+    return "".join(f"[{each}]" if isinstance(each, int) else f".{each}" for each in steps)[1:]
+
+
+def _mapped(database: Database, table: ModbusTable | None) -> dict[Span, list[tuple[str, str]]]:
+    """Return the places of a map, each with the name in the rack file."""
+    found: dict[Span, list[tuple[str, str]]] = {}
+    for name in TABLES if table is not None else ():
+        for row in getattr(table, name):
+            span = _span_of(target_of(database, row.tag))
+            found.setdefault(span, []).append((f"{SINGULAR[name]} {row.address}", row.tag))
+    return found
+
+
+def _span(variable: Variable) -> Span:
+    bits = 1 if variable.bit is not None and not variable.dims else 8 * variable.size
+    return variable.tag, 8 * variable.offset + (variable.bit or 0), bits
+
+
+def _span_of(target: Target) -> Span:
+    bits = 1 if target.bit is not None else 8 * target.kind.size * target.count
+    return target.symbol.index, 8 * target.offset + (target.bit or 0), bits
+
+
+def file_address(path: str) -> str:
+    """Return a path into data files as SLC and MicroLogix write it.
+
+    >>> file_address("N7[3]"), file_address("T4[0].PRE"), file_address("I:1[2]"), file_address("N7")
+    ('N7:3', 'T4:0.PRE', 'I:1.2', 'N7')
+    """
+    image = re.fullmatch(r"([IO]:\d+)\[(\d+)\]", path, re.IGNORECASE)
+    if image is not None:
+        return f"{image[1]}.{image[2]}"
+    return _ELEMENT.sub(lambda found: f"{found['file']}:{found['number']}", path, count=1)
+
+
+# --- a first map
+
+
+def first_map(rows: Iterable[TagRow], patterns: Sequence[str]) -> tuple[str, list[str]]:
+    """Return the tables `[server]` and `[server.modbus]` of a rack file with a row for each value.
+
+    What clients write becomes coils and holding registers, the rest discrete inputs and input registers.
+
+    Args:
+        patterns: of what clients write.
+
+    Returns:
+        The tables, and the names of what has no place in Modbus: texts, and what is behind the last address.
+    """
+    tables: dict[str, list[str]] = {name: [] for name in TABLES}
+    free, left_out = dict.fromkeys(TABLES, 0), []
+    for row in rows:
+        # `I:1` would be word 1 of file I
+        parts = row.elements() if row.in_files and ":" in row.name and row.dims else [row]
+        placed = [_place(each, tables, free) for each in parts]
+        if not all(placed):
+            left_out.append(row.name)
+    listed = ", ".join(f'"{each}"' for each in patterns)
+    lines = ["[server]", f"writable = [{listed}]    # tags that clients may write"]
+    lines += ["", "[server.modbus]"]
+    for name, made in tables.items():
+        lines += [f"{name} = [", *(f"    {each}," for each in made), "]"] if made else []
+    return "\n".join(lines) + "\n", left_out
+
+
+def _place(row: TagRow, tables: dict[str, list[str]], free: dict[str, int]) -> bool:
+    """Give a value the next addresses of its table; return False if it has no place."""
+    kind, count = PLAIN.get(row.type_name), prod(row.dims)
+    if kind is None:
+        return False
+    if kind in (BOOL, DWORD):
+        table = COILS if row.writable else DISCRETE_INPUTS
+        size = 32 * -(-count // 32) if row.dims else 1
+        size *= 32 if kind == DWORD and row.dims else 1
+    else:
+        table = HOLDING_REGISTERS if row.writable else INPUT_REGISTERS
+        size = max(1, kind.size // 2) * count
+    if free[table] + size > ADDRESSES:
+        return False
+    tables[table].append(f'{{ address = {free[table]}, tag = "{row.enip}" }}')
+    free[table] += size
+    return True
