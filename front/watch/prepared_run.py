@@ -34,6 +34,7 @@ class WatchOptions:
     preview: bool = False  # a saved program waits until a page takes it over
     trust: bool = False  # Python that is typed in a page may run
     forces: tuple[Force, ...] = ()  # of tags and images, held from the first scan on
+    spin: bool = False  # wait the end of each period without sleeping
     servers: tuple[ServerAddress, ...] = ()  # where clients read and write tags
 
 
