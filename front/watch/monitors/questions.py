@@ -171,10 +171,7 @@ def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
     tag, past = _own_name(monitor, page, _text(said, "tag")), said.get("scan", page.past)
     if past is not None and type(past) is not int:
         raise ValueError("scan is the number of a scan")
-    if past is None or past == page.past:
-        row = monitor.row_of(page)
-    else:
-        row = monitor.subject.timeline.row(past)
+    row = monitor.row_of(page) if past is None or past == page.past else monitor.subject.timeline.row(past)
     if row is None:
         raise ValueError(f"{tag}: no scan has run yet" if past is None else f"scan {past} is not there")
     program = monitor.subject.programs.at(past)
