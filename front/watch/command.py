@@ -42,6 +42,7 @@ def _watch_command(
     if not runs(options.rack.partition("#")[0]):
         of_racks = {
             "--time-scale": options.speed != "1",
+            "--spin": options.spin,
             "--paused": options.paused,
             "--record": options.record,
             "--for": options.duration,

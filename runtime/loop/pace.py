@@ -172,10 +172,11 @@ class AdjustablePace(RealTime):
 
     Args:
         speed: seconds of virtual time per second, above 0; None = as fast as possible.
+        spin: as of `RealTime`.
     """
 
-    def __init__(self, speed: float | None = 1.0) -> None:
-        super().__init__()
+    def __init__(self, speed: float | None = 1.0, *, spin: bool = False) -> None:
+        super().__init__(spin=spin)
         self._nominal_ns = 0
         self._speed = speed
         self.free = speed is None

@@ -114,3 +114,13 @@ def test_an_error_that_comes_while_the_switch_is_turned_off_leaves_the_page_live
     page.run(CAME)
     page.until_scan(19, "paused")
     assert not page.run(SHOWN, "[role=alert]")
+
+
+def test_late_scans_say_why_and_what_to_do(page, running_rack):
+    with watching(running_rack, "--time-scale", "1000") as session:  # 2 µs a scan
+        page.open(session.link)
+        until(lambda: "More than 5 % of scans begin late" in page.run(LINE))
+        page.click(".alert button")
+        assert "Take a lower speed, or a slower scan (scan_ms)." in page.run(OPENED)
+        page.choose("Speed", "max")  # nothing is late then
+        until(lambda: not page.run(SHOWN, ".alert"))

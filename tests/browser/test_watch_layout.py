@@ -88,6 +88,7 @@ def test_the_tag_is_a_sheet_in_view_on_a_telephone(page, paused):
     page.open(paused.link, paused=True)
     page.until_there("svg.rung .instruction")
     page.until_drawn()
+    assert page.run("return document.getElementById('bar').offsetHeight") <= 110
     for place in (0, -1):
         page.run(
             "const found = [...document.querySelectorAll('#program .instruction')].at(arguments[0]);"
@@ -99,3 +100,4 @@ def test_the_tag_is_a_sheet_in_view_on_a_telephone(page, paused):
         left, top, right, bottom = page.run(BOX, "#tag")
         assert (left, right) == (0, page.run("return document.documentElement.clientWidth"))
         assert 0 < top < bottom <= 860
+        assert page.run(BOX, ".row[aria-current]")[3] <= top  # the rung is above it

@@ -13,6 +13,11 @@ MEMBERS = """
 const rows = document.querySelector(arguments[0]).querySelectorAll(".tree[open] > div > .part");
 return [...rows].map(row => [...row.children].map(each => each.textContent));
 """
+EVENTS = """
+const [list, heading, aside] = ["#events", "#events h2", "aside"].map(each => document.querySelector(each));
+const [whole, above, beside] = [list, heading, aside].map(each => each.getBoundingClientRect().bottom);
+return [whole - above, whole - beside];
+"""
 HITS = "return [...document.querySelectorAll('.hits b')].map(each => each.textContent)"
 CONTRAST = """
 const { color, backgroundColor } = getComputedStyle(arguments[0]);
@@ -76,6 +81,10 @@ def test_a_name_is_found_forced_and_shown_as_its_address(page, panel):
 def test_a_structure_leaves_room_for_names_in_the_watch_table(page, panel, size):
     page.look(*size)
     page.open(panel.link, paused=True)
+    if size[0] == 1280:  # three slots leave room for events
+        least, beside = page.run(EVENTS)
+        assert least >= 120
+        assert beside <= 1
     page.watch("Axis")
     page.step(1)
     until(lambda: (page.value("Axis") or "").startswith("{"))

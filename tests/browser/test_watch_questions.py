@@ -89,7 +89,7 @@ def test_a_chain_leads_to_its_scans_and_rungs_and_is_marked_on_the_strip(page, p
     assert page.run("return document.querySelectorAll('#tag .chain li').length") == len(links)
     page.click(".alert button")
     numbers = page.run(
-        "return [...document.querySelectorAll('.alert b, #causes b')].map(each => Number(each.textContent))"
+        "return [...document.querySelectorAll('.cause')].map(each => Number(each.textContent))"
     )
     assert sorted(numbers) == list(range(1, len(links) + 2))  # the claim is one, too
     rows = "return document.querySelectorAll('.rungs .row' + arguments[0]).length"

@@ -6,6 +6,7 @@ import { visit } from "./chain.js";
 import { at, button, el, setAttribute, setFlag, setText } from "./dom.js";
 import { clock, count } from "./format.js";
 import { keep, kept } from "./kept.js";
+import { late } from "./lateness.js";
 import * as orders from "./orders.js";
 import { showRung } from "./program.js";
 import { lookAt } from "./scrub.js";
@@ -18,7 +19,7 @@ const CALM_MS = 300; // an error bit that another one follows sooner is not expl
 const SAID_ELSEWHERE = /^scan [\d,]+ \(.*?\): (the program raised LadderFault: (.*?, rung \d+, )?)?/; // of a fault: when and where
 const WAY_ON = "To go on: look at an earlier scan (, or the slider), then Branch from here.";
 
-const sign = el("span", { "aria-hidden": "true" }), number = el("b", {}), what = el("strong", {}), first = el("span", { class: "first" });
+const sign = el("span", { "aria-hidden": "true" }), number = el("span", { class: "cause" }), what = el("strong", {}), first = el("span", { class: "first" });
 const line = el("button", { type: "button", class: "open", "aria-controls": "causes", click: toggle }, sign, number, what, first);
 const when = el("button", { type: "button", class: "plain when", click: look });
 const some = button("Causes only", () => showRungs(true), { text: "Causes" }), all = button("All rungs", () => showRungs(false));
@@ -34,6 +35,7 @@ export const stopBox = el("label", { class: "stops", title: "The page stays at t
 
 let failed = null; // { fault, scan, t, what, cause, tag, place, links }; seen: its scan was looked at; cause stands for links
 let known = null; // the fault that was explained: an earlier scan is looked at without it
+let quiet = false, told = null; // late scans are not to be told of; what was told of them
 let open = false, taking = false, own = false; // own: the causes are those of what failed
 
 const key = () => `scanrack stops ${run.hello.path}`;
@@ -44,6 +46,7 @@ onHello(hello => {
   setFlag(stopBox, "hidden", hello.kind !== "rack");
   if (box.checked) arm();
   failed = known = null;
+  quiet = false;
   takeCauses();
 });
 
@@ -98,6 +101,7 @@ async function look() {
 
 // Takes the answer of a Why away, or what failed; a page that was at its scan follows the scans again.
 function dismiss() {
+  if (subject() === late) quiet = true;
   if (!claim || own) {
     if (failed?.seen && run.state === "past") lookAt("live");
     failed = null;
@@ -118,10 +122,10 @@ function showRungs(only) {
   setAttribute(all, "aria-pressed", String(!only));
 }
 
-// What the band is about: the tag of a Why, or else what failed.
+// What the line is about: the tag of a Why, or else what failed, or late scans.
 function subject() {
   const asked = causes.length > 1 && !own ? { ...claim, what: claim.text.replace(/ \(.*/s, ""), rest: claim.text, links: causes } : null;
-  return asked ?? failed;
+  return asked ?? failed ?? (quiet ? null : late);
 }
 
 function paint() {
@@ -131,24 +135,25 @@ function paint() {
   if (!shown) return;
   const failure = shown === failed, numbered = failure && !own ? [] : causes, [cause] = failure ? ordered(shown.links ?? []) : causes;
   setAttribute(causeLine, "data-kind", failure ? "failure" : "why");
-  setText(sign, failure ? "!" : "?");
+  setText(sign, failure || shown === late ? "!" : "?");
   setText(number, String(numbered.length ? claim.number : ""));
   setText(what, shown.what);
-  setText(first, open && numbered.length ? "" : cause && cause.link !== 0 ? cause.text : shown.cause ?? "");
+  setText(first, open && (numbered.length || shown === late) ? "" : cause && cause.link !== 0 ? cause.text : shown.cause ?? "");
   line.title = `${shown.what}\n${first.textContent}`.trim();
   setAttribute(line, "aria-expanded", String(open));
-  setText(when, clock(shown.t));
-  when.title = `Look at scan ${count(shown.scan)}`;
+  setFlag(when, "hidden", shown === late);
+  setText(when, clock(shown.t ?? 0));
+  when.title = `Look at scan ${count(shown.scan ?? 0)}`;
   setFlag(choice, "hidden", !open || !numbered.some(each => each.at));
   setFlag(before, "hidden", !failure || !run.hello.branches);
   setFlag(close, "hidden", failure && Boolean(failed.fault));
-  setText(rest, [shown.rest, failure && failed.links?.length < 2 && failed.cause, failure && failed.fault && run.hello.branches && WAY_ON].filter(Boolean).join("\n"));
+  setText(rest, [shown.rest, shown === late && late.cause, failure && failed.links?.length < 2 && failed.cause, failure && failed.fault && run.hello.branches && WAY_ON].filter(Boolean).join("\n"));
   list.replaceChildren(...numbered.filter(each => each !== claim).map(item));
 }
 
 const item = cause => el("li", { "data-kind": cause.kind },
   el("button", { type: "button", title: `Look at scan ${count(cause.scan)}`, click: () => visit(cause) },
-    el("b", {}, String(cause.number)), el("span", {}, cause.text)));
+    el("span", { class: "cause" }, String(cause.number)), el("span", {}, cause.text)));
 
 onCauses(() => {
   own = taking;
@@ -158,6 +163,7 @@ onCauses(() => {
 
 onPaint(changes => {
   if (failed?.seen && !failed.fault && changes.state && changes.state !== "past") dismiss(); // by Live
+  if (late !== told) told = late, paint();
   if (changes.faults) faulted();
 });
 

@@ -23,6 +23,8 @@ const sheet = el("div", { class: "sheet", role: "tabpanel", "aria-label": "Routi
 const unknown = el("p", { class: "unknown", role: "status" }, "Power and values of this scan are being worked out.");
 let routine = null, columns = 0, shownAt = "", drawnAt = "", wantedRung = null, smooth = true, generation = 0;
 
+const narrow = matchMedia("(max-width: 999px)");
+
 const columnsNow = () => Math.max(LEAST, Math.min(MOST, Math.floor((sheet.clientWidth - 64) / UNIT)));
 
 onProgram(hello => {
@@ -143,6 +145,7 @@ function mark({ rung, element }) {
 onSelect(chosen => {
   link({ rung: chosen.rung });
   mark(chosen);
+  if (chosen.element && narrow.matches) sheet.querySelector(`[data-at="${CSS.escape(chosen.rung)}"]`)?.scrollIntoView({ block: "nearest" }); // above the tag's sheet
 });
 
 // Marks the rung or line of a fault, or of the error that is looked at.

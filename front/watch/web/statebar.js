@@ -7,6 +7,7 @@ import { findBox } from "./find.js";
 import { clock, count, times } from "./format.js";
 import { incidentsButton } from "./incidents.js";
 import { helpButton } from "./keys.js";
+import { lags, late as tardy } from "./lateness.js";
 import { hush, tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { shareButton } from "./share.js";
@@ -15,8 +16,6 @@ import { transport } from "./transport.js";
 
 const MODES = { program: "Program", test: "Test", run: "Run" };
 const STATES = { live: ["●", "Live"], paused: ["❚❚", "Paused"], past: ["◀", "Past"], lost: ["✕", "Lost"] };
-
-const SLOW = 0.97; // of the speed wanted: lags behind
 
 const modes = Object.entries(MODES).map(([name, title]) =>
   button(title, () => orders.mode(name), { "data-mode-key": name, "aria-pressed": "false", title: `Turn the key to ${title}` }));
@@ -29,7 +28,7 @@ const figure = (title, kind, hint) => {
 const scan = figure("Scan", "long", "Number of the scan that is shown");
 const time = figure("Time", "long", "Machine time since power-up, min:s.ms");
 const reached = figure("Speed", "middle", "Speed reached over the last second");
-const late = figure("Late", "short", "Scans that began more than 0.1 ms late; amber when the speed is not reached");
+const late = figure("Late", "short", "Scans that began more than 0.1 ms after their time. Their images are the same; only people and real devices see them later. Amber from 5 % on, or when the speed is not reached");
 const forces = figure("Forces", "tiny", "Nothing is forced");
 const stubs = figure("Stubs", "tiny", "Nothing stands in for what is not here");
 const allButton = button("Remove all forces", () => orders.unforce("all"), { hidden: true });
@@ -72,7 +71,7 @@ function paint(changes) {
   setText(scan.value, count(run.scan ?? 0));
   setText(time.value, clock(run.t ?? 0));
   setText(late.value, count(run.late ?? 0));
-  setFlag(late.node, "data-warning", run.late > 0 && run.state === "live" && run.speed?.reached < SLOW * run.speed?.wanted);
+  setFlag(late.node, "data-warning", run.late > 0 && run.state === "live" && (tardy || lags()));
   if (changes.forced) paintForces(Object.keys(changes.forced));
   if (changes.speed) paintSpeed(changes.speed);
   if (changes.record !== undefined) setText(record.value, fileOf(changes.record) || "off");

@@ -118,11 +118,12 @@ class TickingClock(Clock):
     [(1 * MS, 100_000), (10 * MS, 200_000)],
     ids=["a tenth of the period", "0.2 ms at most"],
 )
-def test_with_spin_a_sleep_ends_early_and_the_rest_is_waited_awake(monkeypatch, period_ns, spin_ns):
+@pytest.mark.parametrize("kind", [RealTime, pace.AdjustablePace])
+def test_with_spin_a_sleep_ends_early_and_the_rest_is_waited_awake(monkeypatch, kind, period_ns, spin_ns):
     clock = TickingClock()
     clock.slack_ns = spin_ns // 2
     monkeypatch.setattr(pace, "time", clock)
-    pacer = RealTime(spin=True)
+    pacer = kind(spin=True)
     pacer.begin(period_ns)
     pacer.wait()
     due_ns = clock.now_ns - LOOK_NS + period_ns  # the first scan was due at the first of two looks
