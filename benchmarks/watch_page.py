@@ -206,7 +206,7 @@ def measure_far(look: Look, scans: int, scrubs: int) -> None:
     """Scrub through a whole session of many scans."""
     with tempfile.TemporaryDirectory() as folder:
         record = Path(folder) / "session.mcap"
-        with watching(FEEDER, "--speed", "max", "--record", record) as session:
+        with watching(FEEDER, "--time-scale", "max", "--record", record) as session:
             look.open(session.link)
             until(lambda: int(look.handle("scan") or 0) >= scans, FAR_PATIENCE_S)
             look.press("Pause")

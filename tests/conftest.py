@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import os
 import signal
-import sys
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -16,18 +15,13 @@ from extras import skip_without_extras
 from forked import fork_helpers
 from hypothesis import HealthCheck, Phase, settings
 from hypothesis.internal.conjecture import providers
+from needs import CANNOT_BE_IMPORTED, skip_without_needs
 from processes import Processes
 from rewriting import RewritingProcess
 
 TESTS = Path(__file__).parent
 BROWSER = TESTS / "browser"
-NEEDS = {
-    "unit/commands/test_ending_signals.py": hasattr(signal, "SIGHUP"),
-    "unit/commands/test_under_windows.py": sys.platform == "linux",
-}
-"""Files of tests that can't be imported everywhere, and whether this system has what they need."""
-
-collect_ignore = [file for file, can in NEEDS.items() if not can]
+collect_ignore = [file for file, can in CANNOT_BE_IMPORTED.items() if not can]
 
 FIRST = (BROWSER, TESTS / "manual", TESTS / "properties" / "test_against_oracle.py")
 """Run before all others: a browser, which waits most of the time, and beside it the tests that find most of
@@ -135,6 +129,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             if item.get_closest_marker("long"):
                 item.add_marker(pytest.mark.skip(reason="takes long: with --long"))
     skip_without_extras(items)
+    skip_without_needs(items)
 
 
 def _turn(item: pytest.Item) -> int:

@@ -22,6 +22,7 @@ from ..terminal.limiting import limit_traces
 from ..terminal.status import BAD_INPUT, INTERRUPTED, PIPE_CLOSED, complain, reason
 from ..terminal.streams import LostOutput, closed_streams_plugged, guarded_output
 from ..terminal.terminal import say
+from .renamed import renewed
 
 __all__ = ["build", "main"]
 
@@ -48,7 +49,6 @@ GROUPS = {
         "plot": Entry(".recordings.plot", "Draw a timing chart."),
         "compare": Entry(".recordings.compare", "Find where two traces differ."),
         "replay": Entry(".recordings.replay", "Replay and check for differences."),
-        "rerun": Entry(".recordings.rerun", "Run a recorded session again and check for differences."),
         "share": Entry("..watch.share.command", "Export as one HTML file."),
         "export": Entry(".recordings.export", "Convert a trace for other programs."),
         "import": Entry(".recordings.imports", "Convert a network capture."),
@@ -71,7 +71,6 @@ GROUPS = {
         "serve": Entry(".wire.serve", "Simulate a device on a port."),
         "drive": Entry(".wire.drive", "Exercise one module with JSON requests."),
         "conform": Entry(".wire.conform", "Test a real 3601 against its manual."),
-        "pclt": Entry(".wire.pclt", "Check and list stored programs of the PCL601."),
     },
     "Setup and reference": {
         "doctor": Entry(".programs.doctor", "Check this installation."),
@@ -83,19 +82,6 @@ GROUPS = {
 
 COMMANDS = {name: entry for group in GROUPS.values() for name, entry in group.items()}
 
-RENAMED = {
-    "ports": ("device", "list"),
-    "probe": ("device", "identify"),
-    "pcl601": ("device", "pcl601"),
-    "pmc006": ("device", "pmc006"),
-    "schema": ("editor", "schema"),
-    "lsp": ("editor", "lsp"),
-}
-"""Names of the release before, which work until the next one, and what each is called now."""
-
-KEPT = {"lsp"}
-"""Names that stay and say nothing: editors store them."""
-
 
 class Lazy(TyperGroup):
     """A group that imports a command's module when the command is requested."""
@@ -104,7 +90,7 @@ class Lazy(TyperGroup):
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Parse the words before the command, if there are any."""
-        self._command_first = bool(args) and (args[0] in COMMANDS or args[0] in RENAMED)
+        self._command_first = bool(args) and args[0] in COMMANDS
         return super().parse_args(ctx, args)
 
     def get_params(self, ctx: Any) -> list[Any]:
@@ -120,18 +106,12 @@ class Lazy(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Return a command; refuse an unknown name with the closest one."""
-        if cmd_name in RENAMED:
-            group, name = RENAMED[cmd_name]
-            if cmd_name not in KEPT:
-                now = f"'scanrack {group} {name}'"
-                complain(f"'scanrack {cmd_name}' is now {now}; the next release drops the old name")
-            return self.get_command(ctx, group).commands[name]
         entry = COMMANDS.get(cmd_name)
         if entry is None:
             return ctx.fail(_unknown(cmd_name))
         app = _application(TyperGroup)
         import_module(entry.module, __package__).register(app)
-        return typer.main.get_group(app).commands[cmd_name]
+        return _plain(typer.main.get_group(app).commands[cmd_name])
 
     def main(
         self, args: Sequence[str] | None = None, prog_name: str | None = None, *_: Any, **options: Any
@@ -141,7 +121,9 @@ class Lazy(TyperGroup):
         Raises:
             SystemExit: always, with a status of `terminal.status`.
         """
-        words = sys.argv[1:] if args is None else list(args)
+        words, notes = renewed(sys.argv[1:] if args is None else list(args), tuple(COMMANDS))
+        for note in notes:
+            complain(note)
         options["standalone_mode"] = False
         try:
             sys.exit(super().main(words, prog_name, **options))
@@ -168,6 +150,20 @@ class Lazy(TyperGroup):
         for heading, group in GROUPS.items():
             with formatter.section(heading):
                 formatter.write_dl([(name.ljust(width), entry.sentence) for name, entry in group.items()])
+
+
+def _plain(command: Any) -> Any:
+    """Return a command whose usage line has no brackets but those of options; so are commands within it.
+
+    Versions of Typer write `{RACK}` for what is needed, and a second pair of brackets around `[WHAT]`.
+    """
+    pieces = command.collect_usage_pieces
+    command.collect_usage_pieces = lambda context: [
+        re.sub(r"^(?:\{(.+)\}|\[(\[.+\])\])(?:\.\.\.)?$", r"\1\2", each) for each in pieces(context)
+    ]
+    for each in getattr(command, "commands", {}).values():
+        _plain(each)
+    return command
 
 
 def _unknown(name: str) -> str:

@@ -32,7 +32,10 @@ def limit_traces(
         typer.Option("--max-chunk", min=1, metavar="MIB", help="Most that a chunk of a trace unpacks to."),
     ] = CHUNK_BYTES // MIB,
     max_records: Annotated[
-        int, typer.Option("--max-records", min=1, help="Most records in a chunk that are nearly empty.")
+        int,
+        typer.Option(
+            "--max-records", metavar="N", min=1, help="Most records in a chunk that are nearly empty."
+        ),
     ] = RECORDS,
 ) -> None:
     """Apply the limits for reading traces until the command ends."""

@@ -20,14 +20,13 @@ if TYPE_CHECKING:  # options import no recordings
 ScanRange = tuple[int, int | None]
 """First and last scan, both included; None = to the end."""
 
-ScansOption = Annotated[
-    str | None,
-    typer.Option("--scans", metavar="A:B", help="Only these scans, both ends included.", show_default="all"),
-]
-TimeOption = Annotated[
-    str | None,
+RangeOption = Annotated[
+    list[str] | None,
     typer.Option(
-        "--time", metavar="A:B", help="Only this time, such as 1.5s:3s or 10min: .", show_default="all"
+        "--range",
+        metavar="A:B",
+        help="Only these scans, such as 100:200, or this time, such as 1.5s:3s or 10min: .",
+        show_default="all",
     ),
 ]
 ReplaceOption = Annotated[
@@ -47,16 +46,23 @@ ServerOption = Annotated[
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]
 
 
-def selection(scans: str | None, time: str | None) -> Selection:
-    """Return the selection of --scans and --time; ValueError if one is not a range.
+def selection(ranges: Sequence[str] | None) -> Selection:
+    """Return the selection of --range: scans, time, or one of each.
 
-    >>> selection("10:20", "1.5s:")
+    >>> selection(["10:20", "1.5s:"])
     Selection(first=10, last=20, start_ns=1500000000, end_ns=None)
+
+    Raises:
+        ValueError: one is not a range, or two are of the same kind.
     """
     from ..traces.signals import Selection
 
-    first, last = (0, None) if scans is None else parse_range(scans)
-    start_ns, end_ns = (0, None) if time is None else parse_time_range(time)
+    scans = [each for each in ranges or () if re.fullmatch(r"[\d:\s]*", each)]
+    times = [each for each in ranges or () if each not in scans]
+    if len(scans) > 1 or len(times) > 1:
+        raise ValueError(f"--range {' and '.join(scans if len(scans) > 1 else times)}: give one of them")
+    first, last = parse_range(scans[0]) if scans else (0, None)
+    start_ns, end_ns = parse_time_range(times[0]) if times else (0, None)
     return Selection(first, last, start_ns, end_ns)
 
 
@@ -71,11 +77,11 @@ def parse_range(text: str) -> ScanRange:
     """
     match = re.fullmatch(r"(\d*)(:?)(\d*)", text)
     if match is None or not (match[1] or match[3]):
-        raise ValueError(f"{text!r} is not a range of scans: must be A:B, A:, :B or A")
+        raise ValueError(f"--range {text!r}: must be A:B, A:, :B or A")
     first = int(match[1] or 0)
     last = first if not match[2] else int(match[3]) if match[3] else None
     if last is not None and last < first:
-        raise ValueError(f"{text!r} is not a range of scans: it ends before it begins")
+        raise ValueError(f"--range {text!r}: it ends before it begins")
     return first, last
 
 
@@ -89,11 +95,11 @@ def parse_time_range(text: str) -> tuple[int, int | None]:
 
     start, colon, end = (part.strip() for part in text.partition(":"))
     if not colon or not (start or end):
-        raise ValueError(f"--time {text!r} is not a range of time: must be A:B, A: or :B, as in 1.5s:3s")
+        raise ValueError(f"--range {text!r}: must be A:B, A: or :B, as in 1.5s:3s")
     start_ns = parse_time(start) if start else 0
     end_ns = parse_time(end) if end else None
     if end_ns is not None and end_ns < start_ns:
-        raise ValueError(f"--time {text!r} is not a range of time: it ends before it begins")
+        raise ValueError(f"--range {text!r}: it ends before it begins")
     return start_ns, end_ns
 
 

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated
-
 import typer
 
 from ..runtime.live.speeds import MAX, SPEED_LEAST, SPEED_MOST
 from ..terminal.grouped import grouped
 from ..terminal.status import BAD_INPUT, complain
-from ..terminal.trace_options import ForcesOption, ReplaceOption, ServerOption
+from .options import WatchArguments, WatchOptions
 
 
 def _speed(text: str) -> float | None:
@@ -27,59 +23,8 @@ def _speed(text: str) -> float | None:
     except ValueError:
         speed = 0.0
     if not SPEED_LEAST <= speed <= SPEED_MOST:
-        raise ValueError(f"--speed {text} is not allowed: {SPEED_LEAST} to {SPEED_MOST:g}, or {MAX}")
+        raise ValueError(f"--time-scale {text}: must be {SPEED_LEAST} to {SPEED_MOST:g}, or {MAX}")
     return speed
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WatchArguments:
-    """The argument and the options of `scanrack watch`."""
-
-    rack: Annotated[
-        str,
-        typer.Argument(
-            metavar="RACK|EXPORT|TRACE",
-            help="Rack file: TOML, or Python with rack(). Or an export, or a trace.",
-            show_default=False,
-        ),
-    ]
-    port: Annotated[
-        int, typer.Option("--port", help="Port of the page; 0 = any free one.", min=0, max=65535)
-    ] = 0
-    speed: Annotated[
-        str, typer.Option("--speed", help=f"Times real time, {SPEED_LEAST} to {SPEED_MOST:g}, or {MAX}.")
-    ] = "1"
-    paused: Annotated[bool, typer.Option("--paused", help="Start paused.")] = False
-    read_only: Annotated[bool, typer.Option("--read-only", help="Make the page read-only.")] = False
-    record: Annotated[
-        Path | None, typer.Option("--record", help="Keep the recording there.", show_default=False)
-    ] = None
-    replace: ReplaceOption = False
-    duration: Annotated[
-        str | None,
-        typer.Option("--for", metavar="TIME", help="Machine time to run for; without it until Ctrl-C."),
-    ] = None
-    scans: Annotated[int | None, typer.Option("--scans", help="Number of scans to run, instead.")] = None
-    live: Annotated[
-        bool,
-        typer.Option("--live", help="Real ports may move real motors. This is not a safety system."),
-    ] = False
-    control: Annotated[
-        bool,
-        typer.Option("--control", help="With --live: take orders, too; without it the page is read-only."),
-    ] = False
-    opened: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False
-    text: Annotated[
-        bool, typer.Option("--text", help="Show bits, values and events in the terminal, too, at 4 Hz.")
-    ] = False
-    forces: ForcesOption = False
-    server: ServerOption = None
-    trust: Annotated[
-        bool, typer.Option("--trust", help="Run Python that came with a trace, or is typed in the page.")
-    ] = False
-    preview: Annotated[
-        bool, typer.Option("--preview", help="Show a saved program in the page before it is accepted.")
-    ] = False
 
 
 def _watch_command(
@@ -91,13 +36,12 @@ def _watch_command(
     from ..jobs.trust.owned import check_recording
     from ..terminal.complaints import reported_mistakes
     from .play import watch_job
-    from .prepared_run import WatchOptions
     from .recorded_session import place_of, watch_trace
     from .share.page_file import is_page, recording_beside
 
     if not runs(options.rack.partition("#")[0]):
         of_racks = {
-            "--speed": options.speed != "1",
+            "--time-scale": options.speed != "1",
             "--paused": options.paused,
             "--record": options.record,
             "--for": options.duration,
@@ -105,7 +49,7 @@ def _watch_command(
         of_racks |= {
             "--scans": options.scans is not None,
             "--live": options.live,
-            "--control": options.control,
+            "--allow-writes": options.control,
             "--text": options.text,
         }
         of_racks |= {
@@ -127,9 +71,9 @@ def _watch_command(
         job = load_job(options.rack)
         check_ports(job.spec, realtime=True, live=options.live)
         if options.live and (options.paused or factor != 1):
-            raise ValueError("--live: a real controller does not wait: no --paused and no --speed")
+            raise ValueError("--live: a real controller does not wait: no --paused and no --time-scale")
         if options.control and not options.live:
-            raise ValueError("--control goes with --live")
+            raise ValueError("--allow-writes goes with --live")
         if options.record is not None:
             check_recording(job, options.record, keep=0 if options.replace else None)
         held = forces_to_hold(job, options.forces)
@@ -140,22 +84,12 @@ def _watch_command(
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
     looking = options.read_only or (options.live and not options.control)
     wanted = WatchOptions(
-        *(
-            options.rack,
-            options.port,
-            factor,
-            options.paused,
-            looking,
-            options.record,
-            count,
-            options.live,
-            options.opened,
-            options.text,
-        ),
+        options,
+        factor,
+        looking,
+        count,
         keep=0 if options.replace else None,
         forces=held,
-        preview=options.preview,
-        trust=options.trust,
         servers=where,
     )
     raise typer.Exit(watch_job(job, wanted))
@@ -164,7 +98,7 @@ def _watch_command(
 _HELP = """Open a live rack or a trace in the browser: rungs with power flow, words, machine, timing.
 
 Prints the URL first. The page comes from this machine and works without a network. Scans run in real time,
-or at --speed. Actions on the page are recorded, so the session can run again: see scanrack rerun.
+or at --time-scale. Actions on the page are recorded, so the session can run again: see scanrack replay.
 
 An .L5X or .SLC export opens unchanged: a rack for it is made in a temporary folder, with memory for what is
 not simulated.

@@ -219,7 +219,7 @@ class Clock:
 
     def __init__(self, speed: float = 1.0) -> None:
         if not 0 < speed < float("inf"):
-            raise ValueError(f"speed {speed:g} is not allowed: it must be above 0")
+            raise ValueError(f"time scale {speed:g}: must be above 0")
         self.speed = speed
         self._start_ns = time.monotonic_ns()
 

@@ -72,5 +72,5 @@ def paused(feeder_rack: Path) -> Iterator[Session]:
     missing = why_not()
     if missing is not None:
         pytest.skip(missing)
-    with watching(feeder_rack, "--paused", "--speed", "max") as session:
+    with watching(feeder_rack, "--paused", "--time-scale", "max") as session:
         yield session

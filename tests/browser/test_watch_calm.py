@@ -4,8 +4,9 @@ STEPS = [1, 20, 780, 900, 800, 1505, 200, 794, 1000]
 """Scans: before home, first stroke, the way back, the emergency stop at 8 s with its rules, and after it."""
 
 PLACES = """
-const still = document.querySelectorAll("section, h2, canvas, svg.rung, button, .reading, output, summary");
-return [...still].filter(each => !each.closest(".events")).map(each => {
+const parts = "section, h2, .over, canvas.axis, svg.rung, button, .reading, output, summary";
+const still = document.querySelectorAll(parts);
+return [...still].filter(each => !each.closest(".events, .band, .over")).map(each => {
   const { x, y, width, height } = each.getBoundingClientRect();
   const size = each.id === "words" ? [] : [width, height];  // rules come and go at its foot
   return [each.getAttribute("aria-label") ?? each.className, [x, y, ...size].map(Math.round)];

@@ -199,7 +199,7 @@ def test_pulses_of_one_scan_are_in_the_strip(page, tmp_path):
         f"[slot.options]\ninputs = {{ pulse = 0 }}\ntimeline = [\n{presses}]\n",
         encoding="utf-8",
     )
-    with watching(tmp_path / "rack.toml", "--paused", "--speed", "2") as session:
+    with watching(tmp_path / "rack.toml", "--paused", "--time-scale", "2") as session:
         page.open(session.link, paused=True)
         page.press("Go on")
         until(lambda: int(page.handle("scan") or 0) > scans[-1] + 20)

@@ -1,6 +1,6 @@
 """Fault mode: the page stays at the scan of a fault or an error bit, marks the rung, opens the chain.
 
-Broken on purpose: an error bit that is found a scan late, a page that goes on, a chain that stays closed.
+Broken on purpose: an error bit found a scan late, a page that always stops, a chain that stays closed.
 """
 
 from watched_page import until, watching
@@ -26,12 +26,16 @@ DIV(N,200,Place);
 MOV(1,A[Place]);
 END
 """
-ALERT = "return document.querySelector('[role=alert]').textContent"
-ANSWER = "return document.querySelector('#tag .answer').textContent"
-CHAIN = "return [...document.querySelectorAll('#tag .chain li')].map(each => each.textContent)"
+LINE = "return document.querySelector('[role=alert]').textContent"
+CAUSES = "return [...document.querySelectorAll('#causes li')].map(each => each.textContent)"
+OPENED = "return document.getElementById('causes').textContent"
+HEADLINE = """
+return import("/selection.js").then(({ select }) => select({ tag: arguments[0] }))
+  .then(() => document.querySelector("#tag .name").textContent);
+"""
 CAME = """
 const error = { scan: 4001, t: 8002000000, slot: 1, bit: "INPUT_ERROR", tag: "Trouble", text: "", rule: "" };
-return import("/faultmode.js").then(mode => mode.erred({ ...error, stopped: true }));
+return import("/causeband.js").then(band => band.erred({ ...error, stopped: true }));
 """
 SHOWN = "return document.querySelector(arguments[0])?.checkVisibility() ?? false"
 
@@ -39,13 +43,13 @@ SHOWN = "return document.querySelector(arguments[0])?.checkVisibility() ?? false
 def test_a_fault_opens_its_chain_and_a_branch_begins_one_second_before(page, tmp_path):
     (tmp_path / "rack.toml").write_text(RACK, encoding="utf-8")
     (tmp_path / "fault.rung").write_text(PROGRAM, encoding="utf-8")
-    with watching(tmp_path / "rack.toml", "--speed", "max") as session:
+    with watching(tmp_path / "rack.toml", "--time-scale", "max") as session:
         page.open(session.link)
         page.until_handle("mode", "fault")
         page.until_there("[data-at='Main.2'][data-fault][aria-current]")
-        until(lambda: page.run(CHAIN))
-        assert page.run(CHAIN)[0].startswith("00:01.598Place = 4 (Main rung 1: DIV(N,200,Place)")
-        assert "subscript 4 is out of range" in page.run(ALERT)
+        until(lambda: page.run(CAUSES))
+        assert page.run(CAUSES)[-1].startswith("2Place = 4 (1.598 s, Main rung 1: DIV(N,200,Place)")
+        assert page.run(LINE).startswith("!3MOV(1,A[Place]): A[Place]: subscript 4 is out of range")
         page.press("Branch one second before")
         page.until_scan(298, "paused")  # the fault is in scan 799; a second is 500 scans
         assert page.value("N") == "299"
@@ -73,52 +77,40 @@ def test_a_fault_of_python_opens_the_chain_of_what_its_line_has_read(page, tmp_p
     with watching(tmp_path / "rack.toml") as session:
         page.open(session.link)
         page.until_there("[data-at='fault.py.13'][data-fault]")
-        until(lambda: page.run("return document.querySelector('#tag .name')?.textContent") == "state.count")
-        until(
-            lambda: (
-                "state.count += 1" in page.run("return document.querySelector('#tag .answer').textContent")
-            )
-        )
+        until(lambda: "state.count += 1" in page.run(OPENED))
 
 
-def test_the_page_stays_at_the_first_error_bit_and_the_rack_goes_on(page, paused):
-    page.open(paused.link, paused=True, stops=True)
+def test_a_page_follows_the_scans_at_an_error_and_stops_there_only_if_it_is_asked_to(page, paused):
+    page.open(paused.link, paused=True)
     page.step(4100)  # the emergency stop comes at 8 s
+    page.until_scan(4099, "paused")
+    line = until(lambda: "IN_ESTOP" in (said := page.run(LINE)) and said)
+    assert line.startswith("!INPUT_ERROR came onslot1.status.IN_ESTOP on (8.002 s")
+    assert not page.run(SHOWN, "#causes")
+    page.click(".alert button")
+    until(lambda: page.run(CAUSES))
+    assert page.run(LINE) == "!2INPUT_ERROR came on"  # the first cause stands in the list alone
+    assert [each[:25] for each in page.run(CAUSES)] == ["1slot1.status.IN_ESTOP on"]
+    page.until_scan(4099, "paused")  # it is read without leaving the present
+    assert page.run(HEADLINE, "Local:1:I.Data[0].11") == "slot1.status.INPUT_ERROR"
+    page.press("Branch one second before")
+    page.until_scan(3500, "paused")
+    page.click("[aria-label='Stop at errors']")
+    page.step(600)
     page.until_scan(4001, "past")
     assert page.value("1.INPUT_ERROR") == "1"
-    assert "INPUT_ERROR came on at 00:08.002. The emergency stop" in page.run(ALERT)
-    until(lambda: page.run(CHAIN))
-    assert "IN_ESTOP on" in page.run(CHAIN)[0]
+    until(lambda: page.run(CAUSES))
     page.press("Dismiss")
-    page.until_scan(4099, "paused")
+    page.until_scan(4100, "paused")
     assert not page.run(SHOWN, "[role=alert]")
 
 
-def test_an_error_of_what_is_pressed_here_is_said_and_looked_at_by_hand(page, paused):
-    page.open(paused.link, paused=True, stops=True)
-    page.step(3100)  # in the middle of a stroke
-    page.until_scan(3099, "paused")
-    page.control("Press E-stop").send_keys("\ue007")
-    page.step(50)
-    page.until_scan(3149, "paused")  # it follows the scans
-    until(lambda: "INPUT_ERROR came on" in page.run(ALERT))
-    page.press("Look at it")
-    page.until_handle("state", "past")
-    error = int(page.handle("scan"))
-    assert 3100 <= error <= 3102
-    until(lambda: "the estop input is" in page.run(ANSWER))
-    page.press("Branch one second before")
-    page.until_scan(error - 501, "paused")
-
-
-def test_a_page_that_shall_not_stop_follows_the_scans(page, paused):
-    page.open(paused.link, paused=True, stops=True)
-    page.click("[aria-label='Stop at errors']")
-    page.step(4100)
-    page.until_scan(4099, "paused")
-    assert not page.run(SHOWN, "[role=alert]")
-    page.run("return import('/scrub.js').then(scrub => scrub.lookAt(4001))")
-    page.until_scan(4001, "past")
-    page.run(CAME)  # the error was on its way when the page was told not to stop
-    page.until_scan(4099, "paused")
+def test_an_error_that_comes_while_the_switch_is_turned_off_leaves_the_page_live(page, paused):
+    page.open(paused.link, paused=True)
+    page.step(20)
+    page.until_scan(19, "paused")
+    page.run("return import('/scrub.js').then(scrub => scrub.lookAt(10))")
+    page.until_scan(10, "past")
+    page.run(CAME)
+    page.until_scan(19, "paused")
     assert not page.run(SHOWN, "[role=alert]")

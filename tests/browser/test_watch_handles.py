@@ -52,7 +52,7 @@ def test_handles_controls_and_values_are_on_the_page(used):
 
 
 def test_a_tag_of_a_program_has_its_full_name(page):
-    with watching(INDEXER, "--paused", "--speed", "max") as session:
+    with watching(INDEXER, "--paused", "--time-scale", "max") as session:
         page.open(session.link, paused=True)
         page.step(100)
         page.watch("\\MainProgram.Step")

@@ -40,6 +40,49 @@ def test_the_program_has_three_fifths_and_a_gutter_is_kept(page, paused):
     assert not page.run("return document.getElementById('watch').hidden")
 
 
+AXIS = """
+const { bottom } = document.querySelector("canvas.axis").getBoundingClientRect();
+return document.getElementById("strip").getBoundingClientRect().bottom - bottom;
+"""
+SPY = """
+window.rows = [];
+const pen = CanvasRenderingContext2D.prototype, { fillText, clearRect } = pen;
+pen.clearRect = function (...box) {
+  if (this.canvas.matches(".chart")) rows = [];
+  clearRect.apply(this, box);
+};
+pen.fillText = function (text, ...at) {
+  if (text.startsWith("1.")) rows.push(text);
+  fillText.call(this, text, ...at);
+};
+"""
+ROWS = "return rows"
+FOLD = "const fold = document.querySelector('.fold'); return fold.checkVisibility() ? fold.textContent : ''"
+
+
+def test_at_720_pixels_three_rungs_and_the_time_axis_are_in_view_with_the_causes_open(page, paused):
+    page.look(1280, 720)
+    page.open(paused.link, paused=True)
+    page.step(4300)  # the emergency stop comes at 8 s, in the middle of a stroke
+    page.until_scan(4299, "paused")
+    until(lambda: "IN_ESTOP" in page.run("return document.querySelector('.first').textContent"))
+    page.click(".alert button")
+    page.until_there("#causes li")
+    page.until_drawn()
+    until(lambda: page.run(WHOLE_RUNGS) == 3)
+    assert page.run(AXIS) <= 1
+    page.run(SPY)
+    for _ in range(4):
+        page.press("Zoom in")  # 0.2 s: the axis stands, and nothing moves
+    until(lambda: page.run(FOLD).startswith("▸ "))
+    folded = page.run(ROWS)
+    page.run("document.querySelector('.fold').click()")
+    empty = int(page.run(FOLD).removeprefix("▾ ").split()[0])
+    assert (len(page.run(ROWS)), empty) == (len(folded) + empty, empty)
+    assert "1.MOVING_CW" not in folded
+    assert "1.MOVING_CW" in page.run(ROWS)
+
+
 def test_the_tag_is_a_sheet_in_view_on_a_telephone(page, paused):
     page.look(400, 860)
     page.open(paused.link, paused=True)

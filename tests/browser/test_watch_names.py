@@ -1,5 +1,6 @@
 """Names of inputs and outputs; a structure in the watch table, a past that runs on, a pressed button."""
 
+import json
 from functools import partial
 from pathlib import Path
 
@@ -8,6 +9,10 @@ from watched_page import until, watching, why_not
 
 PANEL = Path(__file__).parents[2] / "examples" / "three_stations_panel"
 FORCED = "return [...document.querySelectorAll('[data-forced][data-name]')].map(each => each.dataset.name)"
+MEMBERS = """
+const rows = document.querySelector(arguments[0]).querySelectorAll(".tree[open] > div > .part");
+return [...rows].map(row => [...row.children].map(each => each.textContent));
+"""
 HITS = "return [...document.querySelectorAll('.hits b')].map(each => each.textContent)"
 CONTRAST = """
 const { color, backgroundColor } = getComputedStyle(arguments[0]);
@@ -31,7 +36,7 @@ def panel(tmp_path_factory):
     rack = tmp_path_factory.mktemp("panel") / "line.toml"
     text, program = (PANEL / "line.toml").read_text(encoding="utf-8"), (PANEL / "line.rung").as_posix()
     rack.write_text(f"watchdog_ms = 0\n{text.replace('line.rung', program)}", encoding="utf-8")
-    with watching(rack, "--paused", "--speed", "max") as session:
+    with watching(rack, "--paused", "--time-scale", "max") as session:
         yield session
 
 
@@ -80,7 +85,24 @@ def test_a_structure_leaves_room_for_names_in_the_watch_table(page, panel, size)
     )
     assert width >= 96
     assert height < 120
+    page.click("#watch .tree summary")
+    members = [[name, shown(value)] for name, value in json.loads(page.value("Axis")).items()]
+    until(lambda: page.run(MEMBERS, "#watch") == members)
     assert page.run("const root = document.documentElement; return root.scrollWidth <= root.clientWidth")
+    if size[0] == 1280:
+        page.run("document.querySelector(\"#watch .tree .plain[title='Axis.Words']\").click()")
+        until(lambda: page.run("return document.querySelector('#tag .name').textContent") == "Axis.Words")
+        page.until_there("#tag .tree:not([hidden])")
+        page.click("#tag .tree:not([hidden]) summary")
+        words = json.loads(page.value("Axis"))["Words"]
+        words = [[f"[{place}]", str(word)] for place, word in enumerate(words)]
+        until(lambda: page.run(MEMBERS, "#tag") == words)
+        assert found(page, "aXis")[0] == "Axis"  # the structure first, then its members
+
+
+def shown(value):
+    """Return a member as its tree has it: how many parts, or a value."""
+    return f"[{len(value)}]" if isinstance(value, list) else str(int(value))
 
 
 def test_the_past_of_a_rack_that_runs_has_its_speed_and_its_pause(page, feeder):

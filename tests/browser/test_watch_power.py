@@ -26,6 +26,14 @@ def plain(value):
     return str(int(value)) if isinstance(value, bool) else str(value)
 
 
+LIT = """
+const all = element => document.querySelector(`[data-element='${element}']`);
+const of = (element, part) => getComputedStyle(all(element).querySelector(part)).stroke;
+const green = of("Main.0.0", ".wire");
+return arguments[0].map(each => [".sign", ".wire"].map(part => of(each, part) === green));
+"""
+
+
 def test_twenty_paused_scans(page, paused):
     bench = open_bench("examples/feeder/feeder.toml", watched=True)
     page.open(paused.link, paused=True)
@@ -53,6 +61,11 @@ def test_scans_of_the_past_are_shown_as_they_were(page, paused):
         page.until_value("Strokes.ACC", str(bench.program.tags["Strokes.ACC"]))
     page.press("Live")
     page.until_scan(1499, "paused")
+    bench.scan(1500 - bench.scans)
+    page.until_power(expected_power(bench))
+    assert not bench.program.tags["Trouble"]
+    # XIC(Trouble) XIO(card.status.IN_ESTOP): the second one is true, and no power comes to it
+    until(lambda: page.run(LIT, ["Main.3.0", "Main.3.1"]) == [[False, False], [True, False]])
 
 
 def test_the_speed_of_an_axis_is_that_of_the_last_fifty_scans(page, paused):

@@ -17,7 +17,7 @@ RACK = 'program = "wide.rung"\nscan_ms = 2\nwatchdog_ms = 0\n\n[[slot]]\nnumber 
 def test_wide_integers_are_exact(page, tmp_path: Path) -> None:
     (tmp_path / "wide.rung").write_text(PROGRAM, encoding="utf-8")
     (tmp_path / "wide.toml").write_text(RACK, encoding="utf-8")
-    with watching(tmp_path / "wide.toml", "--paused", "--speed", "max") as session:
+    with watching(tmp_path / "wide.toml", "--paused", "--time-scale", "max") as session:
         page.open(session.link, paused=True)
         for tag in ("Total", "Most"):
             page.watch(tag)

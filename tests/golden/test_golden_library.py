@@ -66,7 +66,7 @@ def test_the_same_bytes_come_out_again(library: Library, all_made: dict[str, Mad
 
 def test_a_recording_can_be_run_again_by_whoever_gets_it(tmp_path: Path) -> None:
     shutil.copy(GOLDEN / "one-shot.mcap", tmp_path)
-    result = CliRunner().invoke(build(), ["rerun", str(tmp_path / "one-shot.mcap")])
+    result = CliRunner().invoke(build(), ["replay", "--into", "session", str(tmp_path / "one-shot.mcap")])
     assert result.exit_code == 0, result.output
 
 

@@ -43,9 +43,9 @@ READ: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "run rack": ("run {} --for 2ms --no-record -q", (*RACKS, ".unit", ".steps", *PROGRAMS)),
     "run --record": ("run good.toml --for 2ms -q --record {}", TRACE),
     "run --retain": ("run good.toml --for 2ms --no-record -q --retain {}", (".json",)),
-    "watch rack": ("watch {} --speed max --for 2ms", RACKS),
+    "watch rack": ("watch {} --time-scale max --for 2ms", RACKS),
     "watch rack, a trace": ("watch {} --port 0", (*TRACE, ".html")),
-    "watch --record": ("watch good.toml --speed max --for 2ms --record {}", TRACE),
+    "watch --record": ("watch good.toml --time-scale max --for 2ms --record {}", TRACE),
     "share trace": ("share {} --out shared.html", TRACE),
     "share --out": ("share good.mcap --out {}", (".html",)),
     "show trace": ("show {}", TRACE),
@@ -65,13 +65,13 @@ READ: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "import capture": ("import {} --as pcl601 --rtu-over-tcp --out new.mcap", (".pcap", ".log")),
     "import --out": ("import missing.pcap --as pcl601 --out {}", TRACE),
     "import --simulated": ("import missing.pcap --as pcl601 --simulated {}", TRACE),
-    "repair trace": ("repair {} --output repaired.mcap", TRACE),
-    "repair --output": ("repair good.mcap --output {}", TRACE),
+    "repair trace": ("repair {} --out repaired.mcap", TRACE),
+    "repair --out": ("repair good.mcap --out {}", TRACE),
     "replay path": ("replay {}", TRACE),
     "replay --rack": ("replay good.mcap --into program --rack {}", RACKS),
     "replay --program": ("replay good.mcap --into program --program {}", (".py", *PROGRAMS)),
-    "rerun path": ("rerun {}", TRACE),
-    "rerun --record": ("rerun good.mcap --record {}", TRACE),
+    "replay path, a session": ("replay --into session {}", TRACE),
+    "replay --record": ("replay --into session good.mcap --record {}", TRACE),
     "ladder file": ("ladder {}", (".toml", ".py", *PROGRAMS)),
     "ladder --svg": ("ladder good.rung --svg {}", (".html",)),
     "l5x file": ("l5x {}", (".L5X", ".SLC")),
@@ -84,11 +84,11 @@ READ: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "fuzz rack": ("fuzz {} --for 2ms --runs 1 --jobs 1", (*RACKS, *TRACE)),
     "fuzz --invariants": ("fuzz good.toml --for 2ms --runs 1 --jobs 1 --invariants {}", (".py",)),
     "fuzz --out": ("fuzz good.toml --for 2ms --runs 1 --jobs 1 --out {}", (".campaign",)),
-    "fuzz --from": ("fuzz good.toml --for 2ms --runs 1 --jobs 1 --from {}", (".campaign", ".mcap")),
+    "fuzz --corpus": ("fuzz good.toml --for 2ms --runs 1 --jobs 1 --corpus {}", (".campaign", ".mcap")),
     "fuzz --scenario": ("fuzz good.toml --scenario {}", (".json",)),
     "conform plan": ("conform {} --list", (".plan",)),
-    "conform --from": ("conform --from {}", (".json", ".mcap")),
-    "conform --out": ("conform --from missing.json --out {}", (".json",)),
+    "conform --judge": ("conform --judge {}", (".json", ".mcap")),
+    "conform --out": ("conform --judge missing.json --out {}", (".json",)),
     "serve rack": ("serve amci3601 {} --tcp 1.2.3.4.5:1", RACKS),
     "serve --machine": ("serve pcl601 --machine {} --serial missing", RACKS),
     "serve --program": ("serve pcl601 --program {} --serial missing", (".pclt",)),
@@ -96,10 +96,9 @@ READ: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "serve --record": ("serve pcl601 --record {} --serial missing", TRACE),
     "device pcl601 program write file": ("device pcl601 --tcp 127.0.0.1:1 program write {}", (".pclt",)),
     "device pmc006 program check file": ("device pmc006 program check {}", (".pmc",)),
-    "device pmc006 program write file": ("device pmc006 --port missing program write {}", (".pmc",)),
-    "pclt check files": ("pclt check {}", (".pclt",)),
-    "pclt list file": ("pclt list {}", (".pclt",)),
-    "check rack": ("check {}", (*RACKS, *PROGRAMS)),
+    "device pmc006 program write file": ("device pmc006 --serial missing program write {}", (".pmc",)),
+    "device pcl601 program list file": ("device pcl601 program list {}", (".pclt",)),
+    "check files": ("check {}", (*RACKS, *PROGRAMS, ".pclt")),
 }
 """Words with a file for {}, and the kinds of files, by command and option or argument."""
 
@@ -126,12 +125,22 @@ WORDS = {
         "[TAG]",
     ),
     *("NAME", "EXAMPLE", "TAGS", "KIND", "ID", "VERSION", "MODULE", "PROGRAM[.ROUTINE]", "TARGET"),
-    *("PROTOCOL[:[HOST:]PORT]", "ADDRESS", "HOST[:PORT][,SLOT]", "[HOST:]PORT", "PORT", "DEV", "N"),
+    *(
+        "PROTOCOL[:[HOST:]PORT]",
+        "ADDRESS",
+        "HOST[:PORT][,SLOT]",
+        "[HOST:]PORT",
+        "PORT",
+        "DEVICE",
+        "FACTOR",
+        "TEXT",
+        "N",
+    ),
     *("TAG:MS", "INPUT=TAG", "NAME=STATE", "DIGITS", "FAULT"),
 }
 """What a text that names no file is called in the help of its command."""
 
-OTHER_WORDS = {"watch --speed", "plot --title", "new --from"}
+OTHER_WORDS = {"new --from"}
 """Texts without a name of their own in the help."""
 
 APPLICATION = build()

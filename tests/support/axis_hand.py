@@ -18,7 +18,7 @@ from sequence_bench import SETUP, SequenceBench
 Ask = Callable[[Axis3601], Any]
 
 
-def setup(add: int = 0) -> Configuration:
+def configured(add: int = 0) -> Configuration:
     """Return the usual configuration with further bits of word 0."""
     return Configuration.from_image(Image(configuration(add=add)))
 
@@ -82,4 +82,4 @@ class Hand:
 class Geared(OneAxis):
     """One with an encoder."""
 
-    axis = Axis3601(1, setup(ENCODER))
+    axis = Axis3601(1, configured(ENCODER))

@@ -143,20 +143,15 @@ class Look:
     def __init__(self, browser: Any) -> None:
         self.browser = browser
 
-    def open(self, link: str, *, paused: bool = False, stops: bool = False) -> None:
+    def open(self, link: str, *, paused: bool = False) -> None:
         """Open a link and wait for the first picture of the rack.
-
-        A page stops at error bits until it is told not to: a rack that runs should have none of its own
-        meanwhile. `feeder` of conftest.py has none.
 
         Args:
             paused: before its first scan, of which there is no picture.
-            stops: the page stops at error bits.
         """
         self.browser.get("about:blank")
         self.browser.get(link)
         until(lambda: self.handle("state") == "paused" if paused else self.handle("scan") is not None)
-        self.run("return import('/faultmode.js').then(mode => mode.stopAtErrors(arguments[0]))", stops)
 
     def step(self, scans: int) -> None:
         """Run so many scans: by the button if it is one, else as the button does it."""

@@ -110,7 +110,7 @@ def _given(folder: Path, command: str) -> str:
         return done.stdout + done.stderr
     words = shlex.split(command)[1:]
     watched = [each for each in words if each not in ("--open", "--paused")]
-    watched += ["--scans", "50", "--speed", "max"]
+    watched += ["--scans", "50", "--time-scale", "max"]
     with chdir(folder):
         shown = CliRunner().invoke(build(), watched if words[0] == "watch" else words)
     return "" if words[0] == "watch" and shown.exit_code == 0 else shown.output

@@ -46,7 +46,7 @@ FILM_FROM_S, FILM_TO_S, FILM_STEP_S, FILM_SPEED = 0.3, 5.6, 0.08, 0.1
 
 def stepped(look: Look, rack: Path, scan: int, then: Callable[[], None]) -> None:
     """Run a rack to a scan, and do something with the page that shows it."""
-    with watching(rack, "--paused", "--speed", "max") as session:
+    with watching(rack, "--paused", "--time-scale", "max") as session:
         look.open(session.link, paused=True)
         look.step(scan + 1)
         look.until_scan(scan, "paused")
@@ -125,7 +125,7 @@ def film(look: Look) -> None:
     look.look(*FILM_SIZE)
     rack = EXAMPLES / "three_stations_panel" / "line.toml"
     taken: list[tuple[float, Image.Image]] = []
-    with watching(rack, "--paused", "--speed", FILM_SPEED) as session:
+    with watching(rack, "--paused", "--time-scale", FILM_SPEED) as session:
         look.open(session.link, paused=True)
         look.step(1)
         look.until_there("svg.rung")

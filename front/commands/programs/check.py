@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -25,36 +26,82 @@ class ReportFormat(StrEnum):
 
 
 def _check_command(
-    rack: Annotated[
-        str, typer.Argument(metavar="FILE", help="Rack file, TOML or Python; or a ladder program or export.")
+    files: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="FILE...",
+            help="Rack file, TOML or Python; or a ladder program or export; or stored programs, .pclt.",
+            show_default=False,
+        ),
     ],
     as_json: JsonOption = False,
     form: Annotated[
-        ReportFormat, typer.Option("--format", help="Of the report: text, json, sarif or junit.")
+        ReportFormat,
+        typer.Option(
+            "--format",
+            metavar="text|json|sarif|junit",
+            help="Format of the report.",
+        ),
     ] = ReportFormat.TEXT,
 ) -> None:
     """Check a rack or program without running it: conditions, readers and writers, commands to axes.
 
-    An L5X, SLC, .rung or .st file is also checked without a rack.
+    An L5X, SLC, .rung or .st file is also checked without a rack. Of stored programs of the PCL601, which
+    may be several files, it prints what each takes of the memory.
 
     Examples: scanrack new feeder --from feeder; scanrack check feeder/feeder.toml
     Example: scanrack check machine.L5X --format sarif > machine.sarif
 
     Exit status: 0 nothing found, 1 something found, 2 a file can't be used.
     """
-    from ...jobs.check import check_rack, load_any, refused
-    from ...jobs.prove.serving.judging import verdicts
+    from ...jobs.check import CheckReport, refused
 
+    form = ReportFormat.JSON if as_json else form
+    rack = files[0]
     try:
-        job, alone = load_any(rack)
-        report = check_rack(job, alone=alone, prover=verdicts)
+        if any(_is_stored(each) for each in files):
+            summaries = _stored(files)
+            report = CheckReport((), ())
+        else:
+            if len(files) > 1:
+                raise ValueError(
+                    f"{files[1]}: one rack or program at a time; several .pclt files may be given"
+                )
+            summaries, report = None, _checked(rack)
     except ValueError as error:
-        if form is not ReportFormat.TEXT or as_json:
-            _print(refused(error, rack), ReportFormat.JSON if as_json else form, rack)
+        if form is not ReportFormat.TEXT:
+            _print(refused(error, rack), form, rack)
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
-    _print(report, ReportFormat.JSON if as_json else form, rack)
+    if summaries is not None and form is ReportFormat.TEXT:
+        for line in summaries:
+            say(line)
+        return
+    _print(report, form, rack)
     if report.findings:
         raise typer.Exit(NO)
+
+
+def _checked(rack: str) -> CheckReport:
+    from ...jobs.check import check_rack, load_any
+    from ...jobs.prove.serving.judging import verdicts
+
+    job, alone = load_any(rack)
+    return check_rack(job, alone=alone, prover=verdicts)
+
+
+def _is_stored(file: str) -> bool:
+    return file.lower().endswith(".pclt")
+
+
+def _stored(files: list[str]) -> list[str]:
+    """Return a line per stored program of the PCL601; ValueError for one that can't be stored."""
+    from ...runtime.controllers.pcl601.program import read_program
+    from ..wire.pclt import summary
+
+    other = next((each for each in files if not _is_stored(each)), None)
+    if other is not None:
+        raise ValueError(f"{other} is no .pclt file: check it alone")
+    return [f"{each}: {summary(read_program(Path(each)))}" for each in files]
 
 
 def _print(report: CheckReport, form: ReportFormat, name: str) -> None:

@@ -87,14 +87,19 @@ class FuzzOptions:
     ] = None
     runs: Annotated[
         int,
-        typer.Option("--runs", min=1, help="How many scenarios to try, excluding shrinking and the corpus."),
+        typer.Option(
+            "--runs",
+            metavar="N",
+            min=1,
+            help="How many scenarios to try, excluding shrinking and the corpus.",
+        ),
     ] = 500
     time: Annotated[
-        str | None, typer.Option("--time", metavar="TIME", help="Search for so long instead: '2 h'.")
+        str | None, typer.Option("--budget", metavar="TIME", help="Search for so long instead: '2 h'.")
     ] = None
-    scans: Annotated[int | None, typer.Option("--scans", min=1, help="Search for so many scans instead.")] = (
-        None
-    )
+    scans: Annotated[
+        int | None, typer.Option("--scans", metavar="N", min=1, help="Search for so many scans instead.")
+    ] = None
     processor: Annotated[
         str | None,
         typer.Option("--processor", metavar="TIME", help="Search for so much processor time instead."),
@@ -107,7 +112,8 @@ class FuzzOptions:
         None
     )
     jobs: Annotated[
-        int | None, typer.Option("--jobs", "-j", min=1, help="Tasks at a time.", show_default="cores")
+        int | None,
+        typer.Option("--jobs", "-j", metavar="N", min=1, help="Tasks at a time.", show_default="cores"),
     ] = None
     dask: Annotated[
         str | None, typer.Option("--dask", metavar="ADDRESS", help="Search on a Dask cluster.")
@@ -121,7 +127,7 @@ class FuzzOptions:
     begin_with: Annotated[
         list[Path] | None,
         typer.Option(
-            "--from", metavar="PATH", help="Begin with the corpus of another folder, or with a recording."
+            "--corpus", metavar="PATH", help="Begin with the corpus of another folder, or with a recording."
         ),
     ] = None
     scenario: Annotated[
@@ -152,7 +158,7 @@ def _fuzz_command(
     A campaign continues where it left off: its state is in the same folder.
     Of a trace, the rack file and the program in it are searched, and what acted on the inputs is varied.
 
-    Example: scanrack fuzz line.toml --invariants must_hold.py --time "10 min"
+    Example: scanrack fuzz line.toml --invariants must_hold.py --budget "10 min"
 
     Exit status: 0 everything held, 1 something is broken, 2 a file or an option can't be used, 3 a file
     can't be written, or with --strict something that should be seen sometimes never was, 130 stopped by

@@ -183,7 +183,7 @@ def _next(job: LoadedRack, state: State, solver: SolverStep, *, is_open: bool) -
     if state.found:
         return f"mend what is broken, then scanrack fuzz {rack} again: it looks at that first"
     if state.stale < PATIENCE:
-        return f'scanrack fuzz {rack} --time "10 min": it still meets something new'
+        return f'scanrack fuzz {rack} --budget "10 min": it still meets something new'
     if solver.can_ask:
         return f"scanrack prove {rack}: {state.stale:,} runs have brought nothing new, and a proof covers all"
     if isinstance(job.logic, LadderLogic):

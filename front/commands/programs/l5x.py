@@ -16,7 +16,7 @@ from ...terminal.as_json import JsonOption
 def _l5x_command(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="An L5X or SLC export.", show_default=False)],
     as_json: JsonOption = False,
-    rack: Annotated[bool, typer.Option("--rack", help="Print a rack file for it.")] = False,
+    rack: Annotated[bool, typer.Option("--print-rack", help="Print a rack file for it.")] = False,
     against: Annotated[
         Path | None, typer.Option(metavar="OLDER", help="List what differs from an older version.")
     ] = None,
@@ -26,12 +26,14 @@ def _l5x_command(
     ] = None,
     stepper: Annotated[
         list[str] | None,
-        typer.Option(metavar="MODULE", help="With --rack: this module, by name or slot, is a 3601."),
+        typer.Option(metavar="MODULE", help="With --print-rack: this module, by name or slot, is a 3601."),
     ] = None,
     run: Annotated[bool, typer.Option("--run", help="Run it on a rack, and list what it waits for.")] = False,
     scans: Annotated[
         int | None,
-        typer.Option("--scans", min=1, help="Scans of the trial, 100, or with --run of the run, 1000."),
+        typer.Option(
+            "--scans", metavar="N", min=1, help="Scans of the trial, 100, or with --run of the run, 1000."
+        ),
     ] = None,
 ) -> None:
     """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
@@ -44,8 +46,8 @@ def _l5x_command(
 
     Example: scanrack l5x machine.L5X
     Example: scanrack l5x machine.L5X --run
-    Example: scanrack l5x machine.L5X --rack > machine.toml
-    Example: scanrack l5x machine.L5X --rack --stepper Feed > machine.toml
+    Example: scanrack l5x machine.L5X --print-rack > machine.toml
+    Example: scanrack l5x machine.L5X --print-rack --stepper Feed > machine.toml
 
     Example: scanrack l5x machine.L5X --against before.L5X
     Example: scanrack l5x line.rung --export Main.Sequence > sequence.L5X

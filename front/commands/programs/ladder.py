@@ -100,7 +100,12 @@ def ladder(
     rung: Annotated[int | None, typer.Option("--rung", metavar="N", help="This rung, or line, only.")] = None,
     width: Annotated[
         int | None,
-        typer.Option("--width", min=NARROWEST, help="Columns between the rails; wider rungs continue below."),
+        typer.Option(
+            "--width",
+            metavar="N",
+            min=NARROWEST,
+            help="Columns between the rails; wider rungs continue below.",
+        ),
     ] = None,
     svg: Annotated[
         Path | None, typer.Option("--svg", metavar="OUT", help="Write an SVG picture instead.")

@@ -19,7 +19,9 @@ def _new_command(
     folder: Annotated[
         Path, typer.Argument(metavar="FOLDER", help="A new or empty folder.", show_default=False)
     ],
-    logic: Annotated[Language, typer.Option("--logic", help="Language of the program.")] = Language.PYTHON,  # type: ignore[attr-defined]
+    logic: Annotated[
+        Language, typer.Option("--logic", metavar="|".join(LOGICS), help="Language of the program.")
+    ] = Language.PYTHON,  # type: ignore[attr-defined]
     example: Annotated[
         str | None,
         typer.Option("--from", metavar="EXAMPLE", help="Copy this example.", show_default=False),

@@ -46,7 +46,7 @@ def _prove_command(
     only: Annotated[
         str | None,
         typer.Option(
-            "--only", metavar="TAGS", help="Of two: tags that may differ, with commas between them."
+            "--may-differ", metavar="TAGS", help="Of two: tags that may differ, with commas between them."
         ),
     ] = None,
     out: Annotated[
@@ -75,14 +75,15 @@ def _prove_command(
     is unknown.
 
     Of two programs, it lists the bits and numbers that can differ in one scan and ever, with a run each and
-    the inputs on which that depends. All others are equal. With --only, it fails if another one can differ.
+    the inputs on which that depends. All others are equal. With --may-differ, it fails if another one can
+    differ.
 
     Examples: scanrack new feeder --from feeder; scanrack prove feeder/feeder.toml
-    Example: scanrack prove before.L5X after.L5X --only Valve1,Valve2
+    Example: scanrack prove before.L5X after.L5X --may-differ Valve1,Valve2
 
     Exit status: 0 all proved, 1 a property is refuted, or a run faults or has coils that disagree, 2 a file
     can't be used, 3 none of that and a property is unknown, or a file can't be written. Of two programs: 0
-    equal, or only --only differs, 1 something can differ.
+    equal, or only --may-differ differs, 1 something can differ.
     """
     with reported_mistakes():
         try:
@@ -112,7 +113,7 @@ def _compare(
 ) -> int:
     """Print what can differ between two programs; return the exit status."""
     if new is None:
-        raise ValueError("--only goes with two programs: scanrack prove OLD NEW --only TAGS")
+        raise ValueError("--may-differ needs two programs: scanrack prove OLD NEW --may-differ TAGS")
     names = [each.strip() for each in _COMMA.split(only) if each.strip()] if only else []
     with ScenarioFolder(out or Path(f"{Path(split_address(new)[0]).stem}-prove")) as folder:
         found = edited(old, new, names, folder)

@@ -170,7 +170,9 @@ def count(rules: Sequence[Rule]) -> str:
 
 
 def _rules_command(
-    table: Annotated[Table, typer.Argument(help="Whose rules.", show_default=False)],
+    table: Annotated[
+        Table, typer.Argument(metavar="TABLE", help="Whose rules: amci3601.", show_default=False)
+    ],
     ids: Annotated[
         list[str] | None,
         typer.Option("--id", metavar="ID", help="Only this rule, or all with this prefix; may be repeated."),

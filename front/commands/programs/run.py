@@ -32,7 +32,9 @@ class RunArguments:
         str | None,
         typer.Option("--for", metavar="TIME", help="Machine time to run for, such as '10 s' or '250 ms'."),
     ] = None
-    scans: Annotated[int | None, typer.Option("--scans", help="Number of scans to run, instead.")] = None
+    scans: Annotated[
+        int | None, typer.Option("--scans", metavar="N", help="Number of scans to run, instead.")
+    ] = None
     realtime: Annotated[
         bool, typer.Option("--realtime", help="Run in real time; without --for until Ctrl-C.")
     ] = False
@@ -43,7 +45,9 @@ class RunArguments:
             help="With --realtime: wait the last tenth of a period, 0.2 ms at most, without sleeping.",
         ),
     ] = False
-    record: Annotated[Path | None, typer.Option("--record", help="Trace file.", show_default=False)] = None
+    record: Annotated[
+        Path | None, typer.Option("--record", metavar="TRACE", help="Trace file.", show_default=False)
+    ] = None
     no_record: Annotated[bool, typer.Option("--no-record", help="Record nothing.")] = False
     replace: ReplaceOption = False
     live: Annotated[

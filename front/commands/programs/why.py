@@ -25,7 +25,6 @@ def _why_command(
         str | None,
         typer.Option("--at", metavar="TIME|SCAN", help="Ask at this time, such as '1.5 s', or in this scan."),
     ] = None,
-    scans: Annotated[int | None, typer.Option("--scans", min=1, help="Ask after so many scans.")] = None,
     until: Annotated[
         str | None, typer.Option("--until", metavar="BIT", help="Ask when this tag or bit of an image is on.")
     ] = None,
@@ -64,7 +63,7 @@ def _why_command(
     """
     from .why_job import why
 
-    why(file, what, at, scans, until, deep, want, trust, as_json)
+    why(file, what, at, until, deep, want, trust, as_json)
 
 
 def _xref_command(

@@ -49,7 +49,6 @@ def why(
     file: str,
     what: str | None,
     at: str | None,
-    scans: int | None,
     until: str | None,
     deep: bool,
     want: str | None,
@@ -62,7 +61,7 @@ def why(
         typer.Exit: with the status of the command, unless it is 0.
     """
     try:
-        moment = ScanChoice(at, scans, until)
+        moment = ScanChoice(at=at, until=until)
         if runs(file):
             asked = _ask_bench(open_bench(file, watched=True), what, moment, deep, want)
         else:

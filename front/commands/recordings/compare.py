@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from ...terminal.as_json import JsonOption
+from ...terminal.grouped import grouped
 from ...terminal.trace_options import QuietOption
 
 ToleranceTimeOption = Annotated[
@@ -27,11 +29,14 @@ ToleranceCountsOption = Annotated[
 ]
 
 
-def _compare_command(
-    a: Annotated[Path, typer.Argument(metavar="A", help="Trace, an MCAP file.", show_default=False)],
-    b: Annotated[Path, typer.Argument(metavar="B", help="Another trace.", show_default=False)],
-    tolerance_time: ToleranceTimeOption = "0s",
-    tolerance_counts: ToleranceCountsOption = 0,
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CompareOptions:
+    """The arguments and the options of `scanrack compare`."""
+
+    a: Annotated[Path, typer.Argument(metavar="A", help="Trace, an MCAP file.", show_default=False)]
+    b: Annotated[Path, typer.Argument(metavar="B", help="Another trace.", show_default=False)]
+    tolerance_time: ToleranceTimeOption = "0s"
+    tolerance_counts: ToleranceCountsOption = 0
     align_at: Annotated[
         str | None,
         typer.Option(
@@ -40,7 +45,7 @@ def _compare_command(
             help="What is at the same time in both: their first scans, or the first rise of a bit.",
             show_default="power-up",
         ),
-    ] = None,
+    ] = None
     realign_at: Annotated[
         str | None,
         typer.Option(
@@ -49,10 +54,12 @@ def _compare_command(
             help="Every rise of this bit is at the same time in both: what comes late does not add up.",
             show_default="no",
         ),
-    ] = None,
-    as_json: JsonOption = False,
-    quiet: QuietOption = False,
-) -> None:
+    ] = None
+    as_json: JsonOption = False
+    quiet: QuietOption = False
+
+
+def _compare_command(options: CompareOptions) -> None:
     """Find where two traces differ: the first scan, what led to it, and a summary of all differences.
 
     Scans are paired by number, and every bit and time counts. With a tolerance, as for traces of real
@@ -65,9 +72,9 @@ def _compare_command(
     """
     from .compare_job import compare_traces
 
-    compare_traces(a, b, tolerance_time, tolerance_counts, align_at, realign_at, as_json, quiet)
+    compare_traces(options)
 
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command("compare", no_args_is_help=True)(_compare_command)
+    app.command("compare", no_args_is_help=True)(grouped(_compare_command, options=CompareOptions))

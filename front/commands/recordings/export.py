@@ -15,8 +15,7 @@ from ...terminal.grouped import grouped
 from ...terminal.terminal import say
 from ...terminal.trace_options import (
     QuietOption,
-    ScansOption,
-    TimeOption,
+    RangeOption,
     itself,
     reading,
     selection,
@@ -52,20 +51,19 @@ def _export_command(
             show_default="all bits and values",
         ),
     ] = None,
-    scans: ScansOption = None,
-    time: TimeOption = None,
+    ranges: RangeOption = None,
     quiet: QuietOption = False,
 ) -> None:
     """Convert a trace for other programs.
 
-    Example: scanrack export run.mcap --vcd run.vcd --time 1.5s:3s
+    Example: scanrack export run.mcap --vcd run.vcd --range 1.5s:3s
 
     OUT is a file, or - for standard output.
 
     Exit status: 0 done, 2 the trace or an option can't be used, 3 a file can't be written.
     """
     with reported_mistakes():
-        wanted = selection(scans, time)
+        wanted = selection(ranges)
         given = asdict(targets)
         chosen = [(each, given[each.name]) for each in formats.FORMATS if given[each.name] is not None]
         _check(chosen, signal or (), trace)

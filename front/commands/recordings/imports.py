@@ -37,7 +37,10 @@ class ImportOptions:
     """The argument and the options of `scanrack import`."""
 
     capture: Annotated[
-        Path, typer.Argument(help="A capture, pcap or pcapng, or a log of frames.", show_default=False)
+        Path,
+        typer.Argument(
+            metavar="CAPTURE", help="A capture, pcap or pcapng, or a log of frames.", show_default=False
+        ),
     ]
     controller: Annotated[
         CapturedController,
@@ -46,13 +49,18 @@ class ImportOptions:
     unit: Annotated[
         int | None,
         typer.Option(
-            "--unit", help="Its address, if there are several; the slot in a compactlogix.", min=0, max=255
+            "--address",
+            metavar="N",
+            help="Its address, if there are several; the slot in a compactlogix.",
+            min=0,
+            max=255,
         ),
     ] = None
     port: Annotated[
         int | None,
         typer.Option(
             "--port",
+            metavar="PORT",
             help="TCP port of the controller or gateway.",
             min=1,
             max=65535,
@@ -88,7 +96,7 @@ def _import_command(
     Of a 3601 as remote I/O a scan is a read of its input words: replay gives them to a simulated one. So it
     is of one in a CompactLogix, whose Local:1:I and Local:1:O some client reads over EtherNet/IP.
 
-    Example: scanrack import line.pcapng --as pcl601 --unit 1 --simulated model.mcap
+    Example: scanrack import line.pcapng --as pcl601 --address 1 --simulated model.mcap
 
     Exit status: 0 done, 2 a file or option can't be used, 3 a trace can't be written.
     """

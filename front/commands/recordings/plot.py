@@ -12,8 +12,7 @@ from ...terminal.complaints import reported_mistakes
 from ...terminal.terminal import say
 from ...terminal.trace_options import (
     QuietOption,
-    ScansOption,
-    TimeOption,
+    RangeOption,
     itself,
     reading,
     selection,
@@ -54,10 +53,12 @@ def _plot_command(
         ),
     ] = None,
     title: Annotated[
-        str | None, typer.Option("--title", help="What to write above it.", show_default="the rack's name")
+        str | None,
+        typer.Option(
+            "--title", metavar="TEXT", help="What to write above it.", show_default="the rack's name"
+        ),
     ] = None,
-    scans: ScansOption = None,
-    time: TimeOption = None,
+    ranges: RangeOption = None,
     quiet: QuietOption = False,
 ) -> None:
     """Draw a timing chart: position, speed, ramp state, the bits that change, and recorded tags.
@@ -65,12 +66,12 @@ def _plot_command(
     An HTML page needs nothing but a browser, holds every scan and zooms with the wheel; .png and .svg
     need the extra `plot`: `scanrack doctor` says how to install it.
 
-    Example: scanrack plot run.mcap --out run.png --time 1.5s:3s
+    Example: scanrack plot run.mcap --out run.png --range 1.5s:3s
 
     Exit status: 0 done, 2 the trace or an option can't be used, 3 the file can't be written.
     """
     with reported_mistakes():
-        wanted = selection(scans, time)
+        wanted = selection(ranges)
         target = trace.with_suffix(".html") if out is None else out
         kind = target.suffix.lower()
         if kind not in _KINDS:

@@ -87,7 +87,7 @@ def _query_command(
         typer.Option("--show", metavar="SIGNAL", help="Also print this signal per match; may be repeated."),
     ] = None,
     limit: Annotated[
-        int | None, typer.Option("--limit", min=0, help="Maximum rows.", show_default="all")
+        int | None, typer.Option("--limit", metavar="N", min=0, help="Maximum rows.", show_default="all")
     ] = None,
     as_json: JsonOption = False,
     quiet: QuietOption = False,

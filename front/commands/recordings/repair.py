@@ -51,7 +51,7 @@ def _repair_command(
     trace: Annotated[Path, typer.Argument(metavar="TRACE", help="Trace, an MCAP file.", show_default=False)],
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="OUT", help="Where to.", show_default="in place of the trace"),
+        typer.Option("--out", "-o", metavar="OUT", help="Where to.", show_default="in place of the trace"),
     ] = None,
     quiet: QuietOption = False,
 ) -> None:

@@ -21,7 +21,7 @@ from ...terminal.complaints import reported_mistakes
 from ...terminal.status import DONE
 from ...terminal.tables import Cells
 from ...terminal.terminal import on_a_line, say
-from ...terminal.trace_options import ScansOption, TimeOption, selection
+from ...terminal.trace_options import RangeOption, selection
 from ...traces.format.flags import flag_names
 from ...traces.read.arrays import extent, scan_count
 from ...traces.read.changes import ChangeRows, Row
@@ -287,10 +287,9 @@ def _show_command(
     ] = False,
     limit: Annotated[
         int | None,
-        typer.Option("--limit", min=0, help="Maximum rows and events.", show_default="all"),
+        typer.Option("--limit", metavar="N", min=0, help="Maximum rows and events.", show_default="all"),
     ] = None,
-    scans: ScansOption = None,
-    time: TimeOption = None,
+    ranges: RangeOption = None,
     folder: Annotated[
         Path | None,
         typer.Option(
@@ -315,7 +314,7 @@ def _show_command(
                 say(path)
         raise typer.Exit(DONE)
     with reported_mistakes():
-        show(trace, every=every, limit=limit, wanted=selection(scans, time), as_json=as_json)
+        show(trace, every=every, limit=limit, wanted=selection(ranges), as_json=as_json)
 
 
 def register(app: typer.Typer) -> None:

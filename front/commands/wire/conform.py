@@ -40,7 +40,7 @@ from ...traces.files.newfile import new_file
 RESULT = beginning("a result of conform", f'{{"format": "{FORMAT}'.encode())
 SAFETY = (
     "this controller is a real one, and its axis moves: disable the drive first, then uncouple the motor; "
-    "read the book's page about conform; then give --live --control"
+    "read the book's page about conform; then give --live --allow-writes"
 )
 
 
@@ -67,16 +67,16 @@ class _Wish:
 class ConformOptions:
     """The argument and the options of `scanrack conform`."""
 
-    plan: Annotated[str, typer.Argument(help="A plan: hour, quick, or a TOML file.")] = "hour"
+    plan: Annotated[str, typer.Argument(metavar="PLAN", help="A plan: hour, quick, or a TOML file.")] = "hour"
     path: Annotated[
         str | None,
         typer.Option("--path", metavar="HOST[:PORT][,SLOT]", help="The controller.", show_default=False),
     ] = None
     source: Annotated[
         Path | None,
-        typer.Option("--from", metavar="FILE", help="A result, or a trace of scanrack import, to judge."),
+        typer.Option("--judge", metavar="FILE", help="A result, or a trace of scanrack import, to judge."),
     ] = None
-    module: Annotated[int, typer.Option("--slot", help="The module's slot.", min=1, max=30)] = 1
+    module: Annotated[int, typer.Option("--slot", metavar="N", help="The module's slot.", min=1, max=30)] = 1
     counter: Annotated[
         str | None,
         typer.Option("--counter", metavar="TAG:MS", help="A tag that counts every MS."),
@@ -91,18 +91,22 @@ class ConformOptions:
     ] = None
     scan: Annotated[
         str | None,
-        typer.Option("--scan", metavar="TIME", help="Longest time from scan to scan of the controller."),
+        typer.Option(
+            "--max-scan-time", metavar="TIME", help="Longest time from scan to scan of the controller."
+        ),
     ] = None
     live: Annotated[
         bool, typer.Option("--live", help="A real axis may move. This is not a safety system.")
     ] = False
-    control: Annotated[bool, typer.Option("--control", help="With --live: write the module's words.")] = False
+    control: Annotated[
+        bool, typer.Option("--allow-writes", help="With --live: write the module's words.")
+    ] = False
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="FILE", help="The result to send, without your names.")
     ] = Path("conform.json")
     rung: Annotated[
         RungKind | None,
-        typer.Option("--rung", metavar="l5x|slc", help="Print the counter's rung, to import."),
+        typer.Option("--print-counter", metavar="l5x|slc", help="Print the counter's rung, to import."),
     ] = None
     listed: Annotated[
         bool, typer.Option("--list", help="List scenes, and the interpretations that they settle.")
@@ -120,7 +124,7 @@ def _conform_command(
     no instant at which the words may have acted explains what was read. Each rule is as the manual
     has it, differs, or is open; each interpretation that a scene settles is named.
 
-    Example: scanrack conform hour --path 192.168.1.10,0 --counter ConformScan:2 --live --control
+    Example: scanrack conform hour --path 192.168.1.10,0 --counter ConformScan:2 --live --allow-writes
 
     Exit status: 0 no difference, 1 a difference, 2 a file, option or path can't be used, 3 the result can't
     be written.
@@ -140,7 +144,9 @@ def _conform_command(
         tags = ModuleTags(options.module, tag, period_ns, wiring_of(options.wire or []))
         wanted = replace(wanted, timing=_timing(wanted.timing, options.scan, period_ns))
         if (options.path is None) == (options.source is None):
-            raise ValueError("give --path HOST[,SLOT] for a controller, or --from FILE for what was recorded")
+            raise ValueError(
+                "give --path HOST[,SLOT] for a controller, or --judge FILE for what was recorded"
+            )
         if options.source is None:
             firmware, timing = wanted.firmware, wanted.timing
             played = _play(

@@ -34,7 +34,7 @@ from ...terminal.terminal import say
 from ...terminal.trace_options import QuietOption
 
 PortOption = Annotated[
-    str | None, typer.Option("--port", metavar="DEV", help="Serial port, such as /dev/ttyUSB0 or COM3.")
+    str | None, typer.Option("--serial", metavar="DEVICE", help="Serial port, such as /dev/ttyUSB0 or COM3.")
 ]
 NameArgument = Annotated[str, typer.Argument(metavar="NAME", show_default=False)]
 ValueArgument = Annotated[int, typer.Argument(metavar="VALUE", show_default=False)]
@@ -89,7 +89,7 @@ Client = TypeVar("Client", bound=Mover)
 
 
 def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Link:
-    """Open the line that --port or --tcp names.
+    """Open the line that --serial or --tcp names.
 
     Raises:
         ValueError: not exactly one line is named.
@@ -99,7 +99,7 @@ def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Lin
         return SerialLink(port, line_format)
     if tcp is not None and port is None:
         return TcpLink(*socket_address(tcp))
-    raise ValueError("give one of --port DEV and --tcp HOST:PORT before the command")
+    raise ValueError("give one of --serial DEVICE and --tcp HOST:PORT before the command")
 
 
 @contextmanager

@@ -18,6 +18,8 @@ from ...runtime.controllers.pcl601.program import read_program
 from ...runtime.line.clients.link import Link
 from ...runtime.line.clients.modbus import RtuLine, TcpLine
 from ...runtime.line.clients.pcl601 import READABLE, Pcl601Client
+from ...terminal.complaints import reported_mistakes
+from ...terminal.terminal import say
 from ...terminal.trace_options import QuietOption
 from .link_commands import (
     TIMEOUT_S,
@@ -34,15 +36,16 @@ from .link_commands import (
     search_home,
     show_state,
 )
+from .pclt import listing
 
 app = typer.Typer(
     help="Read, set and move a PCL601 over Modbus.\n\n"
-    "Example: scanrack device pcl601 --port /dev/ttyUSB0 --unit 1 move 2000",
+    "Example: scanrack device pcl601 --serial /dev/ttyUSB0 --address 1 move 2000",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
 programs = typer.Typer(
-    help="Stored programs; see also scanrack pclt.", no_args_is_help=True, rich_markup_mode=None
+    help="Check, list, write and run stored programs.", no_args_is_help=True, rich_markup_mode=None
 )
 app.add_typer(programs, name="program")
 
@@ -77,10 +80,10 @@ def _place(
     rtu_over_tcp: Annotated[
         bool, typer.Option("--rtu-over-tcp", help="With --tcp: the serial line's own bytes.")
     ] = False,
-    unit: Annotated[int, typer.Option("--unit", metavar="N", help="Its address, 1 to 99.")] = 1,
+    address: Annotated[int, typer.Option("--address", metavar="N", help="Its address, 1 to 99.")] = 1,
     timeout: TimeoutOption = TIMEOUT_S,
 ) -> None:
-    context.obj = LinkPlace(port, tcp, unit, timeout), rtu_over_tcp
+    context.obj = LinkPlace(port, tcp, address, timeout), rtu_over_tcp
 
 
 @app.command()
@@ -149,6 +152,20 @@ def run_program(context: typer.Context) -> None:
     """Start the stored program."""
     with client_at(context) as client:
         client.command(Code.RUN_PROGRAM)
+
+
+@programs.command("list", no_args_is_help=True)
+def list_program(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The program.", show_default=False)],
+) -> None:
+    """Print a program line by line: address and size in program memory, in bytes, and the instruction.
+
+    Sizes are this simulator's: of the real unit's only "2 to 7 bytes" is published.
+
+    Example: scanrack device pcl601 program list program.pclt
+    """
+    with reported_mistakes():
+        say(listing(read_program(file)), whole=True)
 
 
 @programs.command("write")

@@ -37,7 +37,7 @@ from .link_commands import (
 
 app = typer.Typer(
     help="Read, set and move a PMC006x3s on a serial port.\n\n"
-    "Example: scanrack device pmc006 --port /dev/ttyUSB0 --address 1 move 2000",
+    "Example: scanrack device pmc006 --serial /dev/ttyUSB0 --address 1 move 2000",
     no_args_is_help=True,
     rich_markup_mode=None,
 )
@@ -142,7 +142,7 @@ def save(context: typer.Context) -> None:
         client.save()
 
 
-add_move(app, client_at, "scanrack device pmc006 --port /dev/ttyUSB0 move --speed 4000 -- -2000")
+add_move(app, client_at, "scanrack device pmc006 --serial /dev/ttyUSB0 move --speed 4000 -- -2000")
 
 
 @app.command()

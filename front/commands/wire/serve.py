@@ -210,7 +210,7 @@ class ServeOptions:
     ] = None
     pty: Annotated[bool, typer.Option("--pty", help="On a pseudo-terminal, whose path is printed.")] = False
     serial: Annotated[
-        str | None, typer.Option("--serial", metavar="DEV", help="On a serial port of this machine.")
+        str | None, typer.Option("--serial", metavar="DEVICE", help="On a serial port of this machine.")
     ] = None
     tcp: Annotated[
         str | None,
@@ -230,7 +230,7 @@ class ServeOptions:
         typer.Option("--program", metavar="FILE", help="A stored program, as if saved earlier."),
     ] = None
     speed: Annotated[
-        float, typer.Option("--speed", metavar="FACTOR", help="How many times as fast as real time.")
+        float, typer.Option("--time-scale", metavar="FACTOR", help="How many times as fast as real time.")
     ] = 1.0
     machine: Annotated[
         list[str] | None,
@@ -265,14 +265,15 @@ class ServeOptions:
         ),
     ] = None
     slot: Annotated[
-        int | None, typer.Option("--slot", help="amci3601: its slot, if the rack has several of them.")
+        int | None,
+        typer.Option("--slot", metavar="N", help="amci3601: its slot, if the rack has several of them."),
     ] = None
     silence: Annotated[
         float,
         typer.Option("--silence", metavar="MS", help="amci3601: time without a write that ends run mode."),
     ] = SILENCE_MS
     whole: Annotated[
-        bool, typer.Option("--whole", help="amci3601: refuse writes of fewer than eight words.")
+        bool, typer.Option("--whole-writes", help="amci3601: refuse writes of fewer than eight words.")
     ] = False
     line_time: Annotated[
         bool,
@@ -291,13 +292,13 @@ class ServeOptions:
         typer.Option(
             "--gateway-ms",
             metavar="MS",
-            help="With --line-time, --fault or --control: time to exception 0Bh over Modbus TCP.",
+            help="With --line-time, --fault or --test-port: time to exception 0Bh over Modbus TCP.",
         ),
     ] = GATEWAY_MS
     control: Annotated[
         int | None,
         typer.Option(
-            "--control",
+            "--test-port",
             metavar="PORT",
             min=0,
             max=65535,

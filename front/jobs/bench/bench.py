@@ -237,8 +237,9 @@ class Bench:
         """Continue with an edited program from the next scan on, see `Debugger.edit` and `edit_logic`.
 
         Edit the program's file, and give its rack file: `bench.edit("feeder.toml")`. The recording then has
-        the edited files, and `scanrack rerun` repeats it. A program that a test has made, such as
-        `read_program(path)` or an instance of a class of `Logic`, has no files: a rerun says what it lacks.
+        the edited files, and `scanrack replay --into session` repeats it. A program that a test has made,
+        such as `read_program(path)` or an instance of a class of `Logic`, has no files: a rerun says what it
+        lacks.
         The next scan is recorded with an event of kind "edit": new, changed and dropped tags or fields.
 
         Args:

@@ -139,7 +139,7 @@ def _add(found: DeviceCapture, exchanges: Iterator[PairedExchange]) -> None:
 def _of_unit(path: Path, captured: DeviceCapture, unit: int | None) -> DeviceCapture:
     units = sorted({each.unit for each in captured.exchanges})
     if unit is None and len(units) > 1:
-        raise ValueError(f"{path}: it has the units {', '.join(map(str, units))}: give --unit")
+        raise ValueError(f"{path}: it has the units {', '.join(map(str, units))}: give --address")
     if unit is not None and unit not in units:
         raise ValueError(f"{path}: no unit {unit}; it has {', '.join(map(str, units))}")
     of_unit = (

@@ -1,4 +1,4 @@
-"""A rack file for an export: the output of `scanrack l5x machine.L5X --rack`; `export_slots` has its slots.
+"""A rack file for an export, as `scanrack l5x --print-rack` prints it; `export_slots` has its slots.
 
 The file runs as printed: instructions without an implementation have a stub, with a comment that
 lists the alternatives; other refused parts do nothing.

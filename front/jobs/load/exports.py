@@ -1,4 +1,4 @@
-"""An export opened as it is: a rack file for it in a temporary folder, as `scanrack l5x --rack` prints it."""
+"""Opens an export: a rack file for it in a temporary folder, as `scanrack l5x --print-rack` prints it."""
 
 from __future__ import annotations
 

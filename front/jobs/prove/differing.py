@@ -35,7 +35,7 @@ class ChangedTag:
     steps: tuple[ScenarioStep, ...]
     inputs: tuple[str, ...]  # on which the difference depends
     scenario: Path | None
-    allowed: bool  # by --only
+    allowed: bool  # by --may-differ
     rack: OnRack | None = None
 
 
@@ -93,18 +93,20 @@ def _ladder(file: str) -> tuple[LoadedRack, LadderLogic]:
 
 
 def _named(layout: Layout, text: str) -> Place | Group:
-    """Return what a name of --only means."""
+    """Return what a name of --may-differ means."""
     try:
         found = Resolver(layout).named(text)
     except LadderError as error:
-        raise ValueError(f"--only {text}: {error}") from None
+        raise ValueError(f"--may-differ {text}: {error}") from None
     if isinstance(found, Place) and found.bit is not None:
-        raise ValueError(f"--only {text}: it is a bit of a number, which is compared as a whole: name that")
+        raise ValueError(
+            f"--may-differ {text}: it is a bit of a number, which is compared as a whole: name that"
+        )
     return found
 
 
 def _is_in(key: Key, allowed: Place | Group) -> bool:
-    """Whether a value is one that --only names, or in it."""
+    """Whether a value is one that --may-differ names, or in it."""
     if isinstance(allowed, Place):
         return key == (allowed.leaf.path.upper(), allowed.fixed_index)
     path = allowed.path.upper()
@@ -149,7 +151,7 @@ def lines_of(found: EditedSubject) -> Iterator[str]:
         run = (
             f"scan {len(each.steps):,}   {each.scenario}" if each.steps else "no run found within the limits"
         )
-        allowed = "   (--only)" if each.allowed else ""
+        allowed = "   (--may-differ)" if each.allowed else ""
         yield f"{each.name:<{width}}  {'now' if each.now else 'later':<5}  {run}{allowed}"
         for number, step in enumerate(each.steps, start=1):
             yield f"    scan {number}: {step}"

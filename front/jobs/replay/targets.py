@@ -9,6 +9,7 @@ class ReplayTarget(StrEnum):
     MODULE = "module"
     PROGRAM = "program"
     RACK = "rack"
+    SESSION = "session"
 
 
 class Stimuli(StrEnum):

@@ -93,7 +93,7 @@ class ServedLine:
             ValueError: not exactly one port is requested, or it can't be opened.
         """
         if [choice.pty, choice.serial is not None, choice.tcp is not None].count(True) != 1:
-            raise ValueError("give one of --pty, --serial DEV and --tcp HOST:PORT")
+            raise ValueError("give one of --pty, --serial DEVICE and --tcp HOST:PORT")
         if choice.serial is not None and self._timed:
             raise ValueError("--line-time: no effect on serial ports")
         if choice.tcp is not None and not choice.rtu_over_tcp and self.units[0].answer is not None:

@@ -25,6 +25,7 @@ from ...ladder.model.resolver import Resolver, address_in
 from ...ladder.model.routine import Routine, element_of
 from ...ladder.model.tags import Alias, Tag, program_of, scoped
 from ...ladder.model.tree import Address, Rung
+from ...ladder.model.types import Structure
 from ...ladder.run.view import Tags
 from ...runtime.loop.faults import Fault
 from .python_colours import spans_of
@@ -124,6 +125,12 @@ class Catalog:
             writable = not meant
             told = {"name": each.name, "type": where.type.name, "description": described}
             yield told | {"writable": writable} | meant
+
+    def _groups(self) -> Iterator[Json]:
+        """Yield the structures, which `tags` has by their members."""
+        for each in self._layout.declarations.values():
+            if isinstance(each, Tag) and isinstance(each.type, Structure) and not each.type.is_string:
+                yield {"name": each.name, "type": each.type.name, "description": each.comment}
 
     def addresses(self, names: Iterable[str]) -> dict[str, str]:
         """Return the addresses of those names that mean a word or bit of an image."""
@@ -239,7 +246,7 @@ class Catalog:
 
     def find(self, text: str) -> list[Json]:
         """Return the tags and rungs that contain a text, tags first, ignoring case; see `tag_hits`."""
-        wanted, hits = text.casefold(), tag_hits(self.tags(), text)
+        wanted, hits = text.casefold(), tag_hits([*self.tags(), *self._groups()], text)
         for routine in self._program.routines:
             for number in routine.numbers:
                 told = routine.numbered(number)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from enum import Enum
 from typing import Any, Protocol
 
 from ...runtime.live.ring import Row
@@ -18,13 +17,6 @@ ORDERS_PER_SECOND = 100
 """Most messages of a page per second."""
 
 SECOND_NS = 1_000_000_000
-
-
-class AtErrors(Enum):
-    """What a page does when an error bit of a module comes on."""
-
-    STOP = "stop"  # it stays at that scan; after a press of its own it says so only
-    OFF = "off"
 
 
 class PageComparison(Protocol):
@@ -53,10 +45,7 @@ class Page:
         self.row: Row | None = None
         self.place: int | None = None  # the last row of its strip; None before the first frame
         self.events: int | None = None  # number of its next event; None before the first frame
-        self.at_errors = AtErrors.OFF  # what it does at the next error bit
-        self.pressed: int | None = (
-            None  # the scan before which its last press or incident acted; None without one
-        )
+        self.stops = False  # whether it stays at the scan of the next error bit, instead of only naming it
         self.compared: PageComparison | None = None
         self.last: Json = {}
         self.outbox: deque[Json] = deque()

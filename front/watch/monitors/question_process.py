@@ -63,7 +63,7 @@ class QuestionProcesses:
         """
         flag = " --trust" if trust else ""
         begin = partial(launch, "scanrack.watch.share.share_process:main", trace, scan, flag.strip())
-        self._begin(page, number, begin, SHARE_PATIENCE_S, f"scanrack share {trace} --scan {scan}{flag}")
+        self._begin(page, number, begin, SHARE_PATIENCE_S, f"scanrack share {trace} --at {scan}{flag}")
 
     def _begin(
         self, page: Page, number: object, begin: Callable[..., Helper], patience_s: int, command: str

@@ -18,7 +18,7 @@ from .chain_answer import chain_of, chain_of_fault, links_of
 from .comparison import Comparison, recordings_beside
 from .hello import addresses_of
 from .monitor import Monitor
-from .page import AtErrors, Page
+from .page import Page
 from .since import last_change
 
 Json = dict[str, Any]
@@ -129,11 +129,11 @@ def look(monitor: Monitor, page: Page, said: Said) -> Json:
 
 
 def stop(_monitor: Monitor, page: Page, said: Said) -> Json:
-    """Stop following the scans at the next error bit of a module, once; or say so only, or neither."""
+    """Stay at the scan of each error bit of a module from now on, or only name it."""
     wanted = said.get("at_errors")
-    if wanted not in [each.value for each in AtErrors]:
-        raise ValueError(f"at_errors is one of {', '.join(each.value for each in AtErrors)}")
-    page.at_errors = AtErrors(wanted)
+    if wanted not in ("stop", "off"):
+        raise ValueError("at_errors is stop or off")
+    page.stops = wanted == "stop"
     return {}
 
 
@@ -165,21 +165,23 @@ def events(monitor: Monitor, _page: Page, said: Said) -> Json:
 
 
 def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
-    """Explain a tag's value in the scan of the page, or with `fault` why the CPU has faulted."""
+    """Explain a tag's value in a scan, that of the page if none is given; with `fault` the CPU's fault."""
     if said.get("fault") is True:
         return _why_fault(monitor, page, said)
-    tag = _own_name(monitor, page, _text(said, "tag"))
-    row = monitor.row_of(page)
+    tag, past = _own_name(monitor, page, _text(said, "tag")), said.get("scan", page.past)
+    if past is not None and type(past) is not int:
+        raise ValueError("scan is the number of a scan")
+    row = monitor.row_of(page) if past is None or past == page.past else monitor.subject.timeline.row(past)
     if row is None:
-        raise ValueError(f"{tag}: no scan has run yet")
-    program = monitor.subject.programs.at(page.past)
+        raise ValueError(f"{tag}: no scan has run yet" if past is None else f"scan {past} is not there")
+    program = monitor.subject.programs.at(past)
     scan, replica = int(row["scan"]), program.past
     if replica is None or program.catalog is None:
         _ask_python(monitor, page, said, tag, scan)
         return None
     if not replica.show(scan):
         raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
-    forced = monitor.states.forces_at(page.past)
+    forced = monitor.states.forces_at(past)
     try:
         found = None if replica.is_impure else chain_of(monitor, replica, tag, scan)
         if found is None:
@@ -223,7 +225,7 @@ def _why_fault(monitor: Monitor, page: Page, said: Said) -> Json | None:
 
 def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -> None:
     """Let a process answer: a program in Python must run again from its first scan on."""
-    trace, program = monitor.subject.timeline.path, monitor.subject.programs.at(page.past)
+    trace, program = monitor.subject.timeline.path, monitor.subject.programs.at(scan)
     if program.logic is None or trace is None:
         raise ValueError(f"{tag}: the program may not run here: see --trust")
     if program.number:

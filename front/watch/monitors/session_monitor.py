@@ -15,7 +15,7 @@ from typing_extensions import override
 from ...jobs.load.loading import LoadedRack, load_job
 from ...jobs.record.program_versions import folders_of, forget
 from ...jobs.trust.attachments import load_files
-from ...runtime.live.actions import InjectFault, Press, action_of, said_of
+from ...runtime.live.actions import action_of, said_of
 from ...runtime.live.ring import Ring, RingShape, Rows
 from ...runtime.live.session import GIVEN
 from ...runtime.loop.scan import ScanFlag
@@ -23,7 +23,7 @@ from ..history.event_log import EventLog
 from ..history.indexer import SLICE, Indexer, indexable
 from ..history.recorded_events import RecordedEvents
 from .monitor import Monitor, SessionFacts, Subject
-from .page import AtErrors, Page
+from .page import Page
 from .picture import late_scans, speed_reached
 from .questions import QUESTIONS
 from .troubles import ErrorBit, ErrorWatch
@@ -32,9 +32,6 @@ Json = dict[str, Any]
 
 SPEED_ROWS = 512
 """Rows over which the speed is measured."""
-
-OWN_NS = 2_000_000_000
-"""Machine time after a press of a page in which it expects the error: it continues, and says so."""
 
 
 class SessionProgram(NamedTuple):
@@ -105,9 +102,7 @@ class SessionMonitor(Monitor):
         self._late = self._missed = 0
         self._reached: float | None = None
         self._orders = 0
-        self._asked: dict[
-            int, tuple[Page, object, bool]
-        ] = {}  # page, number of its order, whether it presses
+        self._asked: dict[int, tuple[Page, object]] = {}  # page, number of its order
         self._mistake: Json | None = None
         self._preview: Json | None = None  # of a saved program that waits to be taken over
         self._indexer: Indexer | None = None
@@ -161,7 +156,7 @@ class SessionMonitor(Monitor):
             ran.append(self._take_rows())  # scans that ran before it paused, else a pause had an earlier scan
         self._take_notes()
         for rows in ran:
-            self._stop_at_errors(rows)
+            self._name_errors(rows)
         self.wake()
         return self._index()
 
@@ -176,10 +171,10 @@ class SessionMonitor(Monitor):
             self._reached = speed_reached(self.subject.recent.rows[-SPEED_ROWS:])
         return taken.rows
 
-    def _stop_at_errors(self, rows: Rows) -> None:
-        """Show the scan of an error bit to the pages that wish to stop there."""
+    def _name_errors(self, rows: Rows) -> None:
+        """Name an error bit to the pages that follow the scans; those that wish it stay at its scan."""
         found = self._errors.first(rows)
-        pages = [page for page in self.pages if page.at_errors is not AtErrors.OFF and page.past is None]
+        pages = [page for page in self.pages if page.past is None]
         if found is None or not pages:
             return
         row, bit = rows[found[0]], found[1]
@@ -192,19 +187,8 @@ class SessionMonitor(Monitor):
             "rule": rule["rule"] if rule else "",
         }
         for page in pages:
-            stopped = not self._is_expected(page, scan)
-            page.at_errors = AtErrors.OFF
-            page.past = scan if stopped else None
-            page.send({"error": {**told, **said, "stopped": stopped}})
-
-    def _is_expected(self, page: Page, scan: int) -> bool:
-        """Return whether an error in a scan may come of what this page has pressed.
-
-        Machine time decides: a busy computer acts on a press late, and a fast rack soon. The answer to a
-        press is written before the row of its scan, and `tick` reads the rows first.
-        """
-        later = -1 if page.pressed is None else scan - page.pressed
-        return 0 <= later * self.subject.spec.scan_ns < OWN_NS
+            page.past = scan if page.stops else None
+            page.send({"error": {**told, **said, "stopped": page.stops}})
 
     def _take_notes(self) -> None:
         records, self._snapshots_at, _lost = self._ring.snapshots.read(self._snapshots_at)
@@ -222,12 +206,9 @@ class SessionMonitor(Monitor):
     # --- messages of the scan process
 
     def _take_answer(self, answer: Json) -> None:
-        page, number, presses = self._asked.pop(answer["id"], (None, None, False))
-        if page is None:
-            return
-        if presses:
-            page.pressed = answer.get("scan", page.pressed)
-        page.send({"answer": {**answer, "id": number}})
+        page, number = self._asked.pop(answer["id"], (None, None))
+        if page is not None:
+            page.send({"answer": {**answer, "id": number}})
 
     def _take_values(self, told: Json) -> None:
         self.subject.values.update(told["values"])
@@ -273,7 +254,7 @@ class SessionMonitor(Monitor):
         self.latest, self._late, self._missed = None, 0, 0
         self._rows_at, self._snapshots_at = told["rows"], told["snapshots"]
         for page in self.pages:
-            page.past = page.pressed = None
+            page.past = None
             self.greet(page)
 
     # --- earlier scans
@@ -324,7 +305,7 @@ class SessionMonitor(Monitor):
         if self.about.read_only:
             raise ValueError("this session is read-only: it takes no orders")
         self._orders += 1
-        self._asked[self._orders] = page, number, isinstance(order, Press | InjectFault)
+        self._asked[self._orders] = page, number
         passed_on = {"id": self._orders, "order": said_of(order)}
         message = json.dumps(passed_on, ensure_ascii=False, allow_nan=False)
         self._pipe.send_bytes(message.encode())

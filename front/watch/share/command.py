@@ -156,19 +156,22 @@ def _share_command(
             "--out", "-o", metavar="OUT", help="Where to.", show_default="beside the trace, as .html"
         ),
     ] = None,
-    scan: Annotated[
-        int | None, typer.Option("--scan", min=0, help="The scan shown first.", show_default="the last one")
-    ] = None,
     at: Annotated[
-        str | None, typer.Option("--at", metavar="TIME", help="Its time instead, such as '8.2 s'.")
+        str | None,
+        typer.Option(
+            "--at",
+            metavar="TIME|SCAN",
+            help="Show this time first, such as '8.2 s', or this scan.",
+            show_default="the last scan",
+        ),
     ] = None,
     before: Annotated[
-        int, typer.Option("--before", min=0, help="Scans before it, of more than 50,000.")
+        int, typer.Option("--before", metavar="N", min=0, help="Scans before it, of more than 50,000.")
     ] = BEFORE,
     after: Annotated[
-        int, typer.Option("--after", min=0, help="Scans after it, of more than 50,000.")
+        int, typer.Option("--after", metavar="N", min=0, help="Scans after it, of more than 50,000.")
     ] = AFTER,
-    whole: Annotated[bool, typer.Option("--whole", help="All scans, however many.")] = False,
+    whole: Annotated[bool, typer.Option("--all", help="All scans, however many.")] = False,
     recording: Annotated[
         bool, typer.Option("--with-recording", help="Put the trace inside, too: scanrack watch opens it.")
     ] = False,
@@ -185,9 +188,9 @@ def _share_command(
     Exit status: 0 done, 2 the trace or an option can't be used, 3 the file can't be written.
     """
     with reported_mistakes():
-        if scan is not None and at is not None:
-            raise ValueError("--scan and --at both name the scan shown first: give one of them")
-        wish = ShareOptions(scan, None if at is None else parse_time(at), before, after, whole)
+        scan = int(at) if at is not None and at.strip().isdecimal() else None
+        time_ns = None if at is None or scan is not None else parse_time(at)
+        wish = ShareOptions(scan, time_ns, before, after, whole)
         target = trace.with_suffix(".html") if out is None else out
         data = share(trace, target, wish, recording=recording, trust=trust, told=tell_notes)
         say(f"{target}: {target.stat().st_size:,} bytes, scan {data['scan']:,} is shown first")

@@ -1,38 +1,175 @@
-// The band of causes: what was asked about, its scan, the numbered causes; and whether the other rungs are shown.
+// One line in the state bar: what failed or was asked about, its first cause, and when. A click opens the numbered causes
+// beneath the bar. Live stays live at an error bit of a module, unless the viewer wishes to stop there.
 
-import { causes, claim, onCauses, takeCauses } from "./causes.js";
+import { causes, claim, onCauses, ordered, takeCauses } from "./causes.js";
 import { visit } from "./chain.js";
-import { at, button, el, setAttribute, setFlag } from "./dom.js";
+import { at, button, el, setAttribute, setFlag, setText } from "./dom.js";
 import { clock, count } from "./format.js";
+import { keep, kept } from "./kept.js";
+import * as orders from "./orders.js";
+import { showRung } from "./program.js";
 import { lookAt } from "./scrub.js";
-import { onHello } from "./state.js";
+import { ask } from "./source.js";
+import { onHello, onPaint, run } from "./state.js";
+import { askWhy, isPython } from "./tag.js";
+import { nameOf } from "./words.js";
 
-const some = button("Causes only", () => show(true), { text: "Causes" });
-const all = button("All rungs", () => show(false));
+const CALM_MS = 300; // an error bit that another one follows sooner is not explained
+const SAID_ELSEWHERE = /^scan [\d,]+ \(.*?\): (the program raised LadderFault: (.*?, rung \d+, )?)?/; // of a fault: when and where
+const WAY_ON = "To go on: look at an earlier scan (, or the slider), then Branch from here.";
+
+const sign = el("span", { "aria-hidden": "true" }), number = el("b", {}), what = el("strong", {}), first = el("span", { class: "first" });
+const line = el("button", { type: "button", class: "open", "aria-controls": "causes", click: toggle }, sign, number, what, first);
+const when = el("button", { type: "button", class: "plain when", click: look });
+const some = button("Causes only", () => showRungs(true), { text: "Causes" }), all = button("All rungs", () => showRungs(false));
 const choice = el("div", { class: "key", role: "group", "aria-label": "Rungs shown" }, some, all);
+const before = button("Branch one second before", () => orders.branch(oneSecondBefore()), { title: "Run again from one second before on" });
+const close = button("Dismiss", dismiss, { text: "✕", class: "sign" });
+const rest = el("p", { class: "says" }), list = el("ol", { "aria-label": "Causes by time" });
+export const causeLine = el("div", { class: "band", hidden: true }, el("div", { class: "alert", role: "alert" }, line), when, close);
+at("causes").replaceChildren(el("div", { class: "row" }, choice, before), rest, list);
+
+const box = el("input", { type: "checkbox", "aria-label": "Stop at errors", change: () => { keep(key(), { on: box.checked }); arm(); } });
+export const stopBox = el("label", { class: "stops", title: "The page stays at the scan of an error bit; the rack goes on" }, box, "Stop at errors");
+
+let failed = null; // { fault, scan, t, what, cause, tag, place, links }; seen: its scan was looked at; cause stands for links
+let known = null; // the fault that was explained: an earlier scan is looked at without it
+let open = false, taking = false, own = false; // own: the causes are those of what failed
+
+const key = () => `scanrack stops ${run.hello.path}`;
+const arm = () => { if (run.hello.kind === "rack") ask("stop", { at_errors: box.checked ? "stop" : "off" }).catch(() => {}); };
+
+onHello(hello => {
+  box.checked = kept(key(), {}).on === true;
+  setFlag(stopBox, "hidden", hello.kind !== "rack");
+  if (box.checked) arm();
+  failed = known = null;
+  takeCauses();
+});
+
+// An error bit has come on. If `stopped`, the page is already at its scan.
+export function erred({ scan, t, slot, bit, tag, text, rule, stopped }) {
+  if (stopped && !box.checked) return lookAt("live"); // turned off while it came
+  if (failed?.fault) return;
+  const where = run.hello.slots.length > 1 ? ` of slot ${slot}` : "";
+  fail({ scan, t, what: `${bit}${where} came on`, cause: text && `${text}${rule ? ` [${rule}]` : ""}`, tag: nameOf(tag), seen: stopped });
+}
+
+function fail(found) {
+  failed = found;
+  if (own) takeCauses();
+  open = Boolean(found.seen);
+  paint();
+  setTimeout(() => { if (found === failed && (found.seen || !isPython())) explain(found); }, found.seen ? 0 : CALM_MS);
+}
+
+// Asks why. A page that is live is not moved.
+async function explain(found) {
+  if (found.asked || (found.fault && !found.tag)) return;
+  found.asked = true;
+  const said = await askWhy(found.fault ? { fault: true } : { tag: found.tag, scan: found.scan }, () => found === failed);
+  if (!said || found !== failed) return;
+  found.links = said.chain ?? [];
+  found.place ??= found.links.find(link => link.at)?.at;
+  if (found.links.length < 2) found.cause = said.text;
+  if (found.seen) show();
+  paint();
+}
+
+// Numbers the causes of what failed, and shows its rung when the band has its height, which takes it from the program.
+function show() {
+  if (failed.links?.length > 1) taking = true, takeCauses(failed.links), taking = false;
+  const { place } = failed;
+  if (place && run.scan === failed.scan) requestAnimationFrame(() => requestAnimationFrame(() => showRung(place, false)));
+}
+
+function toggle() {
+  open = !open;
+  if (open && failed && !claim) explain(failed), show();
+  paint();
+}
+
+async function look() {
+  const { scan } = subject();
+  if (failed && scan === failed.scan) failed.seen = open = true;
+  await lookAt(scan);
+  if (failed?.seen) explain(failed), show();
+}
+
+// Takes the answer of a Why away, or what failed; a page that was at its scan follows the scans again.
+function dismiss() {
+  if (!claim || own) {
+    if (failed?.seen && run.state === "past") lookAt("live");
+    failed = null;
+  }
+  open = false;
+  takeCauses();
+}
+
+const oneSecondBefore = () => Math.max(failed.scan - Math.round(1e9 / run.hello.period_ns), run.range?.[0] ?? 0, 1);
+
+// The rungs and lines to be marked: of faults, and of the error in its scan.
+export const faultPlaces = () => [...run.faults.map(({ at: place }) => place), ...(failed?.place && run.scan === failed.scan ? [failed.place] : [])];
 
 // Whether rungs without a cause are hidden.
-function show(only) {
+function showRungs(only) {
   setFlag(at("program"), "data-only", only);
   setAttribute(some, "aria-pressed", String(only));
   setAttribute(all, "aria-pressed", String(!only));
 }
 
-const item = cause => el("li", { "data-kind": cause.kind },
-  el("button", { type: "button", title: `Look at scan ${count(cause.scan)}`, click: () => visit(cause) },
-    el("span", {}, String(cause.number)), el("span", {}, cause.text)));
-
-function paint() {
-  const band = at("causes");
-  band.hidden = causes.length < 2;
-  show(false);
-  if (band.hidden) return;
-  band.replaceChildren(
-    el("div", { class: "row" }, el("strong", {}, claim.text),
-      el("button", { type: "button", class: "plain", click: () => lookAt(claim.scan) }, `scan ${count(claim.scan)}, ${clock(claim.t)}`),
-      choice, button("Close causes", () => takeCauses(), { text: "✕", title: "Take the causes away", class: "sign" })),
-    el("ol", { "aria-label": "Causes by time" }, ...causes.map(item)));
+// What the band is about: the tag of a Why, or else what failed.
+function subject() {
+  const asked = causes.length > 1 && !own ? { ...claim, what: claim.text.replace(/ \(.*/s, ""), rest: claim.text, links: causes } : null;
+  return asked ?? failed;
 }
 
-onCauses(paint);
-onHello(() => takeCauses());
+function paint() {
+  const shown = subject();
+  setFlag(causeLine, "hidden", !shown);
+  setFlag(at("causes"), "hidden", !shown || !open);
+  if (!shown) return;
+  const failure = shown === failed, numbered = failure && !own ? [] : causes, [cause] = failure ? ordered(shown.links ?? []) : causes;
+  setAttribute(causeLine, "data-kind", failure ? "failure" : "why");
+  setText(sign, failure ? "!" : "?");
+  setText(number, String(numbered.length ? claim.number : ""));
+  setText(what, shown.what);
+  setText(first, open && numbered.length ? "" : cause && cause.link !== 0 ? cause.text : shown.cause ?? "");
+  line.title = `${shown.what}\n${first.textContent}`.trim();
+  setAttribute(line, "aria-expanded", String(open));
+  setText(when, clock(shown.t));
+  when.title = `Look at scan ${count(shown.scan)}`;
+  setFlag(choice, "hidden", !open || !numbered.some(each => each.at));
+  setFlag(before, "hidden", !failure || !run.hello.branches);
+  setFlag(close, "hidden", failure && Boolean(failed.fault));
+  setText(rest, [shown.rest, failure && failed.links?.length < 2 && failed.cause, failure && failed.fault && run.hello.branches && WAY_ON].filter(Boolean).join("\n"));
+  list.replaceChildren(...numbered.filter(each => each !== claim).map(item));
+}
+
+const item = cause => el("li", { "data-kind": cause.kind },
+  el("button", { type: "button", title: `Look at scan ${count(cause.scan)}`, click: () => visit(cause) },
+    el("b", {}, String(cause.number)), el("span", {}, cause.text)));
+
+onCauses(() => {
+  own = taking;
+  showRungs(false);
+  paint();
+});
+
+onPaint(changes => {
+  if (failed?.seen && !failed.fault && changes.state && changes.state !== "past") dismiss(); // by Live
+  if (changes.faults) faulted();
+});
+
+// A fault of the CPU is explained once; later looks at it mark its rung only.
+function faulted() {
+  const [fault] = run.faults, same = fault && known && fault.scan === known.scan && fault.at === known.place;
+  if (!fault && !own && failed?.fault) failed = null; // nothing had failed yet in the scan shown
+  if (same && failed !== known) failed = known, open = true;
+  if (!fault || same) return paint();
+  const { scan, at: place, tags } = fault;
+  const [what, ...others] = run.faults.map(each => each.text.replace(SAID_ELSEWHERE, ""));
+  known = { fault: true, scan, t: scan * run.hello.period_ns, what, rest: [what, ...others].join("\n"), tag: tags?.[0], place, seen: true };
+  fail(known);
+  show();
+}

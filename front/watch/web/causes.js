@@ -1,4 +1,4 @@
-// The causes of the latest answer, numbered by time. The list, the band, the strip and the rungs show the same numbers.
+// The causes of the latest answer, numbered by time. The band, the strip and the rungs show the same numbers.
 
 const followers = [];
 export const causes = []; // { number, scan, t, kind, text, at, because: names of what is directly behind it }
@@ -7,10 +7,15 @@ export let claim = null; // the one that was asked about
 // Calls a function when there are other causes.
 export const onCauses = follow => { followers.push(follow); };
 
-// Takes the links of a chain, the claim first; none take the causes away.
-export function takeCauses(links = []) {
+// The links of a chain, the claim first, as causes: by time, each with its number and the place of its link.
+export function ordered(links) {
   const order = links.map((_link, place) => place).sort((one, other) => links[one].scan - links[other].scan || other - one);
-  const found = order.map((place, before) => ({ ...links[place], link: place, number: before + 1, because: links[place].causes.flat().map(each => links[each].name) }));
+  return order.map((place, before) => ({ ...links[place], link: place, number: before + 1, because: links[place].causes.flat().map(each => links[each].name) }));
+}
+
+// Takes the links of a chain; none take the causes away.
+export function takeCauses(links = []) {
+  const found = ordered(links);
   causes.splice(0, causes.length, ...found);
   claim = found.find(each => each.link === 0) ?? null;
   for (const follow of followers) follow();

@@ -3,7 +3,7 @@
 import { clock, count, shown } from "./format.js";
 import { colours } from "./pen.js";
 
-export const TOP = 8, AXIS = 20, CURVE = 64, NUMBER = 44, LANE = 17; // CSS pixels
+export const TOP = 8, AXIS = 20, CURVE = 52, NUMBER = 44, LANE = 17; // CSS pixels
 const THIN = 2; // a pulse narrower than that many pixels is drawn as a needle
 const ROUND = 8; // radius of a number of a cause, CSS pixels
 const LETTER = 6.7; // CSS pixels of a letter in a lane
@@ -11,13 +11,14 @@ const LETTER = 6.7; // CSS pixels of a letter in a lane
 // How high a lane of a tag is: numbers are curves.
 export const highOf = points => (points.some(each => each.length === 4) ? NUMBER : LANE);
 
-export function grid(to, x, left, from, end, high) {
+// Lines of time behind the lanes, and their times on a pen of its own, which stays in view.
+export function grid(to, times, x, left, from, end, high) {
   const wide = end - from, most = Math.max((x(end) - x(from)) / 90, 2);
   const power = 10 ** Math.floor(Math.log10(wide / most)), step = [1, 2, 5, 10].map(each => each * power).find(each => wide / each <= most);
   for (let time = Math.max(Math.ceil(from / step) * step, 0); time <= end; time += step) {
     const at = x(time), half = clock(time).length * LETTER / 2;
-    to.line(at, 0, at, high - AXIS, colours.grid);
-    if (at + half <= to.wide && at - half >= left - 60) to.text(clock(time), at, high - 6, colours.soft, "center"); // none cut off
+    to.line(at, 0, at, high, colours.grid);
+    if (at + half <= to.wide && at - half >= left - 60) times.text(clock(time), at, AXIS - 6, colours.soft, "center"); // none cut off
   }
 }
 
@@ -48,7 +49,7 @@ export function curve(to, points, range, period, name, x, top, left, colour = co
 // Causes as lines with their numbers; those of one place stand side by side.
 export function numbered(to, causes, x, high) {
   let right = 0;
-  for (const { t } of causes) to.line(x(t), TOP, x(t), high - AXIS, colours.mark, 0.75);
+  for (const { t } of causes) to.line(x(t), TOP, x(t), high, colours.mark, 0.75);
   for (const { t, number } of causes) {
     const place = Math.max(x(t), right + ROUND + 1);
     to.disc(place, ROUND, ROUND, colours.mark);

@@ -2,7 +2,7 @@
 
 import { at, el, heading } from "./dom.js";
 import { clock } from "./format.js";
-import { stopBox } from "./faultmode.js";
+import { stopBox } from "./causeband.js";
 import { lookAt } from "./scrub.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";

@@ -10,7 +10,7 @@ const LEAST = 20, MOST = 80, STEP = 2; // percent of the page
 // What a gutter sets: the percentage at first, keys that add to it, and the percentage at a place of the pointer.
 const GUTTERS = {
   program: { first: 62, keys: { ArrowLeft: -STEP, ArrowRight: STEP }, at: ({ clientX }, { left, width }) => (clientX - left) / width },
-  strip: { first: 32, keys: { ArrowUp: STEP, ArrowDown: -STEP }, at: ({ clientY }) => (innerHeight - clientY) / innerHeight },
+  strip: { first: 22, keys: { ArrowUp: STEP, ArrowDown: -STEP }, at: ({ clientY }) => (innerHeight - clientY) / innerHeight },
 };
 
 const tabs = Object.entries(PANELS).map(([id, title]) =>

@@ -17,11 +17,10 @@ await import("./program.js");
 await import("./words.js");
 await import("./tag.js");
 await import("./watchtable.js");
-await import("./causeband.js");
 await import("./compare.js");
 await import("./events.js");
 await import("./keys.js");
-const { erred, onFault } = await import("./faultmode.js");
+const { erred } = await import("./causeband.js");
 const { caused } = await import("./failed.js");
 const { explain } = await import("./tag.js");
 const { taken, waits } = await import("./editing.js");
@@ -58,8 +57,6 @@ function hear(message) {
     tell(message.lost, "lost");
   }
 }
-
-onFault({ show: showRung, look: lookAt, explain });
 
 // What an edit has done to the tags, one line each.
 function edited({ text, ...tags }) {

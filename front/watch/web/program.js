@@ -1,7 +1,7 @@
 // The program: its routines as tabs, rungs or text of the one that is chosen, what is selected in it.
 
+import { faultPlaces } from "./causeband.js";
 import { markCauses, onCauses } from "./causes.js";
-import { faultPlaces } from "./faultmode.js";
 import { editButton, editor } from "./editing.js";
 import { at, el, heading, setAttribute, setFlag, setText } from "./dom.js";
 import { buildRungs, moveTo, paintRungs } from "./ladder.js";

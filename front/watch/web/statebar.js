@@ -1,8 +1,8 @@
 // The state bar: the key, the transport, what the scans do, and where it is recorded.
 
+import { causeLine } from "./causeband.js";
 import { compareButton } from "./compare.js";
 import { at, button, el, setAttribute, setFlag, setText } from "./dom.js";
-import { faultBar } from "./faultmode.js";
 import { findBox } from "./find.js";
 import { clock, count, times } from "./format.js";
 import { incidentsButton } from "./incidents.js";
@@ -57,9 +57,8 @@ function build(hello) {
   setFlag(document.documentElement, "data-recorded", orders.recorded());
   at("bar").replaceChildren(
     el("div", { class: "row" }, rack, state, key, transport()),
-    el("div", { class: "row readings" }, scan.node, time.node, reached.node, late.node, forces.node, allButton, stubs.node, record.node),
-    el("div", { class: "row seek" }, findBox(), incidentsButton(), compareButton(), shareButton(), helpButton()),
-    faultBar);
+    el("div", { class: "row readings" }, scan.node, time.node, reached.node, late.node, forces.node, allButton, stubs.node, record.node, causeLine),
+    el("div", { class: "row seek" }, findBox(), incidentsButton(), compareButton(), shareButton(), helpButton()));
   paintForces([]);
   paintMode();
 }

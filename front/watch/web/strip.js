@@ -4,7 +4,7 @@ import { causes, onCauses } from "./causes.js";
 import { besideLanes, onBeside } from "./besidelanes.js";
 import { AXIS, CURVE, LANE, TOP, below, curve, grid, highOf, lane, numbered, said, tagLane } from "./chart.js";
 import { cursorButton, cursorLayer, moveCursors } from "./cursors.js";
-import { at, button, el, heading, setText } from "./dom.js";
+import { at, button, el, heading, setAttribute, setFlag, setText } from "./dom.js";
 import { clock, count, timeText } from "./format.js";
 import { keep, kept } from "./kept.js";
 import { Lanes, missing, range, stretches, valueOf } from "./lanes.js";
@@ -23,6 +23,8 @@ const ROWS = 240; // edges that are listed
 const LIST_MS = 250, FILL_MS = 200;
 
 const canvas = el("canvas", { class: "chart", tabindex: "0", role: "img", "aria-label": "Timing: positions, bits and tags over time", click: clicked, wheel: wheeled, keydown: keyed });
+const times = el("canvas", { class: "axis", "aria-hidden": "true" });
+const fold = el("button", { type: "button", class: "plain fold", "aria-expanded": "false", click: () => { unfolded = !unfolded; draw(); } });
 const spanText = el("output", { class: "figure" });
 const signal = el("select", { "aria-label": "Signal", change: list });
 const edges = el("ol", { class: "edges", "aria-label": "Edges, the latest first", tabindex: "0" });
@@ -32,7 +34,7 @@ const reduced = matchMedia("(prefers-reduced-motion: reduce)");
 const signals = el("div", { class: "signals", role: "group", "aria-label": "Signals" });
 const choice = el("details", { class: "raw", toggle: () => { if (choice.open) choices(); } }, el("summary", {}, "Signals"), signals);
 
-let live = new Lanes([]), past = new Lanes([]), span = 5, listed = 0, chosen = {}, key = "", room = ROOM, axes = [], asking = false, filling = 0;
+let live = new Lanes([]), past = new Lanes([]), span = 5, listed = 0, chosen = {}, key = "", room = ROOM, axes = [], asking = false, filling = 0, unfolded = false;
 
 onHello(hello => {
   live = new Lanes(hello.slots.flatMap(slot => slot.bits.map(bit => bitName(slot, bit))));
@@ -44,7 +46,7 @@ onHello(hello => {
   signal.replaceChildren();
   at("strip").replaceChildren(
     heading("Timing", scrubber(), el("span", { class: "tools" }, cursorButton, button("Zoom out", () => zoom(1), { text: "−", class: "sign" }), spanText, button("Zoom in", () => zoom(-1), { text: "+", class: "sign" }))),
-    el("div", { class: "over" }, canvas, cursorLayer), el("div", { class: "line" }, choice, details));
+    el("div", { class: "over" }, canvas, fold, cursorLayer), times, el("div", { class: "line" }, choice, details));
   beginTags(hello, changed);
   zoom(0);
 });
@@ -129,6 +131,20 @@ function drawn() {
   return live.names.filter(name => wanted.includes(name) || others.includes(name)).slice(0, MOST_LANES);
 }
 
+// The lanes with a level in view; while the scans go on also in as long a time before, so that a lane of pulses stays.
+function busy(shown) {
+  const [from, end] = view(), since = run.state === "live" ? 2 * from - end : from;
+  return drawn().filter(name => stretches(shown.bits.get(name) ?? [], since, end).some(([, , on, many]) => on || many));
+}
+
+// Says how many lanes are empty, where they would be; a click unfolds them.
+function paintFold(many, top, left) {
+  setFlag(fold, "hidden", !many);
+  setText(fold, `${unfolded ? "▾" : "▸"} ${many} empty lane${many === 1 ? "" : "s"}`);
+  setAttribute(fold, "aria-expanded", String(unfolded));
+  Object.assign(fold.style, { top: `${top}px`, width: `${left - 8}px` });
+}
+
 // The choice of signals, kept per rack in this browser: bits, and the tags that are watched or drawn.
 function choices() {
   const bits = live.names.map(name => choiceOf(name, drawn().includes(name), on => { chosen[name] = on; keep(key, chosen); draw(); }));
@@ -140,13 +156,14 @@ const choiceOf = (name, checked, choose) =>
   el("label", { title: name }, el("input", { type: "checkbox", checked, change: event => choose(event.target.checked) }), el("span", {}, name));
 
 function draw() {
-  const shown = lanes(), names = drawn(), tags = tagNames().map(name => ({ name, points: pointsOf(name) }));
-  const wide = canvas.clientWidth, bitsHigh = Math.max(names.length, room) * LANE;
-  const high = TOP + axes.length * CURVE + tags.reduce((sum, tag) => sum + highOf(tag.points), 0) + bitsHigh + AXIS;
+  const shown = lanes(), alive = busy(shown), empty = drawn().filter(name => !alive.includes(name)), names = [...alive, ...(unfolded ? empty : [])];
+  const tags = tagNames().map(name => ({ name, points: pointsOf(name) })), wide = canvas.clientWidth;
+  const bitsHigh = Math.max(names.length + Math.sign(empty.length), room) * LANE;
+  const high = TOP + axes.length * CURVE + tags.reduce((sum, tag) => sum + highOf(tag.points), 0) + Math.max(bitsHigh, 3 * LANE);
   if (!wide) return;
   const to = pen(canvas, wide, high), left = leftOf(wide), [from, end] = view();
   const axis = axisOf(wide), x = axis.x;
-  grid(to, x, left, from, end, high);
+  grid(to, pen(times, wide, AXIS), x, left, from, end, high);
   let top = TOP;
   const other = run.state === "past" ? besideLanes(...viewed()) : null;
   for (const name of axes) {
@@ -159,7 +176,10 @@ function draw() {
     tagLane(to, { points, range: rangeOf(name), stretches: stretchesOf(name, from, end) }, name, x, top, left, x(end));
     top += highOf(points);
   }
+  const foldTop = top + alive.length * LANE;
+  paintFold(empty.length, foldTop, left);
   for (const name of names) {
+    if (top === foldTop && empty.length) top += LANE;
     lane(to, stretches(shown.bits.get(name) ?? [], from, end), name, x, top, left, x(end));
     if (other) below(to, stretches(other.bits.get(name) ?? [], from, end), x, top, left);
     top += LANE;
@@ -167,7 +187,7 @@ function draw() {
   if (!names.length && !tags.length && !axes.length) to.text("No bit has changed yet.", left, TOP + 2 * LANE, colours.soft);
   numbered(to, causes.filter(({ t }) => t >= from && t <= end), x, high);
   const now = x(run.t ?? 0);
-  to.line(now, 0, now, high - AXIS, run.state === "past" ? colours.mark : colours.edge, run.state === "past" ? 1.5 : 1);
+  to.line(now, 0, now, high, run.state === "past" ? colours.mark : colours.edge, run.state === "past" ? 1.5 : 1);
   moveCursors(axis, nearestEdge);
 }
 
@@ -188,7 +208,7 @@ function nearestEdge(time, within) {
 // Where a bit is drawn: its top and left, CSS pixels, and the time of a place, ns.
 export function placeOf(bit) {
   const { left, time } = axisOf(canvas.clientWidth), tags = tagNames().reduce((sum, name) => sum + highOf(pointsOf(name)), 0);
-  return { top: TOP + axes.length * CURVE + tags + drawn().indexOf(bit) * LANE, left, time };
+  return { top: TOP + axes.length * CURVE + tags + busy(lanes()).indexOf(bit) * LANE, left, time };
 }
 
 const leftOf = wide => (wide < 400 ? 104 : wide < 600 ? 140 : 168); // where time begins, beside the names

@@ -12,8 +12,10 @@ import { onSelect, select, selected } from "./selection.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 import { tagNames, toggleTag } from "./taglanes.js";
+import { brief, treeOf } from "./tree.js";
 import { addressOf, isForced, place, unplace, valueOf } from "./values.js";
 import { addToWatch, sendWatched } from "./watchtable.js";
+import { nameOf } from "./words.js";
 
 const SINCE_MS = 500; // between two questions since when
 const TRIES = 10, AGAIN_MS = 300; // an answer that is worked out is asked for so often, with waits between
@@ -57,7 +59,7 @@ function show({ tag, names }) {
   setFlag(at("tag"), "data-selected", Boolean(tag));
   if (!tag) return;
   const known = declared(tag) ?? {};
-  setText(name, tag);
+  setText(name, nameOf(tag));
   setText(type, known.type ?? "");
   setText(says, known.description || meaningOf(tag));
   unplace(parts);
@@ -97,7 +99,7 @@ function showSince(told) {
 // What a bit of an image means, with the section of the manual.
 function meaningOf(tag) {
   const bit = run.hello.slots.flatMap(slot => slot.bits).find(({ address }) => address === addressOf(tag));
-  return bit ? [bit.meaning, bit.section].filter(Boolean).join(", ") : "";
+  return bit ? [bit.address, bit.section].filter(Boolean).join(", ") : "";
 }
 
 const isImage = tag => /^(Local:\d+:|[IO]:)/i.test(addressOf(tag));
@@ -113,8 +115,9 @@ function permit(tag, { writable = run.hello.settable }) {
 
 function part(tag) {
   const value = el("output", { class: "figure" }, "–");
-  place(value, tag);
-  return el("div", { class: "part" }, el("button", { type: "button", class: "plain", click: () => select({ ...selected, tag, names: [tag] }) }, tag), value);
+  place(value, tag, brief(shown));
+  const line = el("div", { class: "part" }, el("button", { type: "button", class: "plain", click: () => select({ ...selected, tag, names: [tag] }) }, tag), value);
+  return el("div", {}, line, treeOf(tag));
 }
 
 function typed() {
@@ -139,43 +142,44 @@ export async function forceSelected(only = false) {
 }
 
 function why() {
-  answerTo(selected.tag, { tag: selected.tag });
+  answerTo(selected.tag);
 }
 
-// Selects a tag and says why it is as it is, with its chain; null for the fault of the CPU. Calls then(links).
+// Selects a tag and says why it is as it is, with its chain. Calls then(links, text).
 export async function explain(tag, then) {
-  const asked = tag ?? run.faults[0].tags[0];
-  select({ tag: asked, names: [asked] });
-  const said = await answerTo(asked, tag === null ? { fault: true } : { tag }, TRIES);
+  select({ tag });
+  const said = await answerTo(tag, TRIES);
   if (said) then(said.chain ?? [], said.text);
 }
 
-// Asks why and shows the answer of a tag; of a scan that is being worked out again and again. Returns it, or null.
-async function answerTo(tag, fields, tries = 1) {
+// Asks why and shows the answer of a tag. Returns it, or null.
+async function answerTo(tag, tries = 1) {
   const late = setTimeout(() => answer.replaceChildren(el("p", { class: "soft" }, "The program runs again up to this scan …")), LATE_MS);
-  const said = await askWhy(fields, tag, tries);
+  const said = await askWhy({ tag }, () => tag === selected.tag, tries);
   clearTimeout(late);
   if (tag !== selected.tag) return null;
   if (!said) return answer.replaceChildren(), null;
-  const lines = linesOf(said);
+  const lines = linesOf(said), text = said.chain?.length > 1 ? said.text.split("\n")[0] : said.text; // else the chain says the rest
   const when = el("button", { type: "button", class: "plain", title: "Look at this scan", click: () => lookAt(said.scan) }, `In scan ${count(said.scan)}:`);
-  answer.replaceChildren(when, fields.fault ? "" : el("p", {}, said.text), lines.length ? el("div", { class: "line" }, ...lines.map(toLine)) : "", chainOf(said.chain));
+  answer.replaceChildren(when, el("p", {}, text), lines.length ? el("div", { class: "line" }, ...lines.map(toLine)) : "", chainOf(said.chain));
+  answer.scrollIntoView({ block: "nearest" });
   return said;
 }
 
-async function askWhy(fields, tag, tries) {
+// Asks why, of a scan that is being worked out again and again while the answer is wanted. Returns it, or null.
+export async function askWhy(fields, wanted, tries = TRIES) {
   while (--tries > 0 && !isPython()) {
     try {
       return await ask("why", fields);
     } catch {
       await new Promise(done => { setTimeout(done, AGAIN_MS); });
-      if (tag !== selected.tag) return null;
+      if (!wanted()) return null;
     }
   }
   return orders.order("why", fields);
 }
 
-const isPython = () => run.hello.routines.some(each => each.kind === "python");
+export const isPython = () => run.hello.routines.some(each => each.kind === "python");
 
 // The lines of the program in Python that an answer names.
 function linesOf({ lines = [] }) {

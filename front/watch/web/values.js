@@ -74,12 +74,9 @@ export function learn(found = {}) {
 // Calls visit(name, address) with each name that is shown, and its address.
 export const eachShown = visit => { for (const name of places.keys()) visit(name, addressOf(name)); };
 
-// Writes all values of a node's name again when its radix has changed.
-export function again(node, name, say) {
-  for (const entry of places.get(name) ?? []) {
-    if (entry.node === node) entry.say = say;
-  }
-  if (known.has(name)) setText(node, say(known.get(name)));
+// Writes the value of a name in some nodes again: their radix has changed.
+export function again(name, ...nodes) {
+  for (const { node, say } of places.get(name) ?? []) if (nodes.includes(node) && known.has(name)) write(node, say, known.get(name));
 }
 
 onPaint(({ tags, forced }) => {

@@ -6,6 +6,7 @@ import { keep, kept } from "./kept.js";
 import { ask } from "./source.js";
 import { select, selected } from "./selection.js";
 import { onProgram, run } from "./state.js";
+import { brief, treeOf } from "./tree.js";
 import { again, learn, place, unplace } from "./values.js";
 import { paintAddressed } from "./words.js";
 
@@ -36,20 +37,20 @@ const typeOf = tag => run.hello.tags?.find(each => each.name === tag)?.type ?? "
 
 function show() {
   unplace(body);
-  body.replaceChildren(...rows.map(rowOf));
+  body.replaceChildren(...rows.flatMap(rowOf));
   setFlag(empty, "hidden", rows.length > 0);
   sendWatched();
 }
 
 function rowOf(row) {
-  const value = el("output", { class: "figure" }, "–"), say = given => inRadix(given, row.radix, typeOf(row.tag));
-  place(value, row.tag, say);
-  const radix = el("select", { "aria-label": `Radix of ${row.tag}`, change: () => { row.radix = radix.value; keep(key, rows); again(value, row.tag, say); } },
+  const say = given => inRadix(given, row.radix, typeOf(row.tag)), value = el("output", { class: "figure" }, "–"), tree = treeOf(row.tag, say);
+  place(value, row.tag, brief(say));
+  const radix = el("select", { "aria-label": `Radix of ${row.tag}`, change: () => { row.radix = radix.value; keep(key, rows); again(row.tag, value, tree); } },
     ...RADIXES.map(name => el("option", { value: name, selected: name === row.radix }, name)));
-  return el("tr", {},
+  return [el("tr", { class: "tag" },
     el("th", { scope: "row" }, el("button", { type: "button", class: "plain", title: "Write, force, why", click: () => select({ tag: row.tag }) }, row.tag)),
     el("td", { class: "value" }, value), el("td", {}, radix),
-    el("td", {}, button(`Remove ${row.tag}`, () => { rows = rows.filter(each => each !== row); keep(key, rows); show(); }, { text: "✕", title: "Out of the table", class: "sign" })));
+    el("td", {}, button(`Remove ${row.tag}`, () => { rows = rows.filter(each => each !== row); keep(key, rows); show(); }, { text: "✕", title: "Out of the table", class: "sign" }))), el("tr", { class: "members" }, el("td", { colspan: 4 }, tree))];
 }
 
 export function addToWatch(tag) {
@@ -74,6 +75,6 @@ export async function sendWatched(more = selected.names) {
     const { unknown, addresses } = await ask("watch", { tags: [...new Set([...rows.map(row => row.tag), ...more])] });
     learn(addresses);
     paintAddressed();
-    for (const [place, row] of rows.entries()) body.rows[place]?.toggleAttribute("data-unknown", unknown.includes(row.tag));
+    for (const [place, row] of rows.entries()) body.querySelectorAll("tr.tag")[place]?.toggleAttribute("data-unknown", unknown.includes(row.tag));
   } catch { /* the next hello asks again */ }
 }

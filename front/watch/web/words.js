@@ -11,6 +11,12 @@ let slots = new Map(); // number -> { bits, words, values }
 // What a bit is called for scripts: by meaning, or else by address.
 export const bitName = (slot, bit) => bit.name && !bit.address?.startsWith(bit.name) ? `${slot.number}.${bit.name}` : bit.address;
 
+// The tag's name of an address: the program's alias, or else its meaning; another name stays.
+export function nameOf(address) {
+  const bit = run.hello.slots.flatMap(slot => slot.bits).find(each => each.address === address);
+  return run.hello.tags?.find(each => each.address === address)?.name ?? bit?.meaning ?? address;
+}
+
 const nameOfWord = (slot, output, word) => `Local:${slot.number}:${output ? "O" : "I"}.Data[${word}]`;
 
 function build(hello) {

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -41,6 +41,26 @@ class Paths:
         self.overflows = const(0)  # noted on this path
         self._trail: list[tuple[T, bool]] = []
         self._at = 0
+        self._unknowns: dict[tuple[int, Hashable], T] = {}
+        self._made = 0  # unknowns of this path
+
+    def unknown(self, kind: Hashable, made: Callable[[], T]) -> T:
+        """Return an unknown value: on a path the one that its place has on every path, outside a new one.
+
+        Paths exclude each other, so that they may share it. They have to: a path begins with the decisions
+        of the one before, which must meet the same terms.
+
+        Args:
+            kind: what it is; unknowns of different kinds are different.
+            made: makes a new one.
+        """
+        if self.path is None:
+            return made()
+        place = self._made, kind
+        self._made += 1
+        if place not in self._unknowns:
+            self._unknowns[place] = made()
+        return self._unknowns[place]
 
     def decide(self, t: T) -> bool:
         """Decide a truth on this path: as before, or true first."""
@@ -55,6 +75,8 @@ class Paths:
             if self._at == MOST_DECISIONS:
                 raise UnmodelledError(f"more than {MOST_DECISIONS} decisions")
             self._trail.append((t, True))
+        if self._trail[self._at][0] is not t:
+            raise UnmodelledError("it decides something else when it is repeated")
         self._at += 1
         return self._trail[self._at - 1][1]
 
@@ -66,7 +88,7 @@ class Paths:
         """Run on every path; return them in the order of a tree, true first."""
         if self.path is not None:
             raise UnmodelledError("an instruction within an instruction")
-        self._trail, paths = [], []
+        self._trail, self._unknowns, paths = [], {}, []
         try:
             while True:
                 paths.append(self._one(run))
@@ -82,7 +104,7 @@ class Paths:
 
     def _one(self, run: Callable[[], Any]) -> Path:
         path = Path()
-        self.path, self._at, self.overflows = path, 0, const(0)
+        self.path, self._at, self._made, self.overflows = path, 0, 0, const(0)
         try:
             path.result = run()
         except (PathFault, LadderFault):

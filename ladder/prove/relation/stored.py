@@ -213,8 +213,8 @@ class TermPlaces(Interpreter):
         return self.symbol(div(age, unit))
 
     def unknown(self, kind: str, lo: int = 0, hi: int = 0) -> T:
-        """Return a new variable for what is not modeled."""
-        found = var(f"?{next(self._unknowns)}", kind, lo, hi)
+        """Return a variable for what is not modeled; see `Paths.unknown`."""
+        found = self.paths.unknown((kind, lo, hi), lambda: var(f"?{next(self._unknowns)}", kind, lo, hi))
         self.log.put(self.havocs, found.val, self.lowered.sites[self.site])
         return found
 

@@ -28,8 +28,6 @@ from scanrack.runtime.modules.adapters.live import LiveAdapter
 from scanrack.runtime.modules.adapters.pcl601.driver import LINE_FORMAT
 from typer.testing import CliRunner
 
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
-
 CONFIGURE = (0x843C, 63, 1, 0)
 OPTIONS = {"pcl601-adapter": {}, "pmc006-adapter": {"home_stroke": 100_000}}
 MOVE = (2, 0, 2, 0, 5, 0, 50, 50)
@@ -351,9 +349,9 @@ def test_a_run_in_real_time_moves_the_controller_of_another_process(path: str, t
     arguments = ["run", rack, "--realtime", "--live", "--for", "2 s", "--record", trace]
     result = CliRunner().invoke(build(), arguments)
     assert result.exit_code == 0, result.stderr
-    position = CliRunner().invoke(build(), ["device", "pcl601", "--port", path, "read", "position"])
+    position = CliRunner().invoke(build(), ["device", "pcl601", "--serial", path, "read", "position"])
     assert position.stdout == "1002000\n"
-    again = CliRunner().invoke(build(), ["rerun", trace, "--trust"])
+    again = CliRunner().invoke(build(), ["replay", "--into", "session", trace, "--trust"])
     assert again.exit_code == 2
     assert again.stderr.endswith("only scanrack run --realtime --live drives it\n")
     assert len(again.stderr.splitlines()) == 1
@@ -370,7 +368,7 @@ FAULTING = SLEWING + "        raise ValueError\n"
 
 
 def position_at(path: str) -> int:
-    result = CliRunner().invoke(build(), ["device", "pcl601", "--port", path, "read", "position"])
+    result = CliRunner().invoke(build(), ["device", "pcl601", "--serial", path, "read", "position"])
     assert result.exit_code == 0, result.stderr
     return int(result.stdout)
 

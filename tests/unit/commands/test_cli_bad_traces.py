@@ -28,7 +28,7 @@ COMMANDS = {
     "compare": ["compare", "TRACE", "good.mcap"],
     "compare with": ["compare", "good.mcap", "TRACE"],
     "replay": ["replay", "TRACE"],
-    "rerun": ["rerun", "TRACE"],
+    "rerun": ["replay", "--into", "session", "TRACE"],
 }
 
 
@@ -189,7 +189,7 @@ WRITING = {
     "vcd": ["export", "good.mcap", "--vcd", "out.vcd"],
     "parquet": ["export", "good.mcap", "--parquet", "out.parquet"],
     "page": ["plot", "good.mcap", "--out", "out.html"],
-    "repair": ["repair", "good.mcap", "--output", "out.mcap"],
+    "repair": ["repair", "good.mcap", "--out", "out.mcap"],
 }
 
 

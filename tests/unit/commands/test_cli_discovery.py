@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from threading import Thread
@@ -17,8 +16,6 @@ from scanrack.runtime import Clock, LineFormat
 from scanrack.runtime.line.clients.probing import probe, questions
 from scanrack.runtime.line.ports import Stop, serve_until_interrupted
 from typer.testing import CliRunner
-
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")
 
 
 @contextmanager

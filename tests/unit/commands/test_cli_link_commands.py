@@ -108,7 +108,7 @@ def moved_over(monkeypatch: pytest.MonkeyPatch, links: list[BusLink]) -> Result:
 
     monkeypatch.setattr(link_commands, "open_link", opened)
     monkeypatch.setattr(link_commands, "REOPEN_S", 0.001)
-    return CliRunner().invoke(build(), ["device", "pmc006", "--port", "x", "move", "100000"])
+    return CliRunner().invoke(build(), ["device", "pmc006", "--serial", "x", "move", "100000"])
 
 
 def test_a_connection_that_is_closed_during_a_move_is_opened_again_to_stop(

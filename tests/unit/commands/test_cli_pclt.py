@@ -1,4 +1,4 @@
-"""`scanrack pclt`: checking and listing stored programs from the command line."""
+"""Checking and listing stored programs of the PCL601 from the command line."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from typer.testing import CliRunner, Result
 SAMPLES = sorted(Path(__file__).parents[3].glob("examples/pcl601/*.pclt"))
 
 
-def pclt(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(build(), ["pclt", *map(str, arguments)])
+def pclt(command: str, *files: str | Path) -> Result:
+    words = {"check": ["check"], "list": ["device", "pcl601", "program", "list"]}
+    return CliRunner().invoke(build(), [*words[command], *map(str, files)])
 
 
 def test_the_five_samples_can_be_stored() -> None:
@@ -40,17 +41,17 @@ def test_the_listing_of_a_sample_fills_the_memory_without_gaps(sample: Path) -> 
 @pytest.mark.parametrize(
     ("command", "content", "said"),
     [
-        ("check", b"MOVE\nEND\n", "a: line 1, column 5: the line ends too early"),
-        ("check", b"\xff", "a: the file is not text: byte 0 is not UTF-8"),
-        ("list", b"MOVE 4000\n", "a: line 1: END is missing"),
+        ("check", b"MOVE\nEND\n", "a.pclt: line 1, column 5: the line ends too early"),
+        ("check", b"\xff", "a.pclt: the file is not text: byte 0 is not UTF-8"),
+        ("list", b"MOVE 4000\n", "a.pclt: line 1: END is missing"),
     ],
 )
 def test_a_mistake_is_one_line_on_standard_error(
     command: str, content: bytes, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("a").write_bytes(content)
-    result = pclt(command, "a")
+    Path("a.pclt").write_bytes(content)
+    result = pclt(command, "a.pclt")
     assert result.exit_code == 2
     assert result.stderr.startswith(f"scanrack: {said}")
     assert result.stderr.count("\n") == 1

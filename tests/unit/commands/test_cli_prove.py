@@ -252,21 +252,21 @@ def test_two_programs_differ_where_the_edit_reaches(place: Path) -> None:
     assert status == 1
     assert said.splitlines()[1] == "Rev  now    scan 1   new-prove/Rev/scenario.json"
     assert "depends on B, Local:1:I.Data[1]" in said
-    status, said = scanrack("prove", "line.rung", "new.rung", "--only", "rev", "--json")
+    status, said = scanrack("prove", "line.rung", "new.rung", "--may-differ", "rev", "--json")
     assert status == 0
     assert json.loads(said)["changed"][0]["tag"] == "Rev"
-    status, said = scanrack("prove", "line.rung", "new.rung", "--only", "Fwd,Dwell")
+    status, said = scanrack("prove", "line.rung", "new.rung", "--may-differ", "Fwd,Dwell")
     assert status == 1
 
 
 def test_mistakes_of_a_comparison_are_named(place: Path) -> None:
-    assert scanrack("prove", "line.rung", "--only", "Rev") == (
+    assert scanrack("prove", "line.rung", "--may-differ", "Rev") == (
         2,
-        "scanrack: --only goes with two programs: scanrack prove OLD NEW --only TAGS\n",
+        "scanrack: --may-differ needs two programs: scanrack prove OLD NEW --may-differ TAGS\n",
     )
-    status, said = scanrack("prove", "line.rung", "line.rung", "--only", "Revv")
-    assert (status, "--only Revv: no tag Revv (did you mean Rev?)" in said) == (2, True)
-    status, said = scanrack("prove", "line.rung", "line.rung", "--only", "Count.3")
+    status, said = scanrack("prove", "line.rung", "line.rung", "--may-differ", "Revv")
+    assert (status, "--may-differ Revv: no tag Revv (did you mean Rev?)" in said) == (2, True)
+    status, said = scanrack("prove", "line.rung", "line.rung", "--may-differ", "Count.3")
     assert (status, "it is a bit of a number" in said) == (2, True)
 
 

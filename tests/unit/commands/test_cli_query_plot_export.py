@@ -63,15 +63,16 @@ def test_query_that_finds_nothing_ends_with_1(path: Path) -> None:
         (("query", "{}", "scan > 1", "--show", "slot1.in.positon"), "did you mean slot1.in.position"),
         (("query", "none.mcap", "scan > 1"), "none.mcap: No such file or directory"),
         (("plot", "{}", "--out", "{}.gif"), "the file's suffix says what to draw: .png, .svg, .html"),
-        (("plot", "{}", "--slot", 2), "no card with names in slot 2; there is one in 1"),
-        (("plot", "{}", "--scans", "500:"), "no scan in scans from 500; it holds scans 0 to 99"),
-        (("plot", "{}", "--time", "3s:1s"), "it ends before it begins"),
-        (("plot", "{}", "--time", "3"), "must be A:B, A: or :B"),
-        (("plot", "{}", "--time", "1:2"), "write a number and a unit"),
+        (("plot", "{}", "--title", "Line", "--slot", 2), "no card with names in slot 2; there is one in 1"),
+        (("plot", "{}", "--range", "500:"), "no scan in scans from 500; it holds scans 0 to 99"),
+        (("plot", "{}", "--range", "3s:1s"), "it ends before it begins"),
+        (("plot", "{}", "--range", "3s"), "must be A:B, A: or :B"),
+        (("plot", "{}", "--range", "1.5:2"), "write a number and a unit"),
+        (("plot", "{}", "--range", "1:2", "--range", "3:4"), "--range 1:2 and 3:4: give one of them"),
         (("export", "{}", "--csv", "{}"), "is the trace itself: choose another file"),
         (("export", "{}"), "nothing to write: give --csv, --parquet, --vcd"),
         (("export", "{}", "--csv", "{}.csv", "--signal", "slot9.*"), "no signal 'slot9.*'"),
-        (("export", "{}", "--csv", "{}.csv", "--scans", "200:"), "no scan in scans from 200"),
+        (("export", "{}", "--csv", "{}.csv", "--range", "200:"), "no scan in scans from 200"),
     ],
 )
 def test_mistakes_are_one_line_on_stderr(path: Path, arguments: tuple[object, ...], says: str) -> None:
@@ -84,7 +85,7 @@ def test_mistakes_are_one_line_on_stderr(path: Path, arguments: tuple[object, ..
 
 def test_an_export_that_fails_leaves_no_file(path: Path, tmp_path: Path) -> None:
     for option in ("--csv", "--parquet", "--vcd"):
-        assert run("export", path, option, tmp_path / "a", "--scans", "200:")[0] == 2
+        assert run("export", path, option, tmp_path / "a", "--range", "200:")[0] == 2
     assert list(tmp_path.iterdir()) == []
 
 
@@ -105,7 +106,7 @@ def test_plot_writes_a_page_beside_the_trace(path: Path) -> None:
 
 def test_export_writes_several_files_of_a_slice(path: Path, tmp_path: Path) -> None:
     csv, vcd = tmp_path / "a.csv", tmp_path / "a.vcd"
-    arguments = ("--time", "20ms:40ms", "--signal", "slot1.in.position")
+    arguments = ("--range", "20ms:40ms", "--signal", "slot1.in.position")
     status, out, _ = run("export", path, "--csv", csv, "--vcd", vcd, *arguments)
     assert status == 0
     assert [line.partition(", ")[0] for line in out.splitlines()] == [f"{csv}: 11 scans", f"{vcd}: 11 scans"]

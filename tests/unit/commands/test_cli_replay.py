@@ -1,4 +1,4 @@
-"""`scanrack replay` and `scanrack rerun`: a recording into module, program and rack, and what differs then.
+"""`scanrack replay`: a recording into module, program and rack, and what differs then.
 
 Broken on purpose: outputs sent one scan late, the recorded modes ignored, forces left out,
 `--trust` always true: each turns a test red.
@@ -224,7 +224,7 @@ def test_slots_that_the_trace_lacks_are_left_out(folder: Path) -> None:
 def test_a_rerun_gives_the_same_bytes(folder: Path) -> None:
     trace = record(folder)
     sys.modules.pop("speeds")  # as in a process that has not run it before
-    result = scanrack("rerun", trace, "--record", "again.mcap")
+    result = scanrack("replay", "--into", "session", trace, "--record", "again.mcap")
     assert (result.exit_code, result.output) == (0, "line.mcap: 400 scans, the same byte for byte\n")
     assert (folder / "again.mcap").read_bytes() == trace.read_bytes()
 
@@ -247,7 +247,7 @@ def test_python_of_a_trace_is_not_run_without_trust(folder: Path, monkeypatch: p
     elsewhere = folder / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)
-    for command in (["rerun"], ["replay", "--into", "program"]):
+    for command in (["replay", "--into", "session"], ["replay", "--into", "program"]):
         refused = scanrack(command[0], trace, *command[1:])
         assert refused.exit_code == 2
         assert [line.split()[0] for line in refused.stderr.splitlines()[1:-1]] == ["line.py", "speeds.py"]
@@ -257,9 +257,9 @@ def test_python_of_a_trace_is_not_run_without_trust(folder: Path, monkeypatch: p
 
 def test_python_of_a_trace_is_run_if_it_is_that_of_the_current_folder(folder: Path) -> None:
     trace = record(folder)
-    assert scanrack("rerun", trace).exit_code == 0
+    assert scanrack("replay", "--into", "session", trace).exit_code == 0
     (folder / "speeds.py").write_text("SPEED = 2001\n", encoding="utf-8")
-    refused = scanrack("rerun", trace)
+    refused = scanrack("replay", "--into", "session", trace)
     assert refused.exit_code == 2
     assert [line.split()[0] for line in refused.stderr.splitlines()[1:-1]] == ["speeds.py"]
 
@@ -268,7 +268,7 @@ def test_a_rerun_in_a_process_of_its_own_uses_the_files_of_the_trace(folder: Pat
     """Not those of the current folder, which have changed."""
     trace = record(folder)
     (folder / "speeds.py").write_text("SPEED = 700\n", encoding="utf-8")
-    command = [sys.executable, "-m", "scanrack", "rerun", str(trace), "--trust"]
+    command = [sys.executable, "-m", "scanrack", "replay", "--into", "session", str(trace), "--trust"]
     result = forked.run(command, capture_output=True, text=True, check=False, cwd=folder, encoding="utf-8")
     assert (result.returncode, result.stderr) == (0, ""), result.stdout
 
@@ -283,7 +283,7 @@ def test_a_rack_in_python_with_its_logic_inside_is_rerun(folder: Path) -> None:
         encoding="utf-8",
     )
     assert scanrack("run", "press.py:made", "--scans", "30", "-q", "--record", "press.mcap").exit_code == 0
-    result = scanrack("rerun", "press.mcap")
+    result = scanrack("replay", "--into", "session", "press.mcap")
     assert (result.exit_code, result.output) == (0, "press.mcap: 30 scans, the same byte for byte\n")
 
 
@@ -304,7 +304,16 @@ def test_what_a_program_imports_stays_beside_it(folder: Path, monkeypatch: pytes
     assert {"line.py", "program/line.py", "program/speeds.py"} <= names
     assert "speeds.py" not in names
     monkeypatch.chdir(elsewhere)
-    command = [sys.executable, "-m", "scanrack", "rerun", str(folder / "line.mcap"), "--trust"]
+    command = [
+        sys.executable,
+        "-m",
+        "scanrack",
+        "replay",
+        "--into",
+        "session",
+        str(folder / "line.mcap"),
+        "--trust",
+    ]
     result = forked.run(command, capture_output=True, text=True, check=False, encoding="utf-8")
     assert (result.returncode, result.stderr) == (0, ""), result.stdout
 
@@ -319,7 +328,7 @@ def test_rungs_are_rerun_without_further_ado(folder: Path, monkeypatch: pytest.M
     elsewhere = folder / "elsewhere"
     elsewhere.mkdir()
     monkeypatch.chdir(elsewhere)
-    result = scanrack("rerun", folder / "rungs.mcap")
+    result = scanrack("replay", "--into", "session", folder / "rungs.mcap")
     assert (result.exit_code, result.output) == (0, "rungs.mcap: 60 scans, the same byte for byte\n")
 
 
@@ -360,7 +369,12 @@ def test_a_run_that_faulted_faults_again_and_is_the_same(folder: Path) -> None:
         "def logic(scan):\n    scan.slot[1].outputs[5] = 7\n    assert scan.number < 50\n", encoding="utf-8"
     )
     assert scanrack("run", "rack.toml", "--scans", "99", "-q", "--record", "fault.mcap").exit_code == 1
-    for command in (["rerun"], ["replay"], ["replay", "--into", "program"], ["replay", "--into", "rack"]):
+    for command in (
+        ["replay", "--into", "session"],
+        ["replay"],
+        ["replay", "--into", "program"],
+        ["replay", "--into", "rack"],
+    ):
         result = scanrack(command[0], "fault.mcap", *command[1:])
         assert result.exit_code == 0, (command, result.output)
 
@@ -428,7 +442,7 @@ def test_a_recording_of_somebody_elses_needs_a_rack(folder: Path) -> None:
     import made_traces
 
     made_traces.record(folder / "bare.mcap", made_traces.idle(20))
-    for command in (["replay"], ["rerun"]):
+    for command in (["replay"], ["replay", "--into", "session"]):
         result = scanrack(*command, "bare.mcap")
         assert result.exit_code == 2
         assert "the trace does not say what its rack file is: it can't be run without one" in result.stderr

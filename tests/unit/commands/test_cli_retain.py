@@ -69,7 +69,7 @@ def test_the_trace_brings_the_tags_and_a_rerun_begins_with_them(line):
         assert [each.outputs(1)[7] for each in opened.scans()] == [4, 5, 6]
     (line / "tags.json").unlink()
     (line / "line.rung").unlink()
-    result = CliRunner().invoke(build(), ["rerun", str(trace)])
+    result = CliRunner().invoke(build(), ["replay", "--into", "session", str(trace)])
     assert (result.exit_code, result.stdout) == (0, "line.mcap: 3 scans, the same byte for byte\n")
 
 
@@ -77,7 +77,7 @@ def test_a_first_run_begins_with_nothing_and_its_trace_says_so(line):
     trace = recorded(line)
     with open_trace(trace) as opened:
         assert "retained_file" not in opened.head.metadata
-    result = CliRunner().invoke(build(), ["rerun", str(trace)])
+    result = CliRunner().invoke(build(), ["replay", "--into", "session", str(trace)])
     assert (result.exit_code, result.stdout) == (0, "line.mcap: 3 scans, the same byte for byte\n")
 
 

@@ -195,7 +195,7 @@ def test_ctrl_c_ends_a_run_in_order(folder):
         folder,
         "def logic(scan):\n",
         "import os, signal\n\n\ndef logic(scan):\n"
-        "    if scan.number == 12:\n        os.kill(os.getpid(), signal.SIGINT)\n",
+        "    if scan.number == 12:\n        signal.raise_signal(signal.SIGINT)\n",
         "line.py",
     )
     done = scanrack("line.toml")
@@ -209,7 +209,7 @@ def test_a_second_ctrl_c_ends_it_at_once(folder):
         folder,
         "def logic(scan):\n",
         "import os, signal\n\n\ndef logic(scan):\n"
-        "    while scan.number == 12:\n        os.kill(os.getpid(), signal.SIGINT)\n",
+        "    while scan.number == 12:\n        signal.raise_signal(signal.SIGINT)\n",
         "line.py",
     )
     done = scanrack("line.toml")

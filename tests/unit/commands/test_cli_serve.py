@@ -52,7 +52,7 @@ def serving(*arguments: str) -> Iterator[str]:
 @contextmanager
 def serving_with_control(*arguments: str) -> Iterator[tuple[str, str, str]]:
     """Serve with a control channel; yield where both are, and its key."""
-    words = [sys.executable, "-m", "scanrack", "serve", *arguments, "--control", "0"]
+    words = [sys.executable, "-m", "scanrack", "serve", *arguments, "--test-port", "0"]
     process = forked.start(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, encoding="utf-8")
     try:
         assert process.stdout is not None
@@ -100,7 +100,7 @@ def test_a_3601_is_remote_io_over_modbus_tcp(tmp_path: Path) -> None:
         "amci3601",
         "--tcp",
         "0",
-        "--whole",
+        "--whole-writes",
         "--silence",
         "5000",
     ]
@@ -255,16 +255,16 @@ def test_idle_connections_keep_nobody_out(channel: ControlChannel, admitted: boo
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        ([], "give one of --pty, --serial DEV and --tcp HOST:PORT"),
+        ([], "give one of --pty, --serial DEVICE and --tcp HOST:PORT"),
         (["--pty", "--tcp", "0"], "give one of --pty"),
         (["--tcp", "here"], "--tcp here: it has to be HOST:PORT or PORT"),
         (["--tcp", "70000"], "--tcp 70000: it has to be HOST:PORT or PORT, and a port is 0 to 65535"),
         (["--serial", "/dev/nothing-here"], "/dev/nothing-here can't be opened: No such file or directory"),
-        (["--pty", "--speed", "0"], "speed 0 is not allowed: it must be above 0"),
+        (["--pty", "--time-scale", "0"], "time scale 0: must be above 0"),
         (["--pty", "--address", "x"], "--address x: an address is a number"),
         (["--pty", "--address", "1-3"], "a PMC006 is alone on its line"),
         (["--pty", "--address", "121"], "address 121: must be 1 to 120"),
-        (["--pty", "--whole"], "--whole: pmc006 does not have it"),
+        (["--pty", "--whole-writes"], "--whole-writes: pmc006 does not have it"),
         (["--pty", "--fault", "drop"], "'' is no number of replies"),
         (["--pty", "--gateway-ms", "0"], "--gateway-ms 0: it has to be above 0"),
         (["--serial", "/dev/null", "--line-time"], "--line-time: no effect on serial ports"),

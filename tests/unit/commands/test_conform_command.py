@@ -119,7 +119,9 @@ def controller(monkeypatch: pytest.MonkeyPatch) -> FakeController:
 
 @pytest.mark.slow
 def test_scenes_are_played_and_judged(plan: Path, controller: FakeController) -> None:
-    status, said = scanrack("conform plan.toml --path plc --counter Scan:2 --slot 1 --scan 2ms --out r.json")
+    status, said = scanrack(
+        "conform plan.toml --path plc --counter Scan:2 --slot 1 --max-scan-time 2ms --out r.json"
+    )
     assert status == 0, said
     assert "a move: as the manual" in said
     assert "input: left out, it needs inputs that are wired to outputs (--wire)" in said
@@ -141,7 +143,7 @@ def test_wired_inputs_and_an_encoder_are_used_and_the_result_is_judged_again(
     result = json.loads(Path("conform.json").read_text("utf-8"))
     assert [each["verdict"] for each in result["scenes"]] == ["as the manual"] * 3
     assert result["rules"]["STS-L03"]["verdict"] == "as the manual"
-    status, said = scanrack("conform --from conform.json --out again.json --json")
+    status, said = scanrack("conform --judge conform.json --out again.json --json")
     assert status == 0
     again = json.loads(said)
     assert again["rules"] == result["rules"]
@@ -151,11 +153,11 @@ def test_wired_inputs_and_an_encoder_are_used_and_the_result_is_judged_again(
 def test_a_real_controller_needs_live_and_control(plan: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     real = FakeController("1769-L18ER/B LOGIX5318ER")
     monkeypatch.setattr(conform, "connect", lambda _path: real)
-    for words in ("", "--live", "--control"):
+    for words in ("", "--live", "--allow-writes"):
         status, said = scanrack(f"conform plan.toml --path plc --counter Scan:2 {words}")
         assert (status, "disable the drive first" in said) == (2, True)
     assert real.written == []
-    words = "conform plan.toml --path plc --counter Scan:2 --live --control -q --scene input"
+    words = "conform plan.toml --path plc --counter Scan:2 --live --allow-writes -q --scene input"
     assert scanrack(words)[0] == 0  # it is left out: nothing is wired
 
 
@@ -170,12 +172,12 @@ def test_an_image_by_the_manufacturers_profile_and_a_counter_that_begins_anew() 
     ("words", "says"),
     [
         ("conform", "give --path HOST"),
-        ("conform --path plc --from x.json", "give --path HOST"),
+        ("conform --path plc --judge x.json", "give --path HOST"),
         ("conform --path a/b", "--path 'a/b' is not allowed"),
         ("conform --path plc --counter Scan", "--counter 'Scan' is not allowed: TAG:MS"),
         ("conform --path plc --wire ESTOP", "--wire 'ESTOP' is not allowed: INPUT=TAG"),
         ("conform missing.toml --path plc", "missing.toml: No such file"),
-        ("conform --from plan.toml", "plan.toml"),
+        ("conform --judge plan.toml", "plan.toml"),
         ("conform plan.toml --path plc --scene nine", "has no scene 'nine'"),
     ],
 )
@@ -187,12 +189,12 @@ def test_what_can_not_be_used_is_refused(plan: Path, words: str, says: str) -> N
 def test_a_damaged_result_is_refused(plan: Path) -> None:
     for text in ('{"format": "x"}', '{"format": "scanrack conform 1"}', "{", '{"a": ' * 2000):
         Path("r.json").write_text(text, "utf-8")
-        assert scanrack("conform --from r.json")[0] == 2
+        assert scanrack("conform --judge r.json")[0] == 2
 
 
 def test_the_counter_is_a_rung_that_imports(plan: Path) -> None:
     for kind in ("l5x", "slc"):
-        status, said = scanrack(f"conform --rung {kind}")
+        status, said = scanrack(f"conform --print-counter {kind}")
         assert status == 0
         assert said.strip() == counter_rung(kind).strip()
     Path("counter.L5X").write_text(counter_rung("l5x"), "utf-8")

@@ -123,7 +123,7 @@ def test_a_replay_that_is_stopped_has_no_answer(folder: Path, command: str, numb
     (folder / "line.py").write_text(SLOW.replace("SECONDS", "0.01"), "utf-8")
     words = {
         "replay": ("replay", "run.mcap", "--into", "program", "--program", "line.py", "-q"),
-        "rerun": ("rerun", "run.mcap", "--trust", "-q"),
+        "rerun": ("replay", "--into", "session", "run.mcap", "--trust", "-q"),
     }
     with started(folder, *words[command]) as process:
         assert process.stdout is not None

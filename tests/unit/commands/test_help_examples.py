@@ -45,7 +45,7 @@ def test_no_help_names_a_folder_of_the_checkout() -> None:
     within = [device.commands["pcl601"], device.commands["pmc006"]]
     groups = [
         GROUP,
-        *(GROUP.get_command(typer.Context(GROUP), each) for each in ("pclt", "device", "editor")),
+        *(GROUP.get_command(typer.Context(GROUP), each) for each in ("device", "editor")),
         *within,
     ]
     shown = [(each.name, text) for each in (*groups, *(one for _, one in COMMANDS)) for text in texts(each)]

@@ -76,7 +76,7 @@ def test_show() -> None:
 
 @pytest.mark.parametrize(
     ("option", "value", "scans"),
-    [("--time", "100ms:", 0), ("--time", ":1ms", 1), ("--scans", "0:0", 1), ("--scans", "5:", 0)],
+    [("--range", "100ms:", 0), ("--range", ":1ms", 1), ("--range", "0:0", 1), ("--range", "5:", 0)],
 )
 def test_show_of_a_part(option: str, value: str, scans: int) -> None:
     """Nothing changes after scan 0, in which the status bits of power-up appear."""
@@ -95,7 +95,7 @@ def test_query() -> None:
 
 
 def test_why_and_xref() -> None:
-    asked = answer("why", "line.toml", "Lamp", "--scans", "10", status=0)
+    asked = answer("why", "line.toml", "Lamp", "--at", "9", status=0)
     assert (asked["what"], asked["scan"], asked["now_ns"], asked["fault"]) == ("Lamp", 9, 18_000_000, None)
     assert asked["text"].startswith("Lamp is on since 0 s: Main rung 0: OTE(Lamp)")
     assert answer("why", "line.mcap", "Lamp", "--at", "9", status=0)["scan"] == 9

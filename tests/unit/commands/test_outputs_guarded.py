@@ -25,12 +25,12 @@ from typer.testing import CliRunner
 INPUTS = {
     "run rack", "watch rack", "share trace", "show trace", "query trace", "plot trace", "export trace",
     "compare a", "compare b", "repair trace",
-    "replay path", "replay rack", "replay program", "rerun path", "ladder file", "l5x file",
+    "replay path", "replay rack", "replay program", "ladder file", "l5x file",
     "l5x against", "why file", "xref file", "fuzz rack", "fuzz invariants", "fuzz scenario",
-    "fuzz begin_with", "check rack",
+    "fuzz begin_with", "check files",
     "prove rack", "prove new",
     "serve program", "serve rack", "import capture", "conform plan", "conform source",
-    "pclt check files", "pclt list file", "device pcl601 program write file",
+    "device pcl601 program list file", "device pcl601 program write file",
     "device pmc006 program check file", "device pmc006 program write file",
 }  # fmt: skip
 """Parameters that name files to be read."""
@@ -40,9 +40,9 @@ FRESH = {"new folder", "fuzz tests"}
 
 WORDS = {
     "new example", "run duration", "run tag", "run server", "watch server", "watch speed", "watch duration",
-    "show scans", "show time", "share at",
+    "show ranges", "share at",
     "query text", "query show",
-    "plot tag", "plot title", "plot scans", "plot time", "export signal", "export scans", "export time",
+    "plot tag", "plot title", "plot ranges", "export signal", "export ranges",
     "compare tolerance_time", "compare align_at", "compare realign_at", "replay tolerance_time",
     "ladder routine", "ladder at", "l5x export", "l5x stepper",
     "prove only", "why what", "why at", "why until", "why want", "xref tag", "fuzz check",
@@ -93,9 +93,11 @@ OUTPUTS = {
     "import simulated_to": Output(
         "import talk.pcap --out a.mcap --simulated {}", "new.mcap", ("talk.pcap", "a.mcap")
     ),
-    "conform out": Output("conform --from run.mcap -q --out {}", "new.json", ("run.mcap",)),
-    "repair output": Output("repair torn.mcap -q --output {}", "new.mcap", ("torn.mcap",)),
-    "rerun record": Output("rerun run.mcap -q --trust --record {}", "new.mcap", ("run.mcap",)),
+    "conform out": Output("conform --judge run.mcap -q --out {}", "new.json", ("run.mcap",)),
+    "repair output": Output("repair torn.mcap -q --out {}", "new.mcap", ("torn.mcap",)),
+    "replay record": Output(
+        "replay --into session run.mcap -q --trust --record {}", "new.mcap", ("run.mcap",)
+    ),
     "ladder svg": Output("ladder rungs.toml --svg {}", "new.svg", RUNGS),
     "ladder svg of a program": Output("ladder line.rung --svg {}", "new.svg", ("line.rung",)),
     "serve record": Output("serve pcl601 --pty --program unit.pclt --record {}", "new.mcap", ("unit.pclt",)),
@@ -114,7 +116,7 @@ DEFAULTS = {
     "plot": Output("plot run.mcap -q", "run.html", (), "run.html"),
     "share": Output("share run.mcap", "run.html", (), "run.html"),
     "import": Output("import talk.pcap", "talk.mcap", (), "talk.mcap"),
-    "conform": Output("conform --from run.mcap -q", "conform.json", (), "conform.json"),
+    "conform": Output("conform --judge run.mcap -q", "conform.json", (), "conform.json"),
     "fuzz": Output("fuzz line.toml --runs 1 -j 1 -q", "line-fuzz", (), "line-fuzz"),
     "prove": Output("prove claims.toml -q", "claims-prove", (), "claims-prove"),
     "editor schema": Output("editor schema --write", "rack.schema.json", (), "rack.schema.json"),

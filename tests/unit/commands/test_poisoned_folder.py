@@ -73,8 +73,8 @@ print(json.dumps(told))
 WORDS = {
     "run feeder.toml --for 20ms --record t.mcap": 0,
     "run line.toml --for 20ms --record p.mcap": 0,
-    "watch feeder.toml --for 20ms --speed max": 0,
-    "watch line.toml --for 20ms --speed max": 0,
+    "watch feeder.toml --for 20ms --time-scale max": 0,
+    "watch line.toml --for 20ms --time-scale max": 0,
     "share t.mcap --out shared.html": 0,
     "show t.mcap": 0,
     "query t.mcap slot1.in.MODULE_OK": 0,
@@ -82,12 +82,12 @@ WORDS = {
     "plot t.mcap --out t.pdf": 2,
     "export t.mcap --csv t.csv": 0,
     "compare t.mcap t.mcap": 0,
-    "repair t.mcap --output repaired.mcap": 0,
+    "repair t.mcap --out repaired.mcap": 0,
     "import missing.pcapng": 2,
     "conform --list": 0,
     "replay t.mcap": 0,
-    "rerun t.mcap": 0,
-    "rerun p.mcap --trust": 0,
+    "replay --into session t.mcap": 0,
+    "replay --into session p.mcap --trust": 0,
     "ladder feeder.rung": 0,
     "tags feeder.toml": 0,
     "l5x missing.L5X": 2,
@@ -99,10 +99,10 @@ WORDS = {
     "drive pcl601": 0,
     "serve pcl601 --program missing": 2,
     "device pcl601 --tcp 127.0.0.1:1 status": 1,
-    "device pmc006 --port missing status": 1,
+    "device pmc006 --serial missing status": 1,
     "device list": 0,
     "device identify tcp:127.0.0.1:1": 1,
-    "pclt check missing.pclt": 2,
+    "check missing.pclt": 2,
     "check feeder.toml": 0,
     "check line.toml": 0,
     "editor schema --write": 0,
@@ -162,7 +162,7 @@ def test_python_m_scanrack_runs_none_either(place: Path, tmp_path: Path) -> None
         for name in ran.read_text(encoding="utf-8").split():
             (folder / f"{name}.py").unlink()
         ran.unlink()
-    words = [sys.executable, "-m", "scanrack", "watch", "feeder.toml", "--for", "20ms", "--speed", "max"]
+    words = [sys.executable, "-m", "scanrack", "watch", "feeder.toml", "--for", "20ms", "--time-scale", "max"]
     done = subprocess.run(words, cwd=folder, capture_output=True)
     assert not (folder / "ran").exists(), (folder / "ran").read_text(encoding="utf-8")
     assert done.returncode == 0, done.stderr

@@ -73,7 +73,6 @@ def write_racks(place: Path) -> None:
     )
 
 
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no FIFOs")
 @pytest.mark.parametrize("words", COMMANDS)
 @pytest.mark.parametrize("kind", ["fifo", "device"])
 def test_what_is_no_file_is_refused_at_once(place: Path, words: str, kind: str) -> None:

@@ -96,9 +96,9 @@ def test_a_cell_is_no_markup(capsys: pytest.CaptureFixture[str]) -> None:
     assert capsys.readouterr().out.split() == ["[/]", "[link=https://x]y[/link]", ":smile:"]
 
 
-@pytest.mark.parametrize("command", ["rerun", "replay", "fuzz"])
+@pytest.mark.parametrize("command", ["replay --into session", "replay", "fuzz"])
 def test_messages_make_them_visible(trace: Path, command: str) -> None:
-    result = scanrack(command, trace)
+    result = scanrack(*command.split(), trace)
     assert result.exit_code == 2
     assert clean(result)
 

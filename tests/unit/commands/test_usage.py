@@ -3,8 +3,8 @@
 from pathlib import Path
 
 import pytest
-from scanrack.commands import COMMANDS, KEPT, RENAMED, build
-from scanrack.commands.recordings import rerun_job
+from scanrack.commands import COMMANDS, build
+from scanrack.commands.recordings import session_job
 from scanrack.terminal import status
 from typer.testing import CliRunner
 
@@ -19,7 +19,7 @@ LINES = {
     "run line.toml --scans x": "--scans: a whole number is needed ('scanrack run --help'{})",
     "watch line.toml --port -1": "--port: 0 or more is allowed ('scanrack watch --help'{})",
     "watch a.mcap --scans 4": "--scans needs a running rack; a.mcap is a trace",
-    "watch nosuch --speed max": "nosuch: No such file or directory",
+    "watch nosuch --time-scale max": "nosuch: No such file or directory",
     "run press.py": "press.py: no function rack in it; "
     'a program is run by a rack file that names it: program = "press.py"',
 }
@@ -59,16 +59,6 @@ def test_h_is_help(command: str) -> None:
     assert short[1].startswith(f"Usage: scanrack {command}".strip())
 
 
-@pytest.mark.parametrize("name", RENAMED)
-def test_an_old_name_works_and_says_the_new_one(name: str) -> None:
-    new = " ".join(RENAMED[name])
-    old, now = run(name, "--help"), run(*RENAMED[name], "--help")
-    assert old[:2] == (0, now[1].replace(f"Usage: scanrack {new} ", f"Usage: scanrack {name} "))
-    said = f"scanrack: 'scanrack {name}' is now 'scanrack {new}'; the next release drops the old name\n"
-    assert old[2] == ("" if name in KEPT else said)
-    assert name not in COMMANDS
-
-
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_page_begins_as_the_list_of_commands_has_it(command: str) -> None:
     _, page, _ = run(command, "--help")
@@ -89,5 +79,5 @@ def test_a_rerun_that_is_stopped_does_not_say_that_it_differs(
     Path("line.py").write_text("def logic(scan):\n    pass\n", encoding="utf-8")
     Path("line.toml").write_text('program = "line.py"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n', "utf-8")
     assert run("run", "line.toml", "--scans", "20", "--record", "a.mcap", "-q")[0] == 0
-    monkeypatch.setattr(rerun_job, "run_job", lambda *_, **__: status.INTERRUPTED)
-    assert run("rerun", "a.mcap") == (130, "", "")
+    monkeypatch.setattr(session_job, "run_job", lambda *_, **__: status.INTERRUPTED)
+    assert run("replay", "--into", "session", "a.mcap") == (130, "", "")

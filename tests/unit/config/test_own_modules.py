@@ -56,7 +56,7 @@ def test_it_runs_is_recorded_by_name_and_runs_again(rack: Path) -> None:
         "100",
         "149",
     ]
-    told = scanrack("rerun", "a.mcap")[1]
+    told = scanrack("replay", "--into", "session", "a.mcap")[1]
     assert told.endswith("the same byte for byte\n")  # the file is that of this folder
 
 
@@ -65,11 +65,13 @@ def test_a_copy_of_its_code_in_a_trace_is_run_when_it_is_trusted_only(
 ) -> None:
     assert scanrack("run", rack, "--record", tmp_path / "a.mcap", "-q")[0] == 0
     monkeypatch.chdir(tmp_path)
-    status, said = scanrack("rerun", "a.mcap")
+    status, said = scanrack("replay", "--into", "session", "a.mcap")
     assert status == 2
     assert "blinker.py" in said
     assert "say --trust" in said
-    assert scanrack("rerun", "a.mcap", "--trust")[1].endswith("the same byte for byte\n")
+    assert scanrack("replay", "--into", "session", "a.mcap", "--trust")[1].endswith(
+        "the same byte for byte\n"
+    )
 
 
 def test_nothing_is_executed_that_only_reads_the_rack_or_its_trace(rack: Path) -> None:
@@ -87,7 +89,7 @@ def test_a_bit_of_it_is_forced_by_name(rack: Path) -> None:
     assert scanrack("check", rack)[0] == 0
     assert scanrack("run", rack, "--record", "a.mcap", "-q")[0] == 0
     assert flashes(Path("a.mcap")) == []
-    assert scanrack("rerun", "a.mcap")[0] == 0
+    assert scanrack("replay", "--into", "session", "a.mcap")[0] == 0
     edited(rack, "slot1.command.ON", "slot1.command.OFF")
     status, said = scanrack("run", rack, "--no-record")
     assert status == 2

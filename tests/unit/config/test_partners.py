@@ -167,7 +167,7 @@ def test_a_run_names_its_partners_and_a_rerun_brings_the_other_rack(folder, monk
     assert "IN = Out of two.toml" in json.loads(status.stdout)["stubs"]
     (folder / "elsewhere").mkdir()
     monkeypatch.chdir(folder / "elsewhere")
-    again = CliRunner().invoke(build(), ["rerun", "../a.mcap"])
+    again = CliRunner().invoke(build(), ["replay", "--into", "session", "../a.mcap"])
     assert (again.exit_code, "the same byte for byte" in again.output) == (0, True), again.output
 
 

@@ -50,11 +50,11 @@ def test_a_rerun_of_foreign_python_needs_trust(folder, monkeypatch):
     assert scanrack("run", "line.toml", "--scans", "5", "--record", "a.mcap")[0] == 0
     (folder / "elsewhere").mkdir()
     monkeypatch.chdir(folder / "elsewhere")
-    status, output = scanrack("rerun", "../a.mcap")
+    status, output = scanrack("replay", "--into", "session", "../a.mcap")
     assert status != 0
     assert "this would run Python that came with the trace" in output
     assert "plant.py" in output
-    status, output = scanrack("rerun", "../a.mcap", "--trust")
+    status, output = scanrack("replay", "--into", "session", "../a.mcap", "--trust")
     assert (status, "the same byte for byte" in output) == (0, True)
 
 

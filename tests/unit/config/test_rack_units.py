@@ -82,5 +82,7 @@ def test_a_unit_that_cannot_be_made_is_told(was: str, now: str, said: str, tmp_p
 def test_a_trace_with_units_is_rerun_from_the_files_in_it(tmp_path: Path, name: str) -> None:
     rack = RACK.replace("run_for_s = 20", "run_for_s = 1").replace("sample3.pclt", name)
     assert run(tmp_path, rack).exit_code == 0
-    result = CliRunner().invoke(build(), ["rerun", "--trust", str(tmp_path / "run.mcap")])
+    result = CliRunner().invoke(
+        build(), ["replay", "--into", "session", "--trust", str(tmp_path / "run.mcap")]
+    )
     assert result.exit_code == 0, result.stderr

@@ -49,7 +49,7 @@ def test_without_it_the_rack_is_refused(folder):
 
 
 def test_a_printed_rack_runs(folder):
-    status, rack = scanrack("l5x", "line.L5X", "--rack")
+    status, rack = scanrack("l5x", "line.L5X", "--print-rack")
     (folder / "line.toml").write_text(rack, encoding="utf-8")
     assert 'Blocks = "false"' in rack
     assert "ADD" not in rack  # a stub of ADD would replace the ADD that works

@@ -171,7 +171,7 @@ def test_a_corpus_is_run_again_by_the_next_session_and_begins_that_of_another_bu
     folder = RecipeFolder(tmp_path / "theirs" / "corpus", ORIGIN)
     folder.folder.mkdir(parents=True)
     folder.put(ESTOP)  # the other build held it
-    result = fuzz(rack, "--from", tmp_path / "theirs")
+    result = fuzz(rack, "--corpus", tmp_path / "theirs")
     assert result.exit_code == 1, result.output
     (found,) = state_in(rack).found.values()
     assert [each.input for each in found.scenario.presses] == [InputBit.ESTOP]
@@ -180,7 +180,7 @@ def test_a_corpus_is_run_again_by_the_next_session_and_begins_that_of_another_bu
     assert fuzz(rack).exit_code == 1
     after = state_in(rack)
     assert after.runs == before.runs + own + 1
-    assert fuzz(rack, "--from", rack).exit_code == 2
+    assert fuzz(rack, "--corpus", rack).exit_code == 2
 
 
 def test_a_session_of_watch_is_an_entry(tmp_path):

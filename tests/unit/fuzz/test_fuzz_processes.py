@@ -114,7 +114,7 @@ def test_ctrl_c_that_somebody_swallows_is_known_nevertheless():
     with noting_ctrl_c() as pressed:
         assert not pressed()
         with suppress(KeyboardInterrupt):
-            os.kill(os.getpid(), signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
         assert pressed()
     assert signal.getsignal(signal.SIGINT) is before
 
@@ -124,7 +124,7 @@ def test_ctrl_c_that_somebody_swallows_is_known_nevertheless():
 def test_ctrl_c_ends_a_campaign_and_the_same_command_goes_on(folder, number, name, monkeypatch):
     out = folder / "out"
     words = ("--out", str(out), "--jobs", "2", "--only", "power")
-    campaign = started(folder, *words, "--time", "1 h")
+    campaign = started(folder, *words, "--budget", "1 h")
     wait_until(lambda: has_tasks(out, 1))
     workers = children(campaign)
     campaign.send_signal(number)
@@ -144,7 +144,7 @@ def test_ctrl_c_ends_a_campaign_and_the_same_command_goes_on(folder, number, nam
 @pytest.mark.slow
 def test_a_campaign_that_is_killed_leaves_its_state_and_no_workers(folder):
     out = folder / "out"
-    campaign = started(folder, "--out", str(out), "--jobs", "2", "--time", "1 h", "--only", "power")
+    campaign = started(folder, "--out", str(out), "--jobs", "2", "--budget", "1 h", "--only", "power")
     wait_until(lambda: has_tasks(out, 1))
     workers = children(campaign)
     assert len(workers) >= 2

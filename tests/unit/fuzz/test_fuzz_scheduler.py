@@ -95,7 +95,7 @@ def test_a_worker_with_two_threads_does_every_task_in_a_process_of_its_own(
 
 @pytest.mark.slow
 def test_a_scheduler_that_stops_ends_the_campaign_with_a_word(campaign, scheduler, tmp_path):
-    search = campaign("--time", "1 h")
+    search = campaign("--budget", "1 h")
     search.stderr.readline()  # there is no worker
     scheduler.terminate()
     stdout, stderr = search.communicate(timeout=PATIENCE_S)

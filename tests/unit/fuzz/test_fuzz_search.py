@@ -133,7 +133,7 @@ def test_a_campaign_goes_on_where_it_left_off(rack, tmp_path):
         (("--only", "weather"), "unknown kind 'weather'; choose from inputs"),
         (("--invariants", "nowhere.py"), "nowhere.py: no such file"),
         (("--scenario", "nowhere.json"), "nowhere.json"),
-        (("--time", "5"), "'5' is not a time"),
+        (("--budget", "5"), "'5' is not a time"),
     ],
 )
 def test_what_cannot_be_used_is_told(rack, words, says):

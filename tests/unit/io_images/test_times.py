@@ -81,7 +81,7 @@ def test_the_unit_is_the_largest_that_is_filled(time_ns, text):
 
 READERS: dict[str, Callable[[str], object]] = {
     "--for": lambda text: scans_to_run(None, text, None, endless=False),  # type: ignore[arg-type]
-    "--time": lambda text: parse_time_range(f"{text}:"),
+    "--range": lambda text: parse_time_range(f"{text}:"),
     "sequence": dwell,
     "timer": Timer,
     "invariant": lambda text: eventually(text, after=bool),

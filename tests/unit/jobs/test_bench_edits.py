@@ -77,7 +77,7 @@ def test_an_edit_is_an_event_of_the_first_scan_behind_it(trace):
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["rerun"], "the trace brings the one that it began with"),
+        (["replay", "--into", "session"], "the trace brings the one that it began with"),
         (["replay", "--into", "program"], "here the one that the trace begins with runs on"),
     ],
 )
@@ -134,7 +134,9 @@ def test_a_recording_with_edits_of_files_runs_again_as_it_was(tmp_path, name, te
             name
         ]
     )
-    result = CliRunner().invoke(build(), ["rerun", str(tmp_path / "line.mcap"), "--trust"])
+    result = CliRunner().invoke(
+        build(), ["replay", "--into", "session", str(tmp_path / "line.mcap"), "--trust"]
+    )
     assert (result.exit_code, result.stderr) == (0, "")
     assert "show the same: 9 scans" in result.stdout
 

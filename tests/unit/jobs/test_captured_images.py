@@ -156,8 +156,8 @@ def test_one_slot_of_several(tmp_path: Path) -> None:
     talk += [(True, unconnected(read)), (False, unconnected(done(0x4C, ints(*reversed(WORDS)))))]
     code, said = imported(tmp_path, talk)
     assert code == 2
-    assert "it has the units 1, 3: give --unit" in said
-    assert imported(tmp_path, talk, "--unit", "3")[0] == 0
+    assert "it has the units 1, 3: give --address" in said
+    assert imported(tmp_path, talk, "--address", "3")[0] == 0
     assert images_in(tmp_path, 3)[2] == [list(reversed(WORDS))]
 
 

@@ -153,11 +153,11 @@ def test_a_log_of_frames_becomes_a_trace(tmp_path: Path) -> None:
         (["--as", "pmc006"], b"nonsense", "it is neither a capture nor a log of frames"),
         ([], pcap([])[:30], "no exchange at port 502"),
         (["--port", "503"], pcap(conversation(TALK)), "no exchange at port 503; its ports are 502"),
-        (["--unit", "9"], pcap(conversation(TALK)), "no unit 9; it has 1"),
+        (["--address", "9"], pcap(conversation(TALK)), "no unit 9; it has 1"),
         (
             [],
             pcap(conversation([*TALK, (True, modbus_tcp(5, "03 0005 0001", unit=4))])),
-            "it has the units 1, 4: give --unit",
+            "it has the units 1, 4: give --address",
         ),
         (["--out", "line.bin"], pcap(conversation(TALK)), "line.bin is the capture"),
     ],

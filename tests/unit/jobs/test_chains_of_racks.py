@@ -227,7 +227,7 @@ def test_a_rule_of_the_module_names_its_command(made):
 
 def test_the_command_prints_the_chain_and_its_data(made, tmp_path):
     made("line.rung", RUNGS, 1)
-    words = ["why", str(tmp_path / "rack.toml"), "Lamp", "--scans", "30"]
+    words = ["why", str(tmp_path / "rack.toml"), "Lamp", "--at", "29"]
     said = CliRunner().invoke(build(), words).output
     assert said.splitlines() == [
         "after 30 scans, 0.058 s:",
@@ -283,7 +283,7 @@ def test_what_it_would_take_names_terminals_and_is_confirmed_by_a_run(made, tmp_
     bench.force("slot2.input.stop", 0)
     bench.scan(remedies.found[0].scans)
     assert bench["Lamp"]
-    words = ["why", str(tmp_path / "rack.toml"), "Lamp", "--scans", "30", "--want", "on"]
+    words = ["why", str(tmp_path / "rack.toml"), "Lamp", "--at", "29", "--want", "on"]
     assert CliRunner().invoke(build(), words).output.splitlines()[-1] == (
         "Lamp comes on 0.26 s after this: open stop (slot 2), then press start (slot 2) for 60 ms"
     )

@@ -158,6 +158,6 @@ def test_a_session_with_such_an_edit_runs_again_byte_for_byte(
     save(line, PROGRAM.replace(CONFIGURE, STOP).replace(RUN, NEXT), "cycle")
     run.cpu.run(SCANS)
     run.cpu.close()
-    done = CliRunner().invoke(build(), ["rerun", str(folder / "line.mcap"), "--trust"])
+    done = CliRunner().invoke(build(), ["replay", "--into", "session", str(folder / "line.mcap"), "--trust"])
     assert done.exit_code == 0, done.output
     assert "the same byte for byte" in done.output

@@ -47,6 +47,6 @@ def test_a_rerun_of_ones_own_program_with_recorded_tags_needs_no_trust(tmp_path:
     (tmp_path / "line.py").write_text(PROGRAM, encoding="utf-8")
     (tmp_path / "line.toml").write_text(RACK, encoding="utf-8")
     assert scanrack("run", "line.toml", folder=tmp_path).returncode == 0
-    again = scanrack("rerun", "line.mcap", folder=tmp_path)
+    again = scanrack("replay", "--into", "session", "line.mcap", folder=tmp_path)
     assert "--trust" not in again.stderr
     assert again.returncode == 0, again.stderr

@@ -77,7 +77,7 @@ def test_sequences_of_an_edited_class_begin_and_are_recorded(tmp_path):
     assert next((scan, "6 ms" in text) for scan, text in waits if scan >= 8) == (8, True)
     with open_trace(record) as trace:
         assert attached_files(trace)["edit-1/cycle.py"].decode() == program(1, 6)
-    done = CliRunner().invoke(build(), ["rerun", str(record), "--trust"])
+    done = CliRunner().invoke(build(), ["replay", "--into", "session", str(record), "--trust"])
     assert "the same byte for byte" in done.output, done.output
 
 
@@ -103,5 +103,5 @@ def test_a_rerun_without_the_files_of_an_edit_says_which_are_missing(tmp_path):
         edited.run.cpu.run(3)
     damaged = tmp_path / "damaged.mcap"
     damaged.write_bytes(record.read_bytes().replace(b"edit-1/cycle.py", b"edut-1/cycle.py"))
-    done = CliRunner().invoke(build(), ["rerun", str(damaged), "--trust"])
+    done = CliRunner().invoke(build(), ["replay", "--into", "session", str(damaged), "--trust"])
     assert done.exit_code == 2

@@ -201,7 +201,7 @@ def test_the_command_asks_by_scan_by_time_and_until(rack):
     assert when == "after 5 scans, 0.008 s:"
     assert said.startswith("O:1.3 is 33 since 0.006 s (scan 3): helper.py:2: outputs[3] = 30 + seen")
     assert invoke("why", file, "O:1.3", "--at", "8 ms").stdout == by_scan.stdout
-    assert invoke("why", file, "O:1.3", "--scans", "5").stdout == by_scan.stdout
+    assert invoke("why", file, "O:1.3", "--at", "4").stdout == by_scan.stdout
     assert invoke("why", file, "state.seen", "--until", "O:1.2/4").stdout.startswith("after 4 scans, 0.006 s")
     never = invoke("why", file, "O:1.3", "--until", "O:1.2/0")
     assert (never.exit_code, "has not become true" in never.stderr) == (1, True)

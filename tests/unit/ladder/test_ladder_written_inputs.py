@@ -56,7 +56,15 @@ def test_what_is_written_stays_until_the_next_update_and_is_not_on_record(folder
     assert [each.outputs(1)[7] for each in scans] == seen
     assert [each.outputs(1)[6] for each in scans] == [each + 1 for each in seen]
     assert {each.inputs(1)[6] for each in scans} == {0}
-    for words in (("rerun",), ("replay", "--into", "module"), ("replay", "--into", "program")):
+    for words in (
+        (
+            "replay",
+            "--into",
+            "session",
+        ),
+        ("replay", "--into", "module"),
+        ("replay", "--into", "program"),
+    ):
         result = scanrack(words[0], trace, *words[1:])
         assert result.exit_code == 0, (words, result.output)
 

@@ -136,7 +136,7 @@ def test_emergency_stops_are_cleared_when_the_status_says_so() -> None:
 
 def test_the_command_says_what_was_not_seen(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(link_commands, "open_link", lambda *_: BusLink(idle_pcl601()))
-    result = CliRunner().invoke(build(), ["device", "pcl601", "--port", "x", "home"])
+    result = CliRunner().invoke(build(), ["device", "pcl601", "--serial", "x", "home"])
     assert (result.exit_code, result.output) == (1, f"scanrack: HOME_TYPE_1 {NO_MOTION}\n")
 
 

@@ -388,7 +388,7 @@ def test_the_commands_over_modbus_tcp_and_a_pseudo_terminal() -> None:
         assert outcomes == [0, 0, 0]
         assert device.controller.outputs == 0b10
     with served_on_pty(device) as path:
-        at = "device", "pcl601", "--port", path
+        at = "device", "pcl601", "--serial", path
         assert scanrack(*at, "move", "--", "-100").output == "200\n"
         refused = scanrack(*at, "program", "run")
         assert refused.exit_code == 1
@@ -398,7 +398,7 @@ def test_the_commands_over_modbus_tcp_and_a_pseudo_terminal() -> None:
 
 
 def test_commands_that_cannot_work_say_so(tmp_path: Path) -> None:
-    assert "give one of --port DEV and --tcp HOST:PORT" in scanrack("device", "pcl601", "status").output
+    assert "give one of --serial DEVICE and --tcp HOST:PORT" in scanrack("device", "pcl601", "status").output
     nobody = scanrack("device", "pcl601", "--tcp", "127.0.0.1:1", "status")
     assert (nobody.exit_code, "127.0.0.1:1 can't be reached" in nobody.output) == (1, True)
     program = tmp_path / "home.pclt"

@@ -387,7 +387,7 @@ def test_the_commands_through_a_pseudo_terminal(tmp_path: Path) -> None:
     controller = Pmc006Controller(address=9)
     controller.set_pin(Pin.EXT1, Contact(high=-101))
     with served_on_pty(Pmc006(controller)) as path:
-        at = "device", "pmc006", "--port", path, "--address", "9"
+        at = "device", "pmc006", "--serial", path, "--address", "9"
         assert scanrack(*at, "set", "zero_back_speed", "5000").exit_code == 0
         assert scanrack(*at, "move", "--speed", "9000", "300").output == "300\n"
         assert scanrack(*at, "home", "--stroke", "2000").output == "0\n"
@@ -413,10 +413,10 @@ def test_the_commands_through_a_pseudo_terminal(tmp_path: Path) -> None:
 
 
 def test_commands_that_cannot_work_say_so(tmp_path: Path) -> None:
-    nowhere = scanrack("device", "pmc006", "--port", str(tmp_path / "tty"), "status")
+    nowhere = scanrack("device", "pmc006", "--serial", str(tmp_path / "tty"), "status")
     assert nowhere.exit_code == 1
     assert "tty can't be opened: No such file or directory" in nowhere.output
-    assert "give one of --port DEV and --tcp HOST:PORT" in scanrack("device", "pmc006", "status").output
+    assert "give one of --serial DEVICE and --tcp HOST:PORT" in scanrack("device", "pmc006", "status").output
     nobody = scanrack("device", "pmc006", "--tcp", "127.0.0.1:1", "status")
     assert (nobody.exit_code, "127.0.0.1:1 can't be reached" in nobody.output) == (1, True)
     listing = tmp_path / "loop.pmc"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import errno
-import sys
+import termios
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from threading import Event
@@ -20,11 +20,6 @@ from scanrack.runtime.modules.adapters.live import LiveAdapter
 from scanrack.runtime.modules.adapters.pcl601.driver import LINE_FORMAT
 from scanrack.runtime.modules.adapters.pcl601.module import PCL601
 from scanrack.runtime.modules.adapters.pcl601.options import Pcl601Options
-
-pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no termios, and no pseudo-terminals")
-
-if sys.platform != "win32":
-    import termios
 
 UNPLUGGED = termios.error(errno.EIO, "Input/output error")
 """What tcdrain and tcsetattr raise, by way of pyserial, and what is not an OSError."""

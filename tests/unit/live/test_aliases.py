@@ -87,7 +87,7 @@ def test_a_session_with_a_forced_name_runs_again(tmp_path):
     trace = tmp_path / "forced.mcap"
     orders = [(10, {"do": "force", "tag": "Start", "value": 1}), (50, {"do": "unforce", "tag": "Start"})]
     LiveSession(orders, trace, PANEL).play(100)
-    done = CliRunner().invoke(build(), ["rerun", str(trace)])
+    done = CliRunner().invoke(build(), ["replay", "--into", "session", str(trace)])
     assert done.exit_code == 0, done.output
 
 
@@ -121,7 +121,7 @@ def test_a_session_with_a_forced_fault_runs_again(tmp_path):
     ]
     session = LiveSession(orders, trace, PANEL).play(100)
     assert session.refusals == []
-    done = CliRunner().invoke(build(), ["rerun", str(trace)])
+    done = CliRunner().invoke(build(), ["replay", "--into", "session", str(trace)])
     assert done.exit_code == 0, done.output
 
 

@@ -37,11 +37,11 @@ def ended(*words):
 
 def test_a_page_without_a_monitor(monkeypatch):
     monkeypatch.setattr(monitor_supervisor, "MAIN", NOWHERE)
-    status, text = ended("watch", FEEDER, "--for", "20ms", "--speed", "max")
+    status, text = ended("watch", FEEDER, "--for", "20ms", "--time-scale", "max")
     assert (status, text.count(SAYS)) == (3, 1)
 
 
-@pytest.mark.parametrize("words", [["run", "--no-record"], ["watch", "--speed", "max"]], ids=" ".join)
+@pytest.mark.parametrize("words", [["run", "--no-record"], ["watch", "--time-scale", "max"]], ids=" ".join)
 def test_tags_without_a_server(no_server, words):
     status, text = ended(*words, FEEDER, *SHORT)
     assert (status, text.count(SAYS)) == (3, 1)
@@ -54,5 +54,5 @@ def test_the_run_itself_was_complete(no_server):
 
 
 def test_helpers_that_live_leave_the_status(monkeypatch):
-    status, text = ended("watch", FEEDER, "--speed", "max", *SHORT)
+    status, text = ended("watch", FEEDER, "--time-scale", "max", *SHORT)
     assert (status, "never begun" in text) == (0, False)

@@ -176,7 +176,9 @@ def test_a_session_of_fifty_orders_runs_again_byte_for_byte(tmp_path, seed):
     assert session.run.cpu.scan == 4000
     assert effects_before_their_order(path) == []
     late = scans_of(path).flags >> 5 & 1
-    done = CliRunner().invoke(build(), ["rerun", str(path), "--record", str(again), "-q"])
+    done = CliRunner().invoke(
+        build(), ["replay", "--into", "session", str(path), "--record", str(again), "-q"]
+    )
     assert done.exit_code == 0, done.output
     if not late.any():
         assert path.read_bytes() == again.read_bytes()

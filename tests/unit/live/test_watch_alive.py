@@ -140,7 +140,7 @@ def test_a_killed_monitor_is_started_again_and_the_trace_is_whole(tmp_path):
         numbers = read_columns(trace).scan
         assert trace.notes == []
     assert numbers.tolist() == list(range(len(numbers)))
-    done = CliRunner().invoke(build(), ["rerun", str(path)])
+    done = CliRunner().invoke(build(), ["replay", "--into", "session", str(path)])
     assert done.exit_code == 0, done.output
 
 
@@ -167,7 +167,7 @@ def test_pages_that_never_read_keep_nobody_waiting(session):
 
 @pytest.mark.slow
 def test_a_session_ends_by_itself_after_its_scans():
-    with watched("--scans", "50", "--speed", "max") as session:
+    with watched("--scans", "50", "--time-scale", "max") as session:
         assert session.process.wait(120) == 0
 
 

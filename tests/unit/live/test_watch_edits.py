@@ -53,7 +53,7 @@ def test_a_saved_program_goes_on_with_its_values(feeder):
             await page.until(lambda seen: seen.frame.get("power", {}).get("Main.0") == "111")
             return news
 
-    with watched("--record", record, "--speed", "10", rack=feeder / "feeder.toml") as session:
+    with watched("--record", record, "--time-scale", "10", rack=feeder / "feeder.toml") as session:
         news = asyncio.run(edit(session))
     assert news["new"] == ["Brand"]
     assert "tags keep their values; new: Brand" in news["text"]

@@ -64,7 +64,7 @@ def edits_in(path):
 
 def rerun(path, *options):
     sys.modules.pop("step", None)  # a command has a process of its own
-    done = CliRunner().invoke(build(), ["rerun", str(path), *options])
+    done = CliRunner().invoke(build(), ["replay", "--into", "session", str(path), *options])
     assert done.exit_code == 0, done.output
     return done
 
@@ -98,7 +98,7 @@ def test_a_session_with_edits_runs_again_byte_for_byte(feeder):
         async with page_of(session) as page:
             await twice_edited(page, feeder)
 
-    with watched("--record", record, "--speed", "10", rack=feeder / "feeder.toml") as session:
+    with watched("--record", record, "--time-scale", "10", rack=feeder / "feeder.toml") as session:
         asyncio.run(work(session))
         assert session.end() == 130
     shutil.copy(FEEDER.parent / "feeder.rung", feeder)  # the files on the disk do not count
@@ -250,7 +250,7 @@ def test_edits_of_a_python_program_and_its_modules_run_again(tmp_path, monkeypat
     assert (child[:, 7] == np.arange(1, len(child) + 1) % 1000).all()  # by one, as before the edit
     assert set(np.diff(parent[last - 5 : last, 7]).tolist()) <= {-6, 994}  # by twice the new step
     monkeypatch.chdir("/")
-    refused = CliRunner().invoke(build(), ["rerun", str(record)])
+    refused = CliRunner().invoke(build(), ["replay", "--into", "session", str(record)])
     assert refused.exit_code == 2
     assert "then say --trust" in refused.output
     rerun(record, "--trust")

@@ -73,12 +73,14 @@ def test_a_session_with_edits_of_sequences_and_forces_runs_again(stations):
             return page.hello["record"], scan
 
     rack = stations / "stations.toml"
-    with watched("--record", record, "--speed", "10", rack=rack) as session:
+    with watched("--record", record, "--time-scale", "10", rack=rack) as session:
         branch, scan = asyncio.run(work(session))
         session.end()
     shutil.copy(EXAMPLES / "stations.py", stations)  # the files on the disk do not count
     sys.modules.pop("stations", None)
-    done = CliRunner().invoke(build(), ["rerun", str(record), "--record", str(again), "--trust"])
+    done = CliRunner().invoke(
+        build(), ["replay", "--into", "session", str(record), "--record", str(again), "--trust"]
+    )
     assert done.exit_code == 0, done.output
     assert record.read_bytes() == again.read_bytes() or late(record)
     with open_trace(record) as one, open_trace(again) as other, open_trace(branch) as third:

@@ -85,7 +85,7 @@ def test_a_branch_equals_its_parent_up_to_its_scan_and_goes_its_own_way(tmp_path
             await page.until(lambda seen: seen.frame["scan"] >= begun + 100)
             return forced + 200, page.hello["record"]
 
-    with watched("--record", path, "--speed", "5") as session:
+    with watched("--record", path, "--time-scale", "5") as session:
         at, record = asyncio.run(branch(session))
     assert record == str(tmp_path / f"session-{at}.mcap")
     with open_trace(path) as trace, open_trace(record) as other:
@@ -96,7 +96,7 @@ def test_a_branch_equals_its_parent_up_to_its_scan_and_goes_its_own_way(tmp_path
     assert (parent.words[: at + 90, 14] == 99).sum() > 200  # the force in the parent
     assert child.words[at + 50, 14] != 99
     for each in (path, record):
-        done = CliRunner().invoke(build(), ["rerun", str(each)])
+        done = CliRunner().invoke(build(), ["replay", "--into", "session", str(each)])
         assert done.exit_code == 0, done.output
 
 
@@ -110,7 +110,7 @@ def test_a_branch_of_a_session_that_runs_goes_on():
             await page.until(lambda seen: seen.hello and seen.frame.get("scan", 0) > 250)
             return page.frame["state"]
 
-    with watched("--speed", "5") as session:
+    with watched("--time-scale", "5") as session:
         assert asyncio.run(branch(session)) == "live"
 
 

@@ -70,9 +70,9 @@ async def give(page, command, *parameters):
     ("options", "says"),
     [
         ([], "moves a real motor"),
-        (["--control"], "moves a real motor"),
-        (["--live", "--paused"], "no --paused and no --speed"),
-        (["--live", "--speed", "2"], "no --paused and no --speed"),
+        (["--allow-writes"], "moves a real motor"),
+        (["--live", "--paused"], "no --paused and no --time-scale"),
+        (["--live", "--time-scale", "2"], "no --paused and no --time-scale"),
     ],
 )
 def test_what_a_real_controller_does_not_do_is_refused_before_the_port_is_opened(tmp_path, options, says):
@@ -139,11 +139,11 @@ def test_with_control_a_page_moves_the_axis_and_time_goes_on(rack):
             return refused
 
     record = rack.parent / "session.mcap"
-    with watched("--live", "--control", "--record", record, rack=rack) as session:
+    with watched("--live", "--allow-writes", "--record", record, rack=rack) as session:
         refused = asyncio.run(work(session))
         assert session.end() == 130
     assert all("a real controller does not wait" in each for each in refused), refused
-    done = CliRunner().invoke(build(), ["rerun", str(record), "--trust"])
+    done = CliRunner().invoke(build(), ["replay", "--into", "session", str(record), "--trust"])
     assert done.exit_code == 2
     assert "is a real one" in done.stderr
 

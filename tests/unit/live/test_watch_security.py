@@ -23,7 +23,7 @@ from websockets.exceptions import ConnectionClosed
 
 @pytest.fixture(scope="module")
 def session():
-    with watched("--speed", "1") as running:
+    with watched("--time-scale", "1") as running:
         yield running
 
 
@@ -270,5 +270,5 @@ def test_ten_thousand_nonsense_messages_leave_the_trace_whole(tmp_path):
     with open_trace(path) as trace:
         assert trace.notes == []
         assert sum(1 for _ in trace.scans()) > 100
-    done = CliRunner().invoke(build(), ["rerun", str(path)])
+    done = CliRunner().invoke(build(), ["replay", "--into", "session", str(path)])
     assert done.exit_code == 0, done.output

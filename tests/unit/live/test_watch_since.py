@@ -53,7 +53,7 @@ def test_tags_bits_and_words_say_since_when(wanted):
                 await page.ask("since", tag="No"),
             )
 
-    with watched("--paused", "--speed", "max") as session:
+    with watched("--paused", "--time-scale", "max") as session:
         found, earlier, none = asyncio.run(ask(session))
     assert {name: (each["scan"], each["before"]) for name, each in found.items()} == wanted
     assert found["Axis.State"]["t"] == found["Axis.State"]["scan"] * 2_000_000
@@ -81,7 +81,7 @@ def test_values_of_python_say_since_when(tmp_path):
             found = [(await page.ask("since", tag=f"state.{name}"))["since"] for name in ("step", "other")]
             return found[0]["scan"], found[0]["before"], found[1]
 
-    with watched("--paused", "--speed", "max", rack=tmp_path / "rack.toml") as session:
+    with watched("--paused", "--time-scale", "max", rack=tmp_path / "rack.toml") as session:
         scan, before, other = asyncio.run(ask(session))
     assert before == 1
     assert 200 <= scan <= 249  # recorded it is 200; else when it was read

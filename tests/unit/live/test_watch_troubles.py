@@ -88,28 +88,23 @@ ERROR = 4001
 
 
 @pytest.mark.slow
-def test_a_page_that_has_pressed_within_two_seconds_of_machine_time_goes_on_at_an_error():
-    """However slow the computer is: 2 s are 1,000 scans of the feeder."""
-
+def test_an_error_bit_is_named_to_each_page_and_stops_those_that_wish_it():
     async def work(session):
-        async with page_of(session) as calm, page_of(session) as early, page_of(session) as late:
-            done = 0
-            for page, scan in ((calm, 0), (early, ERROR - 1000), (late, ERROR - 999)):
-                assert (await page.ask("stop", at_errors="stop"))["ok"]
-                if scan:
-                    await page.ask("step", scans=scan - done)
-                    done = scan
-                    pressed = await page.ask("press", slot=1, name="external", on=page is early)
-                    assert pressed["scan"] == scan
-            await calm.ask("step", scans=ERROR + 100 - done)
-            for page in (calm, early, late):
+        async with page_of(session) as follows, page_of(session) as stops:
+            assert (await stops.ask("stop", at_errors="stop"))["ok"]
+            assert "stop or off" in (await follows.ask("stop", at_errors="say"))["refused"]
+            await follows.ask("step", scans=ERROR + 100)
+            for page in (follows, stops):
                 await page.until(lambda seen: seen.error)
-            return [page.error for page in (calm, early, late)]
+            await follows.until(lambda seen: seen.frame["scan"] == ERROR + 99)
+            await stops.until(lambda seen: seen.frame["state"] == "past")
+            return [follows.error, stops.error], stops.frame["scan"]
 
-    with watched("--paused", "--speed", "max") as session:
-        errors = asyncio.run(work(session))
+    with watched("--paused", "--time-scale", "max") as session:
+        errors, stopped_at = asyncio.run(work(session))
     assert {(each["scan"], each["bit"]) for each in errors} == {(ERROR, "INPUT_ERROR")}
-    assert [each["stopped"] for each in errors] == [True, True, False]
+    assert [each["stopped"] for each in errors] == [False, True]
+    assert stopped_at == ERROR
 
 
 def test_a_port_in_use_is_named(tmp_path):
@@ -204,6 +199,6 @@ def test_a_session_that_does_not_begin_closes_its_recording_before_the_folder_is
 
     monkeypatch.setattr(play.tempfile, "TemporaryDirectory", Folder)
     monkeypatch.setattr(play, "MonitorSupervisor", no_helper)
-    result = CliRunner().invoke(build(), ["watch", str(FEEDER), "--for", "20ms", "--speed", "max"])
+    result = CliRunner().invoke(build(), ["watch", str(FEEDER), "--for", "20ms", "--time-scale", "max"])
     assert "no helper" in str(result.exception)
     assert (folders, left) == ([["session.mcap"]], [])

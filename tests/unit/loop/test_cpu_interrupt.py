@@ -1,6 +1,5 @@
 """Ctrl-C, sent for real: to this process once, to another one twice."""
 
-import os
 import signal
 import subprocess
 import sys
@@ -15,7 +14,7 @@ from scanrack.runtime import Cpu
 def test_ctrl_c_stops_between_scans_and_the_handler_comes_back(rack, diary):
     def logic(scan):
         if scan.number == 5:
-            os.kill(os.getpid(), signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
 
     handler = signal.getsignal(signal.SIGINT)
     with Cpu(rack, logic, listeners=[diary]) as cpu, cpu.stopping_on_ctrl_c():
@@ -39,9 +38,9 @@ def test_a_second_ctrl_c_breaks_out_of_the_logic():
             def close(self): print("closed")
 
         def logic(scan):
-            os.kill(os.getpid(), signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
             while True:
-                os.kill(os.getpid(), signal.SIGINT)
+                signal.raise_signal(signal.SIGINT)
 
         try:
             with Cpu(Rack([]), logic, listeners=[Told()], watchdog=Watchdog(0)) as cpu:
@@ -69,8 +68,8 @@ def test_a_second_ctrl_c_outside_the_logic_lets_the_scan_be_finished(rack, diary
 
         def scan(self, scan, now_ns, flags):
             if scan == 3:
-                os.kill(os.getpid(), signal.SIGINT)
-                os.kill(os.getpid(), signal.SIGINT)
+                signal.raise_signal(signal.SIGINT)
+                signal.raise_signal(signal.SIGINT)
             super().scan(scan, now_ns, flags)
 
     impatient = Impatient(rack.memory)
@@ -82,7 +81,7 @@ def test_a_second_ctrl_c_outside_the_logic_lets_the_scan_be_finished(rack, diary
 def test_a_third_ctrl_c_raises_anywhere(rack, module):
     def script(now_ns):
         for _ in range(3):
-            os.kill(os.getpid(), signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
 
     module.script = script
     cpu = Cpu(rack, lambda scan: None)

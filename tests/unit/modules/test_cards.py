@@ -121,7 +121,7 @@ def test_show_tells_by_name(trace: Path) -> None:
 
 
 def test_rerun_and_compare_find_it_the_same(trace: Path) -> None:
-    assert "the same byte for byte" in scanrack("rerun", trace, "--trust")
+    assert "the same byte for byte" in scanrack("replay", "--into", "session", trace, "--trust")
 
 
 def test_a_difference_is_told_by_name(rack: Path, trace: Path) -> None:

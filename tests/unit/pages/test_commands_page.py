@@ -49,7 +49,7 @@ def test_the_page_has_every_command_and_option() -> None:
 
 
 def test_an_option_that_the_page_lacks_is_named() -> None:
-    row = "| `--limit` | Maximum rows and events. | all |"
+    row = "| `--limit N` | Maximum rows and events. | all |"
     assert missing(page().replace(f"{row}\n", "", 1)) == [f"missing: scanrack show TRACE: {row}"]
 
 

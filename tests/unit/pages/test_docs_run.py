@@ -106,7 +106,7 @@ def test_the_commands_of_a_page_run_one_after_the_other(clone, page, monkeypatch
     concrete = [each for each in commands if re.search(r"\.(mcap|toml)\b", each)]
     assert len(concrete) >= 2
     for command in concrete:
-        ending = ["--scans", "50", "--speed", "max"] if " watch " in command else []
+        ending = ["--scans", "50", "--time-scale", "max"] if " watch " in command else []
         shown = command.replace(" --open", "")  # there may be no browser
         done = scanrack(*shlex.split(shown)[1:], *ending)
         assert (done.exit_code, done.stderr) == (0, ""), command

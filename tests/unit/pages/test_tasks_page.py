@@ -6,38 +6,22 @@ import re
 from pathlib import Path
 
 import pytest
+from site_search import ANSWERS
 
 DOCS = Path(__file__).parents[3] / "docs"
 LINK = re.compile(r"\]\(([\w./-]+\.md(?:#[\w-]+)?)\)")
 TASKS = (DOCS / "tasks.md").read_text(encoding="utf-8")
 
-ANSWERS = {
-    "set acceleration": "units.md#set-acceleration-and-speed",
-    "my move does not start": "debugging.md#my-move-does-not-start",
-    "see the registers": "units.md#see-the-words",
-    "what MSW and LSW are": "units.md#msw-and-lsw",
-    "jog from a button": "sequences.md#five-programs",
-    "normally closed stop": "cards.md#wiring",
-    "Node-RED": "hmi.md#node-red",
-    "faster than real time": "run.md",
-    "RS-485": "clients.md",
-    "units of speed": "units.md#units",
-    "Windows": "windows.md",
-    "use it in CI": "ci.md",
-    "put my Studio 5000 program in": "l5x.md#from-an-export-to-a-rack",
-    "get the data into pandas": "notebook.md#numbers",
-    "what happens when the link is lost": "axis.md#a-lost-link",
-}
-"""Questions as the page has them, and the heading with the answer."""
+
+def slug(heading: str) -> str:
+    """Return the anchor of a heading, as its site has it."""
+    return re.sub(r"[^\w -]", "", heading.lower()).strip().replace(" ", "-")
 
 
 def anchors(page: Path) -> set[str]:
     """Return the anchors of the headings of a page, as its site has them."""
     text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.MULTILINE | re.DOTALL)
-    found = set()
-    for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE):
-        found.add(re.sub(r"[^\w -]", "", heading.lower()).strip().replace(" ", "-"))
-    return found
+    return {slug(heading) for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE)}
 
 
 def test_the_first_page_leads_to_the_tasks() -> None:
@@ -46,8 +30,18 @@ def test_the_first_page_leads_to_the_tasks() -> None:
 
 @pytest.mark.parametrize("question", ANSWERS)
 def test_a_question_is_a_row_whose_link_is_the_answer(question: str) -> None:
-    rows = [row for row in TASKS.splitlines() if row.startswith("| ") and question in row]
-    assert [ANSWERS[question] in LINK.findall(row) for row in rows] == [True]
+    answer = ANSWERS[question]
+    rows = [row for row in TASKS.splitlines() if row.startswith("| ") and answer.row in row]
+    assert [answer.place in LINK.findall(row) for row in rows] == [True]
+
+
+@pytest.mark.parametrize("question", ANSWERS)
+def test_the_section_has_the_answer(question: str) -> None:
+    page, _, anchor = ANSWERS[question].place.partition("#")
+    text = (DOCS / page).read_text(encoding="utf-8")
+    parts = re.split(r"^#+ (.*)$", text, flags=re.MULTILINE)
+    sections = dict(zip(map(slug, parts[1::2]), parts[2::2], strict=True))
+    assert ANSWERS[question].names in (sections[anchor] if anchor else text)
 
 
 def test_forty_tasks_whose_links_lead_to_headings() -> None:

@@ -4,7 +4,7 @@ Starting speed 1000, speed 5000, rates 20 up and 10 down: 0.2 s and 600 steps up
 """
 
 import pytest
-from axis_hand import Geared, Hand, OneAxis, setup
+from axis_hand import Geared, Hand, OneAxis, configured
 from bench3601 import BACKPLANE_PROXIMITY
 from scanrack import Axis3601, AxisError, CommandAborted, Direction, ErrorId, State, dwell, sequence, until
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, InputBit
@@ -49,7 +49,7 @@ def test_the_proximity_follows_the_program_while_home_is_searched():
     """Word 1, bit 12; with its rise the module slows down to the starting speed [chapter 4]."""
 
     class Near(OneAxis):
-        axis = Axis3601(1, setup(BACKPLANE_PROXIMITY))
+        axis = Axis3601(1, configured(BACKPLANE_PROXIMITY))
 
     hand = Hand.configured(Near, switches={"home": (9_000, 9_300), "cw_limit": (20_000, None)})
     hand.ask(
@@ -193,7 +193,7 @@ def test_a_stop_without_a_with_keeps_the_axis_until_rest():
 
 
 class Probing(OneAxis):
-    axis = Axis3601(1, setup(1))
+    axis = Axis3601(1, configured(1))
 
     def __init__(self):
         super().__init__()

@@ -73,7 +73,7 @@ def call(*arguments):
 
 def test_run_rerun_compare_replay_and_why(folder):
     assert "complete" in call("run", "line.toml")
-    assert "the same byte for byte" in call("rerun", "line.mcap")
+    assert "the same byte for byte" in call("replay", "--into", "session", "line.mcap")
     (folder / "line.mcap").rename(folder / "first.mcap")
     call("run", "line.toml")
     call("compare", "first.mcap", "line.mcap")
@@ -118,7 +118,6 @@ def test_a_class_with_arguments_names_its_line(folder):
         load_program("line.py")
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="a system without fork")
 @pytest.mark.filterwarnings("ignore:.*use of fork.*:DeprecationWarning")
 def test_both_sides_of_a_fork_in_mid_wait_go_on_equally(folder):
     """A coroutine can't be copied; a process can."""

@@ -100,7 +100,7 @@ def test_an_export_is_a_rack_for_run_watch_and_why(machine):
     assert (is_export("machine.L5X"), runs("machine.SLC"), runs("a.mcap")) == (True, True, False)
     status, output, said = invoke("run", "machine.L5X", "--scans", "100", "--no-record", "--json")
     assert (status, json.loads(output)["scans"]) == (0, 100), said
-    status, output, said = invoke("why", "machine.L5X", "Step", "--scans", "200")
+    status, output, said = invoke("why", "machine.L5X", "Step", "--at", "199")
     assert (status, "Step is 10" in output) == (0, True), said
     job = load_job(str(path))
     assert (job.program, job.rack_name) == (path.resolve(), "machine.toml")

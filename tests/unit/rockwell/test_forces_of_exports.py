@@ -163,7 +163,7 @@ def test_the_commands_hold_them_and_a_rerun_repeats_them(job, tmp_path):
     trace = str(tmp_path / "held.mcap")
     line = ["run", str(tmp_path / "rack.toml"), "--forces", "--scans", "3", "--record", trace, "-q"]
     assert CliRunner().invoke(build(), line).exit_code == 0
-    assert CliRunner().invoke(build(), ["rerun", trace]).exit_code == 0
+    assert CliRunner().invoke(build(), ["replay", "--into", "session", trace]).exit_code == 0
     (tmp_path / "machine.L5X").write_text(
         document(programs=[program("Main", ladder("Main", "NOP();"))]), encoding="utf-8"
     )

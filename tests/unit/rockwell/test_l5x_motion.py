@@ -65,7 +65,7 @@ def test_a_rack_binds_an_axis(machine):
 def test_a_rerun_binds_the_axis_too(machine):
     machine("MSO(Feed,Do);")
     assert command("run", "machine.toml", "--scans", "5", "--record", "m.mcap", "-q")[0] == 0
-    status, output = command("rerun", "m.mcap")
+    status, output = command("replay", "--into", "session", "m.mcap")
     assert (status, "is no axis of the rack" in output) == (0, False)
 
 

@@ -48,7 +48,7 @@ def machine(tmp_path, *modules, rungs=("NOP();",), tags=()):
 
 
 def slots(path, *options):
-    status, output = run("l5x", path, "--rack", *options)
+    status, output = run("l5x", path, "--print-rack", *options)
     assert status == 0, output
     return {each["number"]: each["module"] for each in tomllib.loads(output)["slot"]}, output
 
@@ -112,7 +112,7 @@ def test_the_user_names_a_3601(tmp_path, name):
 
 def test_a_stepper_that_is_not_there_is_refused(tmp_path):
     status, output = run(
-        "l5x", machine(tmp_path, generic("Valves", 1, 31, 31)), "--rack", "--stepper", "Feed"
+        "l5x", machine(tmp_path, generic("Valves", 1, 31, 31)), "--print-rack", "--stepper", "Feed"
     )
     assert status == 2
     assert "--stepper Feed: the export has no such module; it has Valves in slot 1" in output

@@ -215,7 +215,7 @@ def test_the_command_says_what_runs(tmp_path):
 def test_it_proposes_a_rack_that_runs_it(tmp_path):
     path = tmp_path / "machine.SLC"
     path.write_text(MACHINE, encoding="utf-8")
-    status, output = command("l5x", str(path), "--rack")
+    status, output = command("l5x", str(path), "--print-rack")
     assert status == 0
     assert 'number = 1\nmodule = "amci3601"' in output
     assert "# slot 2: 1762-IQ16" in output
@@ -233,7 +233,7 @@ def test_a_rack_runs_it(tmp_path, monkeypatch):
     (tmp_path / "machine.toml").write_text(rack, encoding="utf-8")
     status, output = command("run", "machine.toml", "--scans", "20", "--record", "a.mcap")
     assert status == 0, output
-    assert command("rerun", "a.mcap")[0] == 0
+    assert command("replay", "--into", "session", "a.mcap")[0] == 0
 
 
 @pytest.mark.slow

@@ -131,8 +131,8 @@ def test_of_long_ones_what_is_around_the_scan(given, kept):
 
 def test_what_is_asked_is_shown_first(trace, tmp_path):
     out = tmp_path / "page.html"
-    for options, scan in (((), 299), (("--scan", "7"), 7), (("--at", "100 ms"), 50)):
-        done = shared(trace, out, *options, "--whole", "--before", "5", "--after", "5")
+    for options, scan in (((), 299), (("--at", "7"), 7), (("--at", "100 ms"), 50)):
+        done = shared(trace, out, *options, "--all", "--before", "5", "--after", "5")
         assert done.exit_code == 0, done.output
         assert f"scan {scan} is shown first" in done.output
         assert (data_in(out)["scan"], data_in(out)["range"]) == (scan, [0, 299])
@@ -144,8 +144,8 @@ def test_what_is_asked_is_shown_first(trace, tmp_path):
 @pytest.mark.parametrize(
     ("options", "told"),
     [
-        (("--scan", "300"), "no scan 300: the recording has 0 to 299"),
-        (("--scan", "3", "--at", "1 s"), "--scan and --at both name the scan shown first"),
+        (("--at", "300"), "no scan 300: the recording has 0 to 299"),
+        (("--at", "3 s 2"), "3 s 2"),
     ],
 )
 def test_what_can_not_be_shared_leaves_the_page_as_it_was(trace, tmp_path, options, told):

@@ -238,7 +238,6 @@ def logic(scan):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
 @pytest.mark.parametrize("end", ["os.kill(os.getpid(), signal.SIGKILL)", "os._exit(0)"])
 def test_a_session_in_real_time_that_ends_at_once_leaves_its_scans(tmp_path: Path, end: str) -> None:
     (tmp_path / "line.py").write_text(KILLED.format(end), encoding="utf-8")

@@ -250,7 +250,7 @@ def seen(folder: Path) -> dict[str, bytes | None]:
 
 
 COMMANDS = {
-    "rerun": ["rerun", "forged.mcap"],
+    "rerun": ["replay", "--into", "session", "forged.mcap"],
     "replay": ["replay", "forged.mcap"],
     "replay into program": ["replay", "forged.mcap", "--into", "program"],
     "replay own program": ["replay", "forged.mcap", "--into", "program", "--program", "line.py"],
@@ -303,25 +303,25 @@ def test_what_needs_trust_is_listed_and_runs_with_it(place: Path, name: str) -> 
 
     forgery = FORGERIES[name]
     trace = forge(place, forgery)
-    refused = scanrack("rerun", trace)
+    refused = scanrack("replay", "--into", "session", trace)
     listed = [line.split() for line in refused.stderr.splitlines()[1:-1]]
     assert [words[0] for words in listed] == [list(forgery.files)[-1]]
     file = place.parent / "taken" / listed[0][0]
     scanrack("show", trace, "--extract", place.parent / "taken")
     data = file.read_bytes()
     assert listed[0][1:] == [f"{len(data):,}", "bytes", "SHA-256", hashlib.sha256(data).hexdigest()]
-    scanrack("rerun", trace, "--trust")
+    scanrack("replay", "--into", "session", trace, "--trust")
     assert (place.parent / "canary").exists()
 
 
 def test_files_equal_to_the_users_own_need_no_trust(place: Path) -> None:
     files = {"rack.toml": rack(), "line.py": LINE, "helper.py": HELPER}
     forge(place, Forgery(files, "line.py:logic", None))
-    result = scanrack("rerun", "forged.mcap")
+    result = scanrack("replay", "--into", "session", "forged.mcap")
     assert result.exit_code in (0, 1), result.output
     sys.modules.pop("helper", None)
     (place / "helper.py").write_text(HELPER + "\n", encoding="utf-8")
-    assert TRUST in scanrack("rerun", "forged.mcap").stderr
+    assert TRUST in scanrack("replay", "--into", "session", "forged.mcap").stderr
 
 
 def test_the_users_own_program_does_not_find_modules_of_the_trace(place: Path) -> None:

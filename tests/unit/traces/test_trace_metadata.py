@@ -89,7 +89,7 @@ def in_value(path: Path, key: str) -> int:
     "command",
     [
         ("replay", "--into", "rack"),
-        ("rerun", "-q"),
+        ("replay", "--into", "session", "-q"),
         ("why", "On"),
         ("share",),
         ("compare", "lamp.mcap"),

@@ -297,8 +297,8 @@ def test_the_command_refuses_in_one_line(path: Path, tmp_path: Path) -> None:
     for arguments, status in (
         ((tmp_path / "none.mcap",), 2),
         ((tmp_path,), 2),
-        ((path, "--output", path), 2),
-        ((path, "--output", tmp_path / "nowhere" / "run.mcap"), 3),
+        ((path, "--out", path), 2),
+        ((path, "--out", tmp_path / "nowhere" / "run.mcap"), 3),
     ):
         found, out, err = run(*arguments)
         assert (found, out) == (status, "")
@@ -368,7 +368,7 @@ def test_damaged_metadata_are_noted_and_not_signed_anew_in_silence(path: Path, c
     place = content.index(b"4.1", start, end)
     bad = content[:place] + b"2.1" + content[place + 3 :]
     path.write_bytes(bad)
-    status, *_ = run(path, "--output", path.with_name("other.mcap"))
+    status, *_ = run(path, "--out", path.with_name("other.mcap"))
     assert status == 1
     shown = CliRunner().invoke(build(), ["show", str(path)]).stdout
     assert "note: damaged data: their CRC does not fit" in shown

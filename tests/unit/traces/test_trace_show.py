@@ -158,7 +158,7 @@ def test_what_changed(path: Path) -> None:
 
 
 def test_every_shows_the_rows_that_are_folded(path: Path) -> None:
-    _, out, _ = run(str(path), "--every", "--scans", "8:12")
+    _, out, _ = run(str(path), "--every", "--range", "8:12")
     assert section(out, "What changed") == (
         "scan  time s  slot       position  encoder  what\n"
         "   8   0.016     1  in         11        0\n"
@@ -173,7 +173,7 @@ def test_every_shows_the_rows_that_are_folded(path: Path) -> None:
 
 
 def test_a_range_begins_from_the_scan_before_it(path: Path) -> None:
-    _, out, _ = run(str(path), "--scans", "9:11")
+    _, out, _ = run(str(path), "--range", "9:11")
     assert section(out, "What changed") == (
         "scan  time s  slot    position  encoder  what\n"
         "                                         "
@@ -218,14 +218,14 @@ def test_a_trace_without_scans_is_shown(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("text", ["", ":", "5:3", "-1:2", "a:b", "1:2:3", "1.5"])
 def test_no_range(text: str) -> None:
-    with pytest.raises(ValueError, match=r"is not a range of scans"):
+    with pytest.raises(ValueError, match=r"^--range '.*': (must be A:B|it ends before it begins)"):
         parse_range(text)
 
 
 def test_no_range_is_a_usage_error(path: Path) -> None:
-    status, out, err = run(str(path), "--scans", "5:3")
+    status, out, err = run(str(path), "--range", "5:3")
     assert (status, out) == (2, "")
-    assert "'5:3' is not a range of scans: it ends before it begins" in err
+    assert "--range '5:3': it ends before it begins" in err
 
 
 @pytest.mark.parametrize(

@@ -65,7 +65,7 @@ class Memory:
         if other.suffix == ".mcap":
             yield scenario_of(other, self._spec)
         elif not other.is_dir():
-            raise ValueError(f"--from {other}: it is neither a folder nor a recording (.mcap)")
+            raise ValueError(f"--corpus {other}: it is neither a folder nor a recording (.mcap)")
         else:
             inside = [other / name for name in (CORPUS, FINDS) if (other / name).is_dir()]
             for folder in inside or [other]:

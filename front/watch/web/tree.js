@@ -1,0 +1,54 @@
+// A structure or an array as a tree that opens: its members by name, each with its value; a click selects a member.
+
+import { el, setFlag, setText } from "./dom.js";
+import { shown } from "./format.js";
+import { select } from "./selection.js";
+import { place } from "./values.js";
+
+const MOST = 256; // members shown of one value
+
+const isGroup = value => typeof value === "object" && value !== null;
+const countOf = value => (Array.isArray(value) ? `[${value.length}]` : `{${Object.keys(value).length}}`);
+
+// The text of a value beside its tree: how many members it has, or else what `say` makes of it.
+export const brief = say => value => (isGroup(value) ? countOf(value) : say(value));
+
+// The tree of a tag; hidden while its value is a single one. `say` makes the text of a member.
+export function treeOf(tag, say = shown) {
+  const root = branch(tag, "members", say);
+  let latest = null;
+  root.node.addEventListener("toggle", () => root.fill(latest));
+  place(root.node, tag, value => { latest = value; root.fill(value); return null; });
+  return root.node;
+}
+
+// A node that opens, filled while it is open.
+function branch(name, title, say, isRow = false) {
+  const node = el("details", { class: "tree", hidden: true }, el("summary", {}, title)), rows = new Map();
+  return { node, fill(value) {
+    setFlag(node, "hidden", !isGroup(value));
+    if (!isGroup(value) || !node.open) return;
+    for (const [key, item] of Object.entries(value).slice(0, MOST)) {
+      if (!rows.has(key)) node.append((rows.set(key, rowOf(memberOf(name, key, value, isRow), key, say, Array.isArray(value))).get(key)).node);
+      rows.get(key).show(item);
+    }
+  } };
+}
+
+// Axis.State of Axis, Words[3] of Words; Grid[1,2] of a row of Grid, `Grid[1]`.
+function memberOf(name, key, value, isRow) {
+  if (!Array.isArray(value)) return `${name}.${key}`;
+  return isRow ? `${name.slice(0, -1)},${key}]` : `${name}[${key}]`;
+}
+
+function rowOf(name, key, say, inArray) {
+  const value = el("output", { class: "figure" }), inner = branch(name, "members", say, inArray);
+  let latest = null;
+  inner.node.addEventListener("toggle", () => inner.fill(latest));
+  const line = el("div", { class: "part" }, el("button", { type: "button", class: "plain", title: name, click: () => select({ tag: name }) }, inArray ? `[${key}]` : key), value);
+  return { node: el("div", {}, line, inner.node), show(item) {
+    latest = item;
+    setText(value, brief(say)(item));
+    inner.fill(item);
+  } };
+}
