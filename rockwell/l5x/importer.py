@@ -16,7 +16,7 @@ from ...ladder.model.stubs import ALL_MESSAGES, NO_STUBS, Power, Stubs, parse_st
 from ...ladder.model.types import Structure
 from .addons import AddOns
 from .assembly import Parts, ProgramPart, does_nothing, harness_of
-from .building import Builder
+from .building import DECLARE, STAND_IN, Builder
 from .completing import Completion
 from .mnemonics import MNEMONICS
 from .modules import module_objects, module_tags
@@ -90,6 +90,7 @@ class Importer:
     def run(self, *, trial: bool) -> L5xImport:
         """Import it."""
         self._completes = self._stubs.missing_tags or (trial and not self._document.whole)
+        self._builder.offers = "" if self._completes else STAND_IN if trial else DECLARE
         self._note_others()
         self._read_logic()
         self._declare()

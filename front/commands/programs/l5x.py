@@ -33,6 +33,10 @@ def _l5x_command(
         int | None,
         typer.Option("--scans", min=1, help="Scans of the trial, 100, or with --run of the run, 1000."),
     ] = None,
+    stand_in: Annotated[
+        bool,
+        typer.Option("--stand-in", help="Declare tags, members and routines that the L5X names and lacks."),
+    ] = False,
 ) -> None:
     """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
 
@@ -55,7 +59,7 @@ def _l5x_command(
     """
     from .l5x_job import l5x
 
-    l5x(file, as_json, rack, against, export, stepper, run, scans)
+    l5x(file, as_json, rack, against, export, stepper, run, scans, stand_in)
 
 
 def register(app: typer.Typer) -> None:
