@@ -14,7 +14,7 @@ from ...ladder.model.routine import Routine
 from ...ladder.model.tags import Tag, program_of
 from .assembly import Parts, does_nothing, owner_of, without
 from .report import Report
-from .routines import RoutineReader, line_of
+from .routines import RoutineReader
 
 STAND_IN, DECLARE = "--stand-in", '[stubs] missing_tags = "declare"'
 """What gives stand-ins: to a trial, and to a rack."""
@@ -101,9 +101,8 @@ class Builder:
         if found.statements is not None:
             if not found.statements:
                 return False
-            self._reader.refuse_object(
-                owner, routine, f"line {number}: {text}", line_of(record, number), remedy
-            )
+            place, line = self._reader.place_of(owner, routine, number)
+            self._reader.refuse_object(owner, routine, f"{place}: {text}", line, remedy)
         elif found.chart is not None:
             place = f"{body.replace('.', ', action ')}, line {number}: " if body else ""
             line = site.line or record.line
