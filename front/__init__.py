@@ -86,7 +86,7 @@ if TYPE_CHECKING:  # the names of the front door: type checkers import these lin
     from .ladder import Controller as Controller
     from .ladder import Program as Program
     from .ladder import read_program as read_program
-    from .ladder.build.python_rungs import RungMaker as RungMaker
+    from .ladder.lowering.python_rungs import RungMaker as RungMaker
     from .ladder.python.axis3601 import Axis3601 as Axis3601
     from .ladder.python.axis3601 import AxisError as AxisError
     from .ladder.python.axis3601 import CommandAborted as CommandAborted

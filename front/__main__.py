@@ -1,22 +1,41 @@
 """`python -m scanrack`, and the `scanrack` command; neither imports anything from the current folder."""
 
 import gc
+import signal
 import sys
+
+ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
+"""Signals that end every command as Ctrl-C does."""
 
 
 def main() -> None:
     """Run the `scanrack` command, see `commands.main`.
 
-    Ctrl-C during its import, which takes a tenth of a second, ends it with the same message as later.
+    A signal during its import, which takes a tenth of a second, ends it with the same message as later. One
+    that comes after its end changes no status: a terminal that is closed sends SIGHUP twice.
     """
     gc.set_threshold(20_000)  # by default a start searches thousands of modules' objects for garbage 80 times
+    ending = [each for each in ENDING if signal.getsignal(each) is not signal.SIG_IGN]  # as under nohup
+    for number in ending:
+        signal.signal(number, _stop)
     try:
         from .commands import main as command
 
         command()
-    except KeyboardInterrupt:
-        sys.stderr.write("scanrack: stopped by Ctrl-C\n")
+    except KeyboardInterrupt as stop:
+        sys.stderr.write(f"scanrack: stopped by {stop.args[0] if stop.args else 'Ctrl-C'}\n")
         sys.exit(130)
+    finally:
+        for (
+            number
+        ) in ending:  # Python restores handlers of its own before it has ended, but no ignored signal
+            signal.signal(number, signal.SIG_IGN)
+
+
+def _stop(number: int, _frame: object) -> None:
+    for each in ENDING:  # whoever sends a second one wants no more
+        signal.signal(each, signal.SIG_IGN)
+    raise KeyboardInterrupt(signal.Signals(number).name)
 
 
 if __name__ == "__main__":

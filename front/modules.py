@@ -14,21 +14,29 @@ The file has a `RECORD`, see `ModuleRecord`. `docs/own-module.md` shows a whole 
 others may move.
 """
 
+from .io_images.amci3601 import RULES, Limits, Rule
+from .io_images.amci3601.words import WORDS_3601
 from .io_images.image import Image
 from .io_images.module_words import BitPlace, ModuleWords
 from .runtime.loop.events import Event
 from .runtime.loop.module import Follower, ForeseeingModule, Module
 from .runtime.loop.options import Options
+from .runtime.modules.amci3601.record import stepper
 from .runtime.modules.record import ModuleRecord
 
 __all__ = [
+    "RULES",
+    "WORDS_3601",
     "BitPlace",
     "Event",
     "Follower",
     "ForeseeingModule",
     "Image",
+    "Limits",
     "Module",
     "ModuleRecord",
     "ModuleWords",
     "Options",
+    "Rule",
+    "stepper",
 ]

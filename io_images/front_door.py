@@ -29,6 +29,21 @@ def homes_in(spec: ModuleSpec) -> dict[str, str]:
     }
 
 
+def listed_in(spec: ModuleSpec, name: str) -> object:
+    """Import a name that a package lists, for its `__getattr__`.
+
+    Args:
+        spec: of the package, its `__spec__`.
+
+    Raises:
+        AttributeError: the package does not list it.
+    """
+    home = homes_in(spec).get(name)
+    if home is None:
+        raise AttributeError(f"module {spec.name!r} has no attribute {name!r}")
+    return imported_from(home, name, spec.name)
+
+
 def imported_from(module: str, name: str, package: str) -> object:
     """Return a name of a module, or the module itself if the name is its own.
 

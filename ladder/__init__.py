@@ -10,7 +10,7 @@ tasks (`Controller`). Both are logic of a scan. The rooms, each importing only f
 | `interpreter` | the reference back end |
 | `run`, `compiler` | one running program, its tags, online edits; the fast back end |
 | `instructions` | each instruction in both back ends: one file per family, one row each |
-| `st`, `build` | structured text; from rungs in Python or text to a lowered program |
+| `st`, `lowering` | structured text; from rungs in Python or text to a lowered program |
 | `python` | logic in plain Python: sequences, and the axis of a 3601 |
 | `files`, `blocks` | `.rung`, `.st` and `.steps` files; the motion blocks of `USE axis3601` |
 | `debug`, `draw` | breakpoints, forces, causes, cross reference; rungs as characters and SVG |
@@ -43,12 +43,12 @@ TYPE_CHECKING = False  # a type checker takes it for true
 
 if TYPE_CHECKING:  # type checkers import these lines, `_HOMES` reads them
     from . import instructions
-    from .build.checks import REPEATED_COILS, REPEATED_TIMERS
-    from .build.controller import Controller
-    from .build.program import Program
-    from .build.runnable import LadderLogic
     from .files.rungfile import read_program, write_program
     from .instructions import *  # noqa: F403
+    from .lowering.checks import REPEATED_COILS, REPEATED_TIMERS
+    from .lowering.controller import Controller
+    from .lowering.program import Program
+    from .lowering.runnable import LadderLogic
     from .model.errors import BuildError, LadderError, LadderFault, MinorFault, RungTextError
     from .model.tree import Rung
     from .model.types import (

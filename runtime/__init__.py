@@ -17,3 +17,25 @@ Time is an integer number of nanoseconds since power-up, everywhere. Only `loop.
 Imports point downward in this table, by a contract in pyproject.toml;
 docs/decisions/0010-layers-of-the-runtime.md explains the cuts.
 """
+
+from __future__ import annotations
+
+TYPE_CHECKING = False  # a type checker takes it for true
+
+if TYPE_CHECKING:  # type checkers import these lines, `__getattr__` reads them
+    from .config.rackfile import RackFileError, load_rack_file, parse_rack_file
+    from .config.rackspec import RackSpec, SlotSpec
+    from .line.wire import Device, LineFormat, SerialBus
+    from .live.actions import Edit, Force, Write
+    from .loop.cpu import Cpu, CpuFault, CpuMode, ScanFlag
+    from .loop.incidents import FaultKind, InjectedFault
+    from .loop.pace import Clock, FreeRun
+    from .loop.rack import Card, Rack
+    from .machine.contacts import Contact
+    from .modules.amci3601 import Amci3601, ModuleFault
+
+
+def __getattr__(name: str) -> object:
+    from ..io_images.front_door import listed_in
+
+    return listed_in(__spec__, name)

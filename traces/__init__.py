@@ -12,12 +12,17 @@ from .format import hooks
 
 TYPE_CHECKING = False  # a type checker takes it for true
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # type checkers import these lines, `__getattr__` reads them
     import pandas
     import polars
 
+    from .format.layout import SlotInfo
+    from .format.records import TraceError
+    from .format.tagplan import Tag
+    from .read.arrays import read_columns
     from .read.columns import Columns
-    from .read.reader import Trace
+    from .read.reader import Scan, Trace, TraceEvent, open_trace
+    from .write.recorder import Attachment, ScanRecorder
 
 
 def _to_pandas(trace: Trace, signals: Sequence[str]) -> pandas.DataFrame:
@@ -52,3 +57,9 @@ def _as_html(trace: Trace) -> str:
 
 hooks.to_pandas, hooks.to_polars = _to_pandas, _to_polars
 hooks.read_columns, hooks.short_text, hooks.as_html = _read_columns, _short_text, _as_html
+
+
+def __getattr__(name: str) -> object:
+    from ..io_images.front_door import listed_in
+
+    return listed_in(__spec__, name)

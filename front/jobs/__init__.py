@@ -15,3 +15,23 @@
 Each imports only from those below it. The application prints nothing: it returns values, raises exceptions,
 and takes callbacks for progress. `front/commands` turns them into words and an exit status.
 """
+
+from __future__ import annotations
+
+TYPE_CHECKING = False  # a type checker takes it for true
+
+if TYPE_CHECKING:  # type checkers import these lines, `__getattr__` reads them
+    from .bench.opening import open_bench
+    from .fuzz.campaign.state import State, read_state, write_state
+    from .fuzz.scenarios.kinds import Kind, kinds_for, possible_kinds
+    from .fuzz.scenarios.scenario import ContactPress, LostSteps, Scenario, SwitchOffset
+    from .load.building import build_cpu, build_rack
+    from .load.loading import load_job
+    from .load.program import ProgramError, load_program
+    from .run.running import JobRun, RunOptions
+
+
+def __getattr__(name: str) -> object:
+    from ..io_images.front_door import listed_in
+
+    return listed_in(__spec__, name)

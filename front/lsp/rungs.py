@@ -9,9 +9,9 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from ..ladder.build.addon import AddOn, ParameterMode
-from ..ladder.build.dialects import DIALECTS, LOGIX
 from ..ladder.files.rungreader import LIBRARIES, load_library
+from ..ladder.lowering.addon import AddOn, ParameterMode
+from ..ladder.lowering.dialects import DIALECTS, LOGIX
 from ..ladder.model.predefined.structures import PREDEFINED_TYPES
 from ..ladder.model.spec import InstructionKind, Spec, Use
 from ..ladder.model.types import Structure

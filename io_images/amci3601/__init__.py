@@ -63,18 +63,21 @@ from .command import (
 from .configuration import Configuration, HomingKind, check
 from .firmware import KNOWN, Firmware
 from .moves import Direction, FindHome, Follower, Manual, Move, MoveKind, Resume, RunBlend
-from .parameters import Parameters, rate_in_range, speed_in_range, target_in_range
+from .parameters import LIMITS_3601, Limits, Parameters, target_in_range
 from .rules import RULES, Rule, StatusBits, bit_names
 from .status import ConfigurationStatus, Status, StatusView
+from .words import WORDS_3601, Profile
 
 __all__ = [
     "ALL_INPUTS",
     "COMPLETION_BITS",
     "ERROR_BITS",
     "KNOWN",
+    "LIMITS_3601",
     "LIVE_BITS",
     "MOTIONS",
     "RULES",
+    "WORDS_3601",
     "Acceleration",
     "BlendHeader",
     "BlendSegment",
@@ -93,12 +96,14 @@ __all__ = [
     "Idle",
     "ImmediateStop",
     "InputBit",
+    "Limits",
     "Manual",
     "Move",
     "MoveKind",
     "Parameters",
     "PresetEncoder",
     "PresetPosition",
+    "Profile",
     "ResetErrors",
     "Resume",
     "Rule",
@@ -112,8 +117,6 @@ __all__ = [
     "bit_names",
     "check",
     "decode",
-    "rate_in_range",
-    "speed_in_range",
     "status_names",
     "target_in_range",
 ]

@@ -19,13 +19,13 @@ Only words that are written here are read here. The module tolerates more (readi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 from ..image import Image
-from ..thousands import join_thousands, split_thousands
+from ..thousands import PARAMETER_MAX, join_thousands, split_thousands
 from .bits import CommandLsw
-from .parameters import DISTANCE_MAX, RATE_MAX, SPEED_MAX, require, require_member
+from .parameters import LIMITS_3601, Limits, require, require_member
 
 SEGMENTS_MIN = 2
 SEGMENTS_MAX = 16
@@ -73,12 +73,13 @@ class BlendHeader:
     types: tuple[Acceleration, ...]  # acceleration type of each segment, 2 to 16 of them
     final_deceleration: int  # 1 to 2000 steps/ms/s, from the last segment's speed to the starting speed
     final_type: Acceleration = Acceleration.CONSTANT
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of its module
 
     def __post_init__(self) -> None:
         require("number of blend segments", self.segments, SEGMENTS_MIN, SEGMENTS_MAX)
         for each in (*self.types, self.final_type):
             require_member("acceleration type", each, Acceleration)
-        require("final deceleration", self.final_deceleration, 1, RATE_MAX)
+        require("final deceleration", self.final_deceleration, 1, self.limits.rate)
 
     @property
     def segments(self) -> int:
@@ -117,11 +118,12 @@ class BlendSegment:
     length: int  # 1 to 8,388,607 steps, the change of speed included
     speed: int  # 1 to 1,000,000 steps/s
     rate: int  # of the change of speed, 1 to 2000 steps/ms/s
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of its module
 
     def __post_init__(self) -> None:
-        require("length of a blend segment", self.length, 1, DISTANCE_MAX)
-        require("speed of a blend segment", self.speed, 1, SPEED_MAX)
-        require("rate of a blend segment", self.rate, 1, RATE_MAX)
+        require("length of a blend segment", self.length, 1, PARAMETER_MAX)
+        require("speed of a blend segment", self.speed, 1, self.limits.speed)
+        require("rate of a blend segment", self.rate, 1, self.limits.rate)
 
     def to_image(self) -> Image:
         """Return the output image that transmits this block."""

@@ -22,7 +22,7 @@ from ..image import Image
 from ..thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands, split_thousands
 from .bits import CommandLsw, CommandMsw
 from .moves import Direction, FindHome, Follower, Manual, Move, MoveKind, Resume, RunBlend, require_words
-from .parameters import DISTANCE_MAX, Parameters, rate_in_range, require, speed_in_range, target_in_range
+from .parameters import LIMITS_3601, Limits, Parameters, require, target_in_range
 
 __all__ = [
     "Command",
@@ -43,8 +43,6 @@ __all__ = [
     "RunBlend",
     "StoreMinimumRegistration",
     "decode",
-    "rate_in_range",
-    "speed_in_range",
     "target_in_range",
 ]
 
@@ -156,7 +154,7 @@ class StoreMinimumRegistration:
     steps: int  # 0 to 8,388,607; 0 disables the function
 
     def __post_init__(self) -> None:
-        require("minimum registration distance", self.steps, 0, DISTANCE_MAX)
+        require("minimum registration distance", self.steps, 0, PARAMETER_MAX)
 
     def to_image(self) -> Image:
         """Return the output image of this command."""
@@ -181,7 +179,10 @@ Command = (
 """Commands of eight output words; `blend` has the blocks of blend programming."""
 
 
-def decode(image: Image) -> Command:
+_Reader = Callable[[Sequence[int], Limits], Command]
+
+
+def decode(image: Image, limits: Limits = LIMITS_3601) -> Command:
     """Return the command of an output image, or raise a ValueError with the reason.
 
     >>> decode(Image([0x0002, 0, 12, 345, 5, 0, 20, 10]))  # doctest: +ELLIPSIS
@@ -190,39 +191,39 @@ def decode(image: Image) -> Command:
     words = image.words.tolist()
     if words[0] & _MODE:
         raise ValueError(f"word 0 is {words[0] & 0xFFFF:04X}h: this is a configuration, not a command")
-    command = _reader(words[0], words[1])(words)
+    command = _reader(words[0], words[1])(words, limits)
     written = command.to_image()
     if written != image:
         raise ValueError(f"words {words} are not a command; the nearest one is {list(written)}")
     return command
 
 
-def _reader(msw: int, lsw: int) -> Callable[[Sequence[int]], Command]:
+def _reader(msw: int, lsw: int) -> _Reader:
     if msw == 0 and lsw & _BLEND:
         raise ValueError(f"word 1 is {lsw & 0xFFFF:04X}h: this is a block of a blend profile, not a command")
     if lsw & _FOLLOWER and msw in (0, CommandMsw.MANUAL_CW, CommandMsw.MANUAL_CCW):
         return Follower.read
     if msw == 0 and lsw & _STORE:
-        return lambda words: StoreMinimumRegistration(join_thousands(words[2], words[3]))
+        return lambda words, _: StoreMinimumRegistration(join_thousands(words[2], words[3]))
     if msw in _READERS:
         return _READERS[msw]
     raise ValueError(f"word 0 is {msw & 0xFFFF:04X}h: exactly one command bit of 0 to 13 is allowed")
 
 
-_READERS: dict[int, Callable[[Sequence[int]], Command]] = {
-    0: lambda words: Idle(tuple(words[1:])),
+_READERS: dict[int, _Reader] = {
+    0: lambda words, _: Idle(tuple(words[1:])),
     CommandMsw.ABSOLUTE_MOVE: Move.read,
     CommandMsw.RELATIVE_MOVE: Move.read,
-    CommandMsw.HOLD_MOVE: lambda words: Hold(tuple(words[1:])),
+    CommandMsw.HOLD_MOVE: lambda words, _: Hold(tuple(words[1:])),
     CommandMsw.RESUME_MOVE: Resume.read,
-    CommandMsw.IMMEDIATE_STOP: lambda words: ImmediateStop(tuple(words[1:])),
+    CommandMsw.IMMEDIATE_STOP: lambda words, _: ImmediateStop(tuple(words[1:])),
     CommandMsw.FIND_HOME_CW: FindHome.read,
     CommandMsw.FIND_HOME_CCW: FindHome.read,
     CommandMsw.MANUAL_CW: Manual.read,
     CommandMsw.MANUAL_CCW: Manual.read,
-    CommandMsw.PRESET_POSITION: lambda words: PresetPosition(join_thousands(words[2], words[3])),
-    CommandMsw.PRESET_ENCODER: lambda words: PresetEncoder(join_thousands(words[2], words[3])),
-    CommandMsw.RESET_ERRORS: lambda words: ResetErrors(tuple(words[2:])),
-    CommandMsw.RUN_BLEND_CW: RunBlend.read,
-    CommandMsw.RUN_BLEND_CCW: RunBlend.read,
+    CommandMsw.PRESET_POSITION: lambda words, _: PresetPosition(join_thousands(words[2], words[3])),
+    CommandMsw.PRESET_ENCODER: lambda words, _: PresetEncoder(join_thousands(words[2], words[3])),
+    CommandMsw.RESET_ERRORS: lambda words, _: ResetErrors(tuple(words[2:])),
+    CommandMsw.RUN_BLEND_CW: lambda words, _: RunBlend.read(words),
+    CommandMsw.RUN_BLEND_CCW: lambda words, _: RunBlend.read(words),
 }

@@ -19,14 +19,14 @@ axis [chapter 3, item 10]:
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 
 from ..image import Image
 from ..thousands import join_thousands, split_thousands
 from .bits import ALL_INPUTS, ConfigMsw, InputBit
 from .firmware import FW_4_1, Firmware
-from .parameters import SPEED_MAX, require
+from .parameters import LIMITS_3601, Limits, require
 from .rules import RULES
 
 _CAPTURE = ConfigMsw.USE_CAPTURE.value
@@ -71,6 +71,7 @@ class Configuration:
         step_and_direction: pulse and direction outputs instead of CW and CCW pulses.
         marker_home: the encoder's marker pulse is home.
         starting_speed: 1 to 1,000,000 steps/s; every move begins and ends at it.
+        limits: of its module.
 
     Raises:
         ValueError: a mask out of range, or rules of chapter 3 that the newest firmware finds broken.
@@ -84,12 +85,13 @@ class Configuration:
     step_and_direction: bool = False
     marker_home: bool = False
     starting_speed: int
+    limits: Limits = field(default=LIMITS_3601, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         for name, mask in (("inputs_used", self.inputs_used), ("active_high", self.active_high)):
             require(name, mask, 0, ALL_INPUTS)
-        require("starting_speed", self.starting_speed, 1, SPEED_MAX)
-        _refuse(check(self._words(), FW_4_1), "configuration")
+        require("starting_speed", self.starting_speed, 1, self.limits.speed)
+        _refuse(check(self._words(), FW_4_1, self.limits), "configuration")
 
     def _words(self) -> tuple[int, ...]:
         msw = (
@@ -108,12 +110,16 @@ class Configuration:
         return Image(self._words())
 
     @classmethod
-    def from_image(cls, image: Image, firmware: Firmware = FW_4_1) -> Configuration:
+    def from_image(
+        cls, image: Image, firmware: Firmware = FW_4_1, limits: Limits = LIMITS_3601
+    ) -> Configuration:
         """Read an output image in configuration mode, or raise a ValueError with the broken rules."""
         words = image.words.tolist()
         if not words[0] & _MODE:
             raise ValueError(f"word 0 is {words[0] & 0xFFFF:04X}h: a configuration has bit 15 set")
-        _refuse(check(words, firmware), f"configuration {words[0] & 0xFFFF:04X}h/{words[1] & 0xFFFF:04X}h")
+        _refuse(
+            check(words, firmware, limits), f"configuration {words[0] & 0xFFFF:04X}h/{words[1] & 0xFFFF:04X}h"
+        )
         return cls(
             inputs_used=words[0] & ALL_INPUTS,
             active_high=words[1],
@@ -123,6 +129,7 @@ class Configuration:
             step_and_direction=bool(words[0] & _STEP_AND_DIRECTION),
             marker_home=bool(words[0] & _MARKER),
             starting_speed=join_thousands(words[2], words[3]),
+            limits=limits,
         )
 
     @property
@@ -141,7 +148,7 @@ class Configuration:
         return ~(energised ^ self.active_high) & self.inputs_used
 
 
-def check(words: Sequence[int], firmware: Firmware) -> tuple[str, ...]:
+def check(words: Sequence[int], firmware: Firmware, limits: Limits = LIMITS_3601) -> tuple[str, ...]:
     """Return the ids of broken rules of a configuration; none if it is valid.
 
     Bit 15 of word 0, the mode flag, is ignored. Words may be signed or unsigned.
@@ -151,23 +158,23 @@ def check(words: Sequence[int], firmware: Firmware) -> tuple[str, ...]:
     >>> check((0x8020, 0x0000, 0, 1000, 0, 0, 0, 0), Firmware(4, 1))
     ('CFG-01', 'CFG-07')
     """
-    return tuple(rule for rule, broken in INVALID_CONFIGURATIONS if broken(words, firmware))
+    return tuple(rule for rule, broken in INVALID_CONFIGURATIONS if broken(words, firmware, limits))
 
 
-INVALID_CONFIGURATIONS: tuple[tuple[str, Callable[[Sequence[int], Firmware], bool]], ...] = (
+INVALID_CONFIGURATIONS: tuple[tuple[str, Callable[[Sequence[int], Firmware, Limits], bool]], ...] = (
     # Backplane proximity needs a home switch or marker (reading A-12).
-    ("CFG-01", lambda w, _: not w[0] & (_HOME | _MARKER)),
-    ("CFG-02", lambda w, _: not w[0] & _LIMITS),
-    ("CFG-03", lambda w, _: _all(w[0], _ENCODER | _FEEDBACK)),
-    ("CFG-04", lambda w, _: _all(w[0], _MARKER) and not w[0] & _ENCODER),
-    ("CFG-05", lambda w, _: _all(w[0], _FEEDBACK) and not w[0] & _STEP_AND_DIRECTION),
-    ("CFG-06", lambda w, _: not 1 <= 1000 * w[2] + w[3] <= SPEED_MAX),
-    ("CFG-07", lambda w, _: not 0 <= w[3] <= 999),
-    ("CFG-08", lambda w, _: bool(w[0] & _UNUSED_MSW or w[1] & _UNUSED_LSW)),
-    ("CFG-09", lambda w, _: _all(w[0], _MARKER) and not w[0] & (_HOME | _PROXIMITY)),
-    ("CFG-10", lambda w, _: _all(w[0], _MARKER | _HOME | _PROXIMITY)),
-    ("CFG-11", lambda w, _: any(w[4:8])),
-    ("CFG-29", lambda w, fw: _capture_alone(w[0]) and not fw.capture_without_encoder),
+    ("CFG-01", lambda w, *_: not w[0] & (_HOME | _MARKER)),
+    ("CFG-02", lambda w, *_: not w[0] & _LIMITS),
+    ("CFG-03", lambda w, *_: _all(w[0], _ENCODER | _FEEDBACK)),
+    ("CFG-04", lambda w, *_: _all(w[0], _MARKER) and not w[0] & _ENCODER),
+    ("CFG-05", lambda w, *_: _all(w[0], _FEEDBACK) and not w[0] & _STEP_AND_DIRECTION),
+    ("CFG-06", lambda w, _, limits: not limits.takes_speed(1000 * w[2] + w[3])),
+    ("CFG-07", lambda w, *_: not 0 <= w[3] <= 999),
+    ("CFG-08", lambda w, *_: bool(w[0] & _UNUSED_MSW or w[1] & _UNUSED_LSW)),
+    ("CFG-09", lambda w, *_: _all(w[0], _MARKER) and not w[0] & (_HOME | _PROXIMITY)),
+    ("CFG-10", lambda w, *_: _all(w[0], _MARKER | _HOME | _PROXIMITY)),
+    ("CFG-11", lambda w, *_: any(w[4:8])),
+    ("CFG-29", lambda w, fw, _: _capture_alone(w[0]) and not fw.capture_without_encoder),
 )
 """Rules of configurations, in the manual's order [chapter 3, Invalid Configurations]."""
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum, IntEnum
 
 from ..image import WORD_MAX, WORD_MIN, Image
 from ..thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands, split_thousands
 from .bits import CommandLsw, CommandMsw
 from .blend import Acceleration, acceleration_of
-from .parameters import DISTANCE_MAX, RATE_MAX, SPEED_MAX, require, require_member
+from .parameters import LIMITS_3601, Limits, require, require_member
 
 _SHAPE = (CommandLsw.S_CURVE | CommandLsw.TRAPEZOIDAL).value
 _ENCODER_MOVE = CommandLsw.ENCODER_MOVE.value
@@ -57,12 +57,13 @@ class Move:
     shape: Acceleration = Acceleration.CONSTANT
     encoder: bool = False  # the target is in encoder counts; the axis begins to stop when they are reached
     proximity: bool = False  # the backplane home proximity bit, ignored by a move
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of its module
 
     def __post_init__(self) -> None:
         require_member("kind", self.kind, MoveKind)
         require_member("shape", self.shape, Acceleration)
         require("target position", self.target, PARAMETER_MIN, PARAMETER_MAX)
-        _require_profile(self.speed, self.acceleration, self.deceleration)
+        _require_profile(self.limits, self.speed, self.acceleration, self.deceleration)
 
     def to_image(self) -> Image:
         """Return the output image of this command."""
@@ -70,7 +71,7 @@ class Move:
         return _image(self.kind.value, lsw, self.target, self.speed, self.acceleration, self.deceleration)
 
     @classmethod
-    def read(cls, words: Sequence[int]) -> Move:
+    def read(cls, words: Sequence[int], limits: Limits = LIMITS_3601) -> Move:
         """See `command.decode`."""
         return cls(
             MoveKind(words[0]),
@@ -81,6 +82,7 @@ class Move:
             _shape(words[1]),
             bool(words[1] & _ENCODER_MOVE),
             bool(words[1] & _PROXIMITY),
+            limits=limits,
         )
 
 
@@ -98,10 +100,11 @@ class Resume:
     shape: Acceleration = Acceleration.CONSTANT  # not taken from the held move
     proximity: bool = False  # the backplane home proximity bit, ignored by a move
     target_words: tuple[int, int] = (0, 0)  # words 2 and 3, ignored
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of its module
 
     def __post_init__(self) -> None:
         require_member("shape", self.shape, Acceleration)
-        _require_profile(self.speed, self.acceleration, self.deceleration)
+        _require_profile(self.limits, self.speed, self.acceleration, self.deceleration)
         require_words("target_words", self.target_words, 2)
 
     def to_image(self) -> Image:
@@ -112,7 +115,7 @@ class Resume:
         return image
 
     @classmethod
-    def read(cls, words: Sequence[int]) -> Resume:
+    def read(cls, words: Sequence[int], limits: Limits = LIMITS_3601) -> Resume:
         """See `command.decode`."""
         return cls(
             join_thousands(words[4], words[5]),
@@ -121,6 +124,7 @@ class Resume:
             _shape(words[1]),
             bool(words[1] & _PROXIMITY),
             (words[2], words[3]),
+            limits=limits,
         )
 
 
@@ -137,10 +141,11 @@ class FindHome:
     acceleration: int  # 1 to 2000 steps/ms/s
     deceleration: int  # 1 to 2000 steps/ms/s
     proximity: bool = False  # the backplane home proximity bit; its rise slows to the starting speed
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of its module
 
     def __post_init__(self) -> None:
         require_member("direction", self.direction, Direction)
-        _require_profile(self.speed, self.acceleration, self.deceleration)
+        _require_profile(self.limits, self.speed, self.acceleration, self.deceleration)
 
     def to_image(self) -> Image:
         """Return the output image of this command."""
@@ -149,11 +154,11 @@ class FindHome:
         return _image(msw, lsw, 0, self.speed, self.acceleration, self.deceleration)
 
     @classmethod
-    def read(cls, words: Sequence[int]) -> FindHome:
+    def read(cls, words: Sequence[int], limits: Limits = LIMITS_3601) -> FindHome:
         """See `command.decode`."""
         speed = join_thousands(words[4], words[5])
         proximity = bool(words[1] & _PROXIMITY)
-        return cls(_direction(_FIND_HOME, words[0]), speed, words[6], words[7], proximity)
+        return cls(_direction(_FIND_HOME, words[0]), speed, words[6], words[7], proximity, limits=limits)
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,14 +179,15 @@ class Manual:
     registration: int = 0  # steps after the stop command, 0 to 8,388,607 (firmware 3.1)
     shape: Acceleration = Acceleration.CONSTANT
     proximity: bool = False  # the backplane home proximity bit, ignored by a move
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of its module
 
     def __post_init__(self) -> None:
         require_member("direction", self.direction, Direction)
         require_member("shape", self.shape, Acceleration)
-        require("programmed speed", self.speed, 0, SPEED_MAX)
-        require("registration distance", self.registration, 0, DISTANCE_MAX)
-        require("acceleration", self.acceleration, 0, RATE_MAX)
-        require("deceleration", self.deceleration, 0, RATE_MAX)
+        require("programmed speed", self.speed, 0, self.limits.speed)
+        require("registration distance", self.registration, 0, PARAMETER_MAX)
+        require("acceleration", self.acceleration, 0, self.limits.rate)
+        require("deceleration", self.deceleration, 0, self.limits.rate)
 
     def to_image(self) -> Image:
         """Return the output image of this command."""
@@ -190,7 +196,7 @@ class Manual:
         return _image(msw, lsw, self.registration, self.speed, self.acceleration, self.deceleration)
 
     @classmethod
-    def read(cls, words: Sequence[int]) -> Manual:
+    def read(cls, words: Sequence[int], limits: Limits = LIMITS_3601) -> Manual:
         """See `command.decode`."""
         return cls(
             _direction(_MANUAL, words[0]),
@@ -200,6 +206,7 @@ class Manual:
             join_thousands(words[2], words[3]),
             _shape(words[1]),
             bool(words[1] & _PROXIMITY),
+            limits=limits,
         )
 
 
@@ -235,14 +242,15 @@ class Follower:
     divisor: int  # 1 to 32,767
     acceleration: int = 0  # 0 to 2000 steps/ms/s; 0 jumps to the new speed
     deceleration: int = 0  # 0 to 2000 steps/ms/s; likewise
+    limits: Limits = field(default=LIMITS_3601, kw_only=True, compare=False, repr=False)  # of its module
 
     def __post_init__(self) -> None:
         if self.direction is not None:
             require_member("direction", self.direction, Direction)
         require("multiplier", self.multiplier, 1, WORD_MAX)
         require("divisor", self.divisor, 1, WORD_MAX)
-        require("acceleration", self.acceleration, 0, RATE_MAX)
-        require("deceleration", self.deceleration, 0, RATE_MAX)
+        require("acceleration", self.acceleration, 0, self.limits.rate)
+        require("deceleration", self.deceleration, 0, self.limits.rate)
 
     def to_image(self) -> Image:
         """Return the output image of this command."""
@@ -251,10 +259,10 @@ class Follower:
         return Image((msw, _FOLLOWER, *words))
 
     @classmethod
-    def read(cls, words: Sequence[int]) -> Follower:
+    def read(cls, words: Sequence[int], limits: Limits = LIMITS_3601) -> Follower:
         """See `command.decode`."""
         direction = _direction(_MANUAL, words[0]) if words[0] else None
-        return cls(direction, words[2], words[3], words[6], words[7])
+        return cls(direction, words[2], words[3], words[6], words[7], limits=limits)
 
 
 def require_words(what: str, words: tuple[int, ...], count: int) -> None:
@@ -265,10 +273,10 @@ def require_words(what: str, words: tuple[int, ...], count: int) -> None:
         require(f"word of {what}", word, WORD_MIN, WORD_MAX)
 
 
-def _require_profile(speed: int, acceleration: int, deceleration: int) -> None:
-    require("programmed speed", speed, 1, SPEED_MAX)
-    require("acceleration", acceleration, 1, RATE_MAX)
-    require("deceleration", deceleration, 1, RATE_MAX)
+def _require_profile(limits: Limits, speed: int, acceleration: int, deceleration: int) -> None:
+    require("programmed speed", speed, 1, limits.speed)
+    require("acceleration", acceleration, 1, limits.rate)
+    require("deceleration", deceleration, 1, limits.rate)
 
 
 def _image(msw: int, lsw: int, target: int, speed: int, acceleration: int, deceleration: int) -> Image:

@@ -11,29 +11,36 @@ from enum import Enum
 
 from ..thousands import PARAMETER_MAX, PARAMETER_MIN, is_legal_pair, join_thousands
 
-SPEED_MAX = 1_000_000
-"""Maximum programmed or starting speed, steps/s; the minimum is 1, or 0 for a one-shot manual move."""
 
-RATE_MAX = 2_000
-"""Maximum acceleration or deceleration, steps/ms/s; the minimum is 1."""
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The largest values of a module's commands; by default a 3601's.
 
-DISTANCE_MAX = 8_388_607
-"""Maximum steps of a minimum registration distance, of a blend segment, and of all segments."""
+    Distances have the range of their words, `thousands.PARAMETER_MAX`.
+
+    >>> Limits().takes_speed(1_000_001), Limits(speed=2_000_000).takes_speed(1_000_001)
+    (False, True)
+    """
+
+    speed: int = 1_000_000  # programmed or starting speed, steps/s, from 1; 0 is a one-shot manual move
+    rate: int = 2_000  # acceleration or deceleration, steps/ms/s, from 1
+
+    def takes_speed(self, speed: int | None) -> bool:
+        """Whether a speed (steps/s) is legal."""
+        return speed is not None and 1 <= speed <= self.speed
+
+    def takes_rate(self, rate: int) -> bool:
+        """Whether an acceleration or deceleration (steps/ms/s) is legal."""
+        return 1 <= rate <= self.rate
+
+
+LIMITS_3601 = Limits()
+"""The limits of a 3601 [chapter 5, notes 4 to 8]."""
 
 
 def target_in_range(target: int | None) -> bool:
     """Whether a target position is legal: -8,388,608 to 8,388,607 steps or counts."""
     return target is not None and PARAMETER_MIN <= target <= PARAMETER_MAX
-
-
-def speed_in_range(speed: int | None) -> bool:
-    """Whether a speed is legal: 1 to 1,000,000 steps/s."""
-    return speed is not None and 1 <= speed <= SPEED_MAX
-
-
-def rate_in_range(rate: int) -> bool:
-    """Whether an acceleration or deceleration is legal: 1 to 2000 steps/ms/s."""
-    return 1 <= rate <= RATE_MAX
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,15 +66,9 @@ class Parameters:
         """Whether the target is legal."""
         return target_in_range(self.target)
 
-    @property
-    def speed_in_range(self) -> bool:
-        """Whether the speed is legal."""
-        return speed_in_range(self.speed)
-
-    @property
-    def rates_in_range(self) -> bool:
+    def rates_in_range(self, limits: Limits) -> bool:
         """Whether acceleration and deceleration are legal."""
-        return rate_in_range(self.acceleration) and rate_in_range(self.deceleration)
+        return limits.takes_rate(self.acceleration) and limits.takes_rate(self.deceleration)
 
 
 def require(what: str, value: int, least: int, greatest: int) -> None:

@@ -16,9 +16,12 @@ of the status LSW are reserved and read 0.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 from ..image import Image
+from ..module_words import BitPlace
 from ..thousands import LSW_MAX, REPORTED_MAX, join_reported, split_reported
 from .bits import LIVE_BITS, StatusLsw, StatusMsw
 from .firmware import Firmware
@@ -162,8 +165,7 @@ class ConfigurationStatus:
         )
 
 
-def _bit(word: int, bit: StatusMsw | StatusLsw) -> bool:
-    mask = bit.value
+def _bit(word: int, mask: int) -> bool:
     # In configuration mode bits 0 to 12 mirror the configuration: no status bit is set then.
     wanted = mask if mask & LIVE_BITS else mask | _MODE
 
@@ -194,6 +196,7 @@ class StatusView:
     """
 
     __slots__ = ("_words",)
+    _names: ClassVar[tuple[str, ...]] = tuple(str(bit.name) for bit in (*StatusMsw, *StatusLsw))
 
     def __init__(self, image: Image) -> None:
         self._words = image.words
@@ -209,35 +212,35 @@ class StatusView:
         return card("3601", line(f"position {self.position:,}"), chips(self._bits()))
 
     def _bits(self) -> list[tuple[str, bool]]:
-        return [(str(bit.name), getattr(self, str(bit.name))) for bit in (*StatusMsw, *StatusLsw)]
+        return [(name, getattr(self, name)) for name in self._names]
 
-    MOVING_CW = _bit(0, StatusMsw.MOVING_CW)
-    MOVING_CCW = _bit(0, StatusMsw.MOVING_CCW)
-    HOLD_STATE = _bit(0, StatusMsw.HOLD_STATE)
-    STOPPED = _bit(0, StatusMsw.STOPPED)
-    AT_HOME = _bit(0, StatusMsw.AT_HOME)
-    ACCELERATING = _bit(0, StatusMsw.ACCELERATING)
-    DECELERATING = _bit(0, StatusMsw.DECELERATING)
-    MOVE_COMPLETE = _bit(0, StatusMsw.MOVE_COMPLETE)
-    HOME_INVALID = _bit(0, StatusMsw.HOME_INVALID)
-    INVALID_PROFILE = _bit(0, StatusMsw.INVALID_PROFILE)
-    POSITION_INVALID = _bit(0, StatusMsw.POSITION_INVALID)
-    INPUT_ERROR = _bit(0, StatusMsw.INPUT_ERROR)
-    COMMAND_ERROR = _bit(0, StatusMsw.COMMAND_ERROR)
-    CONFIG_ERROR = _bit(0, StatusMsw.CONFIG_ERROR)
-    MODULE_OK = _bit(0, StatusMsw.MODULE_OK)
-    MODE_CONFIG = _bit(0, StatusMsw.MODE_CONFIG)
-    IN_CAPTURE = _bit(1, StatusLsw.IN_CAPTURE)
-    IN_EXTERNAL = _bit(1, StatusLsw.IN_EXTERNAL)
-    IN_HOME = _bit(1, StatusLsw.IN_HOME)
-    IN_ESTOP = _bit(1, StatusLsw.IN_ESTOP)
-    IN_CW_LIMIT = _bit(1, StatusLsw.IN_CW_LIMIT)
-    IN_CCW_LIMIT = _bit(1, StatusLsw.IN_CCW_LIMIT)
-    ENC_FOLLOWER = _bit(1, StatusLsw.ENC_FOLLOWER)
-    BLEND_RUNNING = _bit(1, StatusLsw.BLEND_RUNNING)
-    BLEND_ACK = _bit(1, StatusLsw.BLEND_ACK)
-    MIN_REG_NONZERO = _bit(1, StatusLsw.MIN_REG_NONZERO)
-    HOME_PROX_ECHO = _bit(1, StatusLsw.HOME_PROX_ECHO)
+    MOVING_CW = _bit(0, StatusMsw.MOVING_CW.value)
+    MOVING_CCW = _bit(0, StatusMsw.MOVING_CCW.value)
+    HOLD_STATE = _bit(0, StatusMsw.HOLD_STATE.value)
+    STOPPED = _bit(0, StatusMsw.STOPPED.value)
+    AT_HOME = _bit(0, StatusMsw.AT_HOME.value)
+    ACCELERATING = _bit(0, StatusMsw.ACCELERATING.value)
+    DECELERATING = _bit(0, StatusMsw.DECELERATING.value)
+    MOVE_COMPLETE = _bit(0, StatusMsw.MOVE_COMPLETE.value)
+    HOME_INVALID = _bit(0, StatusMsw.HOME_INVALID.value)
+    INVALID_PROFILE = _bit(0, StatusMsw.INVALID_PROFILE.value)
+    POSITION_INVALID = _bit(0, StatusMsw.POSITION_INVALID.value)
+    INPUT_ERROR = _bit(0, StatusMsw.INPUT_ERROR.value)
+    COMMAND_ERROR = _bit(0, StatusMsw.COMMAND_ERROR.value)
+    CONFIG_ERROR = _bit(0, StatusMsw.CONFIG_ERROR.value)
+    MODULE_OK = _bit(0, StatusMsw.MODULE_OK.value)
+    MODE_CONFIG = _bit(0, StatusMsw.MODE_CONFIG.value)
+    IN_CAPTURE = _bit(1, StatusLsw.IN_CAPTURE.value)
+    IN_EXTERNAL = _bit(1, StatusLsw.IN_EXTERNAL.value)
+    IN_HOME = _bit(1, StatusLsw.IN_HOME.value)
+    IN_ESTOP = _bit(1, StatusLsw.IN_ESTOP.value)
+    IN_CW_LIMIT = _bit(1, StatusLsw.IN_CW_LIMIT.value)
+    IN_CCW_LIMIT = _bit(1, StatusLsw.IN_CCW_LIMIT.value)
+    ENC_FOLLOWER = _bit(1, StatusLsw.ENC_FOLLOWER.value)
+    BLEND_RUNNING = _bit(1, StatusLsw.BLEND_RUNNING.value)
+    BLEND_ACK = _bit(1, StatusLsw.BLEND_ACK.value)
+    MIN_REG_NONZERO = _bit(1, StatusLsw.MIN_REG_NONZERO.value)
+    HOME_PROX_ECHO = _bit(1, StatusLsw.HOME_PROX_ECHO.value)
 
     @property
     def moving(self) -> bool:
@@ -258,3 +261,11 @@ class StatusView:
     def captured(self) -> int:
         """The value stored by the capture input."""
         return join_reported(self._words[6], self._words[7])
+
+
+def view_with(further: Mapping[str, BitPlace]) -> type[StatusView]:
+    """Return the view of a module with further status bits, as attributes of the same kind."""
+    if not further:
+        return StatusView
+    bits = {name: _bit(at.word, 1 << at.bit) for name, at in further.items()}
+    return type("StatusView", (StatusView,), {"__slots__": (), "_names": (*StatusView._names, *bits), **bits})

@@ -1,40 +1,137 @@
-"""Word names of a 3601, shared by compatible modules."""
+"""What a stepper module of the 3601's family has of its own: words, bits, errors, limits, rules.
+
+Whatever names words or bits, checks a number, or quotes a rule takes them from the `Profile` of its slot.
+"""
 
 from __future__ import annotations
 
-from ..module_words import PLAIN_WORDS, ModuleWords, flag_places
-from .bits import PROFILE_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeGuard
+
+from ..module_words import PLAIN_WORDS, BitPlace, Groups, ModuleWords, flag_places
+from .bits import ERROR_BITS, PROFILE_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw, status_names
+from .parameters import LIMITS_3601, Limits, Parameters
+from .rules import RULES, Rule
+from .status import StatusView, view_with
+
+Broken = Callable[[Sequence[int], Parameters], bool]
+"""Whether a move, its eight signed output words and its numbers, breaks a rule."""
+
+_KNOWN = flag_places("I", StatusMsw, StatusLsw)
+_WORD = 0xFFFF
+_REFUSED = (StatusMsw.COMMAND_ERROR | StatusMsw.INVALID_PROFILE | StatusMsw.HOME_INVALID).value
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Profile(ModuleWords):
+    """A module of the family: the 3601's words, with more bits, other limits, and rules of its own.
+
+    Attributes:
+        limits: the largest values of its commands.
+        rules: its rules by id, a 3601's included.
+        further_refusals: the rules of absolute and relative moves that a 3601 does not have, by id.
+        further: its status bits beyond a 3601's, in its group "status": names and places.
+        further_errors: the errors among them, as a mask of `StatusBits`; Reset Errors clears them.
+        refusals: ids of the rules that refuse a command; others may fire in the same scan by chance.
+        masks: its status bits by name, as masks of `StatusBits`.
+        view: reads an input image by the names of these bits.
+    """
+
+    limits: Limits = field(default=LIMITS_3601, compare=False)
+    rules: Mapping[str, Rule] = field(default_factory=lambda: RULES, compare=False, repr=False)
+    further_refusals: tuple[tuple[str, Broken], ...] = field(default=(), compare=False, repr=False)
+    further: Mapping[str, BitPlace] = field(init=False, compare=False)
+    further_errors: int = field(init=False, compare=False)
+    refusals: frozenset[str] = field(init=False, compare=False, repr=False)
+    masks: Mapping[str, int] = field(init=False, compare=False, repr=False)
+    view: type[StatusView] = field(init=False, compare=False, repr=False)
+
+    def __post_init__(self) -> None:
+        status = self.groups["status"]
+        further = {name: at for name, at in status.items() if name not in _KNOWN}
+        masks = {name: 1 << 16 * at.word + at.bit for name, at in status.items()}
+        errors = sum(masks[name] for name in self.errors if name in further)
+        own = {rule for rule, _ in self.further_refusals}
+        refusals = own.union(row.id for row in self.rules.values() if (row.list_of or 0) & _REFUSED)
+        for name, value in (
+            ("further", further),
+            ("further_errors", errors),
+            ("refusals", frozenset(refusals)),
+            ("masks", masks),
+            ("view", view_with(further)),
+        ):
+            object.__setattr__(self, name, value)
+
+    def __deepcopy__(self, _memo: object) -> Profile:
+        return self
+
+    @property
+    def error_bits(self) -> int:
+        """The bits that report an error, as a mask of `StatusBits`."""
+        return ERROR_BITS.value | self.further_errors
+
+    def status_names(self, word0: int, word1: int) -> list[str]:
+        """Return the names of the set status bits; see `bits.status_names`."""
+        names = status_names(word0, word1)
+        if self.further and not word0 & StatusMsw.MODE_CONFIG.value:
+            both = word0 & _WORD | (word1 & _WORD) << 16
+            names += [name for name in self.further if both & self.masks[name]]
+        return names
+
 
 # fmt: off
-WORDS_3601 = ModuleWords(
-    "Amci3601",
+WORDS_3601 = Profile(
+    message="Amci3601",
     # chapter 5, output data in command mode    chapter 6, input data in command mode
     outputs=("command_msw", "command_lsw",      "target_msw", "target_lsw",
              "speed_msw", "speed_lsw",          "acceleration", "deceleration"),
     inputs=("status_msw", "status_lsw",         "position_msw", "position_lsw",
             "encoder_msw", "encoder_lsw",       "captured_msw", "captured_lsw"),
-    groups={
-        "command": flag_places("O", CommandMsw, CommandLsw),
-        "status": flag_places("I", StatusMsw, StatusLsw),
-    },
+    groups={"command": flag_places("O", CommandMsw, CommandLsw), "status": _KNOWN},
     profile=PROFILE_BITS,
     # chapter 6, Status Word MSW: bits 8, 9, 11, 12, 13
     errors=("HOME_INVALID", "INVALID_PROFILE", "INPUT_ERROR", "COMMAND_ERROR", "CONFIG_ERROR"),
 )
+"""The profile of a 3601, and of the adapters."""
 # fmt: on
 
 
-def is_stepper(words: ModuleWords) -> bool:
-    """Whether a module has the words of a 3601."""
-    return words == WORDS_3601
+def is_stepper(words: ModuleWords) -> TypeGuard[Profile]:
+    """Whether a module is of the 3601's family."""
+    return isinstance(words, Profile)
 
 
 def may_be_stepper(words: ModuleWords) -> bool:
-    """Whether a module has the words of a 3601, or unnamed words.
+    """Whether a module is of the 3601's family, or has unnamed words.
 
     A user's own 3601-compatible module need not name them.
 
     >>> may_be_stepper(PLAIN_WORDS), is_stepper(PLAIN_WORDS)
     (True, False)
     """
-    return words in (WORDS_3601, PLAIN_WORDS)
+    return is_stepper(words) or words == PLAIN_WORDS
+
+
+def profile_of(words: ModuleWords) -> Profile:
+    """Return the profile of a module that may be a stepper; of one without names a 3601's."""
+    return words if is_stepper(words) else WORDS_3601
+
+
+def family_facts(profile: Profile) -> dict[str, object]:
+    """Return what a recording keeps of a profile beside its words and bits."""
+    return {"errors": list(profile.errors), "speed": profile.limits.speed, "rate": profile.limits.rate}
+
+
+def recorded_profile(message: str, groups: Groups, facts: Mapping[str, Any]) -> Profile:
+    """Return the profile of a recorded module, with the rules of a 3601: events have the text of its own.
+
+    Raises:
+        ValueError: facts that `family_facts` does not write.
+    """
+    try:
+        limits = Limits(int(facts["speed"]), int(facts["rate"]))
+        errors = tuple(str(name) for name in facts["errors"])
+        return replace(WORDS_3601, message=message, groups=groups, errors=errors, limits=limits)
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"family of a module: {error!r}") from None

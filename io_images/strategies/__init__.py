@@ -23,6 +23,19 @@ Image([2, 0, 1, 0, 5, 0, 100, 50])
 from __future__ import annotations
 
 from .blends import BLEND_FAULTS, BlendProfile, FaultyBlend, blend_profiles, faulty_blends, handshake
+from .command_values import (
+    DISTANCES,
+    FAULTY_RATES,
+    RATES,
+    STARTING_SPEEDS,
+    firmwares,
+    plain_speeds,
+    rates,
+    shapes,
+    speeds,
+    starting_speeds,
+    targets,
+)
 from .commands import (
     commands,
     find_homes,
@@ -44,19 +57,6 @@ from .images import (
     plausible_images,
 )
 from .sequences import Act, Showing, acting, acts, configuring, sequences, waiting
-from .values import (
-    DISTANCES,
-    FAULTY_RATES,
-    RATES,
-    STARTING_SPEEDS,
-    firmwares,
-    plain_speeds,
-    rates,
-    shapes,
-    speeds,
-    starting_speeds,
-    targets,
-)
 from .wires import Piece, damaged, line_traffic, modbus_frame, modbus_requests, noise, pmc006_requests
 
 __all__ = [

@@ -19,7 +19,7 @@ from ..amci3601.blend import SEGMENTS_MAX, SEGMENTS_MIN
 from ..amci3601.parameters import require
 from ..image import Image, signed_word
 from ..thousands import split_thousands
-from .values import pick
+from .command_values import pick
 
 SEGMENT_RATES = (1000, 2000, 333)
 LENGTHS = (1000, 100, 3000, 200)

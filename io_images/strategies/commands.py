@@ -27,9 +27,9 @@ from ..amci3601 import (
     RunBlend,
     StoreMinimumRegistration,
 )
-from ..amci3601.parameters import DISTANCE_MAX
 from ..image import WORD_MAX
-from .values import rates, shapes, speeds, targets
+from ..thousands import PARAMETER_MAX
+from .command_values import rates, shapes, speeds, targets
 
 directions = st.sampled_from(Direction)
 RELATIVE_FIRST = (MoveKind.RELATIVE, MoveKind.ABSOLUTE)
@@ -106,7 +106,7 @@ def presets() -> st.SearchStrategy[PresetPosition | PresetEncoder]:
 
 def commands(starting_speed: int, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Command]:
     """Return a strategy of all legal commands of a firmware version."""
-    minimum = st.builds(StoreMinimumRegistration, st.integers(0, DISTANCE_MAX))
+    minimum = st.builds(StoreMinimumRegistration, st.integers(0, PARAMETER_MAX))
     newer: list[st.SearchStrategy[Command]] = []
     if firmware.registration:
         newer += [registration_moves(starting_speed), minimum]

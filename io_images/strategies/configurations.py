@@ -12,7 +12,7 @@ from ..amci3601 import ALL_INPUTS, KNOWN, ConfigMsw, Configuration, Firmware, Ho
 from ..amci3601.bits import InputBit
 from ..amci3601.configuration import INVALID_CONFIGURATIONS
 from ..image import Image, signed_word
-from .values import pick, starting_speeds
+from .command_values import pick, starting_speeds
 
 NEWEST = KNOWN[-1]
 

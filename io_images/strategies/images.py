@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 from ..amci3601 import KNOWN, Firmware
 from ..image import WORD_MAX, WORD_MIN, WORDS, Image, signed_word
 from ..thousands import split_thousands
+from .command_values import pick
 from .commands import commands
-from .values import pick
 
 Words: TypeAlias = tuple[int, ...]
 """Eight signed words."""

@@ -49,7 +49,7 @@ from ..amci3601 import (
     StatusMsw,
     StoreMinimumRegistration,
 )
-from ..amci3601.parameters import SPEED_MAX, require
+from ..amci3601.parameters import LIMITS_3601, require
 from ..image import Image
 from .blends import handshake
 
@@ -257,7 +257,7 @@ def _blends(speeds: Sequence[int]) -> st.SearchStrategy[Act]:
     """Two segments long enough for their ramps: v * v / 2a at 1000 steps/ms/s, and twice that in S."""
 
     def blend(direction: Direction, first: int, second: int, shape: Acceleration) -> Act:
-        other = second if second != first else first + (1 if first < SPEED_MAX else -1)
+        other = second if second != first else first + (1 if first < LIMITS_3601.speed else -1)
         length = max(1000, max(first, other) ** 2 // 250_000)
         header = BlendHeader((shape, shape), 1000)
         segments = [BlendSegment(length, speed, 1000) for speed in (first, other)]

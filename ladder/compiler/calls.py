@@ -20,7 +20,7 @@ from ..model.types import Structure, count_of
 from ..state.lowered import AddOnCall
 from ..state.memory import mask_of
 from .packed import byte_of
-from .values import ValueWriter
+from .value_writer import ValueWriter
 
 
 def parameters_of(values: ValueWriter, inouts: Sequence[str]) -> list[str]:

@@ -13,7 +13,7 @@ from ..model.spec import InstructionKind
 from ..model.tags import OVERRIDE
 from ..state.lowered import LoweredStep, Node, Parallel
 from .observed import Notes
-from .values import ValueWriter, calculates
+from .value_writer import ValueWriter, calculates
 from .writer import Writer, both, either_of
 
 

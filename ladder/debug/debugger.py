@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...io_images.times import seconds
-from ..build.runnable import LadderLogic
 from ..compiler.observed import LineKey
+from ..lowering.runnable import LadderLogic
 from ..model.errors import LadderError, LadderFault
 from ..model.operands import FAULT, Constant, Group, Place
 from ..model.resolver import Resolver, address_in
@@ -34,9 +34,9 @@ from .links import CauseLink
 from .never import NO_BLOCKS, AtRest, Blocks, at_rest_unknown
 from .remedies import Remedies, of_input
 from .replay import Replayer, Truths, input_leaves
+from .rung_values import with_values
 from .stretch import ScanInputs, Write
 from .trials import Name, Trials, terminal
-from .values import with_values
 from .watched import Change, shown
 from .watching import WatchedEngine
 

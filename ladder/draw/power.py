@@ -33,7 +33,7 @@ class Numbering:
 def branches_in(series: Series) -> int:
     """Return the number of branches in a series, nested ones included.
 
-    >>> from ..build.text import parse_rung
+    >>> from ..lowering.text import parse_rung
     >>> branches_in(parse_rung("[[XIC(A),XIC(B)],XIC(C)][,]OTE(D);").series)
     3
     """
@@ -44,7 +44,7 @@ def branches_in(series: Series) -> int:
 def power(rung: Rung, truth: Sequence[bool] | None) -> str:
     """Return the power after each element of a rung, `1` or `0` each.
 
-    >>> from ..build.text import parse_rung
+    >>> from ..lowering.text import parse_rung
     >>> seal_in = parse_rung("[XIC(Start),XIC(Run)]XIO(Stop)OTE(Run);")
     >>> power(seal_in, [False, True, True, True])  # four instructions, the branch, the rail
     '011111'

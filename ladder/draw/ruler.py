@@ -10,8 +10,8 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from ..build.addon import AddOn
 from ..instructions import SPECS
+from ..lowering.addon import AddOn
 from ..model.tree import Branch, Element, Instruction, Series
 from .marks import BoxLine
 

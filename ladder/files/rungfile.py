@@ -53,11 +53,11 @@ from ...io_images.input_files import read_input_text
 from ...io_images.site import Site
 from ...io_images.text_limits import TextKind, TextLimitError, check_text
 from ...io_images.times import time_text
-from ..build.addon import AddOn
-from ..build.controller import Controller
-from ..build.dialects import LOGIX
-from ..build.program import Program
-from ..build.runnable import LadderLogic
+from ..lowering.addon import AddOn
+from ..lowering.controller import Controller
+from ..lowering.dialects import LOGIX
+from ..lowering.program import Program
+from ..lowering.runnable import LadderLogic
 from ..model.chart import DEFAULT_OPTIONS
 from ..model.errors import LadderError
 from ..model.predefined.structures import PREDEFINED_TYPES

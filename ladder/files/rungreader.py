@@ -17,11 +17,11 @@ from typing import NoReturn
 from ...io_images.doors import json_value
 from ...io_images.site import Site
 from ...io_images.times import TIME, parse_time
-from ..build.addon import ROUTINES, AddOn, Parameter, ParameterMode, specs_of
-from ..build.controller import Controller
-from ..build.dialects import DIALECTS, LOGIX
-from ..build.program import Program
-from ..build.text import parse_rung
+from ..lowering.addon import ROUTINES, AddOn, Parameter, ParameterMode, specs_of
+from ..lowering.controller import Controller
+from ..lowering.dialects import DIALECTS, LOGIX
+from ..lowering.program import Program
+from ..lowering.text import parse_rung
 from ..model.chart import DEFAULT_OPTIONS, ChartOptions, ExecutionControl, LastScan, RestartPosition
 from ..model.errors import LadderError, RungTextError
 from ..model.expressions import TAG_NAME, parse_address

@@ -21,10 +21,10 @@ from typing import NamedTuple
 from ...io_images.input_files import read_input_text
 from ...io_images.site import Site
 from ...io_images.text_limits import TextKind
-from ..build.controller import Controller
-from ..build.program import Program
-from ..build.runnable import LadderLogic
-from ..build.text import parse_rung
+from ..lowering.controller import Controller
+from ..lowering.program import Program
+from ..lowering.runnable import LadderLogic
+from ..lowering.text import parse_rung
 from ..model.errors import LadderError
 from ..model.routine import Routine
 from ..model.schedule import TaskKind

@@ -1,6 +1,6 @@
 """What a scan of a sequential function chart does.
 
-`build.lowering_charts` puts these rows in the order of a scan. Time of steps and actions counts in ms from
+`lowering.charts` puts these rows in the order of a scan. Time of steps and actions counts in ms from
 the scan that activates them [1756-PM006: step tags, action tags, choose a qualifier, last scan options]. The
 rows are not in `FAMILIES`: no rung names them.
 

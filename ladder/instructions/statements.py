@@ -1,6 +1,6 @@
 """Statements of structured text as instructions.
 
-They are not in `FAMILIES`: no rung names them. `lowering_statements` makes steps of them.
+They are not in `FAMILIES`: no rung names them. `lowering.statements` makes steps of them.
 """
 
 from __future__ import annotations

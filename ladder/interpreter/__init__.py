@@ -1,6 +1,6 @@
 """The interpreter: the reference for the compiled program."""
 
 from .interpreter import Interpreter
-from .values import PlaceValues
+from .place_values import PlaceValues
 
 __all__ = ["Interpreter", "PlaceValues"]

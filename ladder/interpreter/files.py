@@ -6,7 +6,7 @@ from ..model.operand_checks import array_of
 from ..model.operands import Group, Resolved
 from ..model.types import DataType, count_of
 from ..state.memory import Value
-from .values import PlaceValues
+from .place_values import PlaceValues
 
 
 class Members:

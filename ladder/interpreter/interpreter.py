@@ -35,7 +35,7 @@ from ..state.lowered import (
 from ..state.memory import InterpretedAddOnStore, Memory, Passed, Value
 from ..state.scheduler import Scheduler
 from .files import Elements
-from .values import PlaceValues
+from .place_values import PlaceValues
 
 Caller = Callable[[str, Sequence[Passed]], Sequence[Passed]]
 """Calls a routine in Python: name in capitals, values in; returns the values out."""

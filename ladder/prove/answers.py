@@ -21,7 +21,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-from ..build.runnable import LadderLogic
+from ..lowering.runnable import LadderLogic
 from ..model.errors import LadderError
 from ..model.tags import Layout
 from ..state.memory import element_text

@@ -27,10 +27,10 @@ from typing import Any
 
 from ...io_images.site import Site
 from ...io_images.tag_names import normal
-from ..build.checks import calls_of
-from ..build.lowering import Lowering
-from ..build.runnable import LadderLogic
 from ..instructions import BY_NAME
+from ..lowering.checks import calls_of
+from ..lowering.rungs import Lowering
+from ..lowering.runnable import LadderLogic
 from ..model.errors import BuildError, LadderError
 from ..model.expressions import parse_address, parse_expression
 from ..model.operands import Constant, Place

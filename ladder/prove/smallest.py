@@ -12,7 +12,7 @@ from dataclasses import replace
 from functools import partial
 from itertools import islice
 
-from ..build.runnable import LadderLogic
+from ..lowering.runnable import LadderLogic
 from ..model.errors import LadderFault
 from ..model.tags import Layout
 from ..run.edit import started_again

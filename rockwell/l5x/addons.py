@@ -6,9 +6,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from ...ladder.build.addon import ENABLES, LOGIC, ROUTINES, AddOn, Parameter, ParameterMode
 from ...ladder.instructions import BY_NAME
 from ...ladder.instructions.addons import ADD_ON_CALL
+from ...ladder.lowering.addon import ENABLES, LOGIC, ROUTINES, AddOn, Parameter, ParameterMode
 from ...ladder.model.errors import LadderError
 from ...ladder.model.expressions import parse_address
 from ...ladder.model.routine import Routine

@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from ...ladder.build.addon import AddOn
-from ...ladder.build.controller import Controller
-from ...ladder.build.guess import type_at
 from ...ladder.instructions.motion.axes import MotionData
+from ...ladder.lowering.addon import AddOn
+from ...ladder.lowering.controller import Controller
+from ...ladder.lowering.guess import type_at
 from ...ladder.model.chart import DEFAULT_OPTIONS, ChartOptions
 from ...ladder.model.errors import LadderError
 from ...ladder.model.routine import Routine

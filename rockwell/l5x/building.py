@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 
 from ...io_images.site import NOWHERE, Site
-from ...ladder.build.addon import AddOn
-from ...ladder.build.controller import Controller
+from ...ladder.lowering.addon import AddOn
+from ...ladder.lowering.controller import Controller
 from ...ladder.model.errors import BuildError, LadderError, Problem
 from ...ladder.model.routine import Routine
 from ...ladder.model.tags import Tag, program_of

@@ -7,8 +7,8 @@ from collections.abc import Collection, Iterable
 from dataclasses import replace
 from functools import cached_property
 
-from ...ladder.build.guess import Guess
-from ...ladder.build.type_inference import Guesses
+from ...ladder.lowering.guess import Guess
+from ...ladder.lowering.type_inference import Guesses
 from ...ladder.model.expressions import TAG_NAME
 from ...ladder.model.routine import Routine
 from ...ladder.model.schedule import Task, TaskKind

@@ -12,9 +12,9 @@ from typing import Any
 
 from lxml import etree
 
-from ...ladder.build.addon import ENABLES, OTHERWISE, POSTSCAN, PRESCAN, AddOn, Parameter, ParameterMode
-from ...ladder.build.controller import Controller
-from ...ladder.build.program import Program
+from ...ladder.lowering.addon import ENABLES, OTHERWISE, POSTSCAN, PRESCAN, AddOn, Parameter, ParameterMode
+from ...ladder.lowering.controller import Controller
+from ...ladder.lowering.program import Program
 from ...ladder.model.errors import LadderError
 from ...ladder.model.predefined.structures import PREDEFINED_TYPES
 from ...ladder.model.routine import Routine

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...io_images.site import Site
-from ...ladder.build.addon import OTHERWISE
-from ...ladder.build.controller import Controller
 from ...ladder.instructions.stubbed import specs_of_stubs
+from ...ladder.lowering.addon import OTHERWISE
+from ...ladder.lowering.controller import Controller
 from ...ladder.model.collector import collector_paused
 from ...ladder.model.routine import Routine
 from ...ladder.model.spec import Spec
@@ -20,7 +20,7 @@ from .addons import AddOns, arguments_of
 from .assembly import Parts, ProgramPart, does_nothing, harness_of
 from .building import DECLARE, STAND_IN, Builder
 from .completing import Completion
-from .diagrams.values import Known
+from .diagrams.wire_values import Known
 from .mnemonics import MNEMONICS
 from .modules import module_objects, module_tags
 from .names import Names

@@ -13,7 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterator, Mapping
 
-from ...ladder.build.calls import MODULE, MODULE_TAG
+from ...ladder.lowering.calls import MODULE, MODULE_TAG
 from ...ladder.model.errors import LadderError
 from ...ladder.model.expressions import parse_address
 from ...ladder.model.resolver import slot_of_image
@@ -22,8 +22,8 @@ from ...ladder.model.types import DINT, INT, DataType, Member, Structure
 from .report import Report
 from .scopes import note_forces
 from .values.datatypes import NAME, Types
+from .values.initial_values import initial_of
 from .values.value_texts import ValueTextError
-from .values.values import initial_of
 from .xml.document import L5xError
 from .xml.records import L5xDocument, ModuleRecord, ModuleTagRecord, number_of
 

@@ -9,8 +9,8 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 
 from ...io_images.site import NOWHERE, Site
-from ...ladder.build.text import parse_rung
 from ...ladder.instructions import BY_NAME
+from ...ladder.lowering.text import parse_rung
 from ...ladder.model.chart_checks import unreached
 from ...ladder.model.errors import LadderError, RungTextError
 from ...ladder.model.routine import Routine
@@ -22,7 +22,7 @@ from ...ladder.st import parse_statements
 from .charts import ChartBuilder, ChartRefusedError
 from .diagrams.lowering import Lowered, lowered
 from .diagrams.sheets import DiagramError
-from .diagrams.values import Known
+from .diagrams.wire_values import Known
 from .edits import NORMAL, RUNG_TYPES, TEXT_TYPES, Edit
 from .presets import Presets
 from .report import Refusal, Report, StructuredRoutine

@@ -19,8 +19,8 @@ from ...ladder.model.types import MAX_DIMENSIONS, DataType
 from .report import Report
 from .values.datatypes import Types
 from .values.force_values import forces_of
+from .values.initial_values import initial_of
 from .values.value_texts import ValueTextError
-from .values.values import initial_of
 from .xml.document import L5xError
 from .xml.records import Element, ModuleTagRecord, TagRecord
 

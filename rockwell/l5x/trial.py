@@ -14,8 +14,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from ...ladder.build.controller import Controller
-from ...ladder.build.runnable import LadderLogic
+from ...ladder.lowering.controller import Controller
+from ...ladder.lowering.runnable import LadderLogic
 from ...ladder.model.errors import WATCHDOG_TYPE, BuildError, LadderFault, OutOfLinesError, TooLongError
 from ...ladder.model.routine import Routine
 from ...ladder.model.schedule import Task

@@ -14,7 +14,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 
-from ...ladder.build.type_inference import Guesses
+from ...ladder.lowering.type_inference import Guesses
 from ...ladder.model.errors import LadderError
 from ...ladder.model.predefined.motion_types import AXIS_TYPES
 from ...ladder.model.routine import Routine

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from ...ladder.build.type_inference import Guesses
+from ...ladder.lowering.type_inference import Guesses
 from ...ladder.model.predefined.structures import PREDEFINED_TYPES
 from ...ladder.model.spec import Spec
 from ...ladder.model.tags import Declaration, Tag

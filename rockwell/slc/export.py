@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from ...ladder.build.dialects import SLC
-from ...ladder.build.program import Program
+from ...ladder.lowering.dialects import SLC
+from ...ladder.lowering.program import Program
 from ...ladder.model.errors import LadderError
 from ...ladder.model.tags import Tag
 from .addresses import STRUCTURED

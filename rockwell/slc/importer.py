@@ -7,10 +7,10 @@ from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ...ladder.build.addon import specs_of
-from ...ladder.build.dialects import SLC
-from ...ladder.build.program import Program
 from ...ladder.instructions.slc import SLC_SPECS
+from ...ladder.lowering.addon import specs_of
+from ...ladder.lowering.dialects import SLC
+from ...ladder.lowering.program import Program
 from ...ladder.model.errors import BuildError, LadderError, Problem
 from ...ladder.model.routine import Routine
 from ...ladder.model.stubs import ALL_MESSAGES, NO_STUBS, Stubs, parse_stub

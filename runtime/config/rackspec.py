@@ -12,7 +12,7 @@ are unique, addresses of forces exist, modules accept their options.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from decimal import Decimal
 from typing import Annotated, Any, Literal, Self, TypeVar
 
@@ -30,6 +30,7 @@ from pydantic_core import PydanticCustomError, core_schema
 
 from ...io_images.addresses import allowed, parse_address
 from ...io_images.amci3601.firmware import KNOWN, Firmware
+from ...io_images.amci3601.words import WORDS_3601, Profile, is_stepper
 from ...io_images.module_words import ModuleWords
 from ...io_images.site import SettingError, SiteError
 from ...io_images.times import exact_ns
@@ -239,6 +240,14 @@ class SlotSpec(Table):
         elif self.address is not None:
             raise SettingError("address", f"address {self.address}: it goes with a real port only")
         return self
+
+
+def profile_in(slots: Iterable[SlotSpec], number: int | None) -> Profile:
+    """Return the profile of a slot; without a stepper there, that of the fastest in the rack, or a 3601's."""
+    steppers = {slot.number: words for slot in slots if is_stepper(words := slot.words)}
+    if number in steppers:
+        return steppers[number]
+    return max(steppers.values(), key=lambda each: each.limits.speed, default=WORDS_3601)
 
 
 class ForceSpec(Table):

@@ -229,7 +229,7 @@ NAMES: Mapping[type[Action], str] = {kind: name for name, kind in {**RECORDED, *
 def action_of(said: object, known: Mapping[str, type[Action]] = ACTIONS) -> Action:
     """Return the order of a message.
 
-    >>> order_of({"do": "step", "scans": 3})
+    >>> action_of({"do": "step", "scans": 3})
     Step(scans=3)
 
     Args:

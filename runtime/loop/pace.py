@@ -513,7 +513,9 @@ _ended_by: list[str] = []
 
 
 def _interrupt(number: int, _frame: FrameType | None) -> None:
-    _ended_by.append(signal.Signals(number).name)
+    _ended_by.append(name := signal.Signals(number).name)
+    if name == "SIGHUP":  # shell and kernel both send it: the second one would break off what is completed
+        signal.signal(number, signal.SIG_IGN)
     if not callable(signal.getsignal(signal.SIGINT)):
         raise KeyboardInterrupt
     signal.raise_signal(signal.SIGINT)

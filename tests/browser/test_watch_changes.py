@@ -4,7 +4,7 @@ Broken on purpose: `value !== before` of changes.js, the scan before a change: a
 """
 
 import pytest
-from scanrack.jobs.bench.opening import open_bench
+from scanrack.jobs import open_bench
 
 SCANS = 2000
 READS = {

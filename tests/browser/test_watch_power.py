@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from scanrack.jobs.bench.opening import open_bench
+from scanrack.jobs import open_bench
 from scanrack.ladder.draw import power
 from watched_page import until
 

@@ -1,7 +1,7 @@
 """What is clicked on the page is recorded with its scan, and acts at once."""
 
 from scanrack.io_images.amci3601 import StatusLsw
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from watched_page import until, watching
 
 CLICKS = 6

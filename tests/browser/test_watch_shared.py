@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.bench.opening import open_bench
+from scanrack.jobs import open_bench
 from scanrack.watch.share.command import ShareOptions, share
 from scanrack.watch.share.failure import Failure
 from typer.testing import CliRunner

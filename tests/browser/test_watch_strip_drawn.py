@@ -1,7 +1,7 @@
 """What the timing strip draws is what was, also just behind the present of a rack that runs."""
 
 from scanrack.io_images.amci3601 import StatusLsw
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from watched_page import until, watching
 
 ENTER = "\ue007"

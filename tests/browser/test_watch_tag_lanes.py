@@ -1,6 +1,6 @@
 """Tags in the timing strip: every change, live and in the past, as the bench has it."""
 
-from scanrack.jobs.bench.opening import open_bench
+from scanrack.jobs import open_bench
 from watched_page import until, watching
 
 EDGES = """

@@ -16,7 +16,7 @@ from scanrack.ladder.python.axis3601.drive import Drive
 from scanrack.ladder.python.axis3601.kinds import PRESET, RELATIVE
 from scanrack.ladder.python.axis3601.link import Link
 from scanrack.ladder.python.sequences.parts import Clock
-from scanrack.runtime.modules.amci3601 import ModuleFault
+from scanrack.runtime import ModuleFault
 from sequence_bench import RATES, SLOW, SequenceBench
 
 LINK, NOT_DONE = 512, 1024

@@ -17,7 +17,7 @@ from blocks3601 import (
     SYNCHRONIZED,
     BlocksBench,
 )
-from scanrack.runtime.modules.amci3601 import ModuleFault
+from scanrack.runtime import ModuleFault
 
 BOTH = pytest.mark.parametrize("interpreted", [False, True], ids=["compiled", "interpreted"])
 REFUSED, PARAMETER, NO_POSITION = 64, 128, 256

@@ -3,7 +3,7 @@
 import pytest
 from ladder_bench import both
 from scanrack.ladder import BuildError, LadderFault, Program
-from scanrack.ladder.files.rungfile import parse_program, parse_structured
+from scanrack.ladder.files import parse_program, parse_structured
 from slc_bench import after
 
 TAGS = "TAG Go : BOOL\nTAG N : DINT\nTAG Name : STRING"

@@ -3,7 +3,7 @@
 import pytest
 from ladder_bench import both
 from scanrack.ladder import BuildError
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 
 FILES = """TAG Go : BOOL
 TAG Source : DINT[2] := [5, 1]

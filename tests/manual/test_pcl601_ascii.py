@@ -7,8 +7,8 @@ from bench601 import Bench601
 from scanrack.io_images.pcl601 import COMMANDS
 from scanrack.io_images.pcl601.program import parse_program
 from scanrack.io_images.pcl601.talk import Action
+from scanrack.runtime import SerialBus
 from scanrack.runtime.controllers.pcl601.program import ProgramMachine
-from scanrack.runtime.line.wire import SerialBus
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from scanrack.io_images.pcl601.program import parse_program
 from scanrack.runtime.controllers.pcl601.autocorrect import Autocorrect
 from scanrack.runtime.controllers.pcl601.motor import EncoderModel
 from scanrack.runtime.controllers.pcl601.program import ProgramMachine
-from scanrack.runtime.controllers.pcl601.values import Values
+from scanrack.runtime.controllers.pcl601.register_values import Values
 from scanrack.runtime.controllers.pcl601.wiring import Wiring
 
 

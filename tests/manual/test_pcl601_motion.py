@@ -11,7 +11,7 @@ from math import sqrt
 import pytest
 from bench601 import MS, Bench601
 from scanrack.io_images.pcl601 import Register
-from scanrack.runtime.machine.contacts import Contact
+from scanrack.runtime import Contact
 
 
 @pytest.fixture

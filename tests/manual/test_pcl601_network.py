@@ -6,12 +6,12 @@ import pytest
 from programs601 import MS, sample
 from scanrack.io_images.pcl601 import Code, Error, Register
 from scanrack.io_images.pcl601.program import parse_program
+from scanrack.runtime import SerialBus
 from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
 from scanrack.runtime.controllers.pcl601.program import ProgramMachine
 from scanrack.runtime.controllers.pcl601.wiring import Wiring
 from scanrack.runtime.line.ports import BusSegment
 from scanrack.runtime.line.rtu import frame
-from scanrack.runtime.line.wire import SerialBus
 
 TO_ASCII = frame(0, bytes.fromhex("06 0000 000B"))
 """The broadcast that takes all units to AA ASCII; its CRC is misprinted in the manual."""

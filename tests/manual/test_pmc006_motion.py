@@ -7,10 +7,10 @@ from math import cos, pi, sin
 import pytest
 from bench006 import MS, Bench006
 from scanrack.io_images.pmc006.status import Status1, Status2
+from scanrack.runtime import Contact
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.controllers.pmc006.pins import Pin
 from scanrack.runtime.controllers.pmc006.ramps import Pmc006Speeds, plan_move, plan_run, plan_slowing
-from scanrack.runtime.machine.contacts import Contact
 
 # 4.3.3's table, transcribed
 ACCELERATIONS = {1: 77440, 2: 48410, 3: 27170, 4: 21510, 5: 14080, 6: 10460, 7: 6915, 8: 5210}

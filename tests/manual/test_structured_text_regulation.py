@@ -2,7 +2,7 @@
 
 import pytest
 from scanrack.ladder import BuildError
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 
 
 def run(kind, name, scans, *, ms=100, initial="{}"):

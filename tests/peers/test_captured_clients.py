@@ -16,7 +16,7 @@ import pytest
 from captured import conversation, pcap
 from logix_clients import pycomm3_client, pylogix_client
 from scanrack.commands import build
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from served_tags import served, write_rack
 from typer.testing import CliRunner
 

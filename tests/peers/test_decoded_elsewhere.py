@@ -12,11 +12,8 @@ import pytest
 from foxglove_peer import decoded_scans
 from made_tags import MadeTags
 from mcap.reader import make_reader
+from scanrack.traces import ScanRecorder, SlotInfo, Tag, open_trace
 from scanrack.traces.export import write_mcap
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.format.tagplan import Tag
-from scanrack.traces.read.reader import open_trace
-from scanrack.traces.write.recorder import ScanRecorder
 
 SCANS = 200
 SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "a toy"), SlotInfo(4, "amci3601", "4.1")]

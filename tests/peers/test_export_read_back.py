@@ -13,9 +13,8 @@ import numpy as np
 import pytest
 from made_traces import A3601, PERIOD_NS, idle, record
 from scanrack.io_images.amci3601 import StatusView
+from scanrack.traces import Scan, SlotInfo, open_trace
 from scanrack.traces.export import to_pandas, to_polars, write_csv, write_parquet, write_vcd
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.read.reader import Scan, open_trace
 from scanrack.traces.signals import Selection
 
 SCANS = 300

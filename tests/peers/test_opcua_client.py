@@ -15,8 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.run.servers.kinds import ServerAddress
 from scanrack.jobs.run.servers.tag_service import TagService
 from scanrack.jobs.trust import launcher

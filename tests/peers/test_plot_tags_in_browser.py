@@ -10,11 +10,8 @@ import pytest
 from chromium import BROWSER, Chromium
 from contrast import contrast
 from made_tags import MadeTags
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.format.tagplan import Tag
+from scanrack.traces import ScanRecorder, SlotInfo, Tag, open_trace
 from scanrack.traces.plot import save_page
-from scanrack.traces.read.reader import open_trace
-from scanrack.traces.write.recorder import ScanRecorder
 
 pytestmark = pytest.mark.slow
 

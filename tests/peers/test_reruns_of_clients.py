@@ -11,11 +11,10 @@ from pathlib import Path
 import pytest
 from pymodbus.client import ModbusTcpClient
 from rerun_orders import rerun, run_while
-from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.run.servers.kinds import ServerAddress
 from scanrack.jobs.run.servers.tag_service import TagService
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from served_tags import write_rack
 
 WRITES = 500

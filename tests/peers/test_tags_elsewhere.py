@@ -10,9 +10,7 @@ import pytest
 from foxglove_peer import decoded_scans
 from made_tags import MadeTags
 from mcap.reader import make_reader
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.format.tagplan import Tag
-from scanrack.traces.write.recorder import ScanRecorder
+from scanrack.traces import ScanRecorder, SlotInfo, Tag
 
 SCANS = 300
 SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "a toy")]

@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 import pytest
 from made_traces import PERIOD_NS, record
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import SlotInfo, open_trace
 from scanrack.traces.repair import repair
 
 SCRIPT = Path(__file__).with_name("read_trace.cjs")

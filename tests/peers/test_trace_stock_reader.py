@@ -12,8 +12,7 @@ from mcap.opcode import Opcode
 from mcap.reader import NonSeekingReader, make_reader
 from mcap.records import ChunkIndex
 from scanrack.io_images.image import Image
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.write.recorder import ScanRecorder
+from scanrack.traces import ScanRecorder, SlotInfo
 
 SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(3, "amci3601", "2.0"), SlotInfo(12, "a toy")]
 # fmt: off

@@ -6,9 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import Attachment, ScanRecorder, SlotInfo
 from scanrack.traces.write import recorder
-from scanrack.traces.write.recorder import Attachment, ScanRecorder
 from stockwriter import StockWriter
 
 happenings = st.lists(

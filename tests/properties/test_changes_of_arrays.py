@@ -8,10 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from made_traces import A3601, record
+from scanrack.traces import SlotInfo, open_trace
 from scanrack.traces.format.flags import flag_names
-from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.changes import ChangeRows, Row
-from scanrack.traces.read.reader import open_trace
 
 SLOTS = (A3601, SlotInfo(2, "a toy"), SlotInfo(3, "amci3601", "4.1"))
 COLUMNS = 16 * len(SLOTS)
@@ -53,7 +52,7 @@ def test_a_limit_stops_at_the_end_of_the_chunk_in_which_it_is_reached(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from scanrack.commands.recordings.show import Contents
-    from scanrack.traces.read.reader import Trace
+    from scanrack.traces import Trace
 
     words = np.zeros((1000, 16), np.int16)
     words[::2, 0] = 1

@@ -8,7 +8,7 @@ from charts import BothEngines, charts, inputs_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from scanrack.ladder import LadderFault
-from scanrack.ladder.files.rungfile import parse_program, program_text
+from scanrack.ladder.files import parse_program, program_text
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scanrack.io_images.amci3601 import (
+    LIMITS_3601,
     Acceleration,
     Direction,
     FindHome,
@@ -170,8 +171,8 @@ def test_parameters_judge_like_the_manual(words):
     assert parameters.target == (1000 * target[0] + target[1] if pair(target, *whole) else None)
     assert parameters.speed == (1000 * speed[0] + speed[1] if pair(speed, *whole) else None)
     assert parameters.target_in_range is pair(target, -8_388_608, 8_388_607)
-    assert parameters.speed_in_range is pair(speed, 1, 1_000_000)
-    assert parameters.rates_in_range is rates(words, 1)
+    assert LIMITS_3601.takes_speed(parameters.speed) is pair(speed, 1, 1_000_000)
+    assert parameters.rates_in_range(LIMITS_3601) is rates(words, 1)
     assert (parameters.acceleration, parameters.deceleration) == (words[6], words[7])
 
 

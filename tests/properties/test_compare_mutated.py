@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scanrack.io_images.thousands import split_reported
+from scanrack.traces import SlotInfo
 from scanrack.traces.compare import EXACT, Tolerance, compare_parts
-from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.columns import Columns
 
 pytestmark = pytest.mark.slow  # together they take seconds

@@ -19,7 +19,7 @@ from scanrack.io_images.amci3601.contracts import rows as the
 from scanrack.io_images.amci3601.contracts.fact import now, told, was
 from scanrack.runtime.modules.amci3601 import CommandLayer
 from scanrack.runtime.modules.amci3601.latches import STOPPED
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from stories3601 import scripts
 
 SHOWS_A_CUT = 37

@@ -17,15 +17,15 @@ from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from recorded_numbers import BITS, PERIOD_NS, ends, integers, record_numbers
+from scanrack.traces import Tag, open_trace
 from scanrack.traces.compare import Tolerance, compare
 from scanrack.traces.export import write_csv, write_vcd
-from scanrack.traces.format.tagplan import Tag, plan_of
+from scanrack.traces.format.tagplan import plan_of
 from scanrack.traces.plot import read_chart
 from scanrack.traces.plot.page import PackedCurve, PackedNumbers
 from scanrack.traces.query import query
 from scanrack.traces.query.columns import Scans
 from scanrack.traces.query.language import parse
-from scanrack.traces.read.reader import open_trace
 from scanrack.traces.read.tag_text import TagText
 from scanrack.traces.signals import Catalog
 

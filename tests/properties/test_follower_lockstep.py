@@ -5,8 +5,8 @@ from random import Random
 
 import pytest
 from scanrack.io_images.amci3601 import Configuration, Direction, Follower, Idle, InputBit, ResetErrors
+from scanrack.runtime import Amci3601
 from scanrack.runtime.machine import EncoderSpec, Machine, MachineSpec, Switch
-from scanrack.runtime.modules.amci3601 import Amci3601
 
 CW, CCW = Direction.CW, Direction.CCW
 MS = 1_000_000

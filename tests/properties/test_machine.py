@@ -15,7 +15,7 @@ from random import Random
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scanrack.io_images.amci3601.bits import InputBit
+from scanrack.io_images.amci3601 import InputBit
 from scanrack.runtime.machine import EncoderSpec, Jam, Machine, MachineSpec, Slip, Switch
 
 FAR_ENOUGH = 400  # single steps the plain machine tries before it says "never"

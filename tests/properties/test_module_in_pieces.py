@@ -13,8 +13,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scanrack.io_images.amci3601 import InputBit
+from scanrack.runtime import Amci3601
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
-from scanrack.runtime.modules.amci3601 import Amci3601
 from scanrack.testing.modules import Step, at_once, every, play
 
 TICK_NS = 250_000

@@ -15,7 +15,7 @@ import pytest
 from live_sessions import FEEDER, LiveSession
 from page_model import PERIOD_NS, TAGS, Lanes, Recorded
 from scanrack.jobs.record.order_repeater import orders_of
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from scanrack.watch.monitors.monitor import Monitor, SessionFacts
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.questions import ask

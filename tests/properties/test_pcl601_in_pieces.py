@@ -10,10 +10,11 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 from scanrack.io_images.pcl601 import Register
 from scanrack.io_images.pcl601.program import parse_program
+from scanrack.runtime import Contact
 from scanrack.runtime.controllers.pcl601.motor import EncoderModel
 from scanrack.runtime.controllers.pcl601.program import ProgramMachine
 from scanrack.runtime.line.rtu import frame
-from scanrack.runtime.machine.contacts import GROUND, OPEN, Contact
+from scanrack.runtime.machine.contacts import GROUND, OPEN
 
 PROGRAM = "MOVE 300\nFINISH\nOUTPUTS 10000001\nWAIT 7\nSLEW\nWAIT 40\nSTOPSOFT\nFINISH\nREPEAT\nEND"
 PLACES = st.integers(-700, 700)

@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from scanrack.io_images.pmc006.frame import Frame, Framer, command, decode, encode
 from scanrack.io_images.pmc006.instructions import INSTRUCTIONS
 from scanrack.io_images.pmc006.program import USER_OPS, UserInstruction, assemble, disassemble
+from scanrack.runtime import Contact
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.controllers.pmc006.pins import Pin
 from scanrack.runtime.controllers.pmc006.ramps import Pmc006Speeds, plan_move, plan_run, plan_slowing
 from scanrack.runtime.kinematics import FOREVER
-from scanrack.runtime.machine.contacts import Contact
 
 int32 = st.integers(-(1 << 31), (1 << 31) - 1)
 bytes_ = st.integers(0, 255)

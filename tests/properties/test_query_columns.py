@@ -13,9 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_traces import A3601, PERIOD_NS, record
 from scanrack.io_images.amci3601 import StatusView
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import Scan, SlotInfo, open_trace
 from scanrack.traces.query import query
-from scanrack.traces.read.reader import Scan, open_trace
 
 pytestmark = pytest.mark.slow
 

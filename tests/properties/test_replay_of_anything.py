@@ -15,17 +15,14 @@ from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scanrack.io_images import Image
-from scanrack.jobs.load.building import build_cpu, build_rack
+from scanrack.jobs import build_cpu, build_rack
 from scanrack.jobs.replay.replaying import Replay
 from scanrack.jobs.replay.targets import ReplayTarget
-from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
-from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime import Cpu, RackSpec, SlotSpec
 from scanrack.runtime.loop.scan import CpuMode, LogicScan
+from scanrack.traces import ScanRecorder, SlotInfo, open_trace
 from scanrack.traces.compare import EXACT
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.read.reader import open_trace
 from scanrack.traces.replay import PackedTrace
-from scanrack.traces.write.recorder import ScanRecorder
 
 SCANS = 40
 WORDS = (

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from scanrack.jobs.imports.slc_rack import rack_of_slc
-from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder import LadderError
 from scanrack.rockwell.slc import export_text, import_text
 from slc_files import FUNCTION_FILES, elements, export, forces, image, ladder, slot, texts, words
 

@@ -12,9 +12,8 @@ from hypothesis import strategies as st
 from made_traces import record
 from mcap.reader import make_reader
 from scanrack.commands import build
-from scanrack.traces.format.records import TraceError
-from scanrack.traces.read.arrays import Columns, extent, read_columns, scan_at
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import TraceError, open_trace, read_columns
+from scanrack.traces.read.arrays import Columns, extent, scan_at
 from scanrack.traces.repair import repair
 from typer.testing import CliRunner
 

@@ -3,11 +3,11 @@
 from hypothesis import find, given
 from scanrack.io_images import strategies as wires
 from scanrack.io_images.pmc006.frame import REPLY, decode
+from scanrack.runtime import LineFormat, SerialBus
 from scanrack.runtime.controllers.pcl601.line import Pcl601
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.line.rtu import is_frame
-from scanrack.runtime.line.wire import LineFormat, SerialBus
 
 MS = 1_000_000
 RTU, PLAIN = LineFormat(38_400, "E"), LineFormat(9600)

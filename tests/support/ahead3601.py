@@ -16,19 +16,15 @@ from typing import Any
 import oracle_bits as bits
 from scanrack.io_images.amci3601 import Direction, Idle, InputBit, Manual
 from scanrack.io_images.image import Image
-from scanrack.runtime.loop.cpu import Cpu, CpuMode
+from scanrack.runtime import Amci3601, Card, Cpu, CpuMode, FaultKind, InjectedFault, Rack
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi, Exchange
 from scanrack.runtime.loop.exposed import ExposedModule
-from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
 from scanrack.runtime.loop.key_switch import KeySwitch
 from scanrack.runtime.loop.listeners import ScanListener
-from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.machine import EncoderSpec, Jam, Machine, MachineSpec, Slip, Switch
-from scanrack.runtime.modules.amci3601 import Amci3601
 from scanrack.runtime.modules.cards.module import GenericCard
 from scanrack.runtime.modules.cards.options import Cam, CardOptions, InputPress
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.write.recorder import ScanRecorder
+from scanrack.traces import ScanRecorder, SlotInfo
 
 TICK_NS = 250_000
 SECOND_SLOT = ((0x843F, 0x003F, 1, 0, 0, 0, 0, 0), Idle(), Manual(Direction.CCW, 1200, 30, 30))

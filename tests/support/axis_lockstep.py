@@ -18,11 +18,9 @@ from scanrack.io_images.amci3601 import Acceleration, BlendSegment, InputBit
 from scanrack.io_images.image import Image
 from scanrack.jobs.fuzz.invariants.busy import RestMeter, axes_in
 from scanrack.ladder.python.axis3601.drive import Drive
-from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime import Amci3601, Card, Cpu, ModuleFault, Rack
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
-from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
-from scanrack.runtime.modules.amci3601 import Amci3601, ModuleFault
 
 RATES = {"acceleration": 20, "deceleration": 10}
 BLOCK_RATES = {"Acceleration": 20, "Deceleration": 10}

@@ -6,14 +6,13 @@ from scanrack.io_images.pmc006.frame import Frame, command, decode
 from scanrack.io_images.pmc006.instructions import BY_NAME
 from scanrack.io_images.pmc006.program import assemble
 from scanrack.io_images.pmc006.status import Status1, Status2
+from scanrack.runtime import Contact, SerialBus
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.controllers.pmc006.options import Pmc006ControllerOptions
 from scanrack.runtime.controllers.pmc006.pins import Pin
 from scanrack.runtime.kinematics import FOREVER
 from scanrack.runtime.line.pmc006_frames import LINE_FORMAT
-from scanrack.runtime.line.wire import SerialBus
-from scanrack.runtime.machine.contacts import Contact
 
 MS = 1_000_000
 SILENCE_NS = 300 * MS

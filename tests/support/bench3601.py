@@ -15,8 +15,8 @@ from functools import cache
 from scanrack.io_images.amci3601 import InputBit, status_names
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import join_reported, split_thousands
+from scanrack.runtime import Amci3601
 from scanrack.runtime.machine import EncoderSpec, Machine, MachineSpec, Switch
-from scanrack.runtime.modules.amci3601 import Amci3601
 
 CONFIGURATION = (0x843E, 0x003F, 1, 0, 0, 0, 0, 0)
 """External input, home switch, emergency stop, both limits; step and direction; starting speed 1000."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from struct import pack, unpack
 
 from scanrack.io_images.pcl601 import ROWS, Register
+from scanrack.runtime import Contact, SerialBus
 from scanrack.runtime.controllers.pcl601.line import FORMATS, Pcl601
 from scanrack.runtime.line.rtu import crc, frame
-from scanrack.runtime.line.wire import SerialBus
-from scanrack.runtime.machine.contacts import GROUND, OPEN, Contact
+from scanrack.runtime.machine.contacts import GROUND, OPEN
 
 MS = 1_000_000
 SWITCH_TO_ASCII = bytes.fromhex("00 06 00 00 00 0b c9 dc")

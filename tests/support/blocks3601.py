@@ -16,14 +16,12 @@ from functools import cache
 from bench3601 import CONFIGURATION
 from scanrack import Program
 from scanrack.io_images.amci3601 import InputBit, StatusView
-from scanrack.ladder.build.addon import ParameterMode
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from scanrack.ladder.files.rungreader import load_library
-from scanrack.runtime.loop.cpu import Cpu
+from scanrack.ladder.lowering.addon import ParameterMode
+from scanrack.runtime import Amci3601, Card, Cpu, Rack
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
-from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
-from scanrack.runtime.modules.amci3601 import Amci3601
 
 LIBRARY = load_library("axis3601")
 

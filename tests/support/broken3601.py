@@ -17,7 +17,7 @@ from inspect import getattr_static
 from typing import Any
 from unittest import mock
 
-from scanrack.io_images.amci3601 import CommandMsw, Parameters
+from scanrack.io_images.amci3601 import CommandMsw, Parameters, parameters
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import split_reported
 from scanrack.runtime.kinematics import Shape
@@ -297,10 +297,10 @@ def lsw_beyond_999(right):
     return classmethod(wrong)
 
 
-@mistake(refusals, "rate_in_range", "manual")
+@mistake(parameters.Limits, "takes_rate", "manual")
 def rate_of_zero(right):
     """An acceleration or deceleration of zero passes as if it were one."""
-    return lambda rate: 0 <= rate <= 2000
+    return lambda limits, rate: 0 <= rate <= limits.rate
 
 
 @mistake(refusals, "faults_of", "moves")

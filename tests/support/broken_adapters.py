@@ -17,19 +17,19 @@ from scanrack.runtime.line import pcl601_frames as frames601
 from scanrack.runtime.line import pcl601_pdus as pdus601
 from scanrack.runtime.line import pmc006_frames as frames006
 from scanrack.runtime.modules.adapters import exchanges
-from scanrack.runtime.modules.adapters.axis import LinkedAxis
 from scanrack.runtime.modules.adapters.capabilities import RowCapabilities
 from scanrack.runtime.modules.adapters.driver import Driver
 from scanrack.runtime.modules.adapters.exchanges import ControllerState
 from scanrack.runtime.modules.adapters.findings import FindingKind
+from scanrack.runtime.modules.adapters.linked_axis import LinkedAxis
 from scanrack.runtime.modules.adapters.module import Adapter
-from scanrack.runtime.modules.adapters.pcl601 import axis as axis601
-from scanrack.runtime.modules.adapters.pcl601.axis import Pcl601Axis
+from scanrack.runtime.modules.adapters.pcl601 import pcl601_axis as axis601
 from scanrack.runtime.modules.adapters.pcl601.driver import Pcl601Driver
+from scanrack.runtime.modules.adapters.pcl601.pcl601_axis import Pcl601Axis
 from scanrack.runtime.modules.adapters.pmc006 import units as units006
-from scanrack.runtime.modules.adapters.pmc006.axis import Pmc006Axis
 from scanrack.runtime.modules.adapters.pmc006.capabilities import SHARED
 from scanrack.runtime.modules.adapters.pmc006.driver import EXT1_STOP, EXT2_STOP, Pmc006Driver
+from scanrack.runtime.modules.adapters.pmc006.pmc006_axis import Pmc006Axis
 
 MISTAKES: list[tuple[Mistake, str]] = []
 """Each with the controller in whose adapter it is made."""

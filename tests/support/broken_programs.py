@@ -21,10 +21,10 @@ from scanrack.io_images.amci3601 import (
     ResetErrors,
     StatusView,
 )
+from scanrack.jobs import Kind
 from scanrack.jobs.fuzz import STANDARD, Invariant, TrialBench, eventually, never, search
 from scanrack.jobs.fuzz.run import NO_FAULT
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
-from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime import RackSpec
 
 USED = InputBit.EXTERNAL | InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT
 CONFIGURATION = Configuration(inputs_used=USED, step_and_direction=True, starting_speed=500).to_image()

@@ -8,7 +8,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 from scanrack.ladder import LadderLogic, Program
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from scanrack.ladder.model.chart import Qualifier
 from scanrack.ladder.run.engine import Engine
 

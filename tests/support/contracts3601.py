@@ -14,9 +14,9 @@ from oracle3601 import TICK_NS
 from scanrack.io_images.amci3601 import InputBit, status_names
 from scanrack.io_images.amci3601.contracts import CONTRACTS, Contract, Side
 from scanrack.io_images.image import Image
+from scanrack.runtime import Amci3601
 from scanrack.runtime.loop.module_fault import ModuleFault
 from scanrack.runtime.machine import EncoderSpec, Machine, MachineSpec, Switch
-from scanrack.runtime.modules.amci3601 import Amci3601
 
 MOTION = bits.MOVING_CW | bits.MOVING_CCW
 FREEZES = (ModuleFault.LINK_LOST, ModuleFault.ASIC_LOST)

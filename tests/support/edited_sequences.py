@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from scanrack.jobs.load.program import load_program
+from scanrack.jobs import load_program
 from scanrack.ladder.python.sequences import fields_of
 from sequence_bench import SequenceBench
 

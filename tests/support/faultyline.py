@@ -7,9 +7,8 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from enum import Enum, auto
 
+from scanrack.runtime import Clock, Device, LineFormat, SerialBus
 from scanrack.runtime.line.ports import LineServer, PtyPort
-from scanrack.runtime.line.wire import Device, LineFormat, SerialBus
-from scanrack.runtime.loop.pace import Clock
 
 DELAY_NS = 260_000_000
 """Later than the clients wait, sooner than the silence that they keep afterwards."""

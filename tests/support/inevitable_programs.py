@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from scanrack.jobs import ContactPress
 from scanrack.jobs.fuzz import Counterexample, Scenario, TrialBench, never
-from scanrack.jobs.fuzz.scenarios.scenario import ContactPress
-from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.runtime import RackSpec, SlotSpec
 
 NS = 2_000_000
 OPTIONS: Any = {"inputs": {"a": 0, "b": 1, "c": 2}}

@@ -1,7 +1,7 @@
 """Small ladder programs on both back ends."""
 
 from scanrack.ladder import REPEATED_COILS
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 
 
 class Named:

@@ -10,7 +10,7 @@ from unittest.mock import patch
 from scanrack.ladder import BOOL, LadderError, LadderFault
 from scanrack.ladder.compiler import source_of
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from scanrack.ladder.state.memory import element_text, same
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from adapterbench import CONFIGURE_006, MS, AdapterBench, AdapterBench006, move
-from scanrack.runtime.line.wire import Device, LineFormat
+from scanrack.runtime import Device, LineFormat
 
 RATES = (4, 0, 100, 100)
 COMMANDS: dict[str, tuple[tuple[int, ...], ...]] = {

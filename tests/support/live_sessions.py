@@ -7,8 +7,7 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
-from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.runtime.live.ring import ROWS, Ring
 from scanrack.runtime.live.session import Session
 from scanrack.runtime.live.tap import Tap

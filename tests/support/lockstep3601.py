@@ -20,12 +20,12 @@ import oracle_bits as bits
 from oracle3601 import TICK_NS, Oracle
 from oracle_calm import FOREVER, calm_ticks
 from oracle_world import World
-from scanrack.io_images.amci3601 import InputBit, status_names
-from scanrack.io_images.amci3601.bits import CommandLsw, CommandMsw
+from scanrack.io_images.amci3601 import CommandMsw, InputBit, status_names
+from scanrack.io_images.amci3601.bits import CommandLsw
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import join_reported
+from scanrack.runtime import Amci3601
 from scanrack.runtime.machine import EncoderSpec, Machine, MachineSpec, Switch
-from scanrack.runtime.modules.amci3601 import Amci3601
 
 SOFT_MSW = (
     bits.MOVING_CW

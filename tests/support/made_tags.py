@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from scanrack.traces.format.tagplan import Tag, TagPlan, plan_of
+from scanrack.traces import Tag
+from scanrack.traces.format.tagplan import TagPlan, plan_of
 
 Texts = Callable[[int], Mapping[str, Sequence[tuple[int, str]]]]
 """Returns the new codes and texts of a scan, by the name of the tag."""

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scanrack.traces.format.layout import SLOT_BYTES, SlotInfo
+from scanrack.traces import ScanRecorder, SlotInfo
+from scanrack.traces.format.layout import SLOT_BYTES
 from scanrack.traces.read.columns import Columns
 from scanrack.traces.signals import stream
-from scanrack.traces.write.recorder import ScanRecorder
 
 PERIOD_NS = 2_000_000
 A3601 = SlotInfo(1, "amci3601", "4.1")

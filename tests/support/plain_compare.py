@@ -9,11 +9,11 @@ from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from scanrack.traces import SlotInfo
 from scanrack.traces.compare import Comparison, Extent, First, TimeMap, Tolerance
 from scanrack.traces.compare.fields import TIME, Field, FieldKind, all_fields
 from scanrack.traces.compare.findings import FieldDifference, changes_before
 from scanrack.traces.compare.stream import Side
-from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.columns import Columns
 
 Found = dict[int, tuple[int, int]]

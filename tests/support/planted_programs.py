@@ -15,10 +15,10 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
+from scanrack.jobs import Kind, kinds_for, load_job
 from scanrack.jobs.fuzz import Scenario, TrialBench
 from scanrack.jobs.fuzz.job import Setup, bench_of
-from scanrack.jobs.fuzz.scenarios.kinds import Kind, kinds_for
-from scanrack.jobs.load.loading import load_job, scans_to_run
+from scanrack.jobs.load.loading import scans_to_run
 
 FOLDER = Path(__file__).parents[2] / "benchmarks" / "fuzz_programs"
 NAMES = sorted(each.name for each in FOLDER.iterdir() if each.is_dir())

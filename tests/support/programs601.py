@@ -8,9 +8,9 @@ from typing import Any
 
 from scanrack.io_images.pcl601 import Code, Register
 from scanrack.io_images.pcl601.program import parse_program
+from scanrack.runtime import Contact
 from scanrack.runtime.controllers.pcl601.controller import Pcl601Controller
 from scanrack.runtime.controllers.pcl601.program import ProgramMachine
-from scanrack.runtime.machine.contacts import Contact
 
 MS = 1_000_000
 SAMPLES = Path(__file__).parents[2] / "examples/pcl601"

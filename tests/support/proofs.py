@@ -6,12 +6,12 @@ from collections import Counter
 from dataclasses import dataclass, field
 from random import Random
 
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from scanrack.ladder.model.errors import LadderFault
+from scanrack.ladder.prove import ProgramSystem, ScanBounds
 from scanrack.ladder.prove.claims import Claim, ClaimKind
 from scanrack.ladder.prove.induction import Limits, VerdictKind, prove
 from scanrack.ladder.prove.monitors import WatchedClaim, monitored
-from scanrack.ladder.prove.system import ProgramSystem, ScanBounds
 
 LIMITS = Limits(scans=6, k=3, fuse=32_000)
 BITS, NUMBERS, REALS, TIMERS = 8, 4, 2, 3

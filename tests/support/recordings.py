@@ -8,10 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs import JobRun, RunOptions, load_job
+from scanrack.traces import Trace, open_trace
 from scanrack.traces.read import reader
-from scanrack.traces.read.reader import Trace, open_trace
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.questions import ask
 from scanrack.watch.monitors.trace_monitor import TraceMonitor

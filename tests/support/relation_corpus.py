@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from random import Random
 from typing import Any
 
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 
 STATIONS = 4
 

@@ -10,7 +10,7 @@ from random import Random
 from typing import Any
 
 from relation_programs import HEAD, TAGS
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from slc_bench import imported
 
 Texts = Mapping[str, tuple[str, ...]]

@@ -6,11 +6,11 @@ import threading
 from contextlib import ExitStack
 from pathlib import Path
 
+from scanrack.jobs import JobRun, RunOptions
 from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.record.order_repeater import orders_of
-from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.runtime.live.tag_desk import TagDesk
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 
 
 def run_while(run: JobRun, desk: TagDesk, client: threading.Thread) -> None:

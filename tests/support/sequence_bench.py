@@ -13,18 +13,15 @@ from typing import Any
 
 from bench3601 import CONFIGURATION
 from scanrack import Configuration
-from scanrack.io_images.amci3601 import InputBit
-from scanrack.io_images.amci3601.words import WORDS_3601
+from scanrack.io_images.amci3601 import WORDS_3601, InputBit
 from scanrack.io_images.cards import DISCRETE16
 from scanrack.io_images.image import Image
 from scanrack.ladder.python.sequences import Sequence, sequences_of
-from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime import Amci3601, Card, Cpu, Rack
 from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
-from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.loop.scan import CpuMode
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
-from scanrack.runtime.modules.amci3601 import Amci3601
 from scanrack.runtime.modules.cards.options import CardOptions
 
 PERIOD_NS = 2_000_000

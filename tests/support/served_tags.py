@@ -13,8 +13,7 @@ from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.runtime.config.server_table import ModbusTable
 from scanrack.runtime.live.mailbox import Mailbox
 from scanrack.runtime.live.tag_desk import TagDesk

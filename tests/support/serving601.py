@@ -10,9 +10,8 @@ from typing import Any
 
 from scanrack.jobs.run.served_units import Unit, pcl601_units
 from scanrack.jobs.serve.line import PortChoice, ServedLine
+from scanrack.runtime import Clock, Contact
 from scanrack.runtime.line.ports import Server, Stop, serve_until_interrupted
-from scanrack.runtime.loop.pace import Clock
-from scanrack.runtime.machine.contacts import Contact
 
 
 class Serving:

@@ -14,11 +14,10 @@ from dataclasses import dataclass, field
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, PresetPosition, status_names
 from scanrack.io_images.thousands import join_reported
-from scanrack.runtime.config.rackspec import SlotSpec
+from scanrack.runtime import Amci3601, SlotSpec
 from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.machine import MachineSpec, Switch
 from scanrack.runtime.modules.adapters.module import SimulatedAdapter
-from scanrack.runtime.modules.amci3601 import Amci3601
 
 MS = 1_000_000
 A3601, PCL601, PMC006 = "amci3601", "pcl601-adapter", "pmc006-adapter"

@@ -67,9 +67,15 @@ class Windows:
         return Done(*json.loads(self._process.stdout.readline()))
 
 
-def start(words: Sequence[object], **options: Any) -> subprocess.Popen[Any]:
+@contextlib.contextmanager
+def start(words: Sequence[object], **options: Any) -> Iterator[subprocess.Popen[Any]]:
     """Start `scanrack` as on Windows in a process by itself; Ctrl-C and Ctrl-Break (`BREAK`) go on to it."""
-    return forked.start([sys.executable, "-c", "import windows; windows.keep()", *words], **options)
+    with forked.start([sys.executable, "-c", "import windows; windows.keep()", *words], **options) as process:
+        try:
+            yield process
+        except BaseException:
+            process.send_signal(BREAK)  # a test that fails waits for it, too
+            raise
 
 
 def answer() -> None:

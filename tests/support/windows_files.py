@@ -11,6 +11,7 @@ import os
 import shutil
 import sys
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from types import CodeType, FunctionType
 from typing import Any
@@ -58,12 +59,10 @@ def users(path: Path_) -> list[int]:
 def _open_in(process: str) -> set[str]:
     """Return the files that a process has open; none of a process that has ended, or is another user's."""
     found = set()
-    try:
-        links = [f"/proc/{process}/cwd", *(each.path for each in os.scandir(f"/proc/{process}/fd"))]
-        for link in links:
-            found.add(os.readlink(link))
-    except OSError:
-        pass  # what ends while it is looked at
+    with suppress(OSError):  # it has ended, or is another user's
+        for link in (f"/proc/{process}/cwd", *(each.path for each in os.scandir(f"/proc/{process}/fd"))):
+            with suppress(OSError):  # closed meanwhile, as the listing itself
+                found.add(os.readlink(link))
     return found
 
 

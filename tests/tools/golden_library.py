@@ -20,15 +20,14 @@ from scanrack.commands.programs.run_job import run_job
 from scanrack.commands.recordings.show import Contents, plain_lines, story
 from scanrack.io_images.amci3601 import StatusView, status_names
 from scanrack.io_images.image import UNSIGNED_MAX
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import RunOptions, load_job
 from scanrack.jobs.run.result import RULES_OF_START
-from scanrack.jobs.run.running import RunOptions
 from scanrack.jobs.trust.extracting import attached_files
 from scanrack.jobs.trust.trust import stored_programs
-from scanrack.runtime.config.rackfile import load_rack_file
+from scanrack.runtime import load_rack_file
 from scanrack.terminal.status import DONE
+from scanrack.traces import Scan, Trace, open_trace
 from scanrack.traces.compare import compare, report
-from scanrack.traces.read.reader import Scan, Trace, open_trace
 
 SCENARIOS, INDEX = "scenarios.toml", "index.md"
 TRACE, TEXT = ".mcap", ".txt"

@@ -32,7 +32,7 @@ from relation import Relation
 from relation_corpus import machine_text
 from relation_programs import PROVED_WRONGLY, drawn
 from relation_rows import BLOCKS, ROWS, SLC_ROWS, drawn_rows
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove.algebra import meaning, numbers, terms
 from scanrack.ladder.prove.algebra.numbers import add, eq, lt, mul, sub
 from scanrack.ladder.prove.algebra.terms import FALSE, TRUE, and_, const, ite, not_, or_
@@ -47,8 +47,8 @@ from scanrack.ladder.prove.relation import (
     places,
     stored,
     symbols,
+    term_values,
     texts,
-    values,
 )
 from scanrack.ladder.state.lowered import steps_of
 
@@ -65,7 +65,7 @@ WRONGLY_EVERY = 150
 AT_ONCE = 40
 """Programs of a strategy that are drawn at once."""
 
-Machine, Values, Symbol = machine.ScanMachine, values.TermValues, symbols.TermSymbol
+Machine, Values, Symbol = machine.ScanMachine, term_values.TermValues, symbols.TermSymbol
 Patch = tuple[Any, str, Any]
 """Owner, name, and what is there instead; the name of an item is in brackets."""
 
@@ -179,12 +179,16 @@ REAL: dict[str, Any] = {
 
 DEFECTS: dict[str, tuple[Patch, ...]] = {
     "a narrow destination keeps 32 bits": (
-        (values, "wrap", lambda a, n: REAL["wrap"](a, 32 if 0 < n < 32 else n)),
+        (term_values, "wrap", lambda a, n: REAL["wrap"](a, 32 if 0 < n < 32 else n)),
     ),
-    "an unsigned destination is signed": ((values, "wrap", lambda a, n: REAL["wrap"](a, abs(n))),),
-    "division rounds down": ((values, "DIVISIONS", {"/": _rounded_down, "MOD": numbers.rem}),),
+    "an unsigned destination is signed": ((term_values, "wrap", lambda a, n: REAL["wrap"](a, abs(n))),),
+    "division rounds down": ((term_values, "DIVISIONS", {"/": _rounded_down, "MOD": numbers.rem}),),
     "MOD has the sign of the divisor": (
-        (values, "DIVISIONS", {"/": numbers.div, "MOD": lambda a, b: sub(a, mul(_rounded_down(a, b), b))}),
+        (
+            term_values,
+            "DIVISIONS",
+            {"/": numbers.div, "MOD": lambda a, b: sub(a, mul(_rounded_down(a, b), b))},
+        ),
     ),
     "bits above 25 are their neighbours": (
         (places, "bit", lambda a, k: REAL["bit"](a, k - 1 if k > 25 else k)),
@@ -197,7 +201,7 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
         (symbols, "eq", lambda a, b: numbers.eq(a, b) if a.kind != "i" or a.hi < 100 else FALSE),
     ),
     "OR of conditions is XOR": (
-        (values, "TRUTH", {**operations.TRUTH, "OR": lambda a, b: not_(terms.iff(a, b))}),
+        (term_values, "TRUTH", {**operations.TRUTH, "OR": lambda a, b: not_(terms.iff(a, b))}),
     ),
     "NOT of a number is its negation": ((symbols, "inv", lambda a: sub(const(0), a)),),
     "AND of patterns is OR": ((Symbol, "__and__", lambda self, other: self._bits(other, "bor", or_)),),
@@ -229,10 +233,14 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
     "overflow sets no flag": ((faults.TermFaults, "overflow_if", _no_flags),),
     "a divisor of zero sets no flag": ((faults.TermFaults, "zero_divisor_if", _no_flags),),
     "division by zero gives 0": (
-        (values, "ite", lambda c, a, b: terms.ite(c, const(0) if a.kind == "i" and b.op == "wrap" else a, b)),
+        (
+            term_values,
+            "ite",
+            lambda c, a, b: terms.ite(c, const(0) if a.kind == "i" and b.op == "wrap" else a, b),
+        ),
     ),
-    "REAL is computed in double": ((values, "F32", meaning.F64), (stored, "F32", meaning.F64)),
-    "a REAL is cut off into an integer": ((values, "to_int", lambda t, how: numbers.to_int(t, "rtz")),),
+    "REAL is computed in double": ((term_values, "F32", meaning.F64), (stored, "F32", meaning.F64)),
+    "a REAL is cut off into an integer": ((term_values, "to_int", lambda t, how: numbers.to_int(t, "rtz")),),
     "NaN equals itself": ((symbols, "eq", lambda a, b: TRUE if a is b else numbers.eq(a, b)),),
     "a fault of a subscript is lost": (
         (paths, "faults_of", lambda found: FALSE),
@@ -306,7 +314,7 @@ DEFECTS: dict[str, tuple[Patch, ...]] = {
         (texts.TermText, "_equals", lambda self, other: eq(self.length, other.length)),
     ),
     "digits come the other way": (
-        (values, "digits", lambda make, value: _turned(texts.digits(make, value))),
+        (term_values, "digits", lambda make, value: _turned(texts.digits(make, value))),
     ),
 }
 """What is wrong, and where."""

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from enum import Enum, IntFlag
+from enum import Enum
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...io_images.amci3601 import LIVE_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
+from ...io_images.amci3601 import LIVE_BITS, CommandMsw
 from ...io_images.image import WORDS
 from ..format.flags import FLAGS as CPU_FLAGS
 from ..format.flags import OVERRUN
@@ -135,7 +135,7 @@ def all_fields(slots: Sequence[SlotInfo]) -> list[Field]:
 def _fields_of(slot: SlotInfo) -> Iterator[Field]:
     if slot.is_stepper:
         for direction, fields in IMAGES_3601.items():
-            yield from (_field_3601(slot.number, direction, *each) for each in fields)
+            yield from (_field_3601(slot, direction, *each) for each in fields)
             for word in range(WORDS):
                 key = partial(_where_configured, word)
                 name = f"configuration.word{word}"
@@ -143,46 +143,46 @@ def _fields_of(slot: SlotInfo) -> Iterator[Field]:
         return
     for direction, image, words in (("in", "I", slot.words.inputs), ("out", "O", slot.words.outputs)):
         for word, name in enumerate(words):
-            named = {bit: of for of, bit in slot.words.bits(image, word)}
-            if named:
-                bits = tuple(named.get(bit, f"{name}.{bit}") for bit in range(16))
+            if any(slot.words.bits(image, word)):
+                bits = _bit_names(slot, direction, word, name)
                 yield Field(slot.number, direction, name, FieldKind.BITS, word, 1, partial(_bits, word), bits)
             else:
                 yield Field(slot.number, direction, name, FieldKind.WORD, word, 1, partial(_word, word))
 
 
-IMAGES_3601: dict[str, tuple[tuple[str, int, FieldKind, type[IntFlag] | None, int], ...]] = {
+IMAGES_3601: dict[str, tuple[tuple[str, int, FieldKind, int], ...]] = {
     "in": (
-        ("status_msw", 0, FieldKind.BITS, StatusMsw, LIVE_BITS),
-        ("status_lsw", 1, FieldKind.BITS, StatusLsw, 0),
-        ("position", 2, FieldKind.COUNT, None, 0),
-        ("encoder", 4, FieldKind.COUNT, None, 0),
-        ("captured", 6, FieldKind.COUNT, None, 0),
+        ("status_msw", 0, FieldKind.BITS, LIVE_BITS),
+        ("status_lsw", 1, FieldKind.BITS, 0),
+        ("position", 2, FieldKind.COUNT, 0),
+        ("encoder", 4, FieldKind.COUNT, 0),
+        ("captured", 6, FieldKind.COUNT, 0),
     ),
     "out": (
-        ("command_msw", 0, FieldKind.BITS, CommandMsw, CommandMsw.MODE_CONFIG.value),
-        ("command_lsw", 1, FieldKind.BITS, CommandLsw, 0),
-        ("target", 2, FieldKind.VALUE, None, 0),
-        ("programmed_speed", 4, FieldKind.VALUE, None, 0),
-        ("acceleration", 6, FieldKind.WORD, None, 0),
-        ("deceleration", 7, FieldKind.WORD, None, 0),
+        ("command_msw", 0, FieldKind.BITS, CommandMsw.MODE_CONFIG.value),
+        ("command_lsw", 1, FieldKind.BITS, 0),
+        ("target", 2, FieldKind.VALUE, 0),
+        ("programmed_speed", 4, FieldKind.VALUE, 0),
+        ("acceleration", 6, FieldKind.WORD, 0),
+        ("deceleration", 7, FieldKind.WORD, 0),
     ),
 }
-"""A 3601's fields: name, first word, kind, bits, and those that mean the same in configuration mode."""
+"""A stepper's fields: name, first word, kind, and the bits that mean the same in configuration mode."""
 
 
-def _field_3601(
-    slot: int, direction: str, name: str, word: int, kind: FieldKind, bits: type[IntFlag] | None, live: int
-) -> Field:
-    if bits is not None:
-        names = tuple(
-            str(bits(1 << number).name) if 1 << number in bits.__members__.values() else f"{name}.{number}"
-            for number in range(16)
-        )
-        return Field(slot, direction, name, kind, word, 1, partial(_masked, word, live), names)
+def _field_3601(slot: SlotInfo, direction: str, name: str, word: int, kind: FieldKind, live: int) -> Field:
+    number = slot.number
+    if kind is FieldKind.BITS:
+        names = _bit_names(slot, direction, word, name)
+        return Field(number, direction, name, kind, word, 1, partial(_masked, word, live), names)
     if kind is FieldKind.WORD:
-        return Field(slot, direction, name, kind, word, 1, partial(_where_commanded, word))
-    return Field(slot, direction, name, kind, word, 2, partial(_pair, word))
+        return Field(number, direction, name, kind, word, 1, partial(_where_commanded, word))
+    return Field(number, direction, name, kind, word, 2, partial(_pair, word))
+
+
+def _bit_names(slot: SlotInfo, direction: str, word: int, name: str) -> tuple[str, ...]:
+    named = {bit: of for of, bit in slot.words.bits("I" if direction == "in" else "O", word)}
+    return tuple(named.get(bit, f"{name}.{bit}") for bit in range(16))
 
 
 def _word(word: int, images: Array) -> Array:

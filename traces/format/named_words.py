@@ -2,6 +2,7 @@
 
     schema of /scan            message type and word names of every slot
     metadata slot.N.names      bits with names of their own: group -> name -> [image, word, bit]
+    metadata slot.N.family     of another module of the 3601's family: error bits and limits
 
 The names of a 3601's bits are in its manual, and are not repeated in a trace.
 """
@@ -11,18 +12,25 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 
-from ...io_images.amci3601.words import WORDS_3601
+from ...io_images.amci3601.words import WORDS_3601, family_facts, is_stepper, recorded_profile
 from ...io_images.doors import json_value
 from ...io_images.image import WORDS
 from ...io_images.module_words import BitPlace, Groups, ModuleWords
 
 SEPARATOR = 80 * "="
 BITS = 16
+STATUS = "status"
+"""The group of the family's bits of input words 0 and 1."""
 
 
 def names_key(slot: int) -> str:
     """Return the key of a slot's names in the metadata."""
     return f"slot.{slot}.names"
+
+
+def family_key(slot: int) -> str:
+    """Return the key of a slot's family in the metadata."""
+    return f"slot.{slot}.family"
 
 
 def names_text(words: ModuleWords) -> str:
@@ -32,6 +40,16 @@ def names_text(words: ModuleWords) -> str:
     '{"input":{"start":["I",0,3]}}'
     """
     return json.dumps(words.groups, separators=(",", ":"))
+
+
+def facts_of(slot: int, words: ModuleWords) -> dict[str, str]:
+    """Return the metadata of a slot's words; none of a 3601, whose words are known."""
+    if words is WORDS_3601 or not words.groups:
+        return {}
+    facts = {names_key(slot): names_text(words)}
+    if is_stepper(words):
+        facts[family_key(slot)] = json.dumps(family_facts(words), separators=(",", ":"))
+    return facts
 
 
 def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, ModuleWords]:
@@ -48,8 +66,13 @@ def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, Module
         outputs, inputs = fields.get(f"{stem}Out", ()), fields.get(f"{stem}In", ())
         if not (slot.isdecimal() and _are_words(outputs) and _are_words(inputs)):
             continue
-        words = ModuleWords(stem, outputs, inputs, _groups(metadata.get(names_key(int(slot)), "{}")))
-        found[int(slot)] = WORDS_3601 if words == WORDS_3601 else words
+        groups = _groups(metadata.get(names_key(int(slot)), "{}"))
+        if (stem, outputs, inputs) == (WORDS_3601.message, WORDS_3601.outputs, WORDS_3601.inputs):
+            found[int(slot)] = WORDS_3601
+        elif family_key(int(slot)) in metadata and STATUS in groups:
+            found[int(slot)] = recorded_profile(stem, groups, json_value(metadata[family_key(int(slot))]))
+        else:
+            found[int(slot)] = ModuleWords(stem, outputs, inputs, groups)
     return found
 
 

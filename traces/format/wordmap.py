@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
-from enum import IntFlag
+from collections.abc import Iterable
 
-from ...io_images.amci3601.bits import CommandLsw, CommandMsw, ConfigMsw, InputBit, StatusLsw, StatusMsw
+from ...io_images.amci3601.bits import ConfigMsw, InputBit
 from .layout import SlotInfo
 
-Bits = Mapping[int, type[IntFlag]]
-
-# of a 3601: words with bits, per table of the manual
-_BITS_3601: Mapping[str, Bits] = {
-    "out, command mode": {0: CommandMsw, 1: CommandLsw},  # chapter 5
-    "out, configuration mode": {0: ConfigMsw, 1: InputBit},  # chapter 3; word 1: active level
-    "in, command mode": {0: StatusMsw, 1: StatusLsw},  # chapter 6
-}
+_CONFIGURATION = (ConfigMsw, InputBit)
+"""Bits of output words 0 and 1 in configuration mode [chapter 3]; word 1: active level."""
 
 
 def word_map(slots: Iterable[SlotInfo]) -> str:
@@ -32,10 +25,13 @@ def word_map(slots: Iterable[SlotInfo]) -> str:
 
 
 def _slot_map(slot: SlotInfo) -> dict[str, object]:
-    words, tables = slot.words, _BITS_3601 if slot.is_stepper else {}
-    bits = {name: {word: _bit_names(bits) for word, bits in table.items()} for name, table in tables.items()}
+    words = slot.words
+    tables = {
+        "out, command mode": [{bit: name for name, bit in words.bits("O", word)} for word in (0, 1)],
+        "out, configuration mode": [
+            {bit.value.bit_length() - 1: str(bit.name) for bit in bits} for bits in _CONFIGURATION
+        ],
+        "in, command mode": [{bit: name for name, bit in words.bits("I", word)} for word in (0, 1)],
+    }
+    bits = {name: dict(enumerate(table)) for name, table in tables.items()} if slot.is_stepper else {}
     return {"out": words.outputs, "in": words.inputs, "bits": bits}
-
-
-def _bit_names(bits: type[IntFlag]) -> dict[int, str]:
-    return {bit.value.bit_length() - 1: str(bit.name) for bit in bits}

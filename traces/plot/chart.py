@@ -9,6 +9,7 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
+from ...io_images.amci3601.words import is_stepper
 from ..format.layout import SlotInfo
 from ..read.reader import Trace
 from ..signals import ALL, Block, Catalog, Selection, blocks
@@ -91,8 +92,8 @@ class Tracks(Generic[C]):
     def panel(self, happened: Sequence[Mark]) -> Panel[C]:
         """Return the panel."""
         inputs, outputs = self._inputs.changes(), self._outputs.changes()
-        is_axis = self.slot.is_stepper
-        lanes = bit_lanes(inputs, outputs) if is_axis else card_lanes(self.slot.words, inputs, outputs)
+        words, is_axis = self.slot.words, self.slot.is_stepper
+        lanes = bit_lanes(words, inputs, outputs) if is_stepper(words) else card_lanes(words, inputs, outputs)
         titles = [title for title, _ in self._sources]
         return Panel(
             self.slot,

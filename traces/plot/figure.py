@@ -19,7 +19,7 @@ from typing import Any
 from ..extras import need
 from ..files.guard import PNG, SVG
 from ..files.newfile import new_file
-from . import axis, colours
+from . import colours, time_axis
 from .chart import Chart, Panel, groups_of
 from .envelope import Curve
 from .figure_lanes import draw_lanes, rows_of
@@ -128,7 +128,7 @@ class _Canvas:
         axes = self.figure.add_axes(box)
         edge = max(1, self.chart.end_ns - self.chart.start_ns) * EDGE
         axes.set_xlim(self.chart.start_ns - edge, self.chart.end_ns + edge)
-        axes.set_xticks(axis.ticks(self.chart.start_ns, self.chart.end_ns, TICKS_MAX), labels=[])
+        axes.set_xticks(time_axis.ticks(self.chart.start_ns, self.chart.end_ns, TICKS_MAX), labels=[])
         axes.grid(axis="x", color=colours.GRID, linewidth=0.6)
         axes.set_axisbelow(True)
         axes.tick_params(length=0, labelsize=NAME_SIZE, colors=colours.INK)
@@ -139,7 +139,7 @@ class _Canvas:
 
 def _title(figure: Any, chart: Chart[Curve], height: float) -> None:
     figure.text(LEFT / WIDTH, 1 - 0.24 / height, chart.title, size=12, weight="bold", va="center")
-    about = axis.about(chart.first, chart.last, chart.start_ns, chart.end_ns)
+    about = time_axis.about(chart.first, chart.last, chart.start_ns, chart.end_ns)
     figure.text(1 - RIGHT / WIDTH, 1 - 0.24 / height, about, size=NAME_SIZE, va="center", ha="right")
     at = LEFT / WIDTH
     for group in groups_of(chart):
@@ -263,8 +263,8 @@ def _draw_label(axes: Any, label: Label, height: float) -> None:
 
 
 def _draw_time(axes: Any, chart: Chart[Curve]) -> None:
-    places: Sequence[int] = axis.ticks(chart.start_ns, chart.end_ns, TICKS_MAX)
-    unit = axis.unit(chart.start_ns, chart.end_ns)
-    step = axis.tick_step(chart.start_ns, chart.end_ns, TICKS_MAX)
-    axes.set_xticks(places, labels=[axis.label(place, step, unit) for place in places])
+    places: Sequence[int] = time_axis.ticks(chart.start_ns, chart.end_ns, TICKS_MAX)
+    unit = time_axis.unit(chart.start_ns, chart.end_ns)
+    step = time_axis.tick_step(chart.start_ns, chart.end_ns, TICKS_MAX)
+    axes.set_xticks(places, labels=[time_axis.label(place, step, unit) for place in places])
     axes.set_xlabel(f"machine time, {unit}", size=NAME_SIZE, labelpad=2)

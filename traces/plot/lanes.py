@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from enum import IntFlag
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...io_images.amci3601 import ERROR_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw
+from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusMsw
+from ...io_images.amci3601.words import Profile
 from ...io_images.module_words import ModuleWords
 from ..signals import decode
 from .changes import BitChanges
@@ -26,7 +26,6 @@ REST, ACCELERATING, CONSTANT, DECELERATING, HELD = range(5)
 RAMP_STATES = ("at rest", "accelerating", "constant speed", "decelerating", "held")
 """Meanings of the ramp lane's values."""
 
-_INPUTS = tuple(bit for bit in StatusLsw if str(bit.name).startswith("IN_"))
 _MODE_CONFIG = "MODE_CONFIG"
 
 
@@ -63,9 +62,9 @@ class Band(Lane):
         return self.names.get(value, str(value)) or '""'
 
 
-def bit_lanes(inputs: BitChanges, outputs: BitChanges) -> list[Lane]:
-    """Return a lane for every command and status bit of a 3601, including those that never change."""
-    lanes = [*_command_lanes(outputs), *_status_lanes(inputs)]
+def bit_lanes(profile: Profile, inputs: BitChanges, outputs: BitChanges) -> list[Lane]:
+    """Return a lane for every command and status bit of a stepper, including those that never change."""
+    lanes = [*_command_lanes(outputs), *_status_lanes(profile, inputs)]
     return sorted(lanes, key=lambda lane: GROUPS.index(lane.group))
 
 
@@ -104,17 +103,12 @@ def _command_lanes(outputs: BitChanges) -> Iterator[Lane]:
             yield _lane(str(bit.name), "command", outputs, values)
 
 
-def _status_lanes(inputs: BitChanges) -> Iterator[Lane]:
-    for word, bits in enumerate((StatusMsw, StatusLsw)):
-        for bit in bits:
-            values = decode.status_bit(inputs.words, word, bit.value)
-            yield _lane(str(bit.name), _group(bit), inputs, values)
-
-
-def _group(bit: IntFlag) -> str:
-    if isinstance(bit, StatusMsw):
-        return "error" if bit in ERROR_BITS else "status"
-    return "input" if bit in _INPUTS else "status"
+def _status_lanes(profile: Profile, inputs: BitChanges) -> Iterator[Lane]:
+    for name, at in profile.groups["status"].items():
+        values = decode.status_bit(inputs.words, at.word, 1 << at.bit)
+        is_error = profile.masks[name] & profile.error_bits
+        group = "error" if is_error else "input" if name.startswith("IN_") else "status"
+        yield _lane(name, group, inputs, values)
 
 
 def _status(words: NDArray[np.int16], bit: StatusMsw) -> NDArray[np.bool_]:

@@ -21,7 +21,7 @@ from ..files.guard import PAGE
 from ..files.newfile import new_file
 from ..read.reader import Trace
 from ..signals import ALL, Block, Selection
-from . import axis, colours
+from . import colours, time_axis
 from .chart import Chart, Panel, groups_of, read_chart
 from .lanes import RAMP_STATES, Band, Lane
 from .marks import Mark
@@ -152,7 +152,7 @@ def page(chart: Chart[PackedValues], clock: dict[str, str]) -> str:
     web = files(__package__) / "web"
     return Template(_text(web / "page.html")).substitute(
         title=html.escape(chart.title),
-        about=html.escape(axis.about(chart.first, chart.last, chart.start_ns, chart.end_ns)),
+        about=html.escape(time_axis.about(chart.first, chart.last, chart.start_ns, chart.end_ns)),
         style=_text(web / "page.css"),
         script="\n".join(_text(web / name) for name in SCRIPTS),
         data=data.replace("<", "\\u003c"),  # so that no text in it can end the script or open a comment
@@ -168,7 +168,7 @@ def _data(chart: Chart[PackedValues]) -> dict[str, object]:
     return {
         "start": chart.start_ns,
         "end": chart.end_ns,
-        "steps": axis.STEPS_NS,
+        "steps": time_axis.STEPS_NS,
         "groups": groups_of(chart),
         "ramp": RAMP_STATES,
         "colours": {

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from enum import IntFlag
 
-from ...io_images.amci3601.bits import CommandLsw, CommandMsw, ConfigMsw, InputBit, StatusMsw, status_names
+from ...io_images.amci3601.bits import CommandLsw, CommandMsw, ConfigMsw, InputBit, StatusMsw
+from ...io_images.amci3601.words import WORDS_3601, Profile, is_stepper
 from ...io_images.image import WORDS
 from ...io_images.thousands import is_legal_pair, join_reported, join_thousands
 from ..format.layout import SlotInfo
@@ -50,7 +51,7 @@ _PARAMETERS: Mapping[str, tuple[int, ...]] = {
 }
 
 
-def input_wording(before: Words, after: Words) -> str:
+def input_wording(before: Words, after: Words, profile: Profile = WORDS_3601) -> str:
     """Return a changed input image of a 3601 as text: bits that rose and fell, and a captured value.
 
     Position and counts have columns of their own.
@@ -58,7 +59,7 @@ def input_wording(before: Words, after: Words) -> str:
     >>> input_wording((0x4008, 0, 0, 0, 0, 0, 0, 0), (0x4021, 0, 0, 3, 0, 0, 0, 0))
     '+MOVING_CW +ACCELERATING -STOPPED'
     """
-    changed = risen_and_fallen(*(status_names(words[0], words[1]) for words in (before, after)))
+    changed = risen_and_fallen(*(profile.status_names(words[0], words[1]) for words in (before, after)))
     parts = [changed] if changed else []
     was, now = (in_configuration_mode(words) for words in (before, after))
     if now and not was:
@@ -110,8 +111,10 @@ def bit_names(bits: type[IntFlag], word: int) -> list[str]:
 
 def module_text(slot: SlotInfo, direction: str, before: Words, after: Words) -> str:
     """Return the changes in an image of a slot as text; `direction` is "out" or "in"."""
-    if slot.is_stepper:
-        return (output_wording if direction == "out" else input_wording)(before, after)
+    if is_stepper(slot.words):
+        if direction == "out":
+            return output_wording(before, after)
+        return input_wording(before, after, slot.words)
     image, names = ("O", slot.words.outputs) if direction == "out" else ("I", slot.words.inputs)
     named = {word: bits for word in range(WORDS) if (bits := dict(slot.words.bits(image, word)))}
     changed = [

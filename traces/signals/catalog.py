@@ -10,7 +10,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw
+from ...io_images.amci3601 import CommandLsw, CommandMsw
+from ...io_images.amci3601.words import Profile, is_stepper
 from ...io_images.tag_names import AmbiguousNameError, normal
 from ..format.layout import SlotInfo
 from ..format.tagplan import TagPlan
@@ -190,9 +191,9 @@ class Catalog(Mapping[str, Signal]):
 
 def _slot_signals(slot: SlotInfo) -> Iterator[Signal]:
     number, stem = slot.number, f"slot{slot.number}"
-    if slot.is_stepper:
+    if is_stepper(slot.words):
         yield Signal(f"{stem}.speed", SignalKind.MEASURED, partial(_speed, number))
-        yield from _3601_signals(number, stem)
+        yield from _3601_signals(number, stem, slot.words)
     else:
         yield from _named_bits(slot, stem)
     words = slot.words
@@ -210,16 +211,15 @@ def _named_bits(slot: SlotInfo, stem: str) -> Iterator[Signal]:
             yield Signal(f"{stem}.{direction}.{name}", SignalKind.BIT, read)
 
 
-def _3601_signals(number: int, stem: str) -> Iterator[Signal]:
+def _3601_signals(number: int, stem: str, profile: Profile) -> Iterator[Signal]:
     for direction, values in _VALUES.items():
         for name, msw in values.items():
             yield Signal(
                 f"{stem}.{direction}.{name}", SignalKind.VALUE, partial(_value, number, direction, msw)
             )
-    for word, status in enumerate((StatusMsw, StatusLsw)):
-        for bit in status:
-            read = partial(_status, number, word, bit.value)
-            yield Signal(f"{stem}.in.{bit.name}", SignalKind.BIT, read)
+    for name, at in profile.groups["status"].items():
+        read = partial(_status, number, at.word, 1 << at.bit)
+        yield Signal(f"{stem}.in.{name}", SignalKind.BIT, read)
     for word, command in enumerate((CommandMsw, CommandLsw)):
         for bit in command:
             read = partial(_command, number, word, bit.value)

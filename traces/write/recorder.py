@@ -24,7 +24,7 @@ from typing import Never
 from ..files.keeping import RecordingKeeper
 from ..format.batch import ScanBatch, TagBatch, message_layout
 from ..format.layout import SLOT_BYTES, SlotInfo, check_slots
-from ..format.named_words import names_key, names_text
+from ..format.named_words import facts_of
 from ..format.schema import (
     FORMAT,
     FORMAT_WITH_TAGS,
@@ -315,8 +315,7 @@ class ScanRecorder:
         for slot in self._slots:
             facts[f"slot.{slot.number}.module"] = slot.module
             facts[f"slot.{slot.number}.firmware"] = slot.firmware
-            if slot.words.groups and not slot.is_stepper:
-                facts[names_key(slot.number)] = names_text(slot.words)
+            facts |= facts_of(slot.number, slot.words)
         return facts | {name: _version(name) for name in ("scanrack", "mcap")}
 
 

@@ -28,7 +28,7 @@ from ...jobs.fuzz.campaign.state import RECORDING, CampaignError, State, read_st
 from ...jobs.fuzz.campaign.working import OwnProcess, Work
 from ...jobs.fuzz.explain.coverage import coverage_of
 from ...jobs.fuzz.explain.coverage_page import coverage_line, save_coverage
-from ...jobs.fuzz.explain.unfired import UnfiredRule, unfired
+from ...jobs.fuzz.explain.unfired import UnfiredRule, error_rules, unfired
 from ...jobs.fuzz.folder_lock import STATE_NAME
 from ...jobs.fuzz.job import Setup, bench_of, hand_over
 from ...jobs.fuzz.report import mended
@@ -37,6 +37,7 @@ from ...jobs.fuzz.steady import NondeterminismSources
 from ...jobs.fuzz.written_tests import write_tests
 from ...jobs.load.loading import LoadedRack
 from ...jobs.prove.serving.stuck import SolverStep
+from ...runtime.config.rackspec import profile_in
 from ...runtime.loop.pace import interrupted_by, wall_ns
 from ...runtime.modules.record import Trait
 from ...terminal.as_json import say_json
@@ -176,7 +177,10 @@ class Session:
             say_json({"broken": rows, **summary_row(state, before, others, bench.goals, never)})
             return self._status(status, bench, state)
         if not self.quiet:
-            lines = [summary(state, before, took_s), left_over(state, spending)]
+            lines = [
+                summary(state, before, took_s, profile_in(bench.spec.slot, None)),
+                left_over(state, spending),
+            ]
             lines += [never_fired(never), held(others, state)]
             lines += [*goals(bench.goals, state), covered]
             say("\n".join([*filter(None, lines), closing(self.job, state, solver, self.setup.scans)]))
@@ -212,10 +216,12 @@ class Session:
             for slot in bench.spec.slot
             if slot.number in went.given
         }
-        never = unfired({rule for rule, count in state.rules.items() if count}, went.given, oldest)
+        profile = profile_in(bench.spec.slot, None)
+        never = unfired({rule for rule, count in state.rules.items() if count}, went.given, oldest, profile)
         page = self.folder / COVERAGE
         partly = f" in {count} of {len(kept)} runs, for the time is over" if count < len(kept) else ""
-        save_coverage(page, f"Coverage of {self.job.program.name}", went.lines, count, never)
+        title, rules = f"Coverage of {self.job.program.name}", len(error_rules(profile))
+        save_coverage(page, title, went.lines, count, never, rules)
         return never, f"coverage      {coverage_line(went.lines)}{partly}, see {page}"
 
     def _status(self, status: int, bench: TrialBench, state: State) -> int:

@@ -9,10 +9,10 @@ import typer
 
 from ...io_images.input_files import open_input
 from ...jobs.load.program import L5X_SUFFIXES, SLC_SUFFIXES
-from ...ladder.build.checks import IDEAL, ideal_motion_of
-from ...ladder.build.controller import Controller
-from ...ladder.build.program import Program
 from ...ladder.files.rungfile import read_program
+from ...ladder.lowering.checks import IDEAL, ideal_motion_of
+from ...ladder.lowering.controller import Controller
+from ...ladder.lowering.program import Program
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import Stubs
 from ...rockwell.l5x import import_l5x

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ...io_images.amci3601 import status_names
+from ...io_images.amci3601.words import profile_of
 from ...io_images.image import Image
 from ...io_images.renamed import OldName
 from ...runtime.loop.exposed import incident_event
@@ -130,7 +130,7 @@ class SlotBench:
         if Trait.MACHINE not in self._record.traits:
             return f"slot {self.number}: {self.status}; outputs {list(self.outputs)}"
         msw, lsw = self.inputs[0] & 0xFFFF, self.inputs[1] & 0xFFFF
-        bits = " ".join(status_names(msw, lsw)) or "no bit"
+        bits = " ".join(profile_of(self._slot.words).status_names(msw, lsw)) or "no bit"
         levels = self._device.machine.levels(self._now_ns())
         held = [name for name, bit in INPUT_NAMES.items() if levels & bit]
         return (

@@ -20,9 +20,9 @@ from ...runtime.controllers.pcl601.line import Pcl601
 from ...runtime.controllers.pmc006.controller import Pmc006Controller
 from ...runtime.controllers.pmc006.line import Pmc006
 from ...runtime.line import pcl601_pdus as pdus
+from .device_values import SAYS, Values
 from .pairing import PairedExchange
 from .recording import Statement
-from .values import SAYS, Values
 
 READS = (*pdus.COUNTED, pdus.REPORT_ID)
 

@@ -11,8 +11,8 @@ from struct import Struct
 from ...traces.format.layout import SLOT_BYTES, SlotInfo
 from ...traces.format.tagplan import TagPlan, plan_of
 from ...traces.write.recorder import ScanRecorder
+from .device_values import ALWAYS, SAYS, Values, tag_of
 from .pairing import PairedExchange
-from .values import ALWAYS, SAYS, Values, tag_of
 
 SCAN_PERIOD_NS = 1_000_000
 """In the facts of a trace whose scans have times of their own."""

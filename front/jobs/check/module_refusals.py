@@ -9,10 +9,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, cast
 
-from ...io_images.amci3601 import CommandLsw, CommandMsw, Configuration, Firmware, rate_in_range
-from ...io_images.amci3601 import configuration as configurations
-from ...io_images.amci3601.rules import RULES
+from ...io_images.amci3601 import CommandLsw, CommandMsw, Configuration, Firmware, check
+from ...io_images.amci3601.words import Profile
 from ...runtime.modules.amci3601 import refusals
+from ...runtime.modules.amci3601.command_layer import MOVES
 from ...runtime.modules.amci3601.command_words import COMMAND_BITS, CommandWords
 from ...runtime.modules.amci3601.operation import Host
 
@@ -70,10 +70,10 @@ class Breach(NamedTuple):
 
     rule: str
     word: int
+    text: str  # the rule, with its section
 
     def __str__(self) -> str:
-        row = RULES[self.rule]
-        return f"{row.text.rstrip('.')} [{row.section}]"
+        return self.text
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +88,7 @@ class _AtRest:
 
     state: _State
     firmware: Firmware
+    profile: Profile
 
 
 ANY_CONFIGURATION = Configuration(inputs_used=0x3F, quadrature_encoder=True, starting_speed=1)
@@ -95,7 +96,7 @@ ANY_CONFIGURATION = Configuration(inputs_used=0x3F, quadrature_encoder=True, sta
 
 
 def broken(
-    words: Sequence[int | None], configuration: Configuration | None, firmware: Firmware
+    words: Sequence[int | None], configuration: Configuration | None, firmware: Firmware, profile: Profile
 ) -> tuple[Breach, ...]:
     """Return the rules that words break at rest.
 
@@ -104,15 +105,16 @@ def broken(
         configuration: of the module; None if it is not known.
     """
     used = configuration or ANY_CONFIGURATION
-    host = cast(Host, _AtRest(_State(used, used.starting_speed), firmware))
+    host = cast(Host, _AtRest(_State(used, used.starting_speed), firmware, profile))
     first, *others = [_rules(host, _filled(words, values)) for values in _FILLED]
     names = [each for each in first if all(each in other for other in others)]
-    return tuple(Breach(name, _word(name, words)) for name in dict.fromkeys(names))
+    return tuple(_breach(name, words, profile) for name in dict.fromkeys(names))
 
 
-def wrong_configuration(words: Sequence[int | None], firmware: Firmware) -> tuple[str, ...]:
+def wrong_configuration(words: Sequence[int | None], firmware: Firmware, profile: Profile) -> tuple[str, ...]:
     """Return the rules that the words of a configuration break."""
-    first, *others = [configurations.check(_filled(words, values), firmware) for values in _FILLED[:2]]
+    limits = profile.limits
+    first, *others = [check(_filled(words, values), firmware, limits) for values in _FILLED[:2]]
     return tuple(each for each in first if all(each in other for other in others))
 
 
@@ -133,6 +135,9 @@ def _rules(host: Host, words: Sequence[int]) -> list[str]:
     if command.many_bits:
         return ["CMD-02"]  # it says enough
     found = [each.rule for each in _of_words(host, command, _reasons(host, command))]
+    if bits & MOVES:
+        own = host.profile.further_refusals
+        found += [rule for rule, is_broken in own if is_broken(command.words, command.parameters)]
     return [*found, *["LSW-03"] * bool(bits & CommandMsw.RESERVED_14.value)]
 
 
@@ -149,12 +154,18 @@ def _of_words(host: Host, command: CommandWords, reasons: refusals.Refusals) -> 
     return [each for each in asked if each.broken(host, command)]
 
 
-def _word(rule: str, words: Sequence[int | None]) -> int:
+def _breach(rule: str, words: Sequence[int | None], profile: Profile) -> Breach:
+    row = profile.rules[rule]
+    return Breach(rule, _word(rule, words, profile), f"{row.text.rstrip('.')} [{row.section}]")
+
+
+def _word(rule: str, words: Sequence[int | None], profile: Profile) -> int:
     """Return the word that breaks a rule: of several, the first one that is no legal value."""
-    at = LAST_WORD[rule]
+    at = LAST_WORD.get(rule, (0,))
     if rule == "CMD-04":
         given = CommandWords(_filled(words, _FILLED[1])).parameters
         rates = ((6, given.acceleration), (7, given.deceleration))
-        wrong = [at for at, rate in rates if not rate_in_range(rate)]
-        return 3 if not given.target_in_range else 5 if not given.speed_in_range else (*wrong, 5)[0]
+        wrong = [at for at, rate in rates if not profile.limits.takes_rate(rate)]
+        legal = profile.limits.takes_speed(given.speed)
+        return 3 if not given.target_in_range else (*wrong, 5)[0] if legal else 5
     return next((each for each in at if words[each]), at[0])

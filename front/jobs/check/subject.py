@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-from ...io_images.amci3601 import Configuration
-from ...io_images.amci3601.words import is_stepper
+from ...io_images.amci3601 import Configuration, Limits
+from ...io_images.amci3601.words import Profile, is_stepper
 from ...io_images.image import Image
-from ...runtime.config.rackspec import SlotSpec
+from ...runtime.config.rackspec import SlotSpec, profile_in
 from ...runtime.config.tomllines import KeyLines, KeyPath
 from ..load.loading import LoadedRack
 from .facts import Access, Command, Facts, FileLine, SentCommand, Variable
@@ -52,6 +52,10 @@ class Subject:
         """Return the firmware of the module in a slot, as the rack file has it."""
         return next((each.firmware for each in self.job.spec.slot if each.number == slot), NEWEST)
 
+    def profile(self, slot: int | None) -> Profile:
+        """Return the profile of the module in a slot, see `profile_in`."""
+        return profile_in(self.job.spec.slot, slot)
+
     def sent_to(self, slot: int | None, sent: Sequence[SentCommand]) -> list[SentCommand]:
         """Return the words sent to a slot; without any, those of an unknown slot."""
         own = [each for each in sent if each.slot == slot]
@@ -63,7 +67,8 @@ class Subject:
             sent = self.sent_to(slot, self.facts.configurations)
             if slot is None and not sent:
                 sent = self.facts.configurations
-            found = dict.fromkeys(_configuration(each) for each in sent)
+            limits = self.profile(slot).limits
+            found = dict.fromkeys(_configuration(each, limits) for each in sent)
             self._read[slot] = [each for each in found if each is not None]
         return self._read[slot]
 
@@ -97,11 +102,11 @@ class Subject:
         yield from found.values()
 
 
-def _configuration(sent: SentCommand) -> Configuration | None:
+def _configuration(sent: SentCommand, limits: Limits) -> Configuration | None:
     if len(sent.words) < 8:
         return None
     signed = [each - 0x10000 if each > 0x7FFF else each for each in sent.words]
     try:
-        return Configuration.from_image(Image(signed))
+        return Configuration.from_image(Image(signed), limits=limits)
     except ValueError:
         return None

@@ -6,11 +6,12 @@ of a period act during it; the input image is the module's at its end.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from decimal import Decimal
 from typing import Any, Protocol
 
-from ...io_images.amci3601 import ERROR_BITS, InputBit, StatusMsw, status_names
+from ...io_images.amci3601 import InputBit, StatusMsw
+from ...io_images.amci3601.words import WORDS_3601, Profile
 from ...io_images.image import Image
 from ...io_images.thousands import join_reported
 from ...runtime.loop.events import Event, JsonValue
@@ -20,7 +21,6 @@ from ...runtime.modules.record import ModuleRecord, Trait
 from .requests import Encoder, ImageBenchOptions, Request, RequestError, Until
 
 NS_PER_MS = 1_000_000
-ERROR_NAMES = frozenset(str(bit.name) for bit in StatusMsw if bit & ERROR_BITS)
 
 
 class BenchModule(Module, Protocol):
@@ -35,8 +35,10 @@ class BenchModule(Module, Protocol):
 class ImageBench:
     """One module on the bench, driven request by request."""
 
-    def __init__(self, make: Callable[[ImageBenchOptions], BenchModule]) -> None:
-        self._make = make
+    def __init__(
+        self, make: Callable[[ImageBenchOptions], BenchModule], profile: Profile = WORDS_3601
+    ) -> None:
+        self._make, self._profile = make, profile
         self._renew(ImageBenchOptions())
 
     def _renew(self, options: ImageBenchOptions) -> None:
@@ -131,7 +133,7 @@ class ImageBench:
         return met
 
     def _satisfies(self, until: Until) -> bool:
-        names = set(status_names(self._image[0] & 0xFFFF, self._image[1] & 0xFFFF))
+        names = set(self._profile.status_names(self._image[0] & 0xFFFF, self._image[1] & 0xFFFF))
         return names.issuperset(until.set) and names.isdisjoint(until.clear)
 
     def _reply(self) -> dict[str, Any]:
@@ -142,7 +144,7 @@ class ImageBench:
             "t_ms": time_ms(self.now_ns),
             "scan": self.scan,
             "in": words,
-            "bits": status_names(words[0] & 0xFFFF, words[1] & 0xFFFF),
+            "bits": self._profile.status_names(words[0] & 0xFFFF, words[1] & 0xFFFF),
             "position": values[0],
             "encoder": values[1],
             "captured": values[2],
@@ -150,14 +152,15 @@ class ImageBench:
         }
 
     def _rules(self) -> list[str]:
-        ids = [event.name for event in self.module.events if _sets_error(event)]
+        errors = {name for name, mask in self._profile.masks.items() if mask & self._profile.error_bits}
+        ids = [event.name for event in self.module.events if _names_one_of(errors, event)]
         self.module.events.clear()
         return ids
 
 
-def _sets_error(event: Event) -> bool:
+def _names_one_of(errors: Set[str], event: Event) -> bool:
     bits: JsonValue = event.fields.get("bits")
-    return event.kind == "rule" and isinstance(bits, list) and not ERROR_NAMES.isdisjoint(bits)
+    return event.kind == "rule" and isinstance(bits, list) and not errors.isdisjoint(bits)
 
 
 def time_ms(now_ns: int) -> int | float:

@@ -10,14 +10,21 @@ import json
 from decimal import Decimal
 from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    Field,
+    ValidationError,
+    ValidationInfo,
+    field_validator,
+    model_validator,
+)
 
-from ...io_images.amci3601 import StatusLsw, StatusMsw
+from ...io_images.amci3601.words import WORDS_3601, Profile
 from ...io_images.doors import json_value
 from ...io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS
 
 SCAN_STEP_MS = Decimal("0.25")
-STATUS_NAMES = frozenset(str(bit.name) for bit in (*StatusMsw, *StatusLsw))
 
 Word = Annotated[int, Field(ge=WORD_MIN, le=UNSIGNED_MAX, strict=True)]
 Level = Annotated[int, Field(ge=0, le=1, strict=True)]
@@ -93,10 +100,11 @@ class Until(Strict):
 
     @field_validator("set", "clear")
     @classmethod
-    def _known(cls, names: list[str]) -> list[str]:
+    def _known(cls, names: list[str], info: ValidationInfo) -> list[str]:
+        profile: Profile = info.context or WORDS_3601
         for name in names:
-            if name not in STATUS_NAMES:
-                near = difflib.get_close_matches(name.upper(), STATUS_NAMES, n=1)
+            if name not in profile.masks:
+                near = difflib.get_close_matches(name.upper(), sorted(profile.masks), n=1)
                 hint = f"; did you mean {near[0]}?" if near else ""
                 raise ValueError(f"{name} is not the name of a status bit{hint}")
         return names
@@ -145,16 +153,17 @@ class RequestError(ValueError):
     """An illegal request; the text names the key, the value and the allowed values."""
 
 
-def parse(line: str) -> Request:
+def parse(line: str, profile: Profile = WORDS_3601) -> Request:
     """Read one line for an image target; errors as for `read`."""
-    return read(line, Request, TABLES)
+    return read(line, Request, TABLES, profile)
 
 
-def read(line: str, model: type[Model], tables: Tables) -> Model:
+def read(line: str, model: type[Model], tables: Tables, profile: Profile = WORDS_3601) -> Model:
     """Read one line.
 
     Args:
         tables: the models of the objects in it, by their place, to name the known keys.
+        profile: of the module, for the names of its status bits.
 
     Raises:
         RequestError: not JSON, not an object, an unknown key, or a value that is not allowed.
@@ -166,7 +175,7 @@ def read(line: str, model: type[Model], tables: Tables) -> Model:
     if not isinstance(data, dict):
         raise RequestError(f"not a JSON object: {line.strip()[:60]}")
     try:
-        return model.model_validate(data)
+        return model.model_validate(data, context=profile)
     except ValidationError as error:
         raise RequestError("; ".join(_explain(fault, tables) for fault in error.errors())) from None
 

@@ -24,9 +24,9 @@ def module_bench(record: ModuleRecord) -> Answer:
     """Return a fresh bench of a kind of module."""
     if Trait.LINE in record.traits:
         return AdapterBench(partial(on_bench, record)).answer_line
-    if is_stepper(record.words({})):
-        bench = ImageBench(partial(on_bench, record))
-        return lambda line: bench.answer(parse(line))
+    if is_stepper(words := record.words({})):
+        bench = ImageBench(partial(on_bench, record), words)
+        return lambda line: bench.answer(parse(line, words))
     return CardBench(record).answer_line
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from typing_extensions import override
 
-from ...io_images.amci3601 import RULES, StatusMsw
+from ...io_images.amci3601.words import profile_of
 from ...io_images.times import seconds
 from ...ladder import Engine
 from ...ladder.python.sequences import Sequence as LogicSequence
@@ -215,7 +215,9 @@ class _Watcher(QuietListener):
         """Note a failure unless it is a known one; return whether it is noted."""
         broken = self.told(asked.invariant.name, asked.invariant.sentence, why)
         origin = getattr(asked.watch, "origin_scan", broken.scan)
-        refused = next((rule for rule in self._fired.get(origin, ()) if rule in REFUSALS), "")
+        refusals = [profile_of(slot.words).refusals for slot in self.cpu.rack.slots.values()]
+        fired = self._fired.get(origin, ())
+        refused = next((rule for rule in fired if any(rule in each for each in refusals)), "")
         broken = replace(broken, cause=refused or self._place())
         if broken.key in self._known:
             return False
@@ -264,17 +266,6 @@ class _Watcher(QuietListener):
         broken = self.told(NO_FAULT, "The program does not fault the CPU", f"{fault.text} [{fault.where}]")
         return replace(broken, cause=HANGS if fault.cause is Cause.WATCHDOG else Path(fault.where).name)
 
-
-REFUSALS = frozenset(
-    rule.id
-    for rule in RULES.values()
-    if rule.list_of
-    and rule.list_of & (StatusMsw.COMMAND_ERROR | StatusMsw.INVALID_PROFILE | StatusMsw.HOME_INVALID).value
-)
-"""Ids of the rules that refuse a command.
-
-Rules about inputs or a power-up are excluded: they may fire in the same scan by chance.
-"""
 
 Listeners = Callable[[RackSpec, Rack], Iterable[ScanListener]]
 

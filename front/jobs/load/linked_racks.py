@@ -27,7 +27,7 @@ from .building import build_cpu, build_rack
 from .rungs import is_rungs
 
 if TYPE_CHECKING:  # a program in Python needs no rungs
-    from ...ladder.build.runnable import LadderLogic
+    from ...ladder.lowering.runnable import LadderLogic
     from ...ladder.run.engine import Engine
     from ...ladder.run.view import Tags
 

@@ -17,7 +17,7 @@ from ...io_images.times import DEFAULT_RUN, parse_duration
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import Stub, Stubs
 from ...runtime.config.rackfile import RackFile, RackFileError, explained, load_rack_file
-from ...runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec
+from ...runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec, profile_in
 from ...runtime.loop.scan import ScanLogic
 from ...traces.files.portable import no_device
 from .exports import rack_of_export
@@ -346,8 +346,11 @@ def _bind_axes(spec: RackSpec, program: LoadedProgram) -> None:
         raise LadderError("the program has no axes: it is a function")
     from ...ladder.instructions.motion.axes import AxisSettings
 
+    trip_ms = _round_trip_ms(spec)
     settings = {
-        name: AxisSettings(**axis.values(), round_trip_ms=_round_trip_ms(spec))
+        name: AxisSettings(
+            **axis.values(), round_trip_ms=trip_ms, limits=profile_in(spec.slot, axis.slot).limits
+        )
         for name, axis in spec.axes.items()
     }
     program.function.take_axes(axes_of(settings))

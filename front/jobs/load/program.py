@@ -35,9 +35,9 @@ from .modules_beside import find_beside, shadowed
 from .rungs import is_rungs
 
 if TYPE_CHECKING:  # a program in Python needs no rungs
-    from ...ladder.build.bound_axes import Axes
-    from ...ladder.build.runnable import LadderLogic
     from ...ladder.instructions.motion.axes import AxisSettings
+    from ...ladder.lowering.bound_axes import Axes
+    from ...ladder.lowering.runnable import LadderLogic
     from ...rockwell.l5x.report import Report
     from ...rockwell.l5x.xml.records import ModuleRecord
     from ...rockwell.slc.records import SlotRecord
@@ -209,8 +209,8 @@ def axes_of(settings: Mapping[str, AxisSettings]) -> Axes:
     Args:
         settings: by tag, in a controller `\\LoadedProgram.tag` for that of a program.
     """
-    from ...ladder.build.bound_axes import Axes
     from ...ladder.files.rungreader import load_library
+    from ...ladder.lowering.bound_axes import Axes
     from ...ladder.model.types import Structure
 
     library = load_library("axis3601")
@@ -355,7 +355,7 @@ def _whole(
     Raises:
         ProgramError: a part of it was refused, and the stubs do not replace it.
     """
-    from ...ladder.build.runnable import REFUSALS_SHOWN
+    from ...ladder.lowering.runnable import REFUSALS_SHOWN
 
     refused = [*report.refused, *report.objects]
     if program is None or (refused and not stubs.refused):

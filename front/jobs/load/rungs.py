@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeGuard
 if TYPE_CHECKING:
     from ...ladder import LadderLogic
 
-_HOME = f"{__package__.split('.')[0]}.ladder.build.runnable"
+_HOME = f"{__package__.split('.')[0]}.ladder.lowering.runnable"
 
 
 def is_rungs(logic: object) -> TypeGuard[LadderLogic]:

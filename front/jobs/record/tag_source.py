@@ -17,9 +17,9 @@ from types import CellType, CodeType, FunctionType
 from typing import Any
 
 from ...io_images.tag_names import TEXT
-from ...ladder.build.runnable import LadderLogic
 from ...ladder.debug import Debugger
 from ...ladder.debug.tag_values import tag_values
+from ...ladder.lowering.runnable import LadderLogic
 from ...ladder.model.errors import LadderError
 from ...ladder.run.engine import Engine
 from ...runtime.loop.scan import ScanLogic

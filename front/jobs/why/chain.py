@@ -10,6 +10,7 @@ from typing import Any
 from ...io_images.addresses import Address
 from ...io_images.amci3601 import COMPLETION_BITS, MOTIONS, CommandMsw, StatusMsw
 from ...io_images.amci3601.rules.causes import BitCause, Origin, cause_of
+from ...io_images.amci3601.words import is_stepper
 from ...ladder import LadderLogic
 from ...ladder.debug import CauseLink, Chains, Debugger, linked
 from ...ladder.debug.causes import CellChange
@@ -311,7 +312,7 @@ class RackChain:
         if done:
             kind, text = done[0]
             return self.link(kind, bits, name, row, text)
-        if not slot.is_stepper or (bits.word == 1 and bits.address.bit is not None):
+        if self._is_terminal(slot, bits):
             return self.link("input", bits, name, row, self._terminal(slot, bits))
         rules = [each for each in self._events(row, bits.slot) if each.topic == "/events"]
         own = [each for each in rules if set(self._names(slot, bits)) & set(_named(each))]
@@ -370,6 +371,15 @@ class RackChain:
                     yield "incident", f"slot {slot.number}: {text}"
                 elif _is_of(str(each.fields.get("name")), slot, bits):
                     yield "input", f"{at}: {text}"
+
+    def _is_terminal(self, slot: SlotInfo, bits: Bits) -> bool:
+        """Whether bits are inputs of the module, and not what it reports."""
+        if not is_stepper(slot.words):
+            return True
+        own = slot.words.further
+        return (
+            bits.word == 1 and bits.address.bit is not None and own.keys().isdisjoint(self._names(slot, bits))
+        )
 
     def _terminal(self, slot: SlotInfo, bits: Bits) -> str:
         if bits.address.bit is None:

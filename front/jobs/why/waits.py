@@ -15,7 +15,6 @@ from collections.abc import Callable, Iterator, Sequence
 
 from ...io_images.amci3601 import (
     COMPLETION_BITS,
-    ERROR_BITS,
     KNOWN,
     MOTIONS,
     RULES,
@@ -27,6 +26,7 @@ from ...io_images.amci3601 import (
     StatusMsw,
     check,
 )
+from ...io_images.amci3601.words import Profile, profile_of
 from ...io_images.thousands import join_reported
 from ...io_images.times import seconds
 from ..record.link_losses import link_changes
@@ -45,9 +45,9 @@ _BLENDING = CommandLsw.BLEND_PROGRAM.value
 _BY_RESET, _ONLY_RESET = RULES["RST-01"], RULES["RST-03"]
 
 CLEARED_BY = {
-    StatusMsw.CONFIG_ERROR: "a valid configuration clears it [CFG-13, chapter 3]",
-    StatusMsw.POSITION_INVALID: "a search for home or a preset clears it; it takes no absolute move before",
-    StatusMsw.INPUT_ERROR: "the next move and RESET_ERRORS clear it [STS-M11, chapter 6]",
+    "CONFIG_ERROR": "a valid configuration clears it [CFG-13, chapter 3]",
+    "POSITION_INVALID": "a search for home or a preset clears it; it takes no absolute move before",
+    "INPUT_ERROR": "the next move and RESET_ERRORS clear it [STS-M11, chapter 6]",
 }
 """The commands that clear error bits; all others are cleared by RESET_ERRORS."""
 
@@ -65,11 +65,8 @@ def refused_configuration(past: SlotPast) -> str | None:
     if row is None:
         return None
     words = past.words_at("out", row if past.words_at("out", row)[0] & _MODE else row - 1)
-    broken = check(words, _firmware(past))
-    if not broken:
-        return None
-    rules = "; ".join(RULES[each].clause for each in broken)
-    return f"the module refused its configuration: {rules}"
+    broken = _broken(past, words)
+    return f"the module refused its configuration: {broken}" if broken else None
 
 
 def is_idle(past: SlotPast) -> bool:
@@ -105,13 +102,18 @@ def _configuring(past: SlotPast) -> str | None:
     said = f"in configuration mode{past.since('in', 0, _MODE)}"
     if not past.out[0] & _MODE:
         return f"{said}: bit 15 of output word 0 is 0, so it leaves with its next update"
-    broken = check(past.out, _firmware(past))
-    if broken:
-        rules = "; ".join(RULES[each].clause for each in broken)
-        return f"{said}: it waits for a valid configuration: {rules}"
+    if broken := _broken(past, past.out):
+        return f"{said}: it waits for a valid configuration: {broken}"
     if past.inputs[0] & StatusMsw.CONFIG_ERROR:
         return f"{said}: it judges the configuration with its next update"
     return f"{said}, configured: it waits for bit 15 of output word 0 to go back to 0, and takes no command"
+
+
+def _broken(past: SlotPast, words: Sequence[int]) -> str:
+    """Return the rules that the words of a configuration break; "" for none."""
+    profile = profile_of(past.slot.words)
+    broken = check(words, _firmware(past), profile.limits)
+    return "; ".join(profile.rules[each].clause for each in broken)
 
 
 def _firmware(past: SlotPast) -> Firmware:
@@ -265,24 +267,28 @@ def _errors(past: SlotPast) -> Iterator[str]:
     status = past.inputs[0]
     if status & _MODE:
         return  # the fault of the configuration has been reported, and the other bits mirror it
-    for bit in StatusMsw:
-        if bit & ERROR_BITS & status:
-            yield f"{bit.name}{past.since('in', 0, bit.value)}: {error_cause(past, bit)}; {_cure(bit)}"
+    profile = profile_of(past.slot.words)
+    both = status & 0xFFFF | (past.inputs[1] & 0xFFFF) << 16
+    for name, mask in profile.masks.items():
+        if mask & profile.error_bits & both:
+            at = profile.groups["status"][name]
+            since = past.since("in", at.word, 1 << at.bit)
+            yield f"{name}{since}: {_error_cause(past, profile, name)}; {_cure(name)}"
 
 
-def _cure(bit: StatusMsw) -> str:
-    return CLEARED_BY.get(bit, f"RESET_ERRORS clears it [{_BY_RESET.id}, {_BY_RESET.section}]")
+def _cure(name: str) -> str:
+    return CLEARED_BY.get(name, f"RESET_ERRORS clears it [{_BY_RESET.id}, {_BY_RESET.section}]")
 
 
-def error_cause(past: SlotPast, bit: StatusMsw) -> str:
+def _error_cause(past: SlotPast, profile: Profile, name: str) -> str:
     """Return the rule that set a bit; without a recorded rule, the section of the manual with its causes."""
     for each in reversed(past.past.rules(past.slot.number)):
         named = each.fields.get("bits")
-        if isinstance(named, list) and bit.name in named:
-            rule = RULES.get(str(each.fields.get("name")))
+        if isinstance(named, list) and name in named:
+            rule = profile.rules.get(str(each.fields.get("name")))
             if rule is None:
                 return event_text(each)
             sentence = rule.text[:1].lower() + rule.text[1:].removesuffix(".")
             return f"{sentence} [{rule.id}, {rule.section}]"
-    lists = [rule.section for rule in RULES.values() if rule.list_of == bit.value]
+    lists = [rule.section for rule in profile.rules.values() if rule.list_of == profile.masks[name]]
     return f"the manual lists what sets it in {lists[0].rstrip(' 0123456789')}" if lists else "see chapter 6"

@@ -12,12 +12,12 @@ from typing import Any
 
 from ...io_images.tag_names import TEXT
 from ...ladder import LadderLogic
-from ...ladder.build.checks import calls_of
 from ...ladder.debug.crossref import CrossReference
 from ...ladder.debug.replay import Truths
 from ...ladder.debug.tag_values import tag_values
 from ...ladder.debug.watching import WatchedEngine
 from ...ladder.draw import captions_of, live_chart, live_rung, power
+from ...ladder.lowering.checks import calls_of
 from ...ladder.model.chart import Chart
 from ...ladder.model.errors import LadderError
 from ...ladder.model.operands import Group, Place

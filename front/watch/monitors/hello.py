@@ -84,6 +84,7 @@ def _title(slot: SlotSpec) -> str:
 def bits_of(slot: int, words: ModuleWords) -> list[Json]:
     """Return the named bits of a module."""
     found = []
+    known = words if is_stepper(words) else None
     for group, names in words.groups.items():
         for name, at in names.items():
             found.append(
@@ -91,7 +92,7 @@ def bits_of(slot: int, words: ModuleWords) -> list[Json]:
                     "name": name,
                     "address": f"Local:{slot}:{at.image}.Data[{at.word}].{at.bit}",
                     "meaning": f"slot{slot}.{group}.{name}",
-                    "section": SECTIONS.get(group, "") if is_stepper(words) else "",
+                    "section": SECTIONS.get(group, "") if known and name not in known.further else "",
                     "word": at.word,
                     "bit": at.bit,
                     "output": at.image == "O",

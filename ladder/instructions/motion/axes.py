@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from ....io_images.amci3601.parameters import LIMITS_3601, Limits
 from ...model.errors import LadderError
 
 WORDS = 8
@@ -42,6 +43,7 @@ class AxisSettings:
     configuration: tuple[int, ...] = ()  # eight words that MSO sends; none if the program configures it
     round_trip_ms: int = 10  # time for words to cross the backplane both ways, ms
     unwind: float = 0.0  # of an ideal rotary axis: its positions are 0 to below it, units; 0 = a linear axis
+    limits: Limits = LIMITS_3601  # of the module in its slot
 
     def __post_init__(self) -> None:
         if not 0 < self.counts_per_unit < float("inf"):

@@ -21,6 +21,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
+from ....io_images.thousands import PARAMETER_MAX
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
 from ...model.arithmetic import wrap
@@ -52,9 +53,6 @@ COMMANDS = {ABSOLUTE: 1, RELATIVE: 2, HOME: 32, RESET: 2048, SET_POSITION: 512, 
 
 STANDSTILL, ERROR_STOP = 1, 6
 """States of the axis."""
-
-MOST_STEPS, MOST_SPEED, MOST_RATE = 8_388_607, 1_000_000, 2_000
-"""Limits of a move: steps, steps/s, steps/ms/s [3601 manual, chapter 5, Programming Information 8]."""
 
 BITS = {each.name: each.at for each in AXIS_MEMBERS if each.at}
 """Member and bit of each named bit of an axis."""
@@ -123,20 +121,20 @@ class Axis:
     def steps(self, units: float) -> int | None:
         """Return a position or distance in steps, None if it does not fit into the module's words."""
         value = units * self.settings.counts_per_unit
-        fits = math.isfinite(value) and abs(value) <= MOST_STEPS
+        fits = math.isfinite(value) and abs(value) <= PARAMETER_MAX
         return round(value) if fits else None
 
     def speed(self, value: float, unit: str) -> int | None:
         """Return a speed in steps/s."""
         if unit == "%OFMAXIMUM":
             value *= (self.settings.max_speed or float(self.tag["MaximumSpeed"])) / 100
-        return _within(value * self.settings.counts_per_unit, MOST_SPEED)
+        return _within(value * self.settings.counts_per_unit, self.settings.limits.speed)
 
     def rate(self, value: float, unit: str) -> int | None:
         """Return an acceleration in steps/ms/s, None if the module has no such rate."""
         if unit == "%OFMAXIMUM":
             value *= self._maximum() / 100
-        return _within(value * self.settings.counts_per_unit / 1000, MOST_RATE)
+        return _within(value * self.settings.counts_per_unit / 1000, self.settings.limits.rate)
 
     def _maximum(self) -> float:
         return self.settings.max_acceleration or float(self.tag["MaximumAcceleration"])

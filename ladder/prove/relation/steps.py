@@ -24,7 +24,7 @@ from ..algebra.meaning import BOOL
 from ..algebra.terms import FALSE, TRUE, T, and_, not_, or_
 from .places import Key
 from .symbols import UnmodelledError
-from .values import TermValues
+from .term_values import TermValues
 
 _READ = frozenset(
     (

@@ -9,14 +9,14 @@
 | `stop`, `motions`, `blending` | special commands |
 | `probe` | the touch probe |
 | `drive` | the handshake: eight words in, eight words out |
-| `axis` | `Axis3601` |
+| `plcopen_axis` | `Axis3601` |
 """
 
-from .axis import Axis3601
 from .command import Command
 from .errors import AxisError, CommandAborted, ErrorId
 from .kinds import State
 from .motions import Gear, Registration, Velocity
+from .plcopen_axis import Axis3601
 from .stop import Stop
 
 __all__ = [

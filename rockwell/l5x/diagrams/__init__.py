@@ -4,6 +4,6 @@
 |---|---|
 | `sheets` | the elements and wires of a routine, and the order in which its blocks run |
 | `blocks` | what each block does, as structured text |
-| `values` | the text and the type of each output |
+| `wire_values` | the text and the type of each output |
 | `lowering` | a diagram to the lines of its routine |
 """

@@ -32,7 +32,7 @@ from ....ladder.model.types import Elementary
 from ..xml.records import ElementRecord
 from .blocks import canonical
 from .sheets import Diagram, DiagramError, Node, Pin
-from .values import Known, Values, form_of, name_in
+from .wire_values import Known, Values, form_of, name_in
 
 ENABLE_IN, ENABLE_OUT = "EnableIn", "EnableOut"
 

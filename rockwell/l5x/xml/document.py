@@ -22,7 +22,7 @@ from lxml import etree
 
 from ....io_images.input_files import open_input
 from ....io_images.site import Site
-from ....ladder.build.addon import ROUTINES
+from ....ladder.lowering.addon import ROUTINES
 from ....ladder.model.errors import LadderError
 from ..edits import chosen_text
 from .data import Data, cut_out

@@ -1,7 +1,7 @@
 """Records of an L5X document's parts, each with its line.
 
 Texts are stripped, names keep their case, attributes that are missing are "". `data` is the XML of values,
-which `values` reads, see `data`.
+which `initial_values` reads, see `data`.
 """
 
 from __future__ import annotations

@@ -12,12 +12,12 @@ from enum import Enum, auto
 from ....io_images.pcl601 import NEEDS_IDLE, NO_ERROR, POSITION_LIMIT, ROWS, Code, Error, Register
 from ....io_images.pcl601.terminals import ON_FLY_OUTPUT, RETRIES_OUTPUT
 from .activities import AxisActivity
-from .axis import SimulatedPcl601Axis
 from .inputs import Inputs
 from .motor import EncoderModel, Motor
+from .pcl601_motor import SimulatedPcl601Axis
 from .pins import Pcl601Pins
+from .register_values import Values
 from .stored import ProgramRunner
-from .values import Values
 from .wiring import Wiring
 
 

@@ -13,7 +13,7 @@ from collections import deque
 
 from ....io_images.pcl601 import Register
 from ....io_images.pcl601.terminals import ON_FLY_PULSE_NS
-from .values import Values
+from .register_values import Values
 
 REMEMBERED = 100_000
 """Number of pulses whose positions are kept; the oldest are dropped."""

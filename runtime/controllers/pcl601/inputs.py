@@ -8,7 +8,7 @@ from ....io_images.pcl601 import Error, Register
 from ....io_images.pcl601.terminals import HARD_LIMIT_BIT, SOFT_LIMIT_BIT
 from .motor import Motor
 from .pins import FULL_SCALE_VOLTS, Pcl601Pins
-from .values import Values
+from .register_values import Values
 from .wiring import Wiring
 
 ALL = 0b111111

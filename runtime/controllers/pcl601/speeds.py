@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from ....io_images.pcl601 import Register
 from ...kinematics import Motion, Profile, Shape, change_speed, creep, stop
-from .values import Values
+from .register_values import Values
 
 
 class Pcl601Speeds:

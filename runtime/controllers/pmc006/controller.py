@@ -16,11 +16,11 @@ from ....io_images.pmc006.program import UserProgram
 from ....io_images.pmc006.status import GPIO_EFFECTIVE, Gpio, Level, Status1, Status2
 from ....io_images.site import SettingError
 from ...machine.contacts import Contact
-from .axis import MotorActivity, SimulatedPmc006Axis
 from .interpreter import Interpreter
 from .memory import Memory
 from .options import Pmc006ControllerOptions
 from .pins import Pin, Pmc006Pins
+from .pmc006_motor import MotorActivity, SimulatedPmc006Axis
 
 SUPPLY_LIMIT_V = 9.0
 """Least supply voltage [7]; below it status bit UVL is set."""

@@ -20,9 +20,9 @@ from typing import Protocol
 from ....io_images.pmc006.program import UserInstruction
 from ....io_images.pmc006.status import Gpio, Level, Status1
 from ...kinematics import FOREVER
-from .axis import SimulatedPmc006Axis
 from .memory import Memory
 from .pins import Pin, Pmc006Pins
+from .pmc006_motor import SimulatedPmc006Axis
 
 INSTRUCTION_NS = 1_000_000
 """Time of a user instruction (reading)."""

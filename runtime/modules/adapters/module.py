@@ -24,11 +24,11 @@ from ...machine import Machine
 from ..amci3601 import Amci3601Options, CommandLayer, Refusal
 from ..amci3601.report import report
 from ..record import Options
-from .axis import LinkedAxis
 from .capabilities import CommandRow, ConfigurationRow
 from .driver import Driver
 from .exchanges import ControllerState
 from .findings import Finding, FindingKind
+from .linked_axis import LinkedAxis
 from .plant import LinkedController, Plant
 from .task import Drive
 

@@ -5,7 +5,7 @@
 """
 
 from ...loop.module_fault import ModuleFault
-from .axis import Axis
+from .axis_protocol import Axis
 from .capabilities import AxisHoming, AxisRequest, Capabilities, Feature, Refusal
 from .command_layer import CommandLayer
 from .indicators import Indicators, Light

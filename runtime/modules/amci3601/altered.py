@@ -14,6 +14,7 @@ from typing import Any, TypeAlias
 from typing_extensions import override
 
 from ....io_images.amci3601 import CommandMsw, StatusBits, StatusMsw
+from ....io_images.amci3601.words import Profile
 from ....io_images.image import Image, signed_word
 from ...loop.events import Event, JsonValue
 from ...machine import Machine
@@ -71,8 +72,8 @@ class Alteration:
 class AlteredLatches(Latches):
     """Latches that some rules leave alone."""
 
-    def __init__(self, events: list[Event], alteration: Alteration) -> None:
-        super().__init__(events)
+    def __init__(self, events: list[Event], profile: Profile, alteration: Alteration) -> None:
+        super().__init__(events, profile)
         self._alteration = alteration
 
     @override
@@ -99,7 +100,7 @@ class AlteredLayer(CommandLayer):
         self.alteration = alteration
         self.latest = ""
         bits = self.state.latches.bits
-        self.state.latches = AlteredLatches(self._events, alteration)
+        self.state.latches = AlteredLatches(self._events, self.profile, alteration)
         self.state.latches.bits = bits
 
     @override

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from ....io_images.thousands import PARAMETER_MAX
 from ...kinematics import MILLI, PICO, BlendLeg, Shape, check_blend, ramp_distance
-from .axis import BlendProgram
+from .axis_protocol import BlendProgram
 
 
 @dataclass(slots=True)

@@ -19,9 +19,10 @@ from collections.abc import Iterable
 from typing_extensions import override
 
 from ....io_images.amci3601 import CommandMsw, Firmware
+from ....io_images.amci3601.words import WORDS_3601, Profile
 from ...loop.events import Event, JsonValue
 from . import configuring
-from .axis import Axis
+from .axis_protocol import Axis
 from .capabilities import AxisRequest, Feature, Refusal
 from .command_words import COMMAND_BITS, CommandWords
 from .commands import COMMANDS, obey_store_minimum
@@ -43,6 +44,7 @@ from .refusals import faults_of_several
 from .state import ModuleState
 
 RESET = CommandMsw.RESET_ERRORS.value
+MOVES = (CommandMsw.ABSOLUTE_MOVE | CommandMsw.RELATIVE_MOVE).value
 HOLD_OR_STOP = (CommandMsw.HOLD_MOVE | CommandMsw.IMMEDIATE_STOP).value
 HOLD_OR_RESUME = (CommandMsw.HOLD_MOVE.value, CommandMsw.RESUME_MOVE.value)
 
@@ -56,12 +58,19 @@ class CommandLayer(Host):
     """
 
     def __init__(
-        self, axis: Axis, firmware: Firmware, options: Amci3601Options, events: list[Event], now_ns: int = 0
+        self,
+        axis: Axis,
+        firmware: Firmware,
+        options: Amci3601Options,
+        events: list[Event],
+        now_ns: int = 0,
+        profile: Profile = WORDS_3601,
     ) -> None:
+        self.profile = profile
         self.axis = axis
         self.firmware = firmware
         self.options = options
-        self.state = ModuleState(Latches(events))
+        self.state = ModuleState(Latches(events, profile))
         self.operation: Operation | None = None
         self._events = events
         self._inputs = InputWatch(self)
@@ -207,7 +216,10 @@ class CommandLayer(Host):
 
     @override
     def noticed(self, command: CommandWords, faults: list[BrokenRule]) -> list[BrokenRule]:
-        return faults
+        further = self.profile.further_refusals if command.msw & MOVES and not command.configures else ()
+        return faults + [
+            BrokenRule(rule) for rule, broken in further if broken(command.words, command.parameters)
+        ]
 
     @override
     def refuse(self, now_ns: int, refusal: Refusal) -> None:
@@ -226,9 +238,10 @@ class CommandLayer(Host):
         """
         shown = 0
         for fault in faults:
-            if fault.all_bits & ~shown:
+            bits = fault.all_bits(self.profile)
+            if bits & ~shown:
                 self.fire(now_ns, fault.rule, alone=fault.alone)
-                shown |= fault.all_bits
+                shown |= bits
 
     def _note_error(self, bits: int) -> None:
         """Note an error; a command error ends a resumable hold [chapter 4, Resume Move]."""

@@ -158,7 +158,7 @@ def preset_encoder(host: Host, now_ns: int, command: CommandWords) -> None:
 def reset_errors(host: Host, now_ns: int, command: CommandWords) -> None:
     """Clear recoverable errors; a running motion continues."""
     if not refused(host, now_ns, command):
-        host.state.latches.clear(RESETTABLE)
+        host.state.latches.clear(RESETTABLE | host.profile.further_errors)
         host.axis.reset_errors()
 
 

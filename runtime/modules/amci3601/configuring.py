@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from ....io_images.amci3601 import Configuration, StatusMsw, check
+from ....io_images.amci3601 import Configuration, check
 from ....io_images.image import Image
 from .command_words import CommandWords
-from .latches import CONFIG_ERROR, MODULE_OK, POSITION_INVALID, STOPPED, BrokenRule
+from .latches import CONFIG_ERROR, MODE_CONFIG, MODULE_OK, POSITION_INVALID, STOPPED, WORD_0, BrokenRule
 from .operation import Host
-
-STATUS_BELOW_LIVE_BITS = StatusMsw.CONFIG_ERROR.value - 1
-"""Bits 0 to 12 of input word 0."""
 
 
 def obey_mode_bit(host: Host, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
@@ -40,7 +37,8 @@ def _validate(host: Host, now_ns: int, command: CommandWords) -> None:
     """Accept or reject the words, after every change (reading A-08)."""
     state = host.state
     broken = host.noticed(
-        command, [BrokenRule(rule, alone=True) for rule in check(command.words, host.firmware)]
+        command,
+        [BrokenRule(rule, alone=True) for rule in check(command.words, host.firmware, host.profile.limits)],
     )
     if broken:
         for fault in broken:
@@ -60,7 +58,7 @@ def _validate(host: Host, now_ns: int, command: CommandWords) -> None:
 
 def _within_capabilities(host: Host, now_ns: int, command: CommandWords) -> Configuration | None:
     """Return the configuration of legal words, None if the axis can't provide it."""
-    configuration = Configuration.from_image(Image(command.words), host.firmware)
+    configuration = Configuration.from_image(Image(command.words), host.firmware, host.profile.limits)
     refusal = host.axis.capabilities.lacking_for_configuration(configuration)
     if refusal is None:
         return configuration
@@ -70,8 +68,8 @@ def _within_capabilities(host: Host, now_ns: int, command: CommandWords) -> Conf
 
 def leave(host: Host, now_ns: int) -> None:
     """Return to command mode: the position is zero and invalid [chapter 4; readings A-07, A-102]."""
-    kept = POSITION_INVALID if host.options.clear_status_after_config else STATUS_BELOW_LIVE_BITS
-    host.state.latches.clear(0xFFFF & ~(MODULE_OK | CONFIG_ERROR | kept))
+    status = WORD_0 | host.profile.further_errors if host.options.clear_status_after_config else MODE_CONFIG
+    host.state.latches.clear(status & ~(MODULE_OK | CONFIG_ERROR | POSITION_INVALID))
     host.axis.preset_position(0)
     host.state.latches.fire(now_ns, "POS-01")
     if host.options.stopped_after_config:

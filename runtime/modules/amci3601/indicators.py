@@ -45,10 +45,10 @@ def indicators(status: int, *, moving: bool, linked: bool = True) -> Indicators:
     <Light.BLINKING: 'blinking'>
 
     Args:
-        status: latched bits of input word 0.
+        status: latched bits of input word 0; further errors from bit 16.
         moving: a motion or the follower mode is under way, or the bit of a one-shot is held.
     """
-    errors = status & BLINKING_ERRORS
+    errors = status & BLINKING_ERRORS or status >> 16
     axis_ok = Light.OFF if errors else Light.BLINKING if moving else Light.SOLID
     axis_error = Light.SOLID if not linked else Light.BLINKING if errors else Light.OFF
     return Indicators(Light.SOLID if linked else Light.OFF, axis_ok, axis_error)

@@ -11,7 +11,8 @@ from functools import reduce
 from operator import or_
 from typing import NamedTuple
 
-from ....io_images.amci3601 import ERROR_BITS, RULES, StatusMsw
+from ....io_images.amci3601 import StatusMsw
+from ....io_images.amci3601.words import WORDS_3601, Profile
 from ...loop.events import Event, JsonValue
 
 MODE_CONFIG = StatusMsw.MODE_CONFIG.value
@@ -27,6 +28,8 @@ STOPPED = StatusMsw.STOPPED.value
 HOLD_STATE = StatusMsw.HOLD_STATE.value
 AT_HOME = StatusMsw.AT_HOME.value
 
+WORD_0 = 0xFFFF
+
 RESETTABLE = COMMAND_ERROR | INVALID_PROFILE | HOME_INVALID | INPUT_ERROR
 """Bits that Reset Errors clears [chapter 4, Reset Errors]."""
 
@@ -36,37 +39,36 @@ CLEARED_BY_A_MOVE = STOPPED | AT_HOME | MOVE_COMPLETE | HOLD_STATE | INPUT_ERROR
 COMPLETION = STOPPED | AT_HOME | MOVE_COMPLETE | HOLD_STATE
 
 
-_ERROR_MASKS = tuple(bit.value for bit in StatusMsw if bit & ERROR_BITS)
-
-
 class BrokenRule(NamedTuple):
     """A broken rule; `alone` fires it without the rows that usually fire together with it."""
 
     rule: str
     alone: bool = False
 
-    @property
-    def rows(self) -> tuple[str, ...]:
-        """The rows of the rule table that fire."""
-        return (self.rule,) if self.alone else (self.rule, *RULES[self.rule].together_with)
+    def rows(self, profile: Profile) -> tuple[str, ...]:
+        """Return the rows of the rule table that fire."""
+        return (self.rule,) if self.alone else (self.rule, *profile.rules[self.rule].together_with)
 
-    @property
-    def all_bits(self) -> int:
-        """Bits of word 0 that the rows set together."""
-        return reduce(or_, map(bits_of, self.rows))
+    def all_bits(self, profile: Profile) -> int:
+        """Return the bits that the rows set together, see `bits_of`."""
+        return reduce(or_, (bits_of(row, profile) for row in self.rows(profile)))
 
 
-def bits_of(row: str) -> int:
-    """Return the bits of word 0 that a broken rule sets."""
-    rule = RULES[row]
-    return (rule.if_broken or rule.sets) & 0xFFFF
+def bits_of(row: str, profile: Profile) -> int:
+    """Return the bits that a broken rule sets: those of word 0, and further errors of word 1 from bit 16."""
+    rule = profile.rules[row]
+    return (rule.if_broken or rule.sets) & (WORD_0 | profile.further_errors)
 
 
 class Latches:
-    """Bits of input word 0 that stay until something clears them."""
+    """Status bits that stay until something clears them: those of input word 0, and further errors of word 1.
 
-    def __init__(self, events: list[Event]) -> None:
-        self.bits = MODULE_OK  # input word 0 without the motion bits
+    Word 0 is in bits 0 to 15, word 1 from bit 16.
+    """
+
+    def __init__(self, events: list[Event], profile: Profile = WORDS_3601) -> None:
+        self.profile = profile
+        self.bits = MODULE_OK  # without the motion bits
         self.causes: dict[int, str] = {}  # for each error bit that is set, the id of the rule that set it
         self._events = events
 
@@ -80,37 +82,36 @@ class Latches:
             alone: fire without the rows that usually fire together with it.
         """
         fault = BrokenRule(rule_id, alone)
-        for row in fault.rows:
-            self._set(now_ns, row, bits_of(row))
-        return fault.all_bits
+        for row in fault.rows(self.profile):
+            self._set(now_ns, row, bits_of(row, self.profile))
+        return fault.all_bits(self.profile)
 
     def note(self, now_ns: int, rule_id: str) -> None:
         """Record a rule whose effect an option has switched off."""
         self._set(now_ns, rule_id, 0)
 
     def _set(self, now_ns: int, rule_id: str, bits: int) -> None:
-        rule = RULES[rule_id]
-        for bit in _ERROR_MASKS:
-            if bits & bit and not self.bits & bit:
-                self.causes[bit] = rule_id
+        rule = self.profile.rules[rule_id]
+        new = bits & ~self.bits & self.profile.error_bits
+        self.causes.update((bit, rule_id) for bit in self.profile.masks.values() if bit & new)
         self.bits |= bits
-        names = [str(bit.name) for bit in StatusMsw if bit & bits]
-        fields: dict[str, JsonValue] = {"bits": names, "section": rule.section}
+        fields: dict[str, JsonValue] = {"bits": self._names(bits), "section": rule.section}
         self._events.append(Event(now_ns, "rule", rule_id, rule.event, fields))
 
     def show(self, now_ns: int, kind: str, name: str, bits: int, text: str) -> int:
         """Set bits for a reason outside the manual's rules, and record it; return them."""
         self.bits |= bits
-        names = [str(bit.name) for bit in StatusMsw if bit & bits]
-        self._events.append(Event(now_ns, kind, name, text, {"bits": names}))
+        self._events.append(Event(now_ns, kind, name, text, {"bits": self._names(bits)}))
         return bits
+
+    def _names(self, bits: int) -> list[str]:
+        return [name for name, mask in self.profile.masks.items() if mask & bits]
 
     def clear(self, bits: int) -> None:
         """Clear bits and their causes."""
         self.bits &= ~bits
-        for bit in _ERROR_MASKS:
-            if bits & bit:
-                self.causes.pop(bit, None)
+        for bit in [each for each in self.causes if each & bits]:
+            del self.causes[bit]
 
     def complete(self, bit: int) -> None:
         """Show the end of a motion: at most one completion bit is set at a time."""

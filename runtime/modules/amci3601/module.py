@@ -24,6 +24,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from ....io_images.amci3601 import Firmware, InputBit
+from ....io_images.amci3601.words import WORDS_3601, Profile
 from ....io_images.image import Image
 from ....io_images.thousands import split_reported, split_reported_all
 from ...kinematics import Segment
@@ -57,6 +58,7 @@ class Amci3601:
         machine: by default one without switches.
         options: options of the model by name, see `Amci3601Options`.
         diagnostic_wiring: the step outputs are wired to the encoder inputs.
+        profile: the module of the family; by default a 3601.
 
     Raises:
         ValueError: an unknown firmware or option.
@@ -71,7 +73,9 @@ class Amci3601:
         options: Mapping[str, JsonValue] | None = None,
         *,
         diagnostic_wiring: bool = False,
+        profile: Profile = WORDS_3601,
     ) -> None:
+        self.profile = profile
         self.firmware = Firmware.parse(firmware) if isinstance(firmware, str) else firmware
         self.machine = Machine() if machine is None else machine
         self.options = Amci3601Options.of(options)
@@ -94,7 +98,9 @@ class Amci3601:
     def _power_up(self) -> None:
         self.axis = StepGenerator(self.machine, diagnostic_wiring=self._diagnostic_wiring)
         self.axis.advance(self._now_ns)
-        self.layer = self._layer_of(self.axis, self.firmware, self.options, self.events, self._now_ns)
+        self.layer = self._layer_of(
+            self.axis, self.firmware, self.options, self.events, self._now_ns, self.profile
+        )
         self.layer.state.running = self._plc_running
         self._acted_on: bytes | None = None  # the output words that the layer has processed
         self._tick_due_ns = self._counts_due_ns = NEVER

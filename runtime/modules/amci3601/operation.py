@@ -15,7 +15,8 @@ from enum import Enum
 from typing import ClassVar, Protocol
 
 from ....io_images.amci3601 import Firmware, InputBit
-from .axis import Axis
+from ....io_images.amci3601.words import Profile
+from .axis_protocol import Axis
 from .capabilities import Feature, Refusal
 from .command_words import CommandWords
 from .latches import BrokenRule
@@ -50,6 +51,7 @@ def limit_in(host: Host, direction: int) -> bool:
 class Host(Protocol):
     """The command layer, as operations see it."""
 
+    profile: Profile
     axis: Axis
     firmware: Firmware  # decides which functions exist
     options: Amci3601Options
@@ -67,7 +69,7 @@ class Host(Protocol):
         """Set the bits of all rules that one command breaks (reading A-110)."""
 
     def noticed(self, command: CommandWords, faults: list[BrokenRule]) -> list[BrokenRule]:
-        """Return the faults of a command or configuration that the module notices: all of them."""
+        """Return the noticed faults of a command or configuration, with those of the profile's own rules."""
 
     def refuse(self, now_ns: int, refusal: Refusal) -> None:
         """Report a refusal of the axis."""

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
-from ....io_images.amci3601 import StatusView
 from ....io_images.amci3601.firmware import Firmware
-from ....io_images.amci3601.words import WORDS_3601
+from ....io_images.amci3601.words import WORDS_3601, Profile
 from ....io_images.site import SettingError
 from ...loop.module import Module
 from ...machine import Machine, MachineSpec
@@ -16,7 +16,14 @@ if TYPE_CHECKING:
     from .options import Amci3601Options
 
 
-def make(firmware: str, machine: MachineSpec, seed: int, options: Options, wiring: str | None) -> Module:
+def make(
+    firmware: str,
+    machine: MachineSpec,
+    seed: int,
+    options: Options,
+    wiring: str | None,
+    profile: Profile = WORDS_3601,
+) -> Module:
     """Make a simulated 3601 with a machine; ValueError for an unknown firmware or option.
 
     Args:
@@ -26,7 +33,8 @@ def make(firmware: str, machine: MachineSpec, seed: int, options: Options, wirin
     """
     from .module import Amci3601
 
-    return Amci3601(firmware, Machine(machine, seed), options, diagnostic_wiring=wiring == "diagnostic")
+    wired = wiring == "diagnostic"
+    return Amci3601(firmware, Machine(machine, seed), options, diagnostic_wiring=wired, profile=profile)
 
 
 def check_controller(firmware: str, controller: str) -> None:
@@ -46,13 +54,18 @@ def _option_table() -> type[Amci3601Options]:
     return Amci3601Options
 
 
-RECORD = ModuleRecord(
-    name="amci3601",
-    make=make,
-    words=lambda _options: WORDS_3601,
-    has_firmware=True,
-    status=lambda image, _words: StatusView(image),
-    traits=frozenset({Trait.FIRMWARE, Trait.STOPS_ANSWERING, Trait.MACHINE, Trait.SLIPS}),
-    check_controller=check_controller,
-    option_table=_option_table,
-)
+def stepper(profile: Profile) -> ModuleRecord:
+    """Return the record of a module of the 3601's family, named as its messages are, in lower case."""
+    return ModuleRecord(
+        name=profile.message.lower(),
+        make=partial(make, profile=profile),
+        words=lambda _options: profile,
+        has_firmware=True,
+        status=lambda image, _words: profile.view(image),
+        traits=frozenset({Trait.FIRMWARE, Trait.STOPS_ANSWERING, Trait.MACHINE, Trait.SLIPS}),
+        check_controller=check_controller,
+        option_table=_option_table,
+    )
+
+
+RECORD = stepper(WORDS_3601)

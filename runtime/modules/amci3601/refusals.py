@@ -16,8 +16,6 @@ from ....io_images.amci3601 import (
     CommandLsw,
     CommandMsw,
     InputBit,
-    rate_in_range,
-    speed_in_range,
     target_in_range,
 )
 from ...kinematics import MILLI, PICO, stopping_distance
@@ -67,12 +65,8 @@ def external_still_on(host: Host, command: CommandWords) -> bool:
 
 def speed_or_rates_out_of_range(host: Host, command: CommandWords) -> bool:
     """Whether speed, acceleration or deceleration is outside its range."""
-    given = command.parameters
-    return not (
-        speed_in_range(given.speed)
-        and rate_in_range(given.acceleration)
-        and rate_in_range(given.deceleration)
-    )
+    given, limits = command.parameters, host.profile.limits
+    return not (limits.takes_speed(given.speed) and given.rates_in_range(limits))
 
 
 def parameters_out_of_range(host: Host, command: CommandWords) -> bool:
@@ -142,7 +136,7 @@ def manual_parameters_illegal(host: Host, command: CommandWords) -> bool:
     speed = command.parameters.speed
     if (
         speed is None
-        or not (speed == 0 or speed_in_range(speed))
+        or not (speed == 0 or host.profile.limits.takes_speed(speed))
         or not target_in_range(command.parameters.target)
     ):
         return True
@@ -187,7 +181,12 @@ def too_short_to_stop(host: Host, command: CommandWords) -> bool:
         command.parameters.speed,
         command.parameters.deceleration,
     )
-    if target is None or speed is None or speed <= host.state.start_sps or not rate_in_range(deceleration):
+    if (
+        target is None
+        or speed is None
+        or speed <= host.state.start_sps
+        or not host.profile.limits.takes_rate(deceleration)
+    ):
         return False
     return target * PICO < stopping_distance(MILLI * speed, host.state.start_sps, deceleration, command.shape)
 
@@ -254,8 +253,8 @@ def speed_words_given(host: Host, command: CommandWords) -> bool:
 
 
 def follower_rates_illegal(host: Host, command: CommandWords) -> bool:
-    """Whether a rate of the follower is outside 0 to 2000; 0 means unlimited."""
-    return not all(rate == 0 or rate_in_range(rate) for rate in command.words[6:8])
+    """Whether a rate of the follower is out of range; 0 means unlimited."""
+    return not all(rate == 0 or host.profile.limits.takes_rate(rate) for rate in command.words[6:8])
 
 
 STILL_HELD = RefusalRule("HLD-11", external_still_on)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from ....io_images.amci3601 import StatusLsw, StatusMsw
 from ....io_images.image import signed_word
 from ....io_images.thousands import split_reported
-from .latches import CONFIG_ERROR, MODE_CONFIG, MODULE_OK
+from .latches import CONFIG_ERROR, MODE_CONFIG, MODULE_OK, WORD_0
 from .operation import Host
 
 MOVING_CW = StatusMsw.MOVING_CW.value
@@ -43,12 +43,12 @@ def _status_msw(host: Host) -> int:
         bits |= MOVING_CW if direction > 0 else MOVING_CCW
         if ramp:
             bits |= ACCELERATING if ramp > 0 else DECELERATING
-    return bits
+    return bits & WORD_0
 
 
 def _status_lsw(host: Host) -> int:
     state = host.state
-    bits = state.reported_inputs
+    bits = state.reported_inputs | state.latches.bits >> 16
     if state.proximity:
         bits |= HOME_PROX_ECHO  # a plain echo, homing or not (reading A-96)
     if host.operation is not None:

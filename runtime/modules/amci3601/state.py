@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ....io_images.amci3601 import CommandLsw, Configuration, InputBit
-from .axis import BlendProgram
+from .axis_protocol import BlendProgram
 from .blend_session import BlendSession
 from .command_words import CommandWords
 from .latches import COMMAND_ERROR, INVALID_PROFILE, MODE_CONFIG, Latches

@@ -70,9 +70,10 @@ EQUIVALENT = (
     Equivalent(
         f"{LAYER}/refusals.py",
         "manual_parameters_illegal",
-        "speed is None\n        or not (speed == 0 or speed_in_range(speed))\n"
+        "speed is None\n        or not (speed == 0 or host.profile.limits.takes_speed(speed))\n"
         "        or not target_in_range(command.parameters.target)",
-        "(not (speed == 0 or speed_in_range(speed)) or not target_in_range(command.parameters.target))",
+        "(not (speed == 0 or host.profile.limits.takes_speed(speed))"
+        " or not target_in_range(command.parameters.target))",
         "None is in no range",
     ),
     Equivalent(
@@ -97,7 +98,7 @@ EQUIVALENT = (
         "a distance of 0 is left out one line above",
     ),
     Equivalent(
-        "ladder/compiler/values.py",
+        "ladder/compiler/value_writer.py",
         "ValueWriter.converted",
         "width or 64",
         "64",

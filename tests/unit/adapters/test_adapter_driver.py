@@ -6,8 +6,8 @@ from collections.abc import Generator, Iterable
 from typing import Any
 
 import pytest
+from scanrack.runtime import LineFormat
 from scanrack.runtime.line.master import LineTiming, Reply, Step
-from scanrack.runtime.line.wire import LineFormat
 from scanrack.runtime.modules.adapters.driver import REBIAS_BELOW, Driver
 from scanrack.runtime.modules.adapters.exchanges import BIAS, ControllerState, Talk
 from scanrack.runtime.modules.adapters.findings import Finding, FindingKind, Findings

@@ -19,8 +19,8 @@ from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import status_names
 from scanrack.io_images.pcl601 import Code
 from scanrack.io_images.thousands import join_reported
-from scanrack.jobs.load.building import build_rack
-from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.jobs import build_rack
+from scanrack.runtime import RackSpec, SlotSpec
 from scanrack.runtime.line.liveport import LiveLine, check_address, open_port
 from scanrack.runtime.line.pcl601_ascii import ask_address
 from scanrack.runtime.line.pcl601_frames import write_command

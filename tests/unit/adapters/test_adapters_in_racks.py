@@ -5,11 +5,10 @@ from __future__ import annotations
 import pytest
 from scanrack.io_images import Image
 from scanrack.io_images.addresses import parse_address
-from scanrack.io_images.amci3601 import status_names
-from scanrack.io_images.amci3601.words import WORDS_3601
+from scanrack.io_images.amci3601 import WORDS_3601, status_names
 from scanrack.io_images.thousands import join_reported
 from scanrack.jobs.run.result import RunCounters
-from scanrack.runtime.config.rackspec import SlotSpec
+from scanrack.runtime import SlotSpec
 from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.machine import Jam, MachineSpec
 from scanrack.runtime.modules.registry import words_of

@@ -11,8 +11,7 @@ from typing import Any
 import pytest
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import Move, MoveKind, PresetPosition
-from scanrack.jobs.load.building import build_cpu, build_rack
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import build_cpu, build_rack, load_job
 from witness import Witness
 
 LINE = Path(__file__).parents[3] / "examples" / "three_stations"

@@ -13,8 +13,7 @@ import pytest
 from made_traces import idle, record
 from mcap.writer import Writer
 from scanrack.commands import build
-from scanrack.traces.read.arrays import read_columns
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace, read_columns
 from scanrack.traces.write import recorder
 from typer.testing import CliRunner
 

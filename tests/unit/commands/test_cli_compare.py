@@ -9,7 +9,7 @@ import made_traces
 import numpy as np
 import pytest
 from scanrack.commands import build
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import SlotInfo
 from typer.testing import CliRunner, Result
 
 SCANS = 40

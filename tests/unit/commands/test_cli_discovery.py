@@ -13,10 +13,9 @@ from scanrack.commands import build
 from scanrack.commands.wire import discovery
 from scanrack.jobs.run.served_units import Unit, pcl601_units, pmc006_units
 from scanrack.jobs.serve.line import PortChoice, ServedLine, begin
+from scanrack.runtime import Clock, LineFormat
 from scanrack.runtime.line.clients.probing import probe, questions
 from scanrack.runtime.line.ports import Stop, serve_until_interrupted
-from scanrack.runtime.line.wire import LineFormat
-from scanrack.runtime.loop.pace import Clock
 from typer.testing import CliRunner
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="no pseudo-terminals")

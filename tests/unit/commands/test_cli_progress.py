@@ -4,8 +4,7 @@ import io
 
 import pytest
 from rich.console import Console
-from scanrack.runtime.loop.cpu import Cpu
-from scanrack.runtime.loop.rack import Rack
+from scanrack.runtime import Cpu, Rack
 from scanrack.terminal.progress import shown_progress
 from scanrack.terminal.progress_bar import CpuProgress
 

@@ -12,8 +12,8 @@ from scanrack.commands import build
 from scanrack.commands.programs import prove as prove_command
 from scanrack.jobs.load.loading import SCENARIO_TRACE
 from scanrack.jobs.prove import checking, proving
+from scanrack.ladder.prove import ProgramSystem
 from scanrack.ladder.prove.questions import Answers
-from scanrack.ladder.prove.system import ProgramSystem
 from typer.testing import CliRunner
 
 LINE = """\

@@ -13,13 +13,11 @@ from pathlib import Path
 import forked
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.load.building import build_cpu, build_rack
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import build_cpu, build_rack, load_job
 from scanrack.jobs.record.recording import recorder_for
-from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime import Cpu
 from scanrack.runtime.loop.scan import CpuMode
-from scanrack.traces.read.reader import open_trace
-from scanrack.traces.write.recorder import ScanRecorder
+from scanrack.traces import ScanRecorder, open_trace
 from typer.testing import CliRunner, Result
 
 pytestmark = pytest.mark.slow  # together they take seconds
@@ -313,7 +311,7 @@ def test_rungs_are_rerun_without_further_ado(folder: Path, monkeypatch: pytest.M
 @pytest.mark.parametrize("name", ["../evil.py", "/evil.py", "a/../../evil.py"])
 def test_a_file_that_leads_out_of_its_folder_is_refused(tmp_path: Path, name: str) -> None:
     import made_traces
-    from scanrack.traces.write.recorder import Attachment
+    from scanrack.traces import Attachment
 
     recorder = ScanRecorder(
         tmp_path / "evil.mcap",
@@ -369,9 +367,8 @@ def test_power_links_torn_updates_and_the_key_come_again(folder: Path) -> None:
 def test_scans_as_irregular_as_those_of_a_real_plc_are_replayed_at_their_times(folder: Path) -> None:
     """A module does not care how often it is asked; so a jittery recording has a jittery replay."""
     from scanrack.io_images import Image
-    from scanrack.runtime.modules.amci3601 import Amci3601
-    from scanrack.traces.format.layout import SlotInfo
-    from scanrack.traces.write.recorder import Attachment
+    from scanrack.runtime import Amci3601
+    from scanrack.traces import Attachment, SlotInfo
 
     memory, module, sent = bytearray(32), Amci3601("4.1"), Image()
     rack = 'program = "none.py"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'

@@ -5,7 +5,7 @@ import json
 import pytest
 from scanrack import open_trace
 from scanrack.commands import build
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import load_job
 from scanrack.jobs.run.retained_memory import RetainedMemory
 from scanrack.jobs.trust.extracting import attached_files
 from scanrack.jobs.trust.trust import RunFiles, Use, uses_of

@@ -9,10 +9,9 @@ import forked
 import pytest
 from scanrack.commands import build
 from scanrack.jobs.record import recording
-from scanrack.runtime.loop.cpu import ScanFlag
-from scanrack.traces.read.reader import open_trace
+from scanrack.runtime import ScanFlag
+from scanrack.traces import ScanRecorder, open_trace
 from scanrack.traces.write.output import TraceFull
-from scanrack.traces.write.recorder import ScanRecorder
 from typer.testing import CliRunner
 
 RACK = """\

@@ -23,11 +23,11 @@ from scanrack.io_images.pmc006.instructions import BY_NAME
 from scanrack.jobs.run.served_units import pcl601_units, pmc006_units
 from scanrack.jobs.serve.control import ControlChannel
 from scanrack.jobs.serve.line import ServedLine, answering, begin, wire
+from scanrack.runtime import Clock
 from scanrack.runtime.controllers.pmc006.pins import Pin
 from scanrack.runtime.line.ports.textlines import EndOfTalkError
 from scanrack.runtime.line.rtu import frame
-from scanrack.runtime.loop.pace import Clock
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from typer.testing import CliRunner
 
 READ_POSITION = BY_NAME["read_position"].code

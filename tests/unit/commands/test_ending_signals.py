@@ -8,13 +8,15 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from types import ModuleType
 
 import forked
 import pytest
 from mcap.reader import make_reader
+from scanrack import __main__
 from scanrack.commands import build
 from scanrack.runtime.loop.pace import ending_as_interrupt, interrupted_by
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from typer.testing import CliRunner
 
 ENDING = [signal.SIGTERM, signal.SIGHUP]
@@ -35,9 +37,11 @@ def logic(scan):
 
 
 @contextlib.contextmanager
-def started(folder: Path, *arguments: str, before: str = "pass") -> Iterator[subprocess.Popen[str]]:
+def started(
+    folder: Path, *arguments: str, before: str = "pass", main: str = "main()"
+) -> Iterator[subprocess.Popen[str]]:
     """Run a command in a process of its own."""
-    code = f"import signal, sys; {before}; from scanrack.commands import main; main()"
+    code = f"import signal, sys\n{before}\nfrom scanrack.__main__ import main\n{main}"
     process = forked.start(
         [sys.executable, "-c", code, *arguments],
         cwd=folder,
@@ -193,6 +197,47 @@ def test_where_ctrl_c_is_ignored_sigterm_still_ends(folder: Path) -> None:
         process.send_signal(signal.SIGTERM)
         _, err = process.communicate(timeout=120)
     assert (process.returncode, err) == (130, "scanrack: stopped by SIGTERM\n")
+
+
+@pytest.fixture
+def _own_handlers() -> Iterator[None]:
+    before = {number: signal.getsignal(number) for number in ENDING}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.mark.usefixtures("_own_handlers")
+@pytest.mark.parametrize("number", [*ENDING, signal.SIGINT])
+def test_a_signal_while_the_commands_are_imported(
+    number: signal.Signals, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    module = ModuleType("scanrack.commands")
+    module.__getattr__ = lambda _: signal.raise_signal(number)  # type: ignore[method-assign]
+    monkeypatch.setitem(sys.modules, "scanrack.commands", module)
+    with pytest.raises(SystemExit) as caught:
+        __main__.main()
+    assert caught.value.code == 130
+    who = "Ctrl-C" if number is signal.SIGINT else number.name
+    assert capsys.readouterr().err == f"scanrack: stopped by {who}\n"
+
+
+@pytest.mark.parametrize("number", ENDING)
+def test_a_signal_after_a_command_changes_no_status(folder: Path, number: signal.Signals) -> None:
+    """A shell and the kernel each send SIGHUP: the second one killed what the first had ended with 130."""
+    late = f"try: main()\nfinally: signal.raise_signal({int(number)})"
+    with started(folder, "rules", "amci3601", main=late) as process:
+        out, err = process.communicate(timeout=120)
+    assert (process.returncode, err) == (0, "")
+    assert "IOM-02" in out
+
+
+def test_a_second_sighup_breaks_nothing_off() -> None:
+    with ending_as_interrupt():
+        with pytest.raises(KeyboardInterrupt):
+            signal.raise_signal(signal.SIGHUP)
+        signal.raise_signal(signal.SIGHUP)
+        assert interrupted_by() == "SIGHUP"
 
 
 def test_any_command_ends_with_one_message(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -11,10 +11,10 @@ from typing import Any
 import pytest
 from l5x_files import data_type, document, ladder, member, program, tag, task
 from scanrack.commands import build
-from scanrack.jobs.bench.opening import open_bench
+from scanrack.jobs import open_bench
 from scanrack.ladder.debug import Debugger
+from scanrack.traces import open_trace
 from scanrack.traces.compare import compare, report
-from scanrack.traces.read.reader import open_trace
 from typer.main import get_command
 from typer.testing import CliRunner, Result
 

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import pytest
 from scanrack.commands import COMMANDS
-from scanrack.jobs.load.program import ProgramError, load_program
+from scanrack.jobs import ProgramError, load_program
 from scanrack.jobs.trust import launcher
 from scanrack.jobs.trust.attachments import forget_imported
 from scanrack.jobs.trust.launcher import PIPE, launch

@@ -24,7 +24,7 @@ HELP_ROOMS = {
     "scanrack.watch.play",
 }
 RUNGS = {
-    "scanrack.ladder.build",
+    "scanrack.ladder.lowering",
     "scanrack.ladder.compiler",
     "scanrack.ladder.debug",
     "scanrack.ladder.instructions",

@@ -19,7 +19,7 @@ from scanrack.commands import build
 from scanrack.commands.recordings import show
 from scanrack.commands.wire.link_commands import show_state
 from scanrack.terminal.terminal import LAYOUT, on_a_line, visible
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import SlotInfo
 from typer.testing import CliRunner, Result
 
 ATTACK = "\x1b[2J\x1b]0;owned\x07\x9b31m\r\x7f\u202e\u2066\u2028"

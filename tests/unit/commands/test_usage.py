@@ -1,11 +1,8 @@
 """Words of a command that can't be used: one line in our own style, with the way on, and status 2."""
 
-import sys
 from pathlib import Path
-from types import ModuleType
 
 import pytest
-from scanrack import __main__
 from scanrack.commands import COMMANDS, KEPT, RENAMED, build
 from scanrack.commands.recordings import rerun_job
 from scanrack.terminal import status
@@ -81,21 +78,6 @@ def test_a_command_without_words_prints_its_page() -> None:
     code, out, err = run("query")
     assert (code, out) == (2, "")
     assert err.startswith("Usage: scanrack query")
-
-
-def test_ctrl_c_while_the_commands_are_imported(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def interrupted(name: str) -> None:
-        raise KeyboardInterrupt
-
-    module = ModuleType("scanrack.commands")
-    module.__getattr__ = interrupted  # type: ignore[method-assign]
-    monkeypatch.setitem(sys.modules, "scanrack.commands", module)
-    with pytest.raises(SystemExit) as caught:
-        __main__.main()
-    assert caught.value.code == status.INTERRUPTED
-    assert capsys.readouterr().err == "scanrack: stopped by Ctrl-C\n"
 
 
 def test_a_rerun_that_is_stopped_does_not_say_that_it_differs(

@@ -11,8 +11,8 @@ from shutil import copytree
 import pytest
 from scanrack import open_bench, open_trace
 from scanrack.commands import build
+from scanrack.runtime import RackFileError, load_rack_file
 from scanrack.runtime.config.rack_schema import rack_schema
-from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
 from scanrack.runtime.modules import registry
 from scanrack.runtime.modules.registry import MODULES
 from scanrack.watch.monitors.hello import slots_of

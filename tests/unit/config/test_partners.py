@@ -9,10 +9,10 @@ import l5x_files as files
 import pytest
 from scanrack import BOOL, DINT, EQU, OTE
 from scanrack.commands import build
-from scanrack.jobs.load.loading import load_job, load_rack
-from scanrack.jobs.run.running import JobRun
+from scanrack.jobs import JobRun, load_job
+from scanrack.jobs.load.loading import load_rack
 from scanrack.ladder import Controller, LadderLogic
-from scanrack.runtime.config.rackfile import RackFileError
+from scanrack.runtime import RackFileError
 from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[3]

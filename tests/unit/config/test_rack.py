@@ -2,7 +2,7 @@
 
 import pytest
 from scanrack.io_images.image import Image
-from scanrack.runtime.loop.rack import Card, Rack
+from scanrack.runtime import Card, Rack
 
 
 class Absent:

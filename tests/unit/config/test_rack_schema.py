@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 from jsonschema import Draft4Validator, Draft202012Validator
 from scanrack.commands import build
+from scanrack.runtime import load_rack_file
 from scanrack.runtime.config.rack_schema import HINT, rack_schema
-from scanrack.runtime.config.rackfile import load_rack_file
 from scanrack.runtime.modules.registry import MODULES
 from typer.testing import CliRunner
 

@@ -4,9 +4,9 @@ import sys
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.load.loading import load_job
-from scanrack.runtime.config.rackfile import RackFileError
-from scanrack.traces.read.reader import open_trace
+from scanrack.jobs import load_job
+from scanrack.runtime import RackFileError
+from scanrack.traces import open_trace
 from typer.testing import CliRunner
 
 RUNGS = "PROGRAM line\nTAG Go : BOOL\nTAG N : DINT\nROUTINE Main\nXIO(Go)XRP(N)ALMD(A,0,0,0,0);\nEND\n"

@@ -3,8 +3,8 @@
 # ruff: noqa: E501 - messages are one line each
 
 import pytest
+from scanrack.runtime import RackFileError, load_rack_file
 from scanrack.runtime.config import rackfile
-from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
 
 GOOD = """\
 name = "line"

@@ -6,13 +6,12 @@ from typing import Any, cast
 
 import pytest
 from pydantic import ValidationError
-from scanrack.io_images.amci3601.bits import InputBit
-from scanrack.jobs.load.building import build_cpu, build_rack, slot_seed
-from scanrack.runtime.config.rackfile import load_rack_file
-from scanrack.runtime.config.rackspec import ForceSpec, RackSpec, SlotSpec
-from scanrack.runtime.loop.cpu import CpuFault, CpuMode
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.jobs import build_cpu, build_rack
+from scanrack.jobs.load.building import slot_seed
+from scanrack.runtime import Amci3601, CpuFault, CpuMode, RackSpec, SlotSpec, load_rack_file
+from scanrack.runtime.config.rackspec import ForceSpec
 from scanrack.runtime.machine import EncoderSpec, Jam, MachineSpec, Slip, Station, Switch, TimelineEntry
-from scanrack.runtime.modules.amci3601 import Amci3601
 from scanrack.runtime.modules.record import ModuleRecord
 from scanrack.runtime.modules.registry import MODULES, OWN
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.fuzz.campaign.state import State
+from scanrack.jobs import State
 from scanrack.jobs.fuzz.run import BrokenInvariant
 from scanrack.jobs.trust import attachments
 from scanrack.jobs.trust.extracting import checked_name
@@ -73,8 +73,12 @@ def test_prove_takes_a_program_by_its_drive(tmp_path: Path, monkeypatch: pytest.
     refused = CliRunner().invoke(build(), ["prove", str(old), str(new), "--html", str(new)])
     assert refused.exit_code == 2
     assert "is one of the programs: choose another file" in refused.stderr
-    assert CliRunner().invoke(build(), ["prove", f"{old}:logic", "--json"]).exit_code in (0, 2)
-    assert sorted(each.name for each in tmp_path.iterdir()) == sorted([str(old), str(new), r"C:\new-prove"])
+    bad = Path(r"C:\bad.rung")
+    bad.write_text(SMALL.format("XIC").replace("XIC(A)", "// prove: never B\n"), encoding="utf-8")
+    assert CliRunner().invoke(build(), ["prove", str(bad)]).exit_code == 1
+    assert Path(r"C:\bad-prove").is_dir()
+    made = [str(old), str(new), str(bad), r"C:\new-prove", r"C:\bad-prove"]
+    assert sorted(each.name for each in tmp_path.iterdir()) == sorted(made)
 
 
 @pytest.mark.parametrize("name", ["con", "PRN", "Aux", "nul", "com1", "LPT9", "com¹"])

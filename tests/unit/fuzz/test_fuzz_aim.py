@@ -10,6 +10,7 @@ from textwrap import dedent
 import pytest
 from planted_programs import version_of
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, PresetPosition
+from scanrack.jobs import Kind, State, kinds_for, load_program
 from scanrack.jobs.fuzz import Scenario, SearchReport, TrialBench, search
 from scanrack.jobs.fuzz.aim.branches import NAME, branches_noted
 from scanrack.jobs.fuzz.aim.corpus import Corpus, Entry, trim
@@ -20,13 +21,10 @@ from scanrack.jobs.fuzz.aim.sweep import Sweep
 from scanrack.jobs.fuzz.aim.times import times_of
 from scanrack.jobs.fuzz.campaign.campaign import _round
 from scanrack.jobs.fuzz.campaign.fresh import in_fresh_process
-from scanrack.jobs.fuzz.campaign.state import State
 from scanrack.jobs.fuzz.explain.changes import changes_in
-from scanrack.jobs.fuzz.scenarios.kinds import Kind, kinds_for
 from scanrack.jobs.fuzz.scenarios.parts import timed_parts
 from scanrack.jobs.fuzz.scenarios.scenario import Press
-from scanrack.jobs.load.program import load_program
-from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.runtime import RackSpec, SlotSpec
 
 SPEC = RackSpec(program=lambda scan: None, slot=(SlotSpec(number=1, module="amci3601"),))
 

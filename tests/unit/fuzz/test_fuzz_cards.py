@@ -8,17 +8,16 @@ from typing import Any
 
 import pytest
 from hypothesis import find
+from scanrack.jobs import ContactPress, Kind, Scenario, build_cpu, build_rack, possible_kinds
 from scanrack.jobs.fuzz.drawing import scenarios
 from scanrack.jobs.fuzz.invariants.scan_view import Snapshot
 from scanrack.jobs.fuzz.invariants.standard import STANDARD
-from scanrack.jobs.fuzz.scenarios.kinds import Kind, card_buttons, possible_kinds
+from scanrack.jobs.fuzz.scenarios.kinds import card_buttons
 from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
-from scanrack.jobs.fuzz.scenarios.scenario import ContactPress, Scenario, one_at_a_time
+from scanrack.jobs.fuzz.scenarios.scenario import one_at_a_time
 from scanrack.jobs.fuzz.scenarios.words import told
 from scanrack.jobs.fuzz.shrink import parts_of, scenario_of
-from scanrack.jobs.load.building import build_cpu, build_rack
-from scanrack.runtime.config.rackfile import parse_rack_file
-from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.runtime import RackSpec, SlotSpec, parse_rack_file
 
 MS = 1_000_000
 OPTIONS: Any = {

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
+from scanrack.jobs import Kind
 from scanrack.jobs.fuzz import STANDARD, Press, Scenario, TrialBench, never, search, undisturbed
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
-from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime import RackSpec
 
 MS = 1_000_000
 USED = InputBit.HOME | InputBit.EXTERNAL | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT

@@ -7,9 +7,10 @@ from pathlib import Path
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.fuzz.scenarios.scenario import OperatorAction, Scenario
+from scanrack.jobs import Scenario
+from scanrack.jobs.fuzz.scenarios.scenario import OperatorAction
 from scanrack.jobs.fuzz.scenarios.words import told
-from scanrack.runtime.live.actions import Force, Write
+from scanrack.runtime import Force, Write
 from typer.testing import CliRunner
 
 LINE = """\

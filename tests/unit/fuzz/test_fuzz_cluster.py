@@ -4,12 +4,11 @@ import os
 import signal
 
 import pytest
+from scanrack.jobs import Kind, State
 from scanrack.jobs.fuzz.campaign.campaign import campaign
 from scanrack.jobs.fuzz.campaign.executors import executor_of
-from scanrack.jobs.fuzz.campaign.state import State
 from scanrack.jobs.fuzz.campaign.working import Work
 from scanrack.jobs.fuzz.job import Setup
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
 
 distributed = pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
 pytestmark = pytest.mark.extra("cluster")

@@ -7,8 +7,7 @@ from scanrack.jobs.fuzz.invariants.busy import RestMeter, axes_in
 from scanrack.ladder.python.axis3601 import Axis3601
 from scanrack.ladder.python.axis3601.evidence import Evidence
 from scanrack.ladder.python.sequences import Logic, dwell, sequence
-from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
+from scanrack.runtime import FaultKind, InjectedFault, RackSpec
 
 MS = 1_000_000
 USED = InputBit.HOME | InputBit.CW_LIMIT

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from scanrack.jobs import ContactPress, Kind, Scenario, load_job
 from scanrack.jobs.fuzz.explain.coverage import CoveredLine, coverage_of
 from scanrack.jobs.fuzz.explain.coverage_page import save_coverage
 from scanrack.jobs.fuzz.job import Setup, bench_of
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
-from scanrack.jobs.fuzz.scenarios.scenario import ContactPress, Scenario
-from scanrack.jobs.load.loading import load_job
 
 RUNGS = """PROGRAM Line
 TAG Lamp : BOOL

@@ -1,11 +1,11 @@
 """A long run ends in a state from which another one has gone on to its end."""
 
+from scanrack.jobs import ContactPress
 from scanrack.jobs.fuzz import Scenario, TrialBench, eventually, never
 from scanrack.jobs.fuzz.aim.edges import Edges
 from scanrack.jobs.fuzz.aim.explored_states import CALM, ExploredStates
 from scanrack.jobs.fuzz.aim.probe import Probe
-from scanrack.jobs.fuzz.scenarios.scenario import ContactPress
-from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime import RackSpec
 
 MS = 1_000_000
 CARD = {"number": 1, "module": "1769-IQ16", "options": {"inputs": {"start": 0}}}

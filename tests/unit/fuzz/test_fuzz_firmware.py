@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.fuzz.campaign.state import read_state
+from scanrack.jobs import read_state
 from typer.testing import CliRunner
 
 REGISTERS = """

@@ -10,10 +10,11 @@ from collections import Counter
 import pytest
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import InputBit
+from scanrack.jobs import State, read_state, write_state
 from scanrack.jobs.fuzz import BrokenInvariant, Counterexample, Press, Scenario, folder_lock
-from scanrack.jobs.fuzz.campaign.state import CampaignError, State, read_state, write_state
+from scanrack.jobs.fuzz.campaign.state import CampaignError
 from scanrack.jobs.fuzz.folder_lock import locked
-from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
+from scanrack.runtime import FaultKind, InjectedFault
 from typer.testing import CliRunner
 
 PROGRAM = "def logic(scan):\n    pass\n"

@@ -6,10 +6,10 @@ import pytest
 from inevitable_programs import RACK, pushes
 from scanrack import maximize, sometimes
 from scanrack.commands import build
+from scanrack.jobs import Kind
 from scanrack.jobs.fuzz import InvariantError, TrialBench, search
 from scanrack.jobs.fuzz.aim.edges import SIZE, STATE, Edges
 from scanrack.jobs.fuzz.aim.probe import Probe
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
 from typer.testing import CliRunner
 
 LINE = """

@@ -15,11 +15,9 @@ from scanrack.io_images.amci3601 import (
     ResetErrors,
     StatusView,
 )
+from scanrack.jobs import Kind, LostSteps, SwitchOffset, possible_kinds
 from scanrack.jobs.fuzz import STANDARD, Press, Scenario, TrialBench, eventually, never, search, undisturbed
-from scanrack.jobs.fuzz.scenarios.kinds import Kind, possible_kinds
-from scanrack.jobs.fuzz.scenarios.scenario import LostSteps, SwitchOffset
-from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
+from scanrack.runtime import FaultKind, InjectedFault, RackSpec
 
 MS = 1_000_000
 USED = InputBit.EXTERNAL | InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT

@@ -16,9 +16,9 @@ from scanrack.io_images.amci3601 import (
     PresetPosition,
     StatusView,
 )
+from scanrack.jobs import Kind, possible_kinds
 from scanrack.jobs.fuzz import STANDARD, Invariant, TrialBench, never, search
-from scanrack.jobs.fuzz.scenarios.kinds import Kind, possible_kinds
-from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime import RackSpec
 
 USED = InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT
 WORDS = Configuration(inputs_used=USED, step_and_direction=True, starting_speed=500).to_image()

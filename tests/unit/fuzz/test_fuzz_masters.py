@@ -4,14 +4,14 @@ from random import Random
 
 import pytest
 from scanrack.io_images.amci3601 import Configuration, Direction, Follower, InputBit, StatusView
+from scanrack.jobs import Kind
 from scanrack.jobs.fuzz import Scenario, TrialBench
 from scanrack.jobs.fuzz.aim.draws import Draws
 from scanrack.jobs.fuzz.invariants.invariants import never
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
 from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
 from scanrack.jobs.fuzz.scenarios.scenario import Turn
 from scanrack.jobs.fuzz.scenarios.words import told
-from scanrack.runtime.config.rackfile import load_rack_file
+from scanrack.runtime import load_rack_file
 from scanrack.runtime.machine import MasterTurn
 
 MS = 1_000_000

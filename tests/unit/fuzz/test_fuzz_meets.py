@@ -3,10 +3,10 @@
 from random import Random
 
 import pytest
+from scanrack.jobs import Kind
 from scanrack.jobs.fuzz.aim.draws import Draws
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
 from scanrack.jobs.fuzz.scenarios.parts import parts_of
-from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime import RackSpec
 
 ANALOG = {"inputs": {"level": 0}, "ranges": {"level": "4..20 mA"}}
 CONTACTS = {"inputs": {"start": 0}}

@@ -12,11 +12,10 @@ from live_sessions import FEEDER, LiveSession
 from scanrack.commands import build
 from scanrack.commands.programs import fuzz_session
 from scanrack.io_images.amci3601 import InputBit
+from scanrack.jobs import load_job, read_state
 from scanrack.jobs.fuzz import Press, Scenario
 from scanrack.jobs.fuzz.campaign.memory import MOST_TOLD, Memory
 from scanrack.jobs.fuzz.campaign.recipes import MOST_BYTES, Origin, Recipe, RecipeFolder, read_recipe
-from scanrack.jobs.fuzz.campaign.state import read_state
-from scanrack.jobs.load.loading import load_job
 from typer.testing import CliRunner
 
 MS = 1_000_000

@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 from scanrack.io_images.amci3601 import Configuration, Direction, Idle, InputBit, Manual, StatusView
 from scanrack.jobs.fuzz import Scenario, TrialBench, always, eventually, never
-from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
+from scanrack.runtime import FaultKind, InjectedFault, RackSpec
 
 MS = 1_000_000
 USED = InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT

@@ -2,7 +2,7 @@
 
 from live_sessions import FEEDER, LiveSession
 from scanrack.jobs.fuzz.learning import learn
-from scanrack.runtime.loop.incidents import FaultKind
+from scanrack.runtime import FaultKind
 
 MS = 1_000_000
 PANEL = FEEDER.parents[1] / "three_stations_panel" / "line.toml"

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import StatusView
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
+from scanrack.jobs import Kind
 from typer.testing import CliRunner
 
 DOCS = Path(__file__).parents[3] / "docs"

@@ -8,13 +8,13 @@ from __future__ import annotations
 from random import Random
 
 import pytest
+from scanrack.jobs import Kind, Scenario
 from scanrack.jobs.fuzz import search
 from scanrack.jobs.fuzz.aim.corpus import cut
 from scanrack.jobs.fuzz.aim.draws import Draws
 from scanrack.jobs.fuzz.job import Setup, bench_of
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
-from scanrack.jobs.fuzz.scenarios.scenario import OperatorAction, Scenario
-from scanrack.runtime.live.actions import Write
+from scanrack.jobs.fuzz.scenarios.scenario import OperatorAction
+from scanrack.runtime import Write
 
 LINE = """\
 PROGRAM line

@@ -14,7 +14,7 @@ import forked
 import pytest
 from scanrack.commands import build
 from scanrack.commands.programs.fuzz_session import noting_ctrl_c
-from scanrack.jobs.fuzz.campaign.state import State, read_state
+from scanrack.jobs import State, read_state
 from typer.testing import CliRunner
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes in /proc")

@@ -8,14 +8,13 @@ import pytest
 from scanrack.commands import build
 from scanrack.commands.programs.run_job import run_job
 from scanrack.io_images.amci3601 import InputBit
+from scanrack.jobs import RunOptions, load_job
 from scanrack.jobs.fuzz import Press, Scenario
 from scanrack.jobs.fuzz.learning import learn
 from scanrack.jobs.fuzz.scenarios.recorded import recorded_scenario
 from scanrack.jobs.fuzz.scenarios.scenario import entries_of
-from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.run.playback import Stimulus
-from scanrack.jobs.run.running import RunOptions
-from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime import RackSpec
 from scanrack.runtime.machine import MachineSpec, Station, Switch
 from typer.testing import CliRunner
 

@@ -9,12 +9,12 @@ import pytest
 from scanrack.commands.programs import fuzz_budget
 from scanrack.commands.programs.fuzz_budget import Budget, Spending
 from scanrack.io_images.amci3601 import InputBit
+from scanrack.jobs import State
 from scanrack.jobs.fuzz import Press, Scenario, SearchReport
 from scanrack.jobs.fuzz.aim.corpus import Corpus
 from scanrack.jobs.fuzz.aim.edges import Edges
 from scanrack.jobs.fuzz.campaign.campaign import Task, campaign, width
 from scanrack.jobs.fuzz.campaign.executors import InlineExecutor
-from scanrack.jobs.fuzz.campaign.state import State
 
 STEP_NS = 2_000_000
 

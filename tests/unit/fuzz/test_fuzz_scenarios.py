@@ -7,15 +7,14 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scanrack.io_images.amci3601.bits import InputBit
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.jobs import Kind, LostSteps, SwitchOffset, kinds_for
 from scanrack.jobs.fuzz import Press, Scenario
 from scanrack.jobs.fuzz.drawing import scenarios
-from scanrack.jobs.fuzz.scenarios.kinds import Kind, kinds_for
 from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
-from scanrack.jobs.fuzz.scenarios.scenario import LostSteps, SwitchOffset
 from scanrack.jobs.fuzz.scenarios.words import told
-from scanrack.runtime.config.rackfile import load_rack_file
-from scanrack.runtime.loop.incidents import ON_THE_LINE, FaultKind, InjectedFault
+from scanrack.runtime import FaultKind, InjectedFault, load_rack_file
+from scanrack.runtime.loop.incidents import ON_THE_LINE
 from scanrack.runtime.machine import Slip, Switch, TimelineEntry
 
 MS = 1_000_000

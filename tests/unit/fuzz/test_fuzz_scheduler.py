@@ -8,7 +8,7 @@ import time
 from typing import Any
 
 import pytest
-from scanrack.jobs.fuzz.campaign.state import read_state
+from scanrack.jobs import read_state
 
 pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
 pytestmark = pytest.mark.extra("cluster")

@@ -9,11 +9,10 @@ from typing import Any
 import pytest
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
+from scanrack.jobs import SwitchOffset
 from scanrack.jobs.fuzz import Press, Scenario, TrialBench
 from scanrack.jobs.fuzz.scenarios.drivescript import DriveScript, obstacle
-from scanrack.jobs.fuzz.scenarios.scenario import SwitchOffset
-from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
+from scanrack.runtime import FaultKind, InjectedFault, RackSpec
 from typer.testing import CliRunner
 
 MS = 1_000_000

@@ -8,7 +8,7 @@ from scanrack.jobs.fuzz import Press, Scenario, TrialBench, never
 from scanrack.jobs.fuzz.steady import NondeterminismSources
 from scanrack.ladder.python.axis3601 import Axis3601
 from scanrack.ladder.python.sequences import Input, Logic, sequence
-from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime import RackSpec
 
 MS = 1_000_000
 USED = InputBit.CAPTURE | InputBit.HOME | InputBit.CW_LIMIT

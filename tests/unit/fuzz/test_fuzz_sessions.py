@@ -6,7 +6,7 @@ import json
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.fuzz.campaign.state import read_state
+from scanrack.jobs import read_state
 from typer.testing import CliRunner
 
 WATCHES = """

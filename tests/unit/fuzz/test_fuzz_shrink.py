@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import pytest
 from scanrack.io_images.amci3601 import InputBit
+from scanrack.jobs import LostSteps, SwitchOffset
 from scanrack.jobs.fuzz import BrokenInvariant, Counterexample, Press, Scenario
-from scanrack.jobs.fuzz.scenarios.scenario import LostSteps, SwitchOffset
 from scanrack.jobs.fuzz.shrink import digits, parts_of, rounder, scenario_of, simpler_parts, smallest
-from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
+from scanrack.runtime import FaultKind, InjectedFault
 
 MS = 1_000_000
 SCAN_NS = 2 * MS

@@ -10,15 +10,14 @@ from typing import Any
 import pytest
 from hypothesis import find
 from scanrack.commands import build
+from scanrack.jobs import Kind, Scenario, build_cpu, build_rack, possible_kinds
 from scanrack.jobs.fuzz.drawing import scenarios
-from scanrack.jobs.fuzz.scenarios.kinds import Kind, card_signals, possible_kinds
+from scanrack.jobs.fuzz.scenarios.kinds import card_signals
 from scanrack.jobs.fuzz.scenarios.rackdoc import rack_text
-from scanrack.jobs.fuzz.scenarios.scenario import Scenario, Signal
+from scanrack.jobs.fuzz.scenarios.scenario import Signal
 from scanrack.jobs.fuzz.scenarios.words import told
 from scanrack.jobs.fuzz.shrink import parts_of, scenario_of, simpler_parts
-from scanrack.jobs.load.building import build_cpu, build_rack
-from scanrack.runtime.config.rackfile import parse_rack_file
-from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.runtime import RackSpec, SlotSpec, parse_rack_file
 from typer.testing import CliRunner
 
 MS = 1_000_000

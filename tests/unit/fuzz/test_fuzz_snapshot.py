@@ -4,11 +4,10 @@ from pathlib import Path
 
 import pytest
 from scanrack.io_images.amci3601 import Configuration, InputBit, Move, MoveKind, StatusView
+from scanrack.jobs import LostSteps
 from scanrack.jobs.fuzz import Scenario, TrialBench, never
 from scanrack.jobs.fuzz.job import Setup, bench_of
-from scanrack.jobs.fuzz.scenarios.scenario import LostSteps
-from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
+from scanrack.runtime import FaultKind, InjectedFault, RackSpec
 
 EXAMPLE = Path(__file__).parents[3] / "examples/l5x/packer.toml"
 SPEC = RackSpec.model_validate({"program": "none.py", "slot": [{"number": 1, "module": "amci3601"}]})

@@ -4,9 +4,9 @@ import json
 from pathlib import Path
 
 import pytest
+from scanrack.jobs import Kind
 from scanrack.jobs.fuzz import Scenario, search
 from scanrack.jobs.fuzz.job import Setup, bench_of
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
 from scanrack.jobs.fuzz.scenarios.parts import scenario_of
 from scanrack.jobs.fuzz.scenarios.scenario import TornUpdate
 from scanrack.jobs.fuzz.scenarios.words import told

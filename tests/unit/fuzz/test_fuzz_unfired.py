@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, ConfigMsw, Firmware, InputBit
-from scanrack.jobs.fuzz.explain.unfired import ERROR_RULES, NEEDS, WORDS, GivenWords, UnfiredReason, unfired
+from scanrack.jobs.fuzz.explain.unfired import NEEDS, WORDS, GivenWords, UnfiredReason, error_rules, unfired
 
 OLDEST = Firmware(2, 0)
 LIMITS = ConfigMsw.MODE_CONFIG | ConfigMsw.USE_CW_LIMIT | ConfigMsw.USE_CCW_LIMIT
@@ -23,8 +23,8 @@ def reason(rule, words, oldest=OLDEST, others=()):
 
 
 def test_every_error_rule_has_its_needs_and_every_reason_its_words():
-    assert set(NEEDS) == {rule.id for rule in ERROR_RULES}
-    assert len(ERROR_RULES) == 72
+    assert set(NEEDS) == {rule.id for rule in error_rules()}
+    assert len(error_rules()) == 72
     assert set(WORDS) == set(UnfiredReason)
 
 

@@ -8,11 +8,9 @@ import sys
 
 import pytest
 from scanrack.commands import build
+from scanrack.jobs import ContactPress, Kind, Scenario, load_job
 from scanrack.jobs.fuzz.job import Setup, bench_of
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
-from scanrack.jobs.fuzz.scenarios.scenario import ContactPress, Scenario
 from scanrack.jobs.fuzz.written_tests import play, write_tests
-from scanrack.jobs.load.loading import load_job
 from scanrack.traces.files.guard import OwnedError
 from typer.testing import CliRunner
 

@@ -1,7 +1,7 @@
 """What `decode` says about words that no command has."""
 
 import pytest
-from scanrack.io_images.amci3601 import Parameters, decode, rate_in_range, speed_in_range, target_in_range
+from scanrack.io_images.amci3601 import LIMITS_3601, Parameters, decode, target_in_range
 from scanrack.io_images.image import Image
 
 
@@ -33,17 +33,17 @@ def test_ranges_of_single_values():
     for legal in (-8_388_608, 0, 8_388_607):
         assert target_in_range(legal)
     for legal in (1, 1_000_000):
-        assert speed_in_range(legal)
+        assert LIMITS_3601.takes_speed(legal)
     for legal in (1, 2000):
-        assert rate_in_range(legal)
+        assert LIMITS_3601.takes_rate(legal)
     assert not any(target_in_range(illegal) for illegal in (None, -8_388_609, 8_388_608))
-    assert not any(speed_in_range(illegal) for illegal in (None, -1, 0, 1_000_001))
-    assert not any(rate_in_range(illegal) for illegal in (-1, 0, 2001))
+    assert not any(LIMITS_3601.takes_speed(illegal) for illegal in (None, -1, 0, 1_000_001))
+    assert not any(LIMITS_3601.takes_rate(illegal) for illegal in (-1, 0, 2001))
 
 
 def test_parameters_of_an_empty_image():
     parameters = Parameters.read(list(Image()))
     assert parameters == Parameters(0, 0, 0, 0)
     assert parameters.target_in_range
-    assert not parameters.speed_in_range
-    assert not parameters.rates_in_range
+    assert not LIMITS_3601.takes_speed(parameters.speed)
+    assert not parameters.rates_in_range(LIMITS_3601)

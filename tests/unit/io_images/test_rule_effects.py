@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-from scanrack.io_images.amci3601 import RULES
+from scanrack.io_images.amci3601 import RULES, WORDS_3601
 from scanrack.io_images.amci3601.configuration import INVALID_CONFIGURATIONS
 from scanrack.io_images.amci3601.rules.rule import COMMAND_ERROR, CONFIG_ERROR, INVALID_PROFILE
 from scanrack.runtime.modules import amci3601
@@ -30,7 +30,7 @@ def fired() -> Iterator[str]:
 
 @pytest.mark.parametrize("rule", sorted(set(fired())))
 def test_whatever_is_fired_sets_a_bit(rule: str) -> None:
-    assert BrokenRule(rule).all_bits
+    assert BrokenRule(rule).all_bits(WORDS_3601)
 
 
 def test_the_rules_fired_are_found() -> None:
@@ -43,11 +43,11 @@ def test_the_rules_fired_are_found() -> None:
 )
 def test_a_rule_without_a_consequence_in_the_manual_sets_what_its_reading_says(rule: str, bits: int) -> None:
     assert RULES[rule].sets == 0
-    assert bits_of(rule) == bits
+    assert bits_of(rule, WORDS_3601) == bits
 
 
 def test_a_rejected_configuration_latches_its_error_and_not_the_mode() -> None:
-    assert {bits_of(rule) for rule, _ in INVALID_CONFIGURATIONS} == {CONFIG_ERROR}
+    assert {bits_of(rule, WORDS_3601) for rule, _ in INVALID_CONFIGURATIONS} == {CONFIG_ERROR}
 
 
 def test_a_rule_that_is_noted_only_sets_nothing_and_is_recorded() -> None:

@@ -16,11 +16,11 @@ from pathlib import Path
 import pytest
 from scanrack.io_images.text_limits import LIMITS, TextKind, TextLimitError, check_text
 from scanrack.ladder import Program
-from scanrack.ladder.files.rungfile import parse_program, parse_structured
+from scanrack.ladder.files import parse_program, parse_structured
 from scanrack.ladder.files.steps import parse_steps
 from scanrack.ladder.run.edit import retain
 from scanrack.ladder.st import parse_statements
-from scanrack.runtime.config.rackfile import parse_rack_file
+from scanrack.runtime import parse_rack_file
 
 GROWTH = 6.25
 ROUNDS = 10

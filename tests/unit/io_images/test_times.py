@@ -26,13 +26,13 @@ from scanrack.io_images.times import (
 )
 from scanrack.jobs.fuzz.invariants.invariants import eventually
 from scanrack.jobs.load.loading import scans_to_run
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from scanrack.ladder.files.steps import parse_steps
 from scanrack.ladder.model.stubs import parse_stub
 from scanrack.ladder.python.sequences.blocks import Timer
 from scanrack.ladder.python.sequences.waits import dwell
 from scanrack.terminal.trace_options import parse_time_range
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import SlotInfo
 from scanrack.traces.query.language import parse
 from scanrack.traces.signals.catalog import Catalog
 

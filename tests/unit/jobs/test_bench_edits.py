@@ -5,11 +5,11 @@ from typing import Any
 import pytest
 from scanrack import open_trace
 from scanrack.commands import build
-from scanrack.jobs.bench.opening import open_bench
+from scanrack.jobs import open_bench
 from scanrack.jobs.record.program_versions import edits_of
-from scanrack.ladder.files.rungfile import parse_program
-from scanrack.runtime.live.actions import Edit
-from scanrack.traces.read.reader import TraceEvent
+from scanrack.ladder.files import parse_program
+from scanrack.runtime import Edit
+from scanrack.traces import TraceEvent
 from typer.testing import CliRunner
 
 RACK = """scan_ms = 10

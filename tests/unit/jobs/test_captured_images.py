@@ -8,7 +8,7 @@ from struct import pack
 import pytest
 from captured import conversation, pcap
 from scanrack.commands import build
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from typer.testing import CliRunner
 
 MS = 1_000_000

@@ -15,8 +15,7 @@ from scanrack.jobs.captures.pairing import ModbusTcpPairing, PairedExchange, Pai
 from scanrack.jobs.captures.reading import read_capture
 from scanrack.jobs.captures.recording import said_by
 from scanrack.runtime.line.rtu import frame
-from scanrack.traces.read.arrays import read_columns
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace, read_columns
 from typer.testing import CliRunner
 
 MS = 1_000_000

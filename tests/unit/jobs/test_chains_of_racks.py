@@ -11,8 +11,8 @@ import pytest
 from chain_text import text_of
 from scanrack import open_bench
 from scanrack.commands import build
+from scanrack.jobs import load_job
 from scanrack.jobs.bench.opening import loading
-from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.why.chains.of_run import chain_of
 from typer.testing import CliRunner
 

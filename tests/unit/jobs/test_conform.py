@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from scanrack.io_images.amci3601 import RULES
+from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.conform.branch import explained
 from scanrack.jobs.conform.hypotheses import search
 from scanrack.jobs.conform.moments import (
@@ -26,8 +27,6 @@ from scanrack.jobs.conform.playing import play
 from scanrack.jobs.conform.rules_apart.rivals import RIVALS
 from scanrack.jobs.conform.rules_apart.without import STATEMENTS, without
 from scanrack.jobs.conform.verdicts import ConformVerdict, Judge
-from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.runtime.modules.amci3601.altered import Alteration, Altered3601
 from scanrack.runtime.modules.amci3601.module import Amci3601
 from simulated_path import SimulatedPath

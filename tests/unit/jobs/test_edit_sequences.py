@@ -11,11 +11,10 @@ from pathlib import Path
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.record.program_versions import ProgramVersions, version_of
-from scanrack.jobs.run.running import JobRun, RunOptions
-from scanrack.runtime.live.actions import Edit
-from scanrack.traces.read.reader import TraceEvent, open_trace
+from scanrack.runtime import Edit
+from scanrack.traces import TraceEvent, open_trace
 from typer.testing import CliRunner
 
 RACK = """\

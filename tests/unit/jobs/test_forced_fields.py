@@ -2,7 +2,7 @@
 
 import pytest
 from scanrack import open_bench, open_trace
-from scanrack.traces.read.reader import TraceEvent
+from scanrack.traces import TraceEvent
 
 PROGRAM = """from scanrack import Input, Logic, Output
 

@@ -17,7 +17,7 @@ from scanrack.io_images.amci3601 import (
     RunBlend,
 )
 from scanrack.io_images.image import Image
-from scanrack.runtime.loop.cpu import CpuFault
+from scanrack.runtime import CpuFault
 from scanrack.runtime.loop.faults import Cause
 from typer.testing import CliRunner
 

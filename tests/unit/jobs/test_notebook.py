@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 
 import pytest
 from scanrack import Image, StatusView, Trace, load_rack, open_bench, open_trace, run
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 
 FEEDER = Path(__file__).parents[3] / "examples/feeder/feeder.toml"
 

@@ -5,7 +5,8 @@ import re
 import sys
 
 import pytest
-from scanrack.jobs.load.program import ProgramError, load_function, load_program
+from scanrack.jobs import ProgramError, load_program
+from scanrack.jobs.load.program import load_function
 
 
 @pytest.fixture

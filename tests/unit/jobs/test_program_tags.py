@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.bench.opening import open_bench
+from scanrack.jobs import open_bench
 from scanrack.jobs.record.tag_source import tags_of
+from scanrack.ladder import LadderError
 from scanrack.ladder.debug.tag_values import tag_values
-from scanrack.ladder.files.rungfile import parse_program
-from scanrack.ladder.model.errors import LadderError
-from scanrack.traces.read.arrays import read_columns
-from scanrack.traces.read.reader import open_trace
+from scanrack.ladder.files import parse_program
+from scanrack.traces import open_trace, read_columns
 from typer.testing import CliRunner
 
 LADDER = r"""

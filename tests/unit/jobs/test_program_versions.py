@@ -7,12 +7,11 @@ from contextlib import ExitStack
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.record.program_versions import ProgramVersions, version_of
-from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.jobs.trust.attachments import attached_files
-from scanrack.runtime.live.actions import Edit
-from scanrack.traces.read.reader import open_trace
+from scanrack.runtime import Edit
+from scanrack.traces import open_trace
 from typer.testing import CliRunner
 
 RACK = 'program = "cycle.py"\nscan_ms = 2\n[[slot]]\nnumber = 1\nmodule = "amci3601"\nfirmware = "4.1"\n'

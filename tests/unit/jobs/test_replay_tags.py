@@ -8,11 +8,10 @@ from pathlib import Path
 
 import pytest
 from scanrack.commands import build
+from scanrack.jobs import JobRun, RunOptions, load_job, open_bench
 from scanrack.jobs.bench import Bench
-from scanrack.jobs.bench.opening import open_bench
-from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun, RunOptions
-from scanrack.runtime.live.actions import Action, Force, Unforce, Write
+from scanrack.runtime import Force, Write
+from scanrack.runtime.live.actions import Action, Unforce
 from typer.testing import CliRunner
 
 LADDER = """

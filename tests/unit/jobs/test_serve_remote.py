@@ -9,11 +9,11 @@ from struct import pack, unpack
 
 import pytest
 from scanrack.io_images.amci3601 import StatusMsw
-from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs import JobRun, RunOptions
 from scanrack.jobs.serve.remote import ExternalPlc, remote_job
-from scanrack.runtime.loop.pace import FreeRun
+from scanrack.runtime import FreeRun
 from scanrack.runtime.loop.scan import CpuMode
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 
 pytestmark = pytest.mark.slow  # together they take seconds
 

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 from scanrack.io_images.amci3601 import Move, MoveKind, PresetPosition, StoreMinimumRegistration
 from scanrack.io_images.image import Image
-from scanrack.jobs.load.program import ProgramError, load_program
+from scanrack.jobs import ProgramError, load_program
 from scanrack.ladder.files.steps import parse_steps
-from scanrack.runtime.loop.rack import Card, Rack
+from scanrack.runtime import Card, Rack
 from scanrack.runtime.loop.scan import LogicScan
 
 PERIOD_NS = 2_000_000

@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 from scanrack.commands import build
+from scanrack.jobs import open_bench
 from scanrack.jobs.bench import Bench
-from scanrack.jobs.bench.opening import open_bench
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from scanrack.runtime.loop.faults import CpuFault
+from scanrack.traces import open_trace, read_columns
 from scanrack.traces.plot import Envelope, read_chart
-from scanrack.traces.read.arrays import read_columns
-from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 
 BIT = 1 << 7

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import load_job
 from scanrack.jobs.replay.replaying import score_of
 from scanrack.jobs.replay.tag_orders import TagOrders
 from scanrack.jobs.why.followed import can_follow, follow

@@ -3,8 +3,7 @@
 import pytest
 from scanrack import open_bench
 from scanrack.commands import build
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.write.recorder import ScanRecorder
+from scanrack.traces import ScanRecorder, SlotInfo
 from typer.testing import CliRunner
 
 PROGRAM = """from scanrack import (

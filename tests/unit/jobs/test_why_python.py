@@ -5,7 +5,7 @@ import sys
 import pytest
 from scanrack import open_bench
 from scanrack.commands import build
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from typer.testing import CliRunner
 
 PROGRAM = """from helper import write

@@ -11,13 +11,11 @@ from scanrack import open_bench
 from scanrack.jobs.bench import of_trace
 from scanrack.jobs.bench.moment import ScanChoice
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from scanrack.ladder.state.snapshots import SavedValues, snapshot
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import Attachment, ScanRecorder, SlotInfo, open_trace
 from scanrack.traces.format.snapshots import SNAPSHOTS, SNAPSHOTS_BYTES
-from scanrack.traces.read.reader import open_trace
 from scanrack.traces.read.snapshots import snapshots_of
-from scanrack.traces.write.recorder import Attachment, ScanRecorder
 from scanrack.traces.write.snapshots import EVERY, WORTH_SCANS, SnapshotLog
 
 FEEDER = Path(__file__).parents[3] / "examples" / "feeder" / "feeder.toml"

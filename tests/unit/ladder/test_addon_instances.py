@@ -4,7 +4,7 @@ import pytest
 from ladder_bench import Named
 from scanrack.ladder import BuildError, LadderFault
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.files.rungfile import parse_program, program_text
+from scanrack.ladder.files import parse_program, program_text
 
 ADDER = """\
 INSTRUCTION Adder

@@ -4,7 +4,8 @@ import pytest
 from ladder_bench import Named
 from scanrack.ladder import BOOL, DINT, OTE, BuildError, LadderError, Program, RungTextError, Structure
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.files.rungfile import instruction_text, parse_program, program_text
+from scanrack.ladder.files import parse_program, program_text
+from scanrack.ladder.files.rungfile import instruction_text
 from scanrack.ladder.files.rungreader import Reader, load_library
 
 COUNTING = """\

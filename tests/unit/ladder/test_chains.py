@@ -11,7 +11,7 @@ from chain_text import text_of
 from scanrack.jobs.why.chains.partners import _named
 from scanrack.ladder.debug.chains import DEEPEST
 from scanrack.ladder.debug.links import CauseLink, linked
-from scanrack.ladder.files.rungfile import parse_program, parse_structured
+from scanrack.ladder.files import parse_program, parse_structured
 
 TAGS = """PROGRAM p
 INSTRUCTION Motor

@@ -1,6 +1,6 @@
 """COP and FLL of many elements work on columns of lists; the bytes are those of element by element."""
 
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from scanrack.ladder.state import regions
 
 TYPES = "TYPE Part (On : BOOL, Word : DINT, Codes : SINT[6], Level : REAL, Late : TIMER)\n"

@@ -4,7 +4,7 @@ import pytest
 from scanrack.commands import build
 from scanrack.ladder import BOOL, DINT, BuildError, Controller, LadderError, LadderFault, RungTextError
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.files.rungfile import parse_program, program_text
+from scanrack.ladder.files import parse_program, program_text
 from scanrack.ladder.model.schedule import Task, TaskKind
 from typer.testing import CliRunner
 

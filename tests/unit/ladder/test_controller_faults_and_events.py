@@ -2,7 +2,7 @@
 
 import pytest
 from scanrack.ladder import BuildError, LadderFault
-from scanrack.ladder.files.rungfile import parse_program, program_text
+from scanrack.ladder.files import parse_program, program_text
 
 FAULTY = """{head}
 TYPE Record (TimeLow : DINT, TimeHigh : DINT, Type : INT, Code : INT, Info : DINT[8])

@@ -4,7 +4,7 @@ import pytest
 from scanrack.ladder import LadderError
 from scanrack.ladder.debug import Debugger, cross_reference
 from scanrack.ladder.debug.journal import EVERY
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 
 FILLING = """PROGRAM filling
 TAG Start : BOOL

@@ -5,7 +5,7 @@ import json
 import pytest
 from scanrack.ladder import Controller, LadderError
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from scanrack.ladder.run.edit import planned, retain, retained_text
 
 BEFORE = """PROGRAM line

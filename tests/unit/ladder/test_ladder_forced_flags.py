@@ -2,7 +2,7 @@
 
 import pytest
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 
 PROGRAM = """
 PROGRAM p

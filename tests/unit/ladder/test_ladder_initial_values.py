@@ -1,9 +1,9 @@
 """Initial values with a radix: the bits of the type that they stand in."""
 
 import pytest
-from scanrack.jobs.load.program import load_program
+from scanrack.jobs import load_program
 from scanrack.ladder import LadderError, Program
-from scanrack.ladder.files.rungfile import parse_program, program_text
+from scanrack.ladder.files import parse_program, program_text
 from scanrack.ladder.model.tags import Tag
 
 TYPE = "TYPE S (A : INT, B : DINT[2])\n"

@@ -3,13 +3,11 @@
 import pytest
 from ladder_bench import both, program_of
 from scanrack.io_images.addresses import Address, parse_address
+from scanrack.io_images.amci3601 import WORDS_3601
 from scanrack.io_images.amci3601.bits import StatusMsw
-from scanrack.io_images.amci3601.words import WORDS_3601
 from scanrack.ladder import BuildError
 from scanrack.ladder.debug import Debugger
-from scanrack.runtime.loop.cpu import Cpu
-from scanrack.runtime.loop.rack import Card, Rack
-from scanrack.runtime.modules.amci3601 import Amci3601, ModuleFault
+from scanrack.runtime import Amci3601, Card, Cpu, ModuleFault, Rack
 
 MS = 1_000_000
 TAGS = """TAG Ok : BOOL

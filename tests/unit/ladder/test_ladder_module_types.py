@@ -3,10 +3,8 @@
 import pytest
 from ladder_bench import both, program_of
 from scanrack.ladder import BuildError
-from scanrack.ladder.files.rungfile import parse_program, program_text
-from scanrack.runtime.loop.cpu import Cpu
-from scanrack.runtime.loop.rack import Card, Rack
-from scanrack.runtime.modules.amci3601 import Amci3601
+from scanrack.ladder.files import parse_program, program_text
+from scanrack.runtime import Amci3601, Card, Cpu, Rack
 
 MS = 1_000_000
 TAGS = """TYPE Inputs (Fault : DINT, Data : INT[8], Ready : BOOL AT Data[0].3, Position : INT AT Data[2])

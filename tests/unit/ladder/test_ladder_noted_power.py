@@ -4,7 +4,7 @@ from itertools import product
 
 import pytest
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 
 TAGS = "abcdefgh"
 HEAD = "".join(f"TAG {name} : BOOL\n" for name in TAGS) + "TAG n : DINT\nTAG t : TIMER\n"

@@ -3,7 +3,7 @@
 import pytest
 from scanrack.ladder import LadderFault
 from scanrack.ladder.debug import Debugger
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from scanrack.ladder.interpreter import Interpreter
 
 TEXT = """PROGRAM p

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 from scanrack.io_images.image import Image
-from scanrack.jobs.load.program import ProgramError, load_program
+from scanrack.jobs import ProgramError, load_program
 from scanrack.ladder import (
     ADD,
     BOOL,
@@ -26,7 +26,8 @@ from scanrack.ladder import (
     Program,
     Structure,
 )
-from scanrack.ladder.files.rungfile import parse_program, program_text, read_program, write_program
+from scanrack.ladder.files import parse_program, program_text
+from scanrack.ladder.files.rungfile import read_program, write_program
 from scanrack.ladder.model.routine import Routine
 
 

@@ -3,8 +3,7 @@
 from pathlib import Path
 
 import pytest
-from scanrack.jobs.load.building import build_cpu, build_rack
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import build_cpu, build_rack, load_job
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 SCANS = 12_000  # 24 s: three moves and the pulses between them

@@ -2,7 +2,7 @@
 
 import pytest
 from ladder_bench import Named
-from scanrack.ladder.files.rungfile import parse_program, program_text
+from scanrack.ladder.files import parse_program, program_text
 
 TAGS = """\
 TYPE STRING20 (LEN : DINT, DATA : SINT[20])

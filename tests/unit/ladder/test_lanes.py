@@ -12,7 +12,7 @@ from scanrack.ladder import LadderFault
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.debug.cells import Cell
 from scanrack.ladder.debug.lanes.search import Lanes
-from scanrack.ladder.files.rungfile import parse_program, parse_structured
+from scanrack.ladder.files import parse_program, parse_structured
 
 TAGS = """PROGRAM p
 INSTRUCTION Latch

@@ -2,8 +2,8 @@
 
 import pytest
 from scanrack.ladder import BuildError, Controller
-from scanrack.ladder.build.runnable import declared
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
+from scanrack.ladder.lowering.runnable import declared
 from scanrack.ladder.model.stubs import Stubs
 
 INFER = Stubs(missing_tags=True)

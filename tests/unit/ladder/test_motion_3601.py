@@ -4,10 +4,9 @@ from contextlib import ExitStack
 from dataclasses import replace
 
 import pytest
-from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun
+from scanrack.jobs import JobRun, load_job
 from scanrack.ladder import LadderLogic
-from scanrack.runtime.config.rackfile import RackFileError
+from scanrack.runtime import RackFileError
 
 TAGS = """PROGRAM m
 TAG Feed : AXIS_CIP_DRIVE

@@ -3,7 +3,7 @@
 import pytest
 from ladder_bench import both
 from scanrack.ladder import BuildError, RungTextError
-from scanrack.ladder.files.rungfile import parse_program, program_text
+from scanrack.ladder.files import parse_program, program_text
 
 TAGS = """TAG Go : BOOL
 TAG Ax : AXIS_CIP_DRIVE

@@ -4,7 +4,7 @@ import pytest
 from scanrack.ladder import LadderFault, Program
 from scanrack.ladder.debug.watching import WatchedEngine
 from scanrack.ladder.debug.why import cause
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 
 TAGS = """\
 TAG Go : BOOL

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from scanrack.io_images.amci3601.bits import CommandMsw, StatusLsw
+from scanrack.io_images.amci3601 import CommandMsw
+from scanrack.io_images.amci3601.bits import StatusLsw
 from scanrack.ladder import LadderError, read_program
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove.claims import Claim, ClaimKind, claims_in
 from scanrack.ladder.prove.monitors import monitored
 

@@ -8,7 +8,7 @@ import pytest
 from scanrack.ladder.debug.replay import Replayer, Source
 from scanrack.ladder.debug.stretch import ScanInputs
 from scanrack.ladder.debug.watching import WatchedEngine
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from scanrack.ladder.state.snapshots import snapshot
 
 COUNTING = """PROGRAM counting

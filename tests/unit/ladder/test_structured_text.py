@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from scanrack.jobs.load.program import ProgramError, load_program
+from scanrack.jobs import ProgramError, load_program
 from scanrack.ladder import (
     BOOL,
     DINT,
@@ -17,7 +17,7 @@ from scanrack.ladder import (
     read_program,
     write_program,
 )
-from scanrack.ladder.files.rungfile import parse_program, program_text
+from scanrack.ladder.files import parse_program, program_text
 from scanrack.ladder.model.statements import Assignment, Case, Empty, If, block_lines
 from scanrack.ladder.model.tree import Address, Number, Operation
 from scanrack.ladder.st import parse_statements

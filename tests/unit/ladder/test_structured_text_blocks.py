@@ -2,7 +2,7 @@
 
 import pytest
 from scanrack.ladder import BuildError
-from scanrack.ladder.files.rungfile import parse_program, parse_structured
+from scanrack.ladder.files import parse_program, parse_structured
 
 TIMER = """TAG T : FBD_TIMER := {"PRE": 30}
 TAG Go : BOOL

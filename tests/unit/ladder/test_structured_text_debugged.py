@@ -1,13 +1,12 @@
 """Structured text under the debugger: why and cross reference by line, breakpoints, pictures."""
 
 import pytest
-from scanrack.jobs.load.building import build_cpu, build_rack
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import build_cpu, build_rack, load_job
 from scanrack.ladder import LadderError, LadderLogic
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.debug.crossref import cross_reference
 from scanrack.ladder.draw import routines_svg
-from scanrack.ladder.files.rungfile import parse_structured
+from scanrack.ladder.files import parse_structured
 
 TEXT = """TAG Auto : BOOL
 TAG Start : BOOL

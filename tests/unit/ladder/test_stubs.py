@@ -2,9 +2,10 @@
 
 import pytest
 from ladder_bench import both
-from scanrack.jobs.load.program import ProgramError, load_program, load_stubs
+from scanrack.jobs import ProgramError, load_program
+from scanrack.jobs.load.program import load_stubs
 from scanrack.ladder import BOOL, DINT, OTE, XIC, Controller, LadderError, Program
-from scanrack.ladder.files.rungfile import parse_program, program_text
+from scanrack.ladder.files import parse_program, program_text
 from scanrack.ladder.model.stubs import Power, Stubs, parse_stub
 
 MOVE = "TYPE Move (EN : BOOL, DN : BOOL, ER : BOOL, IP : BOOL, PC : BOOL, ERR : INT)\n"

@@ -2,10 +2,9 @@
 
 import pytest
 from scanrack.ladder import Controller
-from scanrack.ladder.files.rungfile import parse_program
-from scanrack.runtime.loop.cpu import Cpu, CpuFault
+from scanrack.ladder.files import parse_program
+from scanrack.runtime import Cpu, CpuFault, Rack
 from scanrack.runtime.loop.pace import WatchdogTimeout
-from scanrack.runtime.loop.rack import Rack
 
 RUNGS = """CONTROLLER plant
 TAG Go : BOOL

@@ -10,6 +10,7 @@ from scanrack.commands import build
 from scanrack.commands.wire import link_commands
 from scanrack.io_images.pcl601 import Code, Error, Register
 from scanrack.io_images.pmc006.status import Status1
+from scanrack.runtime import Contact
 from scanrack.runtime.controllers.pcl601.line import Pcl601
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
@@ -17,7 +18,6 @@ from scanrack.runtime.line.clients.link import LinkError, RefusedError, StoppedE
 from scanrack.runtime.line.clients.modbus import RtuLine
 from scanrack.runtime.line.clients.pcl601 import Pcl601Client
 from scanrack.runtime.line.clients.pmc006 import Pmc006Client
-from scanrack.runtime.machine.contacts import Contact
 from typer.testing import CliRunner
 
 MS = 1_000_000

@@ -12,6 +12,7 @@ from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
 from scanrack.commands import build
 from scanrack.io_images.pcl601 import Code, Error
 from scanrack.io_images.pcl601.registers import firmware_text
+from scanrack.runtime import Clock, Contact
 from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
 from scanrack.runtime.controllers.pcl601.motor import EncoderModel
 from scanrack.runtime.line.clients.link import (
@@ -27,8 +28,7 @@ from scanrack.runtime.line.clients.modbus import RtuLine, TcpLine, check_answer
 from scanrack.runtime.line.clients.pcl601 import READABLE, SETTABLE, Pcl601Client
 from scanrack.runtime.line.clients.watching import MonitoringLostError
 from scanrack.runtime.line.ports import ModbusTcpPort, PduServer
-from scanrack.runtime.loop.pace import Clock
-from scanrack.runtime.machine.contacts import GROUND, Contact
+from scanrack.runtime.machine.contacts import GROUND
 from typer.testing import CliRunner, Result
 
 GO = bytes.fromhex("06 00 00 00 01")

@@ -10,6 +10,7 @@ from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
 from scanrack.commands import build
 from scanrack.io_images.pmc006.instructions import BY_CODE, BY_NAME, Kind
 from scanrack.io_images.pmc006.status import Status1, Status2
+from scanrack.runtime import Contact
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.controllers.pmc006.pins import Pin
@@ -24,7 +25,6 @@ from scanrack.runtime.line.clients.link import (
 from scanrack.runtime.line.clients.pmc006 import BY_ZERO, SETTABLE, Pmc006Client
 from scanrack.runtime.line.clients.watching import MonitoringLostError
 from scanrack.runtime.line.pmc006_frames import LINE_FORMAT
-from scanrack.runtime.machine.contacts import Contact
 from typer.testing import CliRunner, Result
 
 STEP = 0x73

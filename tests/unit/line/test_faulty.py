@@ -7,6 +7,7 @@ import re
 import pytest
 from scanrack.io_images.pmc006.frame import command, reply
 from scanrack.io_images.pmc006.instructions import BY_NAME
+from scanrack.runtime import Device
 from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
@@ -14,7 +15,6 @@ from scanrack.runtime.line.faulty import FaultInjector
 from scanrack.runtime.line.gateway import Gateway, GatewayRequest
 from scanrack.runtime.line.rtu import frame, is_frame
 from scanrack.runtime.line.timed import TimedLine
-from scanrack.runtime.line.wire import Device
 
 MS = 1_000_000
 CHARACTER_NS = 11 * 1e9 / 38_400

@@ -7,9 +7,9 @@ from random import Random
 import pytest
 from bench601 import Bench601, hexed
 from scanrack.io_images.pcl601 import Register
+from scanrack.runtime import SerialBus
 from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, SERIAL_TIMING, Pcl601
 from scanrack.runtime.line.rtu import Framer, crc, frame
-from scanrack.runtime.line.wire import SerialBus
 
 READ = frame(1, hexed("03 00 05 00 01"))
 REPLY = frame(1, hexed("03 02 01 f4"))

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 import serial
+from scanrack.runtime import Clock, LineFormat
 from scanrack.runtime.line.ports import (
     BusSegment,
     LineServer,
@@ -25,8 +26,6 @@ from scanrack.runtime.line.ports import (
     serve_until_interrupted,
 )
 from scanrack.runtime.line.ports.modbustcp import NotModbusError, split_frames
-from scanrack.runtime.line.wire import LineFormat
-from scanrack.runtime.loop.pace import Clock
 
 FORMAT = LineFormat(38_400, "E")
 MS = 1_000_000

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 import serial
 from scanrack.commands import build
+from scanrack.runtime import LineFormat
 from scanrack.runtime.line import serialport
 from scanrack.runtime.line.clients.link import LinkError, SerialLink
-from scanrack.runtime.line.wire import LineFormat
 from typer.testing import CliRunner
 
 NAMES = ["COM3", "COM10", r"\\.\COM10"]
@@ -59,9 +59,17 @@ def test_a_command_opens_the_port_and_says_why_it_can_not(tmp_path, monkeypatch,
 
 
 def test_the_name_of_a_port_is_not_resolved_where_that_opens_it(monkeypatch):
-    monkeypatch.setattr(os.path, "exists", lambda _path: False)
-    monkeypatch.setattr(os.path, "realpath", lambda path: pytest.fail(f"{path} has been opened"))
-    assert serialport.settings("COM3", LineFormat(9600))["parity"] == LineFormat(9600).parity
+    opened: list[str] = []
+
+    def resolved(path: str) -> str:
+        opened.append(path)
+        return path
+
+    with monkeypatch.context() as on_windows:
+        on_windows.setattr(os.path, "exists", lambda _path: False)
+        on_windows.setattr(os.path, "realpath", resolved)
+        assert serialport.settings("COM3", LineFormat(9600))["parity"] == LineFormat(9600).parity
+    assert not opened
 
 
 def test_an_error_with_a_number_keeps_the_words_of_the_system(monkeypatch):

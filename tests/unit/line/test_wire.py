@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from scanrack.runtime.line.wire import LineFormat, SerialBus
+from scanrack.runtime import LineFormat, SerialBus
 
 
 class Parrot:

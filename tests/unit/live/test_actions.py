@@ -1,19 +1,18 @@
 """Orders: what is one, what is not, and what the refusal says."""
 
 import pytest
+from scanrack.runtime import Force, Write
 from scanrack.runtime.live.actions import (
     ACTIONS,
     DRAFT_MOST,
     MAX,
     TYPED,
     Draft,
-    Force,
     InjectFault,
     Mode,
     Press,
     Speed,
     Step,
-    Write,
     action_of,
     parsed,
     said_of,

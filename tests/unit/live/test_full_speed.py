@@ -7,12 +7,10 @@ from contextlib import ExitStack
 
 import pytest
 from live_sessions import FEEDER, LiveSession
-from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger
-from scanrack.traces.read.arrays import read_columns
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace, read_columns
 
 SCANS = 3000
 

@@ -6,16 +6,16 @@ import threading
 
 import pytest
 from scanrack.runtime.live.opcua_server import OpcUaServer
+from scanrack.runtime.live.tag_server import ScanProcess
 
 pytestmark = pytest.mark.extra("opcua")
 
 
-class SlowProcess:
+class SlowProcess(ScanProcess):
     """A scan process that answers when it is told to, and notes how many exchanges run at once."""
 
-    version = 1
-
     def __init__(self):
+        self.version = 1
         self.begun, self.ends = threading.Semaphore(0), threading.Semaphore(0)
         self.running = self.most = 0
 

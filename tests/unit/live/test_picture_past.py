@@ -5,8 +5,7 @@ The machine was looked at some scans before it.
 
 import numpy as np
 import pytest
-from scanrack.io_images.amci3601 import StatusLsw
-from scanrack.io_images.amci3601.words import WORDS_3601
+from scanrack.io_images.amci3601 import WORDS_3601, StatusLsw
 from scanrack.runtime.live.ring import row_type
 from scanrack.watch.history.watched_machines import PER_SLOT
 from scanrack.watch.monitors.picture import Places

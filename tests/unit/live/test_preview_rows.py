@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 from scanrack.io_images.site import Site, SiteError
-from scanrack.ladder.files.rungfile import parse_program
-from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder import LadderError
+from scanrack.ladder.files import parse_program
 from scanrack.watch.preview import mistakes_of, new_findings, rows_of
 
 LONG = "\n".join(f"line {number}" for number in range(1, 31))

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from recordings import opened, recorded
 from scanrack.commands import build
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import load_job
 from scanrack.watch.editor import _effects
 from scanrack.watch.monitors.hello import machine_of, slot_of
 from scanrack.watch.monitors.page import Page

@@ -9,9 +9,8 @@ import random
 import pytest
 from live_sessions import FEEDER, LiveSession
 from scanrack.commands import build
-from scanrack.runtime.loop.cpu import CpuFault
-from scanrack.traces.read.arrays import read_columns
-from scanrack.traces.read.reader import open_trace
+from scanrack.runtime import CpuFault
+from scanrack.traces import open_trace, read_columns
 from typer.testing import CliRunner
 
 

@@ -13,8 +13,7 @@ from pathlib import Path
 import pytest
 from rerun_orders import rerun, run_while
 from scanrack.commands import build
-from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.run.servers import tag_service
 from scanrack.jobs.run.servers.kinds import ServerAddress
 from scanrack.jobs.run.servers.tag_service import TagService

@@ -7,7 +7,7 @@ import asyncio
 import shutil
 
 import pytest
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from watching import FEEDER, PATIENCE_S, page_of, watched
 
 pytestmark = pytest.mark.slow

@@ -15,8 +15,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scanrack.commands import build
-from scanrack.traces.read.arrays import read_columns
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace, read_columns
 from typer.testing import CliRunner
 from watching import FEEDER, page_of, watched
 from websockets.exceptions import ConnectionClosed

@@ -5,9 +5,9 @@ import time
 import numpy as np
 import pytest
 from scanrack.commands import build
+from scanrack.traces import open_trace
 from scanrack.traces.read.arrays import column_chunks
 from scanrack.traces.read.columns import Columns, join
-from scanrack.traces.read.reader import open_trace
 from scanrack.watch.monitors import question_process
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.question_process import QuestionProcesses

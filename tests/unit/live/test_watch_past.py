@@ -8,9 +8,8 @@ import json
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.bench.opening import open_bench
-from scanrack.traces.read.arrays import read_columns
-from scanrack.traces.read.reader import open_trace
+from scanrack.jobs import open_bench
+from scanrack.traces import open_trace, read_columns
 from typer.testing import CliRunner
 from watching import FEEDER, page_of, watched
 

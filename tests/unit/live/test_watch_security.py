@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 from scanrack.commands import build
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.server import OUTBOX_MOST, Server
 from typer.testing import CliRunner

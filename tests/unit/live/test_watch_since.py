@@ -6,7 +6,7 @@ Broken on purpose: the scan before the change, the value after it: a test turns 
 import asyncio
 
 import pytest
-from scanrack.jobs.bench.opening import open_bench
+from scanrack.jobs import open_bench
 from watching import FEEDER, page_of, watched
 
 pytestmark = pytest.mark.slow

@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import pytest
-from scanrack.io_images.amci3601.words import WORDS_3601
+from scanrack.io_images.amci3601 import WORDS_3601
 from scanrack.io_images.image import Image
+from scanrack.runtime import Card, Rack
 from scanrack.runtime.loop.events import Event, JsonValue
-from scanrack.runtime.loop.rack import Card, Rack
 
 
 class ScriptedModule:

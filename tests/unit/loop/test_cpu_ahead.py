@@ -8,13 +8,10 @@ import pytest
 from scanrack.io_images.amci3601 import Configuration, Direction, Idle, InputBit, Manual
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import join_reported
+from scanrack.runtime import Amci3601, Card, Cpu, CpuFault, CpuMode, FaultKind, InjectedFault, Rack
 from scanrack.runtime.loop import ahead
-from scanrack.runtime.loop.cpu import Cpu, CpuFault, CpuMode
 from scanrack.runtime.loop.exchange import EveryRpi
 from scanrack.runtime.loop.exposed import ExposedModule
-from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
-from scanrack.runtime.loop.rack import Card, Rack
-from scanrack.runtime.modules.amci3601 import Amci3601
 from scanrack.runtime.modules.cards.module import GenericCard
 
 MS = 1_000_000

@@ -6,7 +6,7 @@ import signal
 from typing import Any
 
 import pytest
-from scanrack.runtime.loop.cpu import Cpu, CpuFault, CpuMode, ScanFlag
+from scanrack.runtime import Cpu, CpuFault, CpuMode, ScanFlag
 from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.faults import Cause
 from scanrack.runtime.loop.listeners import ScanListener

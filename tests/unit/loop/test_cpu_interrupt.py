@@ -9,7 +9,7 @@ import threading
 from typing import Any
 
 import pytest
-from scanrack.runtime.loop.cpu import Cpu
+from scanrack.runtime import Cpu
 
 
 def test_ctrl_c_stops_between_scans_and_the_handler_comes_back(rack, diary):

@@ -1,7 +1,7 @@
 """Program, run, test and single-scan mode, and what the modules are told of them."""
 
 import pytest
-from scanrack.runtime.loop.cpu import Cpu, CpuMode, ScanFlag
+from scanrack.runtime import Cpu, CpuMode, ScanFlag
 from scanrack.runtime.loop.exchange import EveryRpi
 
 MS = 1_000_000

@@ -1,9 +1,9 @@
 """Pacing by a scripted wall clock."""
 
 import pytest
+from scanrack.runtime import Cpu, FreeRun, ScanFlag
 from scanrack.runtime.loop import pace
-from scanrack.runtime.loop.cpu import Cpu, ScanFlag
-from scanrack.runtime.loop.pace import FreeRun, RealTime
+from scanrack.runtime.loop.pace import RealTime
 
 MS = 1_000_000
 

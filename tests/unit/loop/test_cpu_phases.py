@@ -1,10 +1,10 @@
 """A scan, phase by phase."""
 
 import pytest
-from scanrack.runtime.loop.cpu import PHASES, Cpu, ScanFlag
+from scanrack.runtime import Card, Cpu, Rack, ScanFlag
+from scanrack.runtime.loop.cpu import PHASES
 from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.phases import ScanPhases
-from scanrack.runtime.loop.rack import Card, Rack
 
 MS = 1_000_000
 

@@ -8,8 +8,8 @@ import sys
 import threading
 
 import pytest
+from scanrack.runtime import Cpu, CpuFault, ScanFlag
 from scanrack.runtime.loop import pace
-from scanrack.runtime.loop.cpu import Cpu, CpuFault, ScanFlag
 from scanrack.runtime.loop.faults import Cause
 from scanrack.runtime.loop.pace import Watchdog
 

@@ -17,8 +17,9 @@ import pytest
 from scanrack.commands import build
 from scanrack.commands.programs.summary import summary
 from scanrack.jobs.run.result import RunResult
+from scanrack.runtime import FreeRun
 from scanrack.runtime.loop import realtime
-from scanrack.runtime.loop.pace import FreeRun, RealTime
+from scanrack.runtime.loop.pace import RealTime
 from scanrack.runtime.loop.realtime import REQUESTS, Outcome, SystemRequest, frozen_collector, real_time
 from typer.testing import CliRunner
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from scanrack.ladder.build.dialects import DIALECTS, LOGIX
 from scanrack.ladder.files.rungreader import LIBRARIES, load_library
+from scanrack.ladder.lowering.dialects import DIALECTS, LOGIX
 from scanrack.lsp import rungs
 
 TEXTS = {dialect: f"PROGRAM a\n{'' if dialect == LOGIX else f'DIALECT {dialect}'}\n" for dialect in DIALECTS}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from scanrack.io_images.amci3601.bits import InputBit
+from scanrack.io_images.amci3601 import InputBit
 from scanrack.runtime.machine import Machine, MachineSpec, Station, Switch, TimelineEntry, press
 
 HOME, ESTOP, EXTERNAL, CAPTURE = InputBit.HOME, InputBit.ESTOP, InputBit.EXTERNAL, InputBit.CAPTURE

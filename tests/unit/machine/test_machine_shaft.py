@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fractions import Fraction
 
-from scanrack.io_images.amci3601.bits import InputBit
+from scanrack.io_images.amci3601 import InputBit
 from scanrack.runtime.machine import EncoderSpec, Jam, Machine, MachineSpec, Slip, Switch
 
 HOME, CW_LIMIT, CCW_LIMIT = InputBit.HOME, InputBit.CW_LIMIT, InputBit.CCW_LIMIT

@@ -16,11 +16,10 @@ from scanrack.io_images.cards import KINDS, CardKind, RangeBits
 from scanrack.io_images.image import Image
 from scanrack.io_images.module_words import terminals_in
 from scanrack.io_images.signal_ranges import FORMATS, RANGES
+from scanrack.jobs import build_cpu, build_rack
 from scanrack.jobs.drive.card_bench import CardBench
 from scanrack.jobs.drive.requests import RequestError
-from scanrack.jobs.load.building import build_cpu, build_rack
-from scanrack.runtime.config.rackfile import RackFileError, parse_rack_file
-from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.runtime import RackFileError, RackSpec, SlotSpec, parse_rack_file
 from scanrack.runtime.machine import MachineSpec, Switch, press
 from scanrack.runtime.modules.cards.module import GenericCard
 from scanrack.runtime.modules.cards.options import CardOptions

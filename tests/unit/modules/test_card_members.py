@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 from scanrack.io_images.addresses import parse_address
 from scanrack.io_images.cards import KINDS, MEMBERS, CardKind, member_of
-from scanrack.jobs.bench.opening import open_bench
+from scanrack.jobs import open_bench
 from scanrack.ladder.model.operands import Place
 from scanrack.ladder.model.resolver import Resolver
 from scanrack.ladder.model.tags import Layout
 from scanrack.runtime.modules.cards.options import CardOptions
+from scanrack.traces import open_trace
 from scanrack.traces.query import query
-from scanrack.traces.read.reader import open_trace
 
 ANALOG_IN = [
     # channel, status, over-range, under-range: word and bit [table 3.1]
@@ -163,7 +163,7 @@ def test_members_in_a_program_and_on_record(tmp_path: Path, monkeypatch: pytest.
 
 def test_a_member_of_an_unknown_card_is_refused_where_cards_differ(tmp_path: Path) -> None:
     from scanrack.ladder import BuildError
-    from scanrack.ladder.files.rungfile import parse_program
+    from scanrack.ladder.files import parse_program
 
     with pytest.raises(BuildError, match="Ch1Status"):
         parse_program(PROGRAM).build()

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
-from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
+from scanrack.runtime import RackFileError, load_rack_file
 
 STEPPER = (
     '[[slot]]\nnumber = 1\nmodule = "amci3601"\n\n[slot.machine]\nswitches = [{ input = "home", last = 0 }]\n'

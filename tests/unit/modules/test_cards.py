@@ -17,10 +17,10 @@ from scanrack import open_bench
 from scanrack.commands import build
 from scanrack.commands.wire.drive import bench_for, converse
 from scanrack.io_images.image import Image
-from scanrack.runtime.config.rackfile import RackFileError, parse_rack_file
+from scanrack.runtime import RackFileError, parse_rack_file
 from scanrack.runtime.modules.cards.module import GenericCard
 from scanrack.runtime.modules.cards.options import CardOptions
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from typer.testing import CliRunner
 
 MS = 1_000_000

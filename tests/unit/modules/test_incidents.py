@@ -5,13 +5,10 @@ import re
 import pytest
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.io_images.image import Image
-from scanrack.jobs.load.building import build_cpu, build_rack
-from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
-from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.jobs import build_cpu, build_rack
+from scanrack.runtime import Amci3601, FaultKind, InjectedFault, RackFileError, RackSpec, load_rack_file
 from scanrack.runtime.loop.exposed import ExposedModule
-from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
 from scanrack.runtime.loop.module_fault import ModuleFault
-from scanrack.runtime.modules.amci3601 import Amci3601
 
 MS = 1_000_000
 CONFIGURE = Image([-31682, 63, 1, 0, 0, 0, 0, 0])  # 843E hex: all inputs in use; starting speed 1000

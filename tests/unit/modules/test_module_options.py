@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import pytest
+from scanrack.runtime import Amci3601
 from scanrack.runtime.controllers.pmc006.options import Pmc006ControllerOptions
 from scanrack.runtime.modules.adapters.pcl601.options import Pcl601Options
 from scanrack.runtime.modules.adapters.pmc006.options import Pmc006Options
-from scanrack.runtime.modules.amci3601 import Amci3601, Amci3601Options
+from scanrack.runtime.modules.amci3601 import Amci3601Options
 
 
 @pytest.mark.parametrize(

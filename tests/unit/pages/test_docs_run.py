@@ -12,8 +12,7 @@ from pathlib import Path
 
 import pytest
 from scanrack.commands import build
-from scanrack.runtime.config.rackfile import load_rack_file
-from scanrack.runtime.config.rackspec import RackSpec
+from scanrack.runtime import RackSpec, load_rack_file
 from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[3]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from scanrack.commands import build
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import SlotInfo
 from scanrack.traces.query.language import parse
 from scanrack.traces.signals import Catalog
 from typer.testing import CliRunner

@@ -12,7 +12,7 @@ import typer
 from commands_page import chain
 from scanrack.commands import build
 from scanrack.io_images.installing import install_line
-from scanrack.runtime.config.rackfile import load_rack_file
+from scanrack.runtime import load_rack_file
 from scanrack.runtime.line.ports.pty import NO_PTY, PtyPort
 
 ROOT = Path(__file__).parents[3]

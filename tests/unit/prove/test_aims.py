@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from scanrack.io_images.amci3601.bits import InputBit
-from scanrack.jobs.load.loading import LoadedRack, load_job
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.jobs import load_job
+from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.prove.serving.aims import dead, scenario_to
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
+from scanrack.ladder.prove import ProgramSystem, ScanBounds
 from scanrack.ladder.prove.questions.points import PointState, RungPoint, run_to
-from scanrack.ladder.prove.system import ProgramSystem, ScanBounds
-from scanrack.runtime.live.actions import Write
+from scanrack.runtime import Write
 
 pytestmark = pytest.mark.extra("prove")
 

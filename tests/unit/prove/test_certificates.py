@@ -15,14 +15,14 @@ from scanrack.commands.programs.prove import status_of
 from scanrack.jobs.prove import checking
 from scanrack.jobs.prove.checking import Opinion, Solver, check, questions, solvers
 from scanrack.jobs.prove.proving import Questions, Result
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
+from scanrack.ladder.prove import ProgramSystem, ScanBounds
 from scanrack.ladder.prove.algebra.terms import FALSE, not_
 from scanrack.ladder.prove.answers import ask
 from scanrack.ladder.prove.certificate import Certificate, written
 from scanrack.ladder.prove.induction import prove
 from scanrack.ladder.prove.monitors import monitored
 from scanrack.ladder.prove.solving.invariants import Invariant
-from scanrack.ladder.prove.system import ProgramSystem, ScanBounds
 
 pytestmark = pytest.mark.extra("prove")
 

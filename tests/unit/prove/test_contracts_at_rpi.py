@@ -8,18 +8,17 @@ from struct import unpack
 from typing import Any
 
 import pytest
-from scanrack.io_images.amci3601.bits import CommandMsw
+from scanrack.io_images.amci3601 import CommandMsw
 from scanrack.io_images.amci3601.contracts import contracts_of
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.prove.subject import subject_of
-from scanrack.jobs.run.running import JobRun, RunOptions
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
+from scanrack.ladder.prove import ProgramSystem
 from scanrack.ladder.prove.algebra.evaluation import Evaluator
 from scanrack.ladder.prove.contracts import KeptBy
 from scanrack.ladder.prove.induction import VerdictKind, prove
 from scanrack.ladder.prove.monitors import monitored
 from scanrack.ladder.prove.questions import ask
-from scanrack.ladder.prove.system import ProgramSystem
 from scanrack.runtime.loop.listeners import QuietListener
 
 pytestmark = pytest.mark.extra("prove")

@@ -6,13 +6,14 @@ from random import Random
 
 import pytest
 from scanrack.io_images.amci3601.contracts import CONTRACTS, contracts_of
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
+from scanrack.ladder.prove import ProgramSystem
 from scanrack.ladder.prove.algebra.evaluation import Evaluator
 from scanrack.ladder.prove.claims import Claim, ClaimKind
 from scanrack.ladder.prove.contracts import KeptBy
 from scanrack.ladder.prove.induction import VerdictKind, prove
 from scanrack.ladder.prove.monitors import monitored
-from scanrack.ladder.prove.system import RUN_ONLY, Happenings, ProgramSystem
+from scanrack.ladder.prove.system import RUN_ONLY, Happenings
 
 pytestmark = pytest.mark.extra("prove")
 

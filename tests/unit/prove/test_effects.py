@@ -3,7 +3,7 @@
 import pytest
 from scanrack.jobs.prove.serving import effects
 from scanrack.jobs.prove.serving.effects import effects_of
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 
 pytestmark = pytest.mark.extra("prove")
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import pytest
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
+from scanrack.ladder.prove import ProgramSystem
 from scanrack.ladder.prove.answers import ask
 from scanrack.ladder.prove.difference import compare
 from scanrack.ladder.prove.questions import ask as ask_questions
-from scanrack.ladder.prove.system import ProgramSystem
 
 pytestmark = pytest.mark.extra("prove")
 

@@ -5,15 +5,16 @@ from __future__ import annotations
 from importlib.metadata import version
 
 import pytest
-from scanrack.ladder.files.rungfile import parse_program
-from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder import LadderError
+from scanrack.ladder.files import parse_program
+from scanrack.ladder.prove import ProgramSystem, ScanBounds
 from scanrack.ladder.prove.algebra.meaning import INT
 from scanrack.ladder.prove.algebra.numbers import add, eq, lt
 from scanrack.ladder.prove.algebra.terms import FALSE, T, and_, const, forget, ite, not_, or_, var
 from scanrack.ladder.prove.claims import Claim, ClaimKind
 from scanrack.ladder.prove.induction import Limits, Verdict, VerdictKind, prove
 from scanrack.ladder.prove.monitors import monitored
-from scanrack.ladder.prove.system import ProgramSystem, ScanBounds, System
+from scanrack.ladder.prove.system import System
 
 pytestmark = pytest.mark.extra("prove")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from scanrack.commands import build
 from scanrack.ladder import Program
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from typer.testing import CliRunner
 
 

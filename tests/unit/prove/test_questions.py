@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
+from scanrack.ladder.prove import ProgramSystem, ScanBounds
 from scanrack.ladder.prove.induction import VerdictKind
 from scanrack.ladder.prove.questions import RULES, Answers, ask
-from scanrack.ladder.prove.system import ProgramSystem, ScanBounds
 
 pytestmark = pytest.mark.extra("prove")
 

@@ -10,7 +10,7 @@ from amounts import amount
 from relation import Relation
 from relation_programs import drawn
 from scanrack.ladder import instructions
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove.algebra.evaluation import evaluate
 from scanrack.ladder.prove.algebra.terms import FALSE, forget
 from scanrack.ladder.prove.relation.machine import ScanMachine

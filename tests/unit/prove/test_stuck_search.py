@@ -8,14 +8,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from scanrack.jobs import ContactPress, Kind, Scenario, State, load_job
 from scanrack.jobs.fuzz import search
 from scanrack.jobs.fuzz.aim.corpus import STEP_WORTH
-from scanrack.jobs.fuzz.campaign.state import State
 from scanrack.jobs.fuzz.job import Setup, bench_of
 from scanrack.jobs.fuzz.reached import reached
-from scanrack.jobs.fuzz.scenarios.kinds import Kind
-from scanrack.jobs.fuzz.scenarios.scenario import ContactPress, Scenario
-from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.prove.serving.stuck import NEAR, PATIENCE, WAYS, SolverStep
 
 CODE = """\

@@ -7,7 +7,7 @@ from random import Random
 import pytest
 from relation import Relation
 from relation_programs import COPIES, DEEPEST, SHORT, nested
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove.algebra.evaluation import evaluate
 from scanrack.ladder.prove.algebra.meaning import INT
 from scanrack.ladder.prove.algebra.numbers import add, mul
@@ -165,9 +165,9 @@ END
 @pytest.mark.extra("prove")
 def test_statements_of_a_routine_never_run_with_the_proof() -> None:
     """Without them nothing writes the bit, and a run would set it as an input."""
+    from scanrack.ladder.prove import ProgramSystem
     from scanrack.ladder.prove.answers import answer
     from scanrack.ladder.prove.monitors import monitored
-    from scanrack.ladder.prove.system import ProgramSystem
 
     watched = monitored(parse_program(NEVER))
     (asked,) = watched.properties

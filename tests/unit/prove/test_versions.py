@@ -11,10 +11,10 @@ from random import Random
 
 import pytest
 from proofs import LIMITS, claims, program_text
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
+from scanrack.ladder.prove import ProgramSystem, ScanBounds
 from scanrack.ladder.prove.induction import prove
 from scanrack.ladder.prove.monitors import monitored
-from scanrack.ladder.prove.system import ProgramSystem, ScanBounds
 
 pytestmark = pytest.mark.extra("prove")
 

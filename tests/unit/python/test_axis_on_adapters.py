@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 from feeder_story import HARDWARES, STORY, moves_of
-from scanrack.jobs.load.building import build_cpu, build_rack
-from scanrack.jobs.load.loading import load_job, load_spec
+from scanrack.jobs import build_cpu, build_rack, load_job
+from scanrack.jobs.load.loading import load_spec
 from witness import Witness
 
 FEEDER = Path(__file__).parents[3] / "examples" / "feeder" / "feeder.toml"

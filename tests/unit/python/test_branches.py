@@ -19,7 +19,7 @@ from scanrack import (
     until,
     within,
 )
-from scanrack.runtime.loop.cpu import CpuFault
+from scanrack.runtime import CpuFault
 from sequence_bench import SETUP, SLOW, SequenceBench
 
 

@@ -11,8 +11,7 @@ from pathlib import Path
 import pytest
 from bench3601 import CONFIGURATION
 from scanrack import open_bench
-from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.load.program import load_program
+from scanrack.jobs import load_job, load_program
 from scanrack.jobs.trust.attachments import forget_imported
 from scanrack.ladder.python.online.editing import edit_logic
 from scanrack.ladder.python.online.field_plan import EditRefusal

@@ -12,9 +12,8 @@ from pathlib import Path
 import pytest
 from axis_lockstep import LateAxis
 from scanrack import sequence, until
-from scanrack.jobs.load.building import build_cpu, build_rack
-from scanrack.jobs.load.loading import load_job
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.jobs import build_cpu, build_rack, load_job
+from scanrack.ladder.files import parse_program
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "sequences"
 SCANS = {"labeller": 6_000, "blend_path": 4_500}

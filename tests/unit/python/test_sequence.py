@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from scanrack import Abort, Axis3601, Input, Logic, Output, dwell, sequence, until
 from scanrack.ladder.python.sequences import fields_of, parts_of
-from scanrack.runtime.loop.cpu import CpuFault
+from scanrack.runtime import CpuFault
 from sequence_bench import SETUP, SLOW, SequenceBench
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 from scanrack import Axis3601, Input, InputWord, Logic, Output, OutputWord, State, sequence
-from scanrack.io_images.amci3601.words import WORDS_3601
+from scanrack.io_images.amci3601 import WORDS_3601
 from scanrack.io_images.cards import KINDS
 from scanrack.io_images.module_words import PLAIN_WORDS
 from scanrack.ladder.python.sequences.places import find_bit, find_word

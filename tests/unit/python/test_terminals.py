@@ -1,9 +1,9 @@
 """An input or output of a card at which there is no terminal is refused before the first scan."""
 
 import pytest
-from scanrack.jobs.load.building import build_cpu, build_rack
+from scanrack.jobs import build_cpu, build_rack
 from scanrack.ladder.python.sequences import Input, Logic, Output
-from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.runtime import RackSpec, SlotSpec
 
 CARDS = (
     SlotSpec(number=1, module="1762-IQ8"),

@@ -4,9 +4,8 @@ import os
 
 import pytest
 from scanrack.commands import build
+from scanrack.jobs import ProgramError, load_job, load_program
 from scanrack.jobs.fuzz.job import logic_maker
-from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.load.program import ProgramError, load_program
 from scanrack.ladder.python.sequences import Logic
 from sequence_bench import SequenceBench
 from typer.testing import CliRunner

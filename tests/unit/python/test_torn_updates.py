@@ -12,13 +12,10 @@ from bench3601 import ENCODER, configuration
 from scanrack import Axis3601, Configuration, Direction, Logic, dwell, sequence, until
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, CommandMsw, InputBit
 from scanrack.io_images.image import Image
-from scanrack.runtime.loop.cpu import Cpu, CpuFault
+from scanrack.runtime import Amci3601, Card, Cpu, CpuFault, FaultKind, InjectedFault, Rack
 from scanrack.runtime.loop.exchange import EveryRpi
 from scanrack.runtime.loop.exposed import ExposedModule
-from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
-from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
-from scanrack.runtime.modules.amci3601 import Amci3601
 
 MOST_SCANS = 12_000
 RPI_MS, SCAN_MS = 5, 2

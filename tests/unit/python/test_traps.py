@@ -21,9 +21,9 @@ from scanrack import (
     steady,
     until,
 )
-from scanrack.jobs.load.program import ProgramError, load_program
+from scanrack.jobs import ProgramError, load_program
 from scanrack.ladder.python.sequences import fresh
-from scanrack.runtime.loop.cpu import CpuFault
+from scanrack.runtime import CpuFault
 from sequence_bench import SETUP, SLOW, SequenceBench
 
 
@@ -616,7 +616,7 @@ def test_an_init_that_forgets_its_base_is_no_trap():
 
 def test_while_the_link_is_lost_only_a_wait_with_a_limit_ends():
     from scanrack import WaitTimeout, within
-    from scanrack.runtime.modules.amci3601 import ModuleFault
+    from scanrack.runtime import ModuleFault
 
     class Limited(Logic):
         axis = Axis3601(1, SETUP)

@@ -5,7 +5,8 @@ import json
 import l5x_files as files
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.load.loading import is_export, load_job, runs
+from scanrack.jobs import load_job
+from scanrack.jobs.load.loading import is_export, runs
 from typer.testing import CliRunner
 
 TAGS = (

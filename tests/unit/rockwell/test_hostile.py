@@ -18,7 +18,7 @@ from l5x_files import (
     tag,
     task,
 )
-from scanrack.ladder.model.errors import LadderError
+from scanrack.ladder import LadderError
 from scanrack.rockwell.l5x import L5xError, import_l5x
 from scanrack.rockwell.l5x.importer import Importer
 from scanrack.rockwell.l5x.trial import run_trial

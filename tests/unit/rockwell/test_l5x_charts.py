@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from l5x_files import cdata, document, ladder, program, tag, task
-from scanrack.ladder.files.rungfile import parse_program, program_text
+from scanrack.ladder.files import parse_program, program_text
 from scanrack.ladder.model.chart import ExecutionControl, LastScan, RestartPosition
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.comparing import differences

@@ -5,7 +5,7 @@ import json
 import pytest
 from l5x_files import machine, tag
 from scanrack.commands import build
-from scanrack.jobs.load.program import ProgramError, load_program
+from scanrack.jobs import ProgramError, load_program
 from scanrack.ladder import LadderLogic
 from typer.testing import CliRunner
 

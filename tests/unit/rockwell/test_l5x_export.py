@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 from scanrack.commands import build
 from scanrack.ladder import LadderError, read_program
-from scanrack.ladder.build.controller import Controller
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
+from scanrack.ladder.lowering.controller import Controller
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.export import export_l5x
 from typer.testing import CliRunner

@@ -8,11 +8,9 @@ from decimal import Decimal
 
 import pytest
 from l5x_files import document, ladder, module, program, tag, task
-from scanrack.io_images.amci3601 import Configuration, Move, MoveKind, PresetPosition
-from scanrack.io_images.amci3601.bits import InputBit
-from scanrack.jobs.load.building import build_cpu, build_rack
-from scanrack.jobs.load.program import load_program
-from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.io_images.amci3601 import Configuration, InputBit, Move, MoveKind, PresetPosition
+from scanrack.jobs import build_cpu, build_rack, load_program
+from scanrack.runtime import RackSpec, SlotSpec
 
 SETUP = Configuration(
     inputs_used=InputBit.HOME | InputBit.CW_LIMIT, step_and_direction=True, starting_speed=500

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from l5x_files import add_on, diagram, document, ladder, module, program, tag, task
 from scanrack.commands import build
+from scanrack.jobs import load_job
 from scanrack.jobs.imports.export_slots import ExportSlot, differences, slot_tables
-from scanrack.jobs.load.loading import load_job
 from scanrack.ladder import Controller
 from scanrack.rockwell.l5x import import_l5x
 from slc_files import export, slot

@@ -5,8 +5,8 @@ import sys
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.load.program import ProgramError, load_program
-from scanrack.ladder.files.rungfile import parse_program, program_text
+from scanrack.jobs import ProgramError, load_program
+from scanrack.ladder.files import parse_program, program_text
 from scanrack.ladder.model.stubs import Power, Stubs, parse_stub
 from scanrack.rockwell.slc import SlcError, export_text, import_slc, import_text
 from scanrack.rockwell.slc.document import parse_document

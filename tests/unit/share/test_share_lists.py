@@ -16,8 +16,7 @@ from pathlib import Path
 
 import pytest
 from recordings import opened
-from scanrack.jobs.load.loading import load_job
-from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.share.collecting import SharedStretch, collect
 from scanrack.watch.share.page_file import page_of

@@ -5,7 +5,7 @@ import re
 import pytest
 from scanrack import open_trace
 from scanrack.ladder import Controller, LadderError
-from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.files import parse_program
 from scanrack.ladder.files.testfile import read_test_file, with_test
 from scanrack.testing import artefacts
 

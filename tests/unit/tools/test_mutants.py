@@ -279,7 +279,7 @@ def test_smoke_mutants_and_known_equivalents_still_exist():
         ("pcl601", ["axis", "program/machine"]),
         ("pmc006", ["axis"]),
         ("adapters", ["driver", "pcl601/driver"]),
-        ("ladder", ["model/arithmetic", "compiler/values"]),
+        ("ladder", ["model/arithmetic", "compiler/value_writer"]),
         ("line", ["rtu", "pcl601_pdus"]),
         ("traces", ["repair", "plot/chart"]),
         ("io_images", ["thousands", "pcl601/program/text"]),

@@ -10,17 +10,17 @@ import pytest
 from l5x_files import machine, tag
 from scanrack import open_bench
 from scanrack.io_images.amci3601 import RULES
+from scanrack.jobs import load_job
 from scanrack.jobs.check import check_rack
 from scanrack.jobs.imports.l5x_rack import rack_of
-from scanrack.jobs.load.loading import load_job
 from scanrack.rockwell.l5x.importer import Importer
 from scanrack.rockwell.l5x.xml.document import parse_document
 from scanrack.rockwell.slc import import_text
-from scanrack.runtime.config.rackfile import RackFileError, load_rack_file
+from scanrack.runtime import RackFileError, load_rack_file
 from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.faults import CpuFault
 from scanrack.runtime.modules.amci3601.latches import Latches
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces import open_trace
 from scanrack.traces.repair import repair
 from scanrack.watch.editor import mistake_of
 from scanrack.watch.history.catalog import Catalog

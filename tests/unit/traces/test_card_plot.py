@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 from scanrack.commands import build
+from scanrack.traces import open_trace
 from scanrack.traces.plot import Chart, Curve, Envelope, read_chart
-from scanrack.traces.read.reader import open_trace
 from scanrack.traces.signals import Catalog
 from scanrack.traces.signals.catalog import UnknownSignalError
 from typer.testing import CliRunner

@@ -14,13 +14,12 @@ from pathlib import Path
 import forked
 import pytest
 from scanrack.runtime.loop import pace
+from scanrack.traces import Attachment, Scan, ScanRecorder, SlotInfo, Trace, open_trace
 from scanrack.traces.files.locking import could_lock
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.read.reader import Scan, Trace, open_records, open_trace
+from scanrack.traces.read.reader import open_records
 from scanrack.traces.repair import repair
 from scanrack.traces.write.line import LineRecorder, UnitColumns
 from scanrack.traces.write.output import TraceFile, open_trace_file
-from scanrack.traces.write.recorder import Attachment, ScanRecorder
 
 SLOTS = [SlotInfo(1, "amci3601", "4.1")]
 SCANS = 120

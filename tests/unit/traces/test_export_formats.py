@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from made_traces import idle, record
 from scanrack.commands import build
+from scanrack.traces import open_trace
 from scanrack.traces.export import formats, write_jsonl
 from scanrack.traces.export.format import ExportFormat
 from scanrack.traces.files.guard import beginning
 from scanrack.traces.files.newfile import new_file
-from scanrack.traces.read.reader import open_trace
 from scanrack.traces.signals import Selection
 from typer.testing import CliRunner
 

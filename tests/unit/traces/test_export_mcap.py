@@ -11,17 +11,14 @@ import pytest
 from made_tags import MadeTags
 from made_traces import A3601, cut_blocks, idle, record
 from scanrack.commands import build
+from scanrack.traces import Attachment, ScanRecorder, SlotInfo, Tag, TraceError, open_trace, read_columns
 from scanrack.traces.compare import Tolerance, compare
 from scanrack.traces.export import write_mcap
 from scanrack.traces.format.cdr import leaves
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.format.records import TraceError
 from scanrack.traces.format.schema import ScanSchema, layout_of, rest_bytes, scan_schema
-from scanrack.traces.format.tagplan import Tag, plan_of
-from scanrack.traces.read.arrays import Selection, read_columns
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces.format.tagplan import plan_of
+from scanrack.traces.read.arrays import Selection
 from scanrack.traces.repair import repair
-from scanrack.traces.write.recorder import Attachment, ScanRecorder
 from typer.testing import CliRunner
 
 SCANS = 300

@@ -21,7 +21,7 @@ import made_traces
 import pytest
 from golden import app as golden_app
 from scanrack.commands import build
-from scanrack.traces.write.recorder import Attachment, ScanRecorder
+from scanrack.traces import Attachment, ScanRecorder
 from typer.testing import CliRunner, Result
 
 PYC = importlib.util.cache_from_source("helper.py")  # __pycache__/helper.cpython-3xx.pyc

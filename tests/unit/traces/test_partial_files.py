@@ -7,10 +7,10 @@ from typing import Any
 
 import pytest
 from made_traces import idle, record
+from scanrack.traces import open_trace
 from scanrack.traces.export.csvfile import CSV
 from scanrack.traces.export.formats import FORMATS
 from scanrack.traces.files.newfile import new_file
-from scanrack.traces.read.reader import open_trace
 
 WRITERS = [
     pytest.param(

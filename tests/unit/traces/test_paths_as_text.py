@@ -8,12 +8,13 @@ import pytest
 from made_traces import idle, record
 from scanrack import open_bench
 from scanrack.commands import build
+from scanrack.jobs import load_program
 from scanrack.jobs.fuzz.invariants.invariants import InvariantError, load_invariants
-from scanrack.jobs.load.program import load_program
-from scanrack.runtime.config.rackfile import load_rack_file
+from scanrack.runtime import load_rack_file
+from scanrack.traces import open_trace
 from scanrack.traces.export import write_csv, write_parquet, write_vcd
 from scanrack.traces.plot import Envelope, read_chart, save_figure, save_page
-from scanrack.traces.read.reader import open_records, open_trace
+from scanrack.traces.read.reader import open_records
 from scanrack.traces.repair import repair
 from scanrack.traces.write.line import LineRecorder, UnitColumns
 from typer.testing import CliRunner

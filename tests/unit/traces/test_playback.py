@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import InputBit
-from scanrack.jobs.load.building import build_rack
+from scanrack.jobs import build_rack
 from scanrack.jobs.replay.input_levels import recorded_levels
 from scanrack.jobs.run.build import build_playback
 from scanrack.jobs.run.playback import RecordedInputs, ReplayPlan, Stimulus, recorded_outputs, stimulated
-from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
+from scanrack.runtime import RackSpec, SlotSpec
 from scanrack.runtime.loop.scan import LogicScan
 from scanrack.runtime.machine import MachineSpec, Station, Switch, TimelineEntry
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import SlotInfo
 from scanrack.traces.read import packed
 from scanrack.traces.read.columns import Columns
 from scanrack.traces.read.packed import PackedScans

@@ -10,13 +10,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from made_traces import A3601, PERIOD_NS, Event, idle, record
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import SlotInfo, open_trace
 from scanrack.traces.plot import Chart, Curve, Envelope, NothingToPlotError, read_chart, save_figure
 from scanrack.traces.plot import envelope as envelope_module
 from scanrack.traces.plot.labels import GAP, placed
 from scanrack.traces.plot.lanes import RAMP_STATES, Lane, at_pixels
 from scanrack.traces.plot.marks import Mark
-from scanrack.traces.read.reader import open_trace
 from scanrack.traces.signals import Selection
 from scanrack.traces.signals.stream import EmptySelectionError
 

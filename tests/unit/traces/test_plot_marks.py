@@ -1,8 +1,8 @@
 """Labels of marks: what happened, and that it is over."""
 
 import pytest
+from scanrack.traces import TraceEvent
 from scanrack.traces.plot.marks import marks
-from scanrack.traces.read.reader import TraceEvent
 
 
 def label(topic, fields):

@@ -17,13 +17,10 @@ import pytest
 from made_tags import MadeTags, no_texts
 from made_traces import cut_blocks
 from scanrack.commands import build
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.format.tagplan import Tag
+from scanrack.traces import ScanRecorder, SlotInfo, Tag, open_trace
 from scanrack.traces.plot import Chart, Curve, Envelope, Panel, read_chart, save_figure, save_page
-from scanrack.traces.read.reader import open_trace
 from scanrack.traces.signals import Selection
 from scanrack.traces.signals.catalog import UnknownSignalError
-from scanrack.traces.write.recorder import ScanRecorder
 from typer.testing import CliRunner
 
 SCANS = 300

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_traces import PERIOD_NS, idle, record
+from scanrack.traces import open_trace
 from scanrack.traces.query import Occurrence, QueryError, query
-from scanrack.traces.read.reader import open_trace
 
 ABSOLUTE_MOVE, COMMAND_ERROR, MOVING_CW = 0x0001, 0x1000, 0x0001
 SCANS = 100

@@ -18,11 +18,10 @@ from typing import Any
 import pytest
 from made_traces import idle, record
 from scanrack.commands import build
-from scanrack.jobs.fuzz.campaign.state import State, write_state
+from scanrack.jobs import State, load_job, write_state
 from scanrack.jobs.fuzz.folder_lock import write_text
-from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.run.retained_memory import RetainedMemory
-from scanrack.traces import repair
+from scanrack.traces import open_trace, repair
 from scanrack.traces.export import write_csv, write_mcap, write_vcd
 from scanrack.traces.export.csvfile import CSV
 from scanrack.traces.files import locking, newfile, patience
@@ -30,7 +29,6 @@ from scanrack.traces.files.guard import OwnedError
 from scanrack.traces.files.newfile import new_file
 from scanrack.traces.format.records import MAGIC
 from scanrack.traces.plot import save_page
-from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 
 

@@ -12,18 +12,16 @@ import numpy as np
 import pytest
 from made_tags import MadeTags
 from scanrack.commands import build
+from scanrack.traces import ScanRecorder, SlotInfo, Tag, open_trace
 from scanrack.traces.compare import Tolerance, compare, report
 from scanrack.traces.export import write_csv, write_vcd
 from scanrack.traces.format.flags import flag_names
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.format.tagplan import Tag, plan_of
+from scanrack.traces.format.tagplan import plan_of
 from scanrack.traces.query import query
 from scanrack.traces.read.changes import ChangeRows
-from scanrack.traces.read.reader import open_trace
 from scanrack.traces.read.tag_text import TagText
 from scanrack.traces.signals import Catalog
 from scanrack.traces.signals.catalog import UnknownSignalError
-from scanrack.traces.write.recorder import ScanRecorder
 from typer.testing import CliRunner
 
 SCANS = 300

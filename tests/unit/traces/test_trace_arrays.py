@@ -13,13 +13,11 @@ import pytest
 from made_traces import PERIOD_NS, record
 from mcap.opcode import Opcode
 from mcap.writer import CompressionType, Writer
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import ScanRecorder, SlotInfo, Trace, open_trace, read_columns
 from scanrack.traces.format.schema import CDR_PREFIX, SCAN_HEAD, scan_schema
 from scanrack.traces.read import reader
-from scanrack.traces.read.arrays import by_name, column_chunks, extent, read_columns, scan_at, scan_count
+from scanrack.traces.read.arrays import by_name, column_chunks, extent, scan_at, scan_count
 from scanrack.traces.read.columns import Columns, Selection
-from scanrack.traces.read.reader import Trace, open_trace
-from scanrack.traces.write.recorder import ScanRecorder
 
 SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(5, "a toy")]
 SCANS = 500

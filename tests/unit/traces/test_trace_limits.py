@@ -11,9 +11,9 @@ import zstandard
 from made_traces import idle, record
 from mcap.opcode import Opcode
 from scanrack.commands import build
+from scanrack.traces import open_trace
 from scanrack.traces.format.limits import Limits, limited
 from scanrack.traces.format.records import RECORD_HEAD, TraceLimitError
-from scanrack.traces.read.reader import open_trace
 from typer.testing import CliRunner
 
 MIB = 1024 * 1024

@@ -8,13 +8,11 @@ from pathlib import Path
 import forked
 import pytest
 from scanrack.commands import build
+from scanrack.traces import ScanRecorder, SlotInfo, open_trace
 from scanrack.traces.files.locking import is_being_recorded
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.read.reader import open_trace
 from scanrack.traces.repair import repair
 from scanrack.traces.write.line import LineRecorder, UnitColumns
 from scanrack.traces.write.output import open_trace_file
-from scanrack.traces.write.recorder import ScanRecorder
 from typer.testing import CliRunner
 
 REFUSED = "is being recorded: choose another file to write to, or wait for its end"

@@ -8,10 +8,9 @@ from pathlib import Path
 import pytest
 from mcap.opcode import Opcode
 from scanrack.commands import build
-from scanrack.traces.format.records import TraceError
+from scanrack.traces import Trace, TraceError, open_trace
 from scanrack.traces.read import reader
 from scanrack.traces.read.finding import DATA_DAMAGE
-from scanrack.traces.read.reader import Trace, open_trace
 from typer.testing import CliRunner
 
 RACK = """

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 
 import pytest
-from scanrack.io_images.amci3601.words import WORDS_3601
+from scanrack.io_images.amci3601 import WORDS_3601
 from scanrack.io_images.module_words import BitPlace, ModuleWords
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import SlotInfo
 from scanrack.traces.format.named_words import names_key, names_text, recorded_words
 from scanrack.traces.format.schema import scan_schema
 

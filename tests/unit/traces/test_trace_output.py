@@ -12,12 +12,10 @@ from pathlib import Path
 import pytest
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import Attachment, ScanRecorder, SlotInfo, open_trace
 from scanrack.traces.format.records import MAGIC
 from scanrack.traces.read.finding import UNDER_WAY, find_records
-from scanrack.traces.read.reader import open_trace
 from scanrack.traces.write.output import SUMMARY_ROOM, DiskReserve, TraceFile, TraceFull, open_trace_file
-from scanrack.traces.write.recorder import Attachment, ScanRecorder
 
 SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "amci3601", "2.0")]
 SCANS = 250

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_traces import A3601, idle, record
+from scanrack.traces import open_trace
 from scanrack.traces.compare import compare_parts
 from scanrack.traces.read import packed
 from scanrack.traces.read.columns import Columns, join
 from scanrack.traces.read.packed import PackedScans, memory_blocks
-from scanrack.traces.read.reader import open_trace
 from scanrack.traces.replay import Follower, PackedTrace
 
 

@@ -13,13 +13,10 @@ import pytest
 from mcap.opcode import Opcode
 from mcap.writer import Writer
 from scanrack.io_images.times import seconds_column
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.format.records import TraceError
+from scanrack.traces import ScanRecorder, SlotInfo, TraceError, open_trace
 from scanrack.traces.format.schema import scan_schema
 from scanrack.traces.read import finding
 from scanrack.traces.read.finding import find_records
-from scanrack.traces.read.reader import open_trace
-from scanrack.traces.write.recorder import ScanRecorder
 
 SLOTS = [SlotInfo(1, "amci3601", "3.1"), SlotInfo(2, "a toy")]
 PERIOD = 2_000_000

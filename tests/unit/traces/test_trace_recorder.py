@@ -16,10 +16,8 @@ from mcap.records import Attachment as AttachmentRecord
 from mcap.records import Channel, Chunk, Header, Metadata, Schema
 from mcap.stream_reader import StreamReader
 from scanrack.runtime.loop.listeners import ScanListener
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import Attachment, Scan, ScanRecorder, SlotInfo, open_trace
 from scanrack.traces.format.schema import scan_schema
-from scanrack.traces.read.reader import Scan, open_trace
-from scanrack.traces.write.recorder import Attachment, ScanRecorder
 
 ONE_SLOT = [SlotInfo(1, "amci3601", "4.1")]
 PERIOD = 2_000_000

@@ -17,12 +17,9 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 from scanrack.commands import build
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.format.records import TraceError
+from scanrack.traces import SlotInfo, TraceError, open_trace, read_columns
 from scanrack.traces.format.schema import CDR_PREFIX, SCAN_HEAD, scan_schema
-from scanrack.traces.read.arrays import read_columns
 from scanrack.traces.read.finding import find_records
-from scanrack.traces.read.reader import open_trace
 from scanrack.traces.repair import repair
 from scanrack.traces.write.line import LineRecorder, UnitColumns
 from typer.testing import CliRunner

@@ -4,16 +4,14 @@ import csv
 from pathlib import Path
 
 import pytest
+from scanrack.traces import ScanRecorder, SlotInfo, open_trace
 from scanrack.traces.export import write_csv, write_mcap
-from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.plot.chart import read_chart
 from scanrack.traces.plot.envelope import Envelope
 from scanrack.traces.query import query
-from scanrack.traces.read.reader import open_trace
 from scanrack.traces.read.sequence_steps import sequence_steps
 from scanrack.traces.signals import Catalog, Selection, SignalKind
 from scanrack.traces.signals.catalog import UnknownSignalError
-from scanrack.traces.write.recorder import ScanRecorder
 
 SCANS = 100
 STEPS = [  # scan, sequence, line, wait

@@ -12,8 +12,7 @@ from scanrack.commands.recordings.show import register
 from scanrack.io_images.image import Image
 from scanrack.io_images.times import seconds_column
 from scanrack.terminal.trace_options import parse_range
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.write.recorder import Attachment, ScanRecorder
+from scanrack.traces import Attachment, ScanRecorder, SlotInfo
 from typer.testing import CliRunner
 
 PERIOD = 2_000_000

@@ -14,10 +14,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_traces import A3601, PERIOD_NS, cut_blocks, idle, record
 from scanrack.io_images.thousands import join_reported
+from scanrack.traces import SlotInfo, open_trace
 from scanrack.traces.export import write_csv, write_vcd
-from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.plot import Envelope, read_chart, save_page
-from scanrack.traces.read.reader import open_trace
 from scanrack.traces.signals import Catalog, Selection, SignalKind, blocks
 from scanrack.traces.signals.catalog import UnknownSignalError
 from scanrack.traces.signals.decode import joined

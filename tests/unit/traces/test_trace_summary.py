@@ -12,11 +12,10 @@ from made_traces import record
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, ChunkIndex, Footer, Schema, Statistics, SummaryOffset
+from scanrack.traces import open_trace, read_columns
 from scanrack.traces.format.records import Span, read_record
 from scanrack.traces.format.summary import encoded
-from scanrack.traces.read.arrays import read_columns
 from scanrack.traces.read.finding import find_records
-from scanrack.traces.read.reader import open_trace
 from scanrack.traces.repair import repair
 
 SCANS = 100

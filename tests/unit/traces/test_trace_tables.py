@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_traces import A3601, idle, record
+from scanrack.traces import open_trace
 from scanrack.traces.compare.findings import rules_in
 from scanrack.traces.format import flags, limits
-from scanrack.traces.plot.axis import STEPS_NS, label
 from scanrack.traces.plot.pack import whole
-from scanrack.traces.read.reader import open_trace
+from scanrack.traces.plot.time_axis import STEPS_NS, label
 
 S = 1_000_000_000
 MINUTE, HOUR, DAY = 60 * S, 3600 * S, 86_400 * S

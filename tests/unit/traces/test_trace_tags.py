@@ -10,13 +10,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scanrack.traces.format.layout import SlotInfo
-from scanrack.traces.format.records import TraceError
+from scanrack.traces import ScanRecorder, SlotInfo, Tag, TraceError, open_trace, read_columns
 from scanrack.traces.format.schema import scan_schema
-from scanrack.traces.format.tagplan import ROW_BYTES_MAX, VALUES_MAX, Tag, TagPlan, plan_of, read_plan
-from scanrack.traces.read.arrays import read_columns
-from scanrack.traces.read.reader import open_trace
-from scanrack.traces.write.recorder import ScanRecorder
+from scanrack.traces.format.tagplan import ROW_BYTES_MAX, VALUES_MAX, TagPlan, plan_of, read_plan
 
 SLOTS = [SlotInfo(1, "amci3601", "4.1"), SlotInfo(2, "a toy")]
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces import Scan, SlotInfo
 from scanrack.traces.read.changes import ChangeRows
 from scanrack.traces.read.event_text import describe
 from scanrack.traces.read.image_text import input_wording, output_wording
-from scanrack.traces.read.reader import Scan
 
 ZEROS = (0,) * 8
 IDLE = (0x4000, 0, 0, 0, 0, 0, 0, 0)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
-from ....io_images.amci3601 import Configuration
+from ....io_images.amci3601 import Configuration, Limits
 from ....io_images.amci3601.blend import SEGMENTS_MAX, SEGMENTS_MIN
-from ....io_images.amci3601.parameters import DISTANCE_MAX, RATE_MAX, SPEED_MAX
 from ....io_images.amci3601.rules import RULES
+from ....io_images.thousands import PARAMETER_MAX
 from ....runtime.kinematics import MILLI, PICO
 from ....runtime.kinematics.shape import Shape, ramp_distance
 from ..ranges import Range
@@ -26,21 +26,23 @@ def blends(subject: Subject) -> Iterator[Violation]:
             text = f"{each.text}: {count} segments: must be {SEGMENTS_MIN} to {SEGMENTS_MAX}"
             yield Violation(each.place, text)
         elif each.segments:
-            rule = _wrong_segment(each.segments, subject.configurations(each.slot))
+            rule = _wrong_segment(
+                each.segments, subject.configurations(each.slot), subject.profile(each.slot).limits
+            )
             if rule:
                 yield Violation(each.place, f"{each.text}: {rule}")
 
 
 def _wrong_segment(
-    segments: Sequence[tuple[Range, Range, Range]], configurations: Sequence[Configuration]
+    segments: Sequence[tuple[Range, Range, Range]], configurations: Sequence[Configuration], limits: Limits
 ) -> str:
     """Return what is wrong with a segment; "" if nothing is, or if it is unknown."""
     least = min((each.starting_speed for each in configurations), default=0)
     for number, (length, speed, rate) in enumerate(segments, 1):
         for name, found, most in (
-            ("length", length, DISTANCE_MAX),
-            ("speed", speed, SPEED_MAX),
-            ("rate", rate, RATE_MAX),
+            ("length", length, PARAMETER_MAX),
+            ("speed", speed, limits.speed),
+            ("rate", rate, limits.rate),
         ):
             if found.outside(1, most):
                 return f"{name} {found} of segment {number}: must be 1 to {most}"

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from ....io_images.amci3601 import Configuration, InputBit
-from ....io_images.amci3601.parameters import RATE_MAX, SPEED_MAX
+from ....io_images.amci3601 import Configuration, InputBit, Limits
 from ....io_images.amci3601.rules import RULES
+from ....io_images.image import WORD_MAX
 from ....io_images.thousands import PARAMETER_MAX, PARAMETER_MIN
 from ....runtime.kinematics import MILLI, PICO
 from ....runtime.kinematics.shape import Shape, stopping_distance
@@ -29,32 +29,30 @@ ENDING = ("home", "move_to", "move_by", "register", "run_blend")
 AT_START = ("configure", "home", "set_position", "program_blend", "store_minimum", "gear", "captured")
 """Commands that a program may give once and for all."""
 
-LIMITS = {
-    "position": (PARAMETER_MIN, PARAMETER_MAX),
-    "distance": (PARAMETER_MIN, PARAMETER_MAX),
-    "register": (1, PARAMETER_MAX),
-    "speed": (1, SPEED_MAX),
-    "acceleration": (1, RATE_MAX),
-    "deceleration": (1, RATE_MAX),
-    "final_deceleration": (1, RATE_MAX),
-}
-"""Allowed values of arguments [chapter 5, notes 4 to 8]."""
+RUNNING = ("run", "register", "gear")
+"""Manual moves, registration moves and the follower: the sign of the speed is the direction."""
 
-OF_RUNNING = {"speed": (-SPEED_MAX, SPEED_MAX), "acceleration": (0, RATE_MAX), "deceleration": (0, RATE_MAX)}
-"""Those of manual moves, registration moves and the follower: the sign is the direction."""
 
-BY_KIND = {
-    **dict.fromkeys(("run", "register", "gear"), OF_RUNNING),
-    "store_minimum": {"distance": (0, PARAMETER_MAX)},
-    "gear": {**OF_RUNNING, "numerator": (-32767, 32767), "denominator": (1, 32767)},
-}
-"""Limits that differ from `LIMITS`, by command."""
+def allowed(kind: str, limits: Limits) -> dict[str, tuple[int, int]]:
+    """Return the allowed values of a command's arguments [chapter 5, notes 4 to 8]."""
+    least = 0 if kind in RUNNING else 1
+    return {
+        "position": (PARAMETER_MIN, PARAMETER_MAX),
+        "distance": (0 if kind == "store_minimum" else PARAMETER_MIN, PARAMETER_MAX),
+        "register": (1, PARAMETER_MAX),
+        "speed": (-limits.speed if kind in RUNNING else 1, limits.speed),
+        "acceleration": (least, limits.rate),
+        "deceleration": (least, limits.rate),
+        "final_deceleration": (1, limits.rate),
+        "numerator": (-WORD_MAX, WORD_MAX),
+        "denominator": (1, WORD_MAX),
+    }
 
 
 def out_of_range(subject: Subject) -> Iterator[Violation]:
     """Find arguments that no module accepts, and speeds below the starting speed."""
     for each in subject.facts.commands:
-        limits = {**LIMITS, **BY_KIND.get(each.kind, {})}
+        limits = allowed(each.kind, subject.profile(each.slot).limits)
         wrong = (
             f"{name} is {found}: must be {limits[name][0]} to {limits[name][1]}"
             for name in each.values
@@ -75,7 +73,8 @@ def _possible(command: Command, name: str) -> list[Range]:
 def _too_slow(subject: Subject, command: Command) -> str:
     least = min((each.starting_speed for each in subject.configurations(command.slot)), default=0)
     speeds = _possible(command, "speed") if command.kind in FROM_STARTING_SPEED else []
-    for speed in speeds if all(each.most < SPEED_MAX for each in speeds) else ():
+    most = subject.profile(command.slot).limits.speed
+    for speed in speeds if all(each.most < most for each in speeds) else ():
         if speed.most < least:
             return f"speed {speed} is below the starting speed, {least}"
     return ""

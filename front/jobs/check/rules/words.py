@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ....io_images.amci3601 import CommandMsw, Configuration, Firmware
-from ....io_images.amci3601.rules import RULES
 from ..facts import FileLine
 from ..module_kinds import MODE_CONFIG
 from ..module_refusals import RANGES, WAYS_ON, Breach, broken, wrong_configuration
@@ -23,8 +22,9 @@ def images_out_of_range(subject: Subject) -> Iterator[Violation]:
     for image in subject.images:
         if image.command & MODE_CONFIG:
             for words, name in image.variants():
-                for rule in wrong_configuration(words, Firmware.parse(subject.firmware(image.slot))):
-                    row, given = RULES[rule], f" with {name}" if name else ""
+                profile = subject.profile(image.slot)
+                for rule in wrong_configuration(words, Firmware.parse(subject.firmware(image.slot)), profile):
+                    row, given = profile.rules[rule], f" with {name}" if name else ""
                     text = f"slot {image.slot}: the configuration{given} is invalid: {row.text.rstrip('.')}"
                     yield Violation(image.place, f"{text} [{row.section}]")
     yield from (Violation(place, text) for rule, place, text in _refusals(subject) if rule in RANGES)
@@ -57,7 +57,7 @@ def _broken(subject: Subject, image: SentImage, words: tuple[int | None, ...]) -
     """Return the rules that words break with every configuration that the program sends."""
     firmware = Firmware.parse(subject.firmware(image.slot))
     given: list[Configuration | None] = [*subject.configurations(image.slot)] or [None]
-    first, *others = [broken(words, each, firmware) for each in given]
+    first, *others = [broken(words, each, firmware, subject.profile(image.slot)) for each in given]
     return [each for each in first if all(each in other for other in others)]
 
 

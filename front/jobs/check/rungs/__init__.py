@@ -1,6 +1,6 @@
 """Collectors of a ladder program: rungs, and structured text.
 
-values.py           ranges of numbers, from constants and from what the program writes
+number_ranges.py    ranges of numbers, from constants and from what the program writes
 conditions.py       what instructions and expressions decide
 walk.py             each instruction with the condition under which it acts
 accesses.py         variables, and what reads and writes them

@@ -19,7 +19,7 @@ from ...load.program import EXPORT_SUFFIXES
 from ..facts import Access, FileLine, Role, Touch, Variable
 from ..logic import TRUE, Bit, Condition, leaves, needed
 from .conditions import part_of
-from .values import BY_PEOPLE
+from .number_ranges import BY_PEOPLE
 from .walk import Point
 
 FIRST_SCAN = "S:FS"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from ....io_images.amci3601.parameters import RATE_MAX, SPEED_MAX
+from ....io_images.amci3601 import Limits
 from ....io_images.thousands import PARAMETER_MAX, PARAMETER_MIN
 from ....ladder.model.operands import Constant, Group, Place
 from ....ladder.model.spec import Use
@@ -13,20 +13,11 @@ from ....ladder.state.lowered import AddOnCall
 from ..facts import Facts, FileLine, LocalFinding
 from ..logic import AllOf, never
 from .blocks import OWNER, BlockCall
-from .values import Values
+from .number_ranges import Values
 from .walk import Point
 
 Placed = Sequence[tuple[Point, FileLine]]
 """Points with their lines."""
-
-BLOCK_RANGES = {
-    "POSITION": (PARAMETER_MIN, PARAMETER_MAX),
-    "DISTANCE": (PARAMETER_MIN, PARAMETER_MAX),
-    "VELOCITY": (-SPEED_MAX, SPEED_MAX),
-    "ACCELERATION": (0, RATE_MAX),
-    "DECELERATION": (0, RATE_MAX),
-}
-"""Parameters of the motion blocks that a program may also write itself, by name."""
 
 
 def misordered(
@@ -73,9 +64,17 @@ def called_twice(points: Placed, facts: Facts) -> None:
 
 
 def parameters_out_of_range(
-    points: Placed, values: Values, tags: Mapping[str, Tag]
+    points: Placed, values: Values, tags: Mapping[str, Tag], limits: Limits
 ) -> Iterator[LocalFinding]:
     """Yield the numbers that the program itself writes to parameters of motion blocks."""
+    target_range = (PARAMETER_MIN, PARAMETER_MAX)
+    ranges = {
+        "POSITION": target_range,
+        "DISTANCE": target_range,
+        "VELOCITY": (-limits.speed, limits.speed),
+        "ACCELERATION": (0, limits.rate),
+        "DECELERATION": (0, limits.rate),
+    }
     for point, place in points:
         step = point.step
         if step.name not in ("MOV", ":=") or point.argument:
@@ -83,7 +82,7 @@ def parameters_out_of_range(
         source, target = step.operands[:2] if step.name == "MOV" else reversed(step.operands[:2])
         if not isinstance(target, Place) or not _is_block(tags.get(tag_in(target.leaf.path).upper())):
             continue
-        least, most = BLOCK_RANGES.get(target.leaf.path.upper().rpartition(".")[2], (None, None))
+        least, most = ranges.get(target.leaf.path.upper().rpartition(".")[2], (None, None))
         found = values.of(source)
         if least is not None and most is not None and found.outside(least, most):
             yield LocalFinding(place, f"{target.text} is {found}: must be {least} to {most}")

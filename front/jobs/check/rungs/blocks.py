@@ -11,8 +11,8 @@ from ....ladder.state.lowered import ADD_ON, AddOnCall, LoweredStep, Node, steps
 from ..facts import Command, FileLine
 from ..ranges import Range, exactly
 from .conditions import key_of
+from .number_ranges import Values
 from .options import OperandOptions
-from .values import Values
 from .walk import Point
 
 OWNER = "AMCI3601"

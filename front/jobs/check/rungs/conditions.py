@@ -28,7 +28,7 @@ from ..logic import (
     negated,
 )
 from ..ranges import Range
-from .values import Values, type_range
+from .number_ranges import Values, type_range
 
 COMPARISONS = {"EQU": "=", "NEQ": "<>", "LES": "<", "LEQ": "<=", "GRT": ">", "GEQ": ">="}
 

@@ -13,7 +13,7 @@ from ..facts import Facts, FileLine
 from ..logic import TRUE, UNKNOWN, AllOf, AnyOf, Condition, FixedTruth, always, leaves, never
 from ..ranges import Range
 from .conditions import Conditions
-from .values import COPIES, Values, is_whole, target_of, type_range, written_value
+from .number_ranges import COPIES, Values, is_whole, target_of, type_range, written_value
 from .walk import Point
 
 TIMERS = ("TON", "TOF", "RTO")

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from ....io_images.image import WORD_MAX, WORD_MIN
 from ....ladder.model.operands import Calculation, Constant, Place, Resolved
 from ..written import UNKNOWN_WORD, WordValue
-from .values import Values, is_whole
+from .number_ranges import Values, is_whole
 
 DEPTH = 8
 """Tags behind a tag."""

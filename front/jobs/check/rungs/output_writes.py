@@ -33,8 +33,8 @@ from ....ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, Low
 from ..facts import FileLine
 from ..ranges import ANY, Range
 from ..written import UNKNOWN_WORD, WordValue
+from .number_ranges import Values, target_of, written_value
 from .options import OperandOptions
-from .values import Values, target_of, written_value
 
 _WORD = 0xFFFF
 ELSEWHERE = (

@@ -16,7 +16,7 @@ from ....ladder.model.chart_checks import unreached
 from ....ladder.model.operands import Place
 from ....ladder.model.tags import tag_in
 from ....ladder.state.lowered import LoweredLine, LoweredProgram, steps_of
-from ....runtime.config.rackspec import RackSpec
+from ....runtime.config.rackspec import RackSpec, profile_in
 from ...load.program import SLC_SUFFIXES
 from ..facts import Facts, FileLine, LocalFinding, SentCommand
 from .accesses import Variables, accesses_of, declaration_lines
@@ -27,6 +27,7 @@ from .conditions import Conditions, on_delays
 from .controls import shared
 from .loops import counted, counts_by_site, endless
 from .mistakes import Mistakes
+from .number_ranges import Values
 from .output_writes import WriteReader, path_of
 from .outputs import OutputBits
 from .sent_words import SentWords
@@ -34,7 +35,6 @@ from .steps import Steps
 from .structure import Structure, own_routines
 from .subscripts import note_subscripts
 from .terminals import Terminals
-from .values import Values
 from .walk import Walker
 from .word_writes import word_writes
 from .written_words import computed, held, words_out_of_range
@@ -122,9 +122,10 @@ class _ProgramReader:
             *(SentCommand(each.place, self.axes.get(each.axis)) for each in homes),
         ]
         facts.remarks["command-held"] += held(writes)
-        wrong = [*sent.out_of_range(), *parameters_out_of_range(self.main, self.values, self.tags)]
+        limits = profile_in(self.slots.values(), None).limits
+        wrong = [*sent.out_of_range(), *parameters_out_of_range(self.main, self.values, self.tags, limits)]
         reported = {each.place for each in wrong}
-        wrong += [each for each in words_out_of_range(writes) if each.place not in reported]
+        wrong += [each for each in words_out_of_range(writes, self.slots) if each.place not in reported]
         facts.remarks["out-of-range"] += wrong
         facts.not_seen += computed(writes)
         unknown = {each.slot for each in writes if not each.known and each.word < 2}

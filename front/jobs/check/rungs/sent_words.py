@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 
-from ....io_images.amci3601 import Firmware, Parameters
+from ....io_images.amci3601 import Firmware, Limits, Parameters
 from ....io_images.amci3601.configuration import check
-from ....io_images.amci3601.parameters import RATE_MAX, SPEED_MAX
-from ....io_images.amci3601.rules import RULES
 from ....io_images.thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands
 from ....ladder.state.lowered import AddOnCall, LoweredLine, steps_of
-from ....runtime.config.rackspec import SlotSpec
+from ....runtime.config.rackspec import SlotSpec, profile_in
 from ..facts import Command, FileLine, LocalFinding, SentCommand
 from ..module_kinds import MODE_CONFIG, MOVES, SEARCHES, kinds_of
 from ..ranges import Range, exactly
@@ -115,13 +113,17 @@ class SentWords:
     def out_of_range(self) -> Iterator[LocalFinding]:
         """Yield the constants that are copied to a 3601, and that it refuses."""
         for each in self._copies:
+            profile = profile_in(self._slots.values(), each.slot)
             if each.words[0] & MODE_CONFIG:
                 slot = None if each.slot is None else self._slots.get(each.slot)
                 version = "4.1" if slot is None else slot.firmware
-                for rule in check(each.words, Firmware.parse(version)):
-                    yield LocalFinding(each.place, f"the configuration is invalid: {RULES[rule].clause}")
+                for rule in check(each.words, Firmware.parse(version), profile.limits):
+                    yield LocalFinding(
+                        each.place, f"the configuration is invalid: {profile.rules[rule].clause}"
+                    )
             elif each.words[0] & MOVES:
-                yield from (LocalFinding(each.place, text) for text in _illegal(Parameters.read(each.words)))
+                illegal = _illegal(Parameters.read(each.words), profile.limits)
+                yield from (LocalFinding(each.place, text) for text in illegal)
 
     def _copied(self, line: LoweredLine, place: FileLine) -> Iterator[SentCommand]:
         """Yield constants that are copied to all words of a 3601, or passed to a block as configuration."""
@@ -158,11 +160,11 @@ def _filled(words: Sequence[int | None]) -> tuple[int, ...]:
     return tuple(filled)
 
 
-def _illegal(parameters: Parameters) -> Iterator[str]:
+def _illegal(parameters: Parameters, limits: Limits) -> Iterator[str]:
     if not parameters.target_in_range:
         yield f"the move's target is {parameters.target}: must be {PARAMETER_MIN} to {PARAMETER_MAX}"
-    if not parameters.speed_in_range:
-        yield f"the move's speed is {parameters.speed}: must be 1 to {SPEED_MAX}"
-    if not parameters.rates_in_range:
+    if not limits.takes_speed(parameters.speed):
+        yield f"the move's speed is {parameters.speed}: must be 1 to {limits.speed}"
+    if not parameters.rates_in_range(limits):
         rates = f"{parameters.acceleration} and {parameters.deceleration}"
-        yield f"the move's acceleration and deceleration are {rates}: must be 1 to {RATE_MAX}"
+        yield f"the move's acceleration and deceleration are {rates}: must be 1 to {limits.rate}"

@@ -30,8 +30,8 @@ from ..logic import (
 )
 from ..module_kinds import KINDS, MODE_CONFIG
 from .conditions import EDGE, key_of
+from .number_ranges import Values, target_of, written_value
 from .output_writes import Write
-from .values import Values, target_of, written_value
 from .walk import Point
 
 Placed = Sequence[tuple[Point, FileLine]]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 
 from ....ladder import LadderLogic
-from ....ladder.build.addon import AddOn, ParameterMode
-from ....ladder.build.checks import calls_of
 from ....ladder.files.rungreader import load_library
+from ....ladder.lowering.addon import AddOn, ParameterMode
+from ....ladder.lowering.checks import calls_of
 from ....ladder.model.routine import Routine
 from ....ladder.model.statements import operands_in, statements_in
 from ....ladder.model.tags import program_of

@@ -2,25 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
-from ....io_images.amci3601 import CommandMsw
-from ....io_images.amci3601.parameters import RATE_MAX
+from ....io_images.amci3601 import CommandMsw, Limits
+from ....runtime.config.rackspec import SlotSpec, profile_in
 from ..facts import LocalFinding
 from ..module_kinds import MODE_CONFIG
 from .output_writes import Write
 
 _COMMANDS = [bit for bit in CommandMsw if bit not in (CommandMsw.MODE_CONFIG, CommandMsw.RESERVED_14)]
-
-WORD_RANGES = {
-    2: (-8388, 8388),
-    3: (-999, 999),
-    4: (0, 1000),
-    5: (0, 999),
-    6: (0, RATE_MAX),
-    7: (0, RATE_MAX),
-}
-"""Allowed single values of output words 2 to 7 in any command, 0 included [chapter 5, notes 4 to 8]."""
 
 
 def held(writes: Sequence[Write]) -> Iterator[LocalFinding]:
@@ -44,13 +34,20 @@ def computed(writes: Sequence[Write]) -> Iterator[str]:
             yield f"slot {each.slot}: output words that the program computes or a block writes, as in {where}"
 
 
-def words_out_of_range(writes: Sequence[Write]) -> Iterator[LocalFinding]:
+def word_ranges(limits: Limits) -> Mapping[int, tuple[int, int]]:
+    """Return the values of words 2 to 7 that any command allows, 0 included [chapter 5, notes 4 to 8]."""
+    high, rate = (0, limits.speed // 1000), (0, limits.rate)
+    return {2: (-8388, 8388), 3: (-999, 999), 4: high, 5: (0, 999), 6: rate, 7: rate}
+
+
+def words_out_of_range(writes: Sequence[Write], slots: Mapping[int, SlotSpec]) -> Iterator[LocalFinding]:
     """Yield constants that are illegal in every output word from 2 to 7."""
     for each in writes:
-        if not each.known or each.word not in WORD_RANGES:
+        ranges = word_ranges(profile_in(slots.values(), each.slot).limits)
+        if not each.known or each.word not in ranges:
             continue
         value = each.sets - (1 << 16) * (each.sets >> 15)
-        least, most = WORD_RANGES[each.word]
+        least, most = ranges[each.word]
         if not least <= value <= most:
             text = f"slot {each.slot}: output word {each.word} is {value}: must be {least} to {most}"
             yield LocalFinding(each.place, text)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from ....io_images.amci3601 import RULES, StatusLsw, StatusMsw
+from ....io_images.amci3601.words import WORDS_3601
 from ....runtime.modules.amci3601.altered import Alteration, ImageWords
 from ....runtime.modules.amci3601.latches import bits_of
 from . import departures as d
@@ -278,10 +279,10 @@ def without(rule: str, fired: Collection[str]) -> Alteration | None:
     """
     if rule not in fired:
         return STATEMENTS.get(rule)
-    bits = bits_of(rule)
+    bits = bits_of(rule, WORDS_3601)
     if not bits:
         return STATEMENTS.get(rule)
-    same = {each for each in fired if _kin(rule, each) and not bits_of(each) & ~bits}
+    same = {each for each in fired if _kin(rule, each) and not bits_of(each, WORDS_3601) & ~bits}
     return d.silent(f"It does not know {rule}.", rule, *same)
 
 

@@ -11,11 +11,10 @@ from itertools import chain, count
 from pathlib import Path, PurePath
 from typing import Any
 
-from ....io_images.amci3601 import RULES
 from ....io_images.doors import json_value
 from ....io_images.input_files import read_input_text
 from ....io_images.text_limits import TextKind
-from ....runtime.config.rackspec import RackSpec
+from ....runtime.config.rackspec import RackSpec, profile_in
 from ....traces.files.guard import beginning
 from ....traces.files.newfile import new_file
 from ....traces.files.portable import no_device
@@ -132,13 +131,14 @@ class State:
         Their scenarios become part of the corpus. Failures of other invariants than the bench's are kept.
         """
         mended = []
+        rules = profile_in(bench.spec.slot, None).rules
         before = {
             key: each for key, each in sorted(self.found.items()) if each.broken.invariant in bench.names
         }
         for key in before:
             del self.found[key]
         for key, each in before.items():
-            others = {other for other, known in before.items() if known.broken.cause in RULES}
+            others = {other for other, known in before.items() if known.broken.cause in rules}
             broken = bench.run(each.scenario, without=behind(bench, each.broken, others)).broken
             if broken is None:
                 self.corpus[key] = each.scenario

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from ....io_images.amci3601 import status_names
-from ....io_images.amci3601.words import may_be_stepper
+from ....io_images.amci3601.words import may_be_stepper, profile_of
 from ....runtime.config.rackspec import RackSpec
 from ....runtime.loop.listeners import QuietListener
 from ....runtime.loop.rack import Rack
@@ -63,7 +62,8 @@ class _BitView(QuietListener):
     def _bits(self) -> Names:
         names = Names()
         for number, slot in self._slots.items():
-            names[f"slot {number}"] = frozenset(status_names(slot.inputs[0], slot.inputs[1]))
+            shown = profile_of(slot.words).status_names(slot.inputs[0], slot.inputs[1])
+            names[f"slot {number}"] = frozenset(shown)
             snapshot = SlotSnapshot(slot)
             sent = {"configuration"} if snapshot.configuring else set(snapshot.commands)
             names[f"the commands of slot {number}"] = frozenset(sent)

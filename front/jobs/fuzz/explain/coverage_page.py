@@ -11,7 +11,7 @@ from ....traces.files.guard import PAGE
 from ....traces.files.newfile import new_file
 from ..folder_lock import write_text
 from .coverage import CoveredLine
-from .unfired import ERROR_RULES, UnfiredRule
+from .unfired import UnfiredRule
 
 STYLE = """\
 :root { color-scheme: light dark; --ink: #1b1f24; --soft: #57606a; --gap: #fff1e5; --edge: #bc4c00;
@@ -31,13 +31,19 @@ code { font-family: "DejaVu Sans Mono", Menlo, Consolas, monospace; font-size: 1
 
 
 def save_coverage(
-    file: Path, title: str, lines: Sequence[CoveredLine], runs: int, never: Sequence[UnfiredRule] = ()
+    file: Path,
+    title: str,
+    lines: Sequence[CoveredLine],
+    runs: int,
+    never: Sequence[UnfiredRule] = (),
+    rules: int = 0,
 ) -> None:
     """Write the page.
 
     Args:
         runs: number of the runs that it is of.
         never: the error rules that never fired.
+        rules: number of the error rules.
 
     Raises:
         OSError: it can't be written.
@@ -45,7 +51,7 @@ def save_coverage(
     said = f"{coverage_line(lines)}, in {runs:,} runs that showed something new."
     parts = [_Part("", said, map(_row, lines))]
     if never:
-        heading = f"Error rules that never fired: {len(never)} of {len(ERROR_RULES)}"
+        heading = f"Error rules that never fired: {len(never)} of {rules}"
         parts.append(_Part(heading, "", map(_rule, never)))
     write_text(file, _page(title, parts))
 

@@ -14,10 +14,11 @@ from functools import reduce
 from operator import or_
 from typing import NamedTuple
 
-from ....io_images.amci3601 import ERROR_BITS, RULES, CommandLsw, CommandMsw, ConfigMsw, InputBit
+from ....io_images.amci3601 import CommandLsw, CommandMsw, ConfigMsw, InputBit
 from ....io_images.amci3601.bits import MOTIONS, StatusMsw
 from ....io_images.amci3601.firmware import KNOWN, Firmware
 from ....io_images.amci3601.rules.rule import Rule
+from ....io_images.amci3601.words import WORDS_3601, Profile
 from ....runtime.loop.rack import Slot
 
 _LSW = 16
@@ -103,8 +104,13 @@ NEEDS: Mapping[str, Need] = {
 """Of each row of chapter 6's lists what it needs, after its sentence in `RULES`."""
 # fmt: on
 
-ERROR_RULES = tuple(rule for rule in RULES.values() if rule.list_of and rule.list_of & ERROR_BITS.value)
-"""The rows of chapter 6's lists, in the manual's order."""
+
+def error_rules(profile: Profile = WORDS_3601) -> list[Rule]:
+    """Return the rows of chapter 6's lists and a module's own refusals, in the order of its rules."""
+    own = {rule for rule, _ in profile.further_refusals}
+    return [
+        rule for rule in profile.rules.values() if (rule.list_of or 0) & profile.error_bits or rule.id in own
+    ]
 
 
 class UnfiredReason(IntEnum):
@@ -173,7 +179,10 @@ _ALL_INPUTS = reduce(or_, InputBit).value
 
 
 def unfired(
-    fired: Container[str], given: Mapping[int, GivenWords], oldest: Mapping[int, Firmware]
+    fired: Container[str],
+    given: Mapping[int, GivenWords],
+    oldest: Mapping[int, Firmware],
+    profile: Profile = WORDS_3601,
 ) -> list[UnfiredRule]:
     """Return the error rules that never fired, each with the first reason that holds.
 
@@ -186,13 +195,13 @@ def unfired(
     """
     return [
         max((_why(rule, given[slot], oldest[slot]) for slot in given), key=lambda each: each.why)
-        for rule in ERROR_RULES
+        for rule in error_rules(profile)
         if given and rule.id not in fired
     ]
 
 
 def _why(rule: Rule, given: GivenWords, oldest: Firmware) -> UnfiredRule:
-    return next(_reasons(rule, NEEDS[rule.id], given, oldest))
+    return next(_reasons(rule, NEEDS.get(rule.id, Need((MOVE,))), given, oldest))
 
 
 def _reasons(rule: Rule, need: Need, given: GivenWords, oldest: Firmware) -> Iterator[UnfiredRule]:

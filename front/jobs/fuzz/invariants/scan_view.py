@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ....io_images.amci3601 import MOTIONS, CommandMsw, StatusView, status_names
-from ....io_images.amci3601.words import may_be_stepper
+from ....io_images.amci3601 import MOTIONS, CommandMsw
+from ....io_images.amci3601.words import may_be_stepper, profile_of
 from ....io_images.image import UNSIGNED_MAX, Image
 from ....runtime.loop.rack import Rack, Slot
 from ....runtime.loop.scan import MODE_MASK, CpuMode, mode_name
@@ -25,14 +25,15 @@ class SlotSnapshot:
         status: the bits and values of `inputs` by name; of a card all are off and 0.
     """
 
-    __slots__ = ("_axis", "_in_force", "_slot", "inputs", "outputs", "status")
+    __slots__ = ("_axis", "_in_force", "_profile", "_slot", "inputs", "outputs", "status")
 
     def __init__(self, slot: Slot) -> None:
         self._slot = slot
         self.outputs: Image = slot.outputs
         self.inputs: Image = slot.inputs
         self._axis = may_be_stepper(slot.words)
-        self.status = StatusView(slot.inputs if self._axis else Image())
+        self._profile = profile_of(slot.words)
+        self.status = self._profile.view(slot.inputs if self._axis else Image())
         self.outputs_are_sent(True)
 
     def outputs_are_sent(self, sent: bool) -> None:
@@ -44,7 +45,7 @@ class SlotSnapshot:
         if not self._axis:
             return f"outputs {_hex(self.outputs)}; inputs {_hex(self.inputs)}"
         commands = "configuration" if self.configuring else " ".join(self.commands) or "none"
-        status = " ".join(status_names(self.inputs[0], self.inputs[1])) or "none"
+        status = " ".join(self._profile.status_names(self.inputs[0], self.inputs[1])) or "none"
         return f"commands {commands}; status {status}; position {self.position}"
 
     @property

@@ -16,7 +16,7 @@ from ....ladder.model.operands import Constant, Place, first_leaf
 from ....ladder.model.tags import Leaf
 from ....ladder.state.lowered import LoweredProgram, LoweredStep, steps_of
 from ....runtime.config.rackspec import RackSpec
-from ...check.rungs.values import BY_PEOPLE
+from ...check.rungs.number_ranges import BY_PEOPLE
 
 MOST_SETTINGS, MOST_VALUES = 200, 24
 """Largest number of tags that are written, and of values of one of them."""

@@ -17,6 +17,7 @@ from ....runtime.loop.incidents import InjectedFault
 from ....runtime.machine import MasterTurn, TimelineEntry
 from ....runtime.machine.spec import input_name
 from ....traces.files.portable import relative
+from ...load.program import is_python
 from .scenario import ContactPress, Scenario, entries_of, in_succession, signal_entries
 
 Table = dict[str, Any]
@@ -27,7 +28,7 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
 
     Args:
         rack_file: the base of the scenario, TOML.
-        folder: of the new file; the base of the programs' paths.
+        folder: of the new file; the base of the paths in it.
 
     Raises:
         OSError: the rack file can't be read.
@@ -36,6 +37,7 @@ def rack_text(rack_file: Path, spec: RackSpec, scenario: Scenario, scans: int, f
     for table in (document, *document.get("unit", ())):
         if "program" in table:
             table["program"] = relative(rack_file.parent / str(table["program"]), folder)
+    _move_files(document, rack_file.parent, folder)
     document["run_for_s"] = _seconds(scans * spec.scan_ns)
     document["trace"] = "again.mcap"
     versions = dict(scenario.firmware)
@@ -81,6 +83,16 @@ def bare_rack_text(rack_file: Path, program: str) -> str:
         for key in ("port", "address"):
             table.pop(key, None)
     return tomli_w.dumps(document)
+
+
+def _move_files(document: Table, before: Path, folder: Path) -> None:
+    """Make the paths of modules and stubs relative to a new folder."""
+    modules, stubs = document.get("modules", {}), document.get("stubs", {})
+    for name, given in modules.items():
+        modules[name] = relative(before / given, folder)
+    for name, given in stubs.items():
+        if isinstance(given, str) and is_python(given):
+            stubs[name] = relative(before / given, folder)
 
 
 def _extend(table: Table, key: str, more: Iterable[Table]) -> None:

@@ -13,7 +13,7 @@ from ....ladder import LadderLogic
 from ....ladder.model.errors import LadderError
 from ...check import FileLine, ProofFinding
 from ...check.facts import Facts, Touch
-from ...check.rungs.values import BY_PEOPLE
+from ...check.rungs.number_ranges import BY_PEOPLE
 from ...load.loading import LoadedRack
 
 MOST_LINES = 400

@@ -12,10 +12,10 @@ from typing import ClassVar
 
 from typing_extensions import override
 
-from .....io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, rate_in_range, speed_in_range
+from .....io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw
 from .....io_images.thousands import is_legal_pair, join_thousands
 from ....kinematics import Shape
-from ..axis import BlendProgram
+from ..axis_protocol import BlendProgram
 from ..blend_session import BlendSession
 from ..capabilities import Feature
 from ..command_words import CommandWords
@@ -80,7 +80,7 @@ class BlendBlock:
         code, deceleration = word >> 14, word & 0x3FFF
         if deceleration == 0:
             self._spoil("PRF-07")
-        elif code == 0b10 or not rate_in_range(deceleration):
+        elif code == 0b10 or not self.host.profile.limits.takes_rate(deceleration):
             self._spoil("BLD-13")
         self.session.final_deceleration = deceleration
         self.session.final_shape = SHAPES[code]
@@ -106,7 +106,7 @@ class BlendBlock:
 
     def _segment_faults(self) -> list[BrokenRule]:
         """Return every rule that the block breaks by itself (reading A-110)."""
-        command, segments = self.command, self.session.segments
+        command, segments, limits = self.command, self.session.segments, self.host.profile.limits
         speed = command.parameters.speed
         length_msw, length_lsw = command.words[2], command.words[3]
         negative = length_msw < 0 or length_lsw < 0
@@ -117,10 +117,10 @@ class BlendBlock:
             (reserved, BrokenRule("PRF-02", alone=True)),
             (negative, BrokenRule("BLD-21")),
             (not a_value, BrokenRule("BLD-22")),
-            (not speed_in_range(speed), BrokenRule("PRF-02")),
+            (not limits.takes_speed(speed), BrokenRule("PRF-02")),
             (speed is not None and speed < self.host.state.start_sps, BrokenRule("CMD-05")),
             (bool(segments) and speed == segments[-1][1], BrokenRule("PRF-06")),
-            (not rate_in_range(command.words[6]), BrokenRule("BLD-18")),
+            (not limits.takes_rate(command.words[6]), BrokenRule("BLD-18")),
             (length > 0 and self.session.too_long_with(length), BrokenRule("BLD-19")),
         )
         return [fault for broken, fault in rows if broken]

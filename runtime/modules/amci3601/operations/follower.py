@@ -30,7 +30,6 @@ from .manual_move import MANUAL_BIT
 
 FOLLOW = CommandLsw.ENC_FOLLOWER.value
 RESET = CommandMsw.RESET_ERRORS.value
-TOP_SPEED_MSPS = 1_000_000 * MILLI
 """Maximum output frequency: 1 MHz [chapter 1, Stepper Outputs]."""
 
 
@@ -51,6 +50,7 @@ class EncoderFollower(Operation):
         self._speed_msps = 0  # signed
         self._phase = 0  # picosteps made toward the next step, signed like the speed
         self._scan_ns = 1000 * host.options.input_scan_us
+        self._top_speed_msps = host.profile.limits.speed * MILLI
         self._at_rest = False  # the last scan changed nothing, so the next does not either
 
     @property
@@ -135,7 +135,7 @@ class EncoderFollower(Operation):
         owed = _whole(self._owed, self._parts)
         if acceleration == 0 and deceleration == 0:
             self._speed_msps = self._phase = 0
-            most = TOP_SPEED_MSPS * elapsed_ns // PICO
+            most = self._top_speed_msps * elapsed_ns // PICO
             return max(-most, min(most, owed))
         self._ramp_speed(owed, elapsed_ns, acceleration, deceleration)
         if owed:
@@ -165,13 +165,12 @@ class EncoderFollower(Operation):
         if 0 < change <= abs(wanted - before):  # else it only keeps up with the encoder
             self.shown_ramp = 1 if growing else -1
 
-    @staticmethod
-    def _allowed_speed(owed: int, deceleration: int) -> int:
+    def _allowed_speed(self, owed: int, deceleration: int) -> int:
         """Return the signed speed that can stop within the owed steps; the top speed without deceleration."""
         if deceleration == 0:
-            speed = TOP_SPEED_MSPS if owed else 0
+            speed = self._top_speed_msps if owed else 0
         else:
-            speed = min(TOP_SPEED_MSPS, isqrt(2 * deceleration * 1000 * abs(owed) * MILLI * MILLI))
+            speed = min(self._top_speed_msps, isqrt(2 * deceleration * 1000 * abs(owed) * MILLI * MILLI))
         return speed if owed >= 0 else -speed
 
 

@@ -17,7 +17,7 @@ from ..model.tags import OWN, FrameLayout, Layout, Tag, tag_in
 from ..model.types import Structure, count_of, fields_of
 from ..state.lowered import AddOnCall, Call, LoweredProgram, LoweredStep, steps_of
 from ..state.regions import copied_singly
-from .lowering import pass_bits_on
+from .rungs import pass_bits_on
 
 _WHOLE = frozenset(
     (

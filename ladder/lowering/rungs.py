@@ -50,8 +50,8 @@ from ..state.lowered import (
 )
 from .addon import LOGIC, OTHERWISE, POSTSCAN, PRESCAN, AddOn, copies_of
 from .calls import handed_over, held_subscripts
-from .lowering_charts import ChartLowering
-from .lowering_statements import StatementLowering
+from .charts import ChartLowering
+from .statements import StatementLowering
 
 _NUMERIC = (Use.NUMBER, Use.INTEGER, Use.EXPRESSION)  # uses of numbers that accept characters: MOV('A',Code)
 

@@ -30,8 +30,8 @@ from ..st import parse_statements
 from ..state.lowered import LoweredProgram
 from .bound_axes import axis_tags, with_blocks
 from .dialects import LOGIX, SLC
-from .lowering import Lowering
 from .python_rungs import RungMaker
+from .rungs import Lowering
 from .runnable import LadderLogic
 
 

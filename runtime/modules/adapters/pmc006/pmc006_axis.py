@@ -8,8 +8,8 @@ from .....io_images.amci3601 import Configuration, InputBit
 from .....io_images.pmc006.status import Level, Status1
 from ....controllers.pmc006.ramps import Pmc006Speeds
 from ....kinematics import Profile, Rate, Shape
-from ..axis import LinkedAxis
 from ..exchanges import ControllerState
+from ..linked_axis import LinkedAxis
 from ..task import Task, TaskKind
 from .capabilities import FSET_INPUTS, SHARED, Pmc006Capabilities
 from .driver import Pmc006Driver

@@ -35,7 +35,7 @@ from .bound_axes import Axes, lower_axes, prescan_axes, run_axes
 from .checks import ALLOWANCES, check_whole, recursive_routines, uses_of_stubs, warnings_of
 from .dialects import DIALECTS, HOOKS, LOGIX, SLC
 from .guess import type_at
-from .lowering import Lowering
+from .rungs import Lowering
 from .storage import choose_bytes
 from .type_inference import Guesses
 

@@ -27,7 +27,7 @@ from ..model.tree import Rung
 from ..model.types import Structure, count_of
 from ..state.lowered import LoweredLine, LoweredProgram, steps_of
 from .addon import AddOn, specs_of
-from .lowering import Lowering
+from .rungs import Lowering
 from .text import parse_rung
 
 BLOCK = "AMCI3601"

@@ -7,8 +7,8 @@ from typing_extensions import override
 from .....io_images.amci3601 import Configuration, InputBit
 from ....kinematics import Profile, Rate, Shape
 from ....kinematics import stop as plan_stop
-from ..axis import LinkedAxis
 from ..exchanges import ControllerState
+from ..linked_axis import LinkedAxis
 from ..task import TaskKind
 from .capabilities import Pcl601Capabilities, polls_mark
 from .driver import BOTH_SIDES, Pcl601Driver

@@ -19,9 +19,8 @@ from ....io_images.amci3601.blend import Acceleration, BlendHeader, BlendSegment
 from ....io_images.amci3601.command import PresetPosition, ResetErrors, StoreMinimumRegistration
 from ....io_images.amci3601.configuration import Configuration
 from ....io_images.amci3601.moves import Direction, FindHome, Follower, Manual, Move, MoveKind, RunBlend
-from ....io_images.amci3601.parameters import SPEED_MAX, require
-from ....io_images.amci3601.status import StatusView
-from ....io_images.amci3601.words import may_be_stepper
+from ....io_images.amci3601.parameters import require
+from ....io_images.amci3601.words import WORDS_3601, may_be_stepper, profile_of
 from ....io_images.image import Image
 from ..sequences.parts import Clock, DeclarationError, Device, Slots, Turn, words_of
 from .blending import BlendProgramming
@@ -59,6 +58,8 @@ AnyCommand = TypeVar("AnyCommand", bound=Command)
 class Axis3601(Device):
     """An axis: the only writer of its module's eight output words.
 
+    Ranges of speeds and rates are those of a 3601; of another module of the family, those of its profile.
+
     Args:
         slot: number of the slot.
         configuration: sent by `configure`.
@@ -90,7 +91,8 @@ class Axis3601(Device):
         self.parameters_first = parameters_first
         self._drive = self._new_drive()
         self._words = self._drive.inputs.words
-        self.status = StatusView(self._drive.inputs)  # such as `axis.status.IN_ESTOP`
+        self._limits = WORDS_3601.limits
+        self.status = WORDS_3601.view(self._drive.inputs)  # such as `axis.status.IN_ESTOP`
 
     # -- state
 
@@ -154,8 +156,12 @@ class Axis3601(Device):
             deceleration: 1 to 2000 steps/ms/s.
             proximity: returns the backplane proximity bit in each scan, for configurations with it.
         """
+
+        def words() -> Image:
+            return FindHome(direction, speed, acceleration, deceleration, limits=self._limits).to_image()
+
         command = Homing(self.name, f"home({_name_of(direction)})", proximity)
-        return self._ask(command, lambda: FindHome(direction, speed, acceleration, deceleration).to_image())
+        return self._ask(command, words)
 
     def move_to(
         self,
@@ -237,9 +243,10 @@ class Axis3601(Device):
                 raise ValueError("speed 0 is not allowed: negative is counterclockwise")
             if register == 0:
                 raise ValueError("registration distance 0 is not allowed: 1 to 8388607")
-            require("speed", speed, -SPEED_MAX, SPEED_MAX)
+            require("speed", speed, -self._limits.speed, self._limits.speed)
             way = Direction.CW if speed > 0 else Direction.CCW
-            return Manual(way, abs(speed), acceleration, deceleration, register or 0, shape).to_image()
+            rates, limits = (acceleration, deceleration), self._limits
+            return Manual(way, abs(speed), *rates, register or 0, shape, limits=limits).to_image()
 
         if register is None:
             return self._ask(Velocity(self.name, f"run({speed})", self._drive), manual)
@@ -264,7 +271,8 @@ class Axis3601(Device):
 
         def follower() -> Image:
             way = Direction.CW if numerator > 0 else Direction.CCW
-            return Follower(way, abs(numerator), denominator, acceleration, deceleration).to_image()
+            rates, limits = (acceleration, deceleration), self._limits
+            return Follower(way, abs(numerator), denominator, *rates, limits=limits).to_image()
 
         return self._ask(Gear(self.name, f"gear({numerator}, {denominator})", self._drive), follower)
 
@@ -292,7 +300,8 @@ class Axis3601(Device):
         command = BlendProgramming(self.name, f"program_blend({len(path)} segments)")
 
         def blocks() -> Image:
-            header = BlendHeader(tuple(shapes) or (CONSTANT,) * len(path), final_deceleration, final_shape)
+            types, limits = tuple(shapes) or (CONSTANT,) * len(path), self._limits
+            header = BlendHeader(types, final_deceleration, final_shape, limits=limits)
             command.fill(header, path)
             return header.to_image()
 
@@ -344,7 +353,9 @@ class Axis3601(Device):
         slot = slots[self.slot]
         self._drive = self._new_drive(getattr(slot, "round_trip_ms", 0))
         self._drive.attach(slot.inputs, slot.outputs, clock, Link(self.slot, slot))
-        self._words, self.status = slot.inputs.words, StatusView(slot.inputs)
+        profile = profile_of(words)
+        self._limits = profile.limits
+        self._words, self.status = slot.inputs.words, profile.view(slot.inputs)
 
     def _refuse(self, why: str) -> NoReturn:
         raise DeclarationError.at(self.declared, f"{self.name}: {why}")
@@ -375,7 +386,12 @@ class Axis3601(Device):
         deceleration: int,
         shape: Acceleration,
     ) -> Callable[[], Image]:
-        return lambda: Move(kind, target, speed, acceleration, deceleration, shape).to_image()
+        def words() -> Image:
+            return Move(
+                kind, target, speed, acceleration, deceleration, shape, limits=self._limits
+            ).to_image()
+
+        return words
 
     def _ask(self, command: AnyCommand, words: Callable[[], Image]) -> AnyCommand:
         """Send a command if the axis' state allows it and its parameters are valid."""

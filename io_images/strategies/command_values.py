@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 from hypothesis import strategies as st
 
 from ..amci3601 import KNOWN, Acceleration, Firmware
-from ..amci3601.parameters import SPEED_MAX
+from ..amci3601.parameters import LIMITS_3601
 from ..thousands import PARAMETER_MAX, PARAMETER_MIN
 
 Made = TypeVar("Made")
@@ -41,7 +41,7 @@ def pick(make: Callable[..., Made], *lists: Sequence[Any]) -> st.SearchStrategy[
 
 def starting_speeds() -> st.SearchStrategy[int]:
     """Return a strategy of legal starting speeds, steps/s."""
-    return st.sampled_from(STARTING_SPEEDS) | st.integers(1, SPEED_MAX)
+    return st.sampled_from(STARTING_SPEEDS) | st.integers(1, LIMITS_3601.speed)
 
 
 def plain_speeds(starting_speed: int) -> tuple[int, ...]:
@@ -52,13 +52,13 @@ def plain_speeds(starting_speed: int) -> tuple[int, ...]:
     """
     wanted = (5 * starting_speed, 2 * starting_speed, starting_speed, starting_speed + 1)
     given = (speed for speed in (5000, 20_000, 100_000) if speed > starting_speed)
-    return tuple(dict.fromkeys(speed for speed in (*wanted, *given) if speed <= SPEED_MAX))
+    return tuple(dict.fromkeys(speed for speed in (*wanted, *given) if speed <= LIMITS_3601.speed))
 
 
 def speeds(starting_speed: int) -> st.SearchStrategy[int]:
     """Return a strategy of programmed speeds from `starting_speed` on, steps/s."""
-    return st.sampled_from((*plain_speeds(starting_speed), SPEED_MAX)) | st.integers(
-        starting_speed, SPEED_MAX
+    return st.sampled_from((*plain_speeds(starting_speed), LIMITS_3601.speed)) | st.integers(
+        starting_speed, LIMITS_3601.speed
     )
 
 

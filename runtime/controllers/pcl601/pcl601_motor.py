@@ -19,8 +19,8 @@ from .fly import OutputOnFly
 from .jog import JogInputs
 from .motor import Motor
 from .pins import Pcl601Pins
+from .register_values import Values
 from .speeds import Pcl601Speeds
-from .values import Values
 
 MSPS = 1000
 """Speeds of a motion are in 1e-3 step/s."""

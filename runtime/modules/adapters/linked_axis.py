@@ -14,7 +14,7 @@ from typing import Any, Generic
 from ....io_images.amci3601 import Configuration, InputBit
 from ...kinematics import Profile, Rate, Shape
 from ..amci3601 import Capabilities
-from ..amci3601.axis import BlendProgram
+from ..amci3601.axis_protocol import BlendProgram
 from .capabilities import RowCapabilities
 from .driver import Driver
 from .task import Drive, Task, TaskKind

@@ -64,7 +64,7 @@ from ..state.lowered import (
     LoweredRoutine,
     LoweredStep,
 )
-from .lowering_statements import StatementLowering
+from .statements import StatementLowering
 
 ITSELF = -1
 """Number of the lines that belong to no element."""

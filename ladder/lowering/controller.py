@@ -36,8 +36,8 @@ from ..model.schedule import Task, TaskKind, schedule_of
 from ..model.tags import Declaration, Layout, scoped
 from ..state.lowered import LoweredProgram
 from .bound_axes import axis_tags, with_blocks
-from .lowering import Lowering
 from .program import Program
+from .rungs import Lowering
 from .runnable import LadderLogic
 
 IMPLICIT_TASK = "MainTask"

@@ -1,4 +1,4 @@
-"""Values of a scan on terms: places, computing, comparing, converting; see `interpreter.values`."""
+"""Values of a scan on terms: places, computing, comparing, converting; see `interpreter.place_values`."""
 
 from __future__ import annotations
 
