@@ -20,6 +20,7 @@ from l5x_files import (
     wire,
 )
 from scanrack.rockwell.l5x import import_l5x
+from scanrack.rockwell.l5x.diagrams.blocks import BLOCKS
 
 IN, OUT = "IRef", "ORef"
 
@@ -393,9 +394,7 @@ FORMULAS = [
 @pytest.mark.parametrize("end", ["", "__F"], ids=["block", "function"])
 @pytest.mark.parametrize(("name", "pins", "output", "expected"), FORMULAS)
 def test_what_a_block_computes(opened, name, pins, output, expected, end):
-    from scanrack.rockwell.l5x.diagrams.blocks import FORMULAS as FORMS
-
-    is_bool, is_real = isinstance(expected, bool), name == "TRN"
+    is_bool = isinstance(expected, bool)
     diagram = sheets(
         "Blocks",
         "".join(reference(IN, n, str(each)) for n, each in enumerate(pins.values()))
@@ -404,9 +403,8 @@ def test_what_a_block_computes(opened, name, pins, output, expected, end):
         + "".join(wire(n, f"10.{each}") for n, each in enumerate(pins))
         + wire(f"10.{output}", 11),
     )
-    kinds = {FORMS[name].structure.name: "It", "BOOL" if is_bool else "DINT": "Result"}
+    kinds = {BLOCKS[name].structure.name: "It", "BOOL" if is_bool else "DINT": "Result"}
     follow(opened(diagram, kinds), ({}, {"Result": expected}))
-    assert is_real or all(isinstance(each, int) for each in pins.values())
 
 
 def test_a_function_has_the_type_of_its_inputs(opened):

@@ -219,5 +219,5 @@ class Diagram:
             key = min(waits[key], key=lambda each: blocks[each].position)
         loop = sorted((blocks[each] for each in way[way.index(key) :]), key=lambda each: each.position)
         names = ", ".join(each.place for each in loop)
-        text = f"{names}: they are a loop, and none of its wires has the Assume Data Available indicator"
+        text = f"{names}: they are a loop without the Assume Data Available indicator"
         return DiagramError(text, Site(line=loop[0].record.line))
