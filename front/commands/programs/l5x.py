@@ -14,7 +14,10 @@ from ...terminal.as_json import JsonOption
 
 
 def _l5x_command(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="An L5X or SLC export.", show_default=False)],
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="An L5X or SLC export, or a folder of them.", show_default=False),
+    ],
     as_json: JsonOption = False,
     rack: Annotated[bool, typer.Option("--rack", help="Print a rack file for it.")] = False,
     against: Annotated[
@@ -46,7 +49,10 @@ def _l5x_command(
     With --run it also runs on a rack in a temporary folder, with memory for what is not simulated. The report
     then says for which conditions the program waits, which inputs never changed, and which modules it wants.
 
+    Of a folder it prints sums: rungs, whole controllers, and the reasons of refusals without names of tags.
+
     Example: scanrack l5x machine.L5X
+    Example: scanrack l5x exports --json
     Example: scanrack l5x machine.L5X --run
     Example: scanrack l5x machine.L5X --rack > machine.toml
     Example: scanrack l5x machine.L5X --rack --stepper Feed > machine.toml

@@ -87,6 +87,12 @@ def l5x(
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
     """
+    if file.is_dir():
+        if against or rack or stepper or export or run:
+            raise typer.Exit(complain(f"{file}: a folder takes --json, --scans and --stand-in", BAD_INPUT))
+        from .l5x_folder import l5x_folder  # it imports this module
+
+        raise typer.Exit(l5x_folder(file, as_json=as_json, stand_in=stand_in, scans=scans or SCANS))
     if against is not None:
         raise typer.Exit(_print_differences(file, against, as_json=as_json))
     if rack or stepper:

@@ -27,7 +27,7 @@ RUN = ("Block", "Function", "AddOnInstruction", "JSR", "SBR", "RET")
 
 _NODES = (*RUN, "IRef", "ORef", "ICon", "OCon")
 _WIRES = ("Wire", "FeedbackWire")
-_REMARKS = ("TextBox", "Attachment")
+_REMARKS = ("TextBox", "Attachment", "Description")
 MOST_ELEMENTS = 20_000
 """Maximum elements and wires of a routine."""
 

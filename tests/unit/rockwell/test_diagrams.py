@@ -24,7 +24,8 @@ KINDS = {
     "FBD_MATH": "Sum Difference",
 }
 MOTOR = (
-    reference("IRef", 0, "Start")
+    "<Description>\n<![CDATA[Holds itself]]>\n</Description>\n"
+    + reference("IRef", 0, "Start")
     + reference("IRef", 1, "Stop")
     + block("BNOT", 2, "No", x=100)
     + block("BAND__F", 3, x=200)
