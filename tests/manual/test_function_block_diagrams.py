@@ -37,6 +37,7 @@ def opened(tmp_path):
         path.write_text(text, encoding="utf-8")
         found = import_l5x(path)
         assert (found.report.refused, found.report.objects) == ([], [])
+        assert found.controller is not None
         return found.controller.compile(), found.controller.interpret()
 
     return open_

@@ -58,11 +58,12 @@ def controller(tmp_path):
 
 def gates(chance):
     """Return random gates: the type, and for each input a tag or a gate, and whether of the scan before."""
-    made, behind = [], []
+    made: list[tuple[str, list[tuple[str | int, bool]]]] = []
+    behind: list[set[int]] = []
     for number in range(chance.randrange(1, 12)):
         name = chance.choice(list(GATES))
         sources = [chance.choice([*INPUTS, *range(number)] if number else INPUTS) for _ in range(GATES[name])]
-        made.append([name, [(each, False) for each in sources]])
+        made.append((name, [(each, False) for each in sources]))
         behind.append({number}.union(*(behind[each] for each in sources if isinstance(each, int))))
     for number, (name, sources) in enumerate(made):
         later = [each for each in range(number + 1, len(made)) if number in behind[each]]
@@ -87,7 +88,7 @@ def content_of(made, chance):
 
 def evaluated(made, inputs, before):
     """Return the outputs of gates from inputs and the outputs of the scan before."""
-    now = []
+    now: list[bool] = []
     for name, sources in made:
         values = [
             inputs[each] if isinstance(each, str) else before[each] if late else now[each]

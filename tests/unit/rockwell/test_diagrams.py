@@ -192,6 +192,7 @@ def test_a_diagram_is_written_as_it_was_read(imported, tmp_path):
         assert "FBD_Blocks" not in path.read_text()
         again = import_l5x(path)
         assert (again.report.objects, again.report.lost) == ([], [])
+        assert again.controller is not None
         routines = [each for each in again.controller.programs[0].routines if each.name == "Blocks"]
         assert routines == [each for each in first.controller.programs[0].routines if each.name == "Blocks"]
         assert "Starts < late" in path.read_text()
@@ -216,7 +217,9 @@ def test_versions_of_a_diagram_are_compared_by_element(tmp_path):
 
 
 def test_why_leads_from_the_output_through_the_diagram_to_its_input(imported):
-    debugger = Debugger(imported(machine(MOTOR)).controller)
+    controller = imported(machine(MOTOR)).controller
+    assert controller is not None
+    debugger = Debugger(controller)
     debugger.tags["Delay.PRE"] = 10
     debugger.tags["Start"] = True
     debugger.scan(4)
@@ -224,7 +227,9 @@ def test_why_leads_from_the_output_through_the_diagram_to_its_input(imported):
     assert "Motor := Delay.DN; in routine \\P.Blocks" in debugger.why("Motor")
     debugger.tags["Start"] = False
     debugger.scan(1)
-    names = {each.name for each in debugger.chain("Motor").walk()}
+    chain = debugger.chain("Motor")
+    assert chain is not None
+    names = {each.name for each in chain.walk()}
     assert names >= {"Motor", "Delay.DN", "Delay.TimerEnable", "FBD_Blocks_1_3", "Start"}
 
 

@@ -1,6 +1,7 @@
 """`scanrack l5x --stand-in`: what a whole controller names and lacks gets a stand-in, and each is listed."""
 
 import json
+from typing import Any
 
 import pytest
 from l5x_files import data_type, document, ladder, member, program, tag, task
@@ -62,7 +63,7 @@ def test_what_is_wrong_has_no_stand_in(export):
 
 def test_a_rack_lists_all_stand_ins_in_its_summary(export):
     path = export(*RUNGS)
-    loaded = load_program(str(path), stubs=Stubs(missing_tags=True)).function
+    loaded: Any = load_program(str(path), stubs=Stubs(missing_tags=True)).function
     names = [f"{name} : {kind}" for each in RUNGS.values() for name, kind in each.items()]
     used = loaded.used_stubs["missing_tags"]
     assert used.startswith("declare: ")
