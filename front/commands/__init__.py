@@ -159,7 +159,8 @@ def _plain(command: Any) -> Any:
     """
     pieces = command.collect_usage_pieces
     command.collect_usage_pieces = lambda context: [
-        re.sub(r"^(?:\{(.+)\}|\[(\[.+\])\])(?:\.\.\.)?$", r"\1\2", each) for each in pieces(context)
+        re.sub(r"^(?:\{(.+)\}|\[(\[.+\](?:\.\.\.)?)\])(?:\.\.\.)?$", r"\1\2", each)
+        for each in pieces(context)
     ]
     for each in getattr(command, "commands", {}).values():
         _plain(each)

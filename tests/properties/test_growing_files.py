@@ -77,6 +77,7 @@ READ: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "l5x file": ("l5x {}", (".L5X", ".SLC")),
     "l5x --against": ("l5x good.L5X --against {}", (".L5X", ".SLC")),
     "why file": ("why {} Run --at 0", (*RACKS, *TRACE)),
+    "tags rack": ("tags {}", (*RACKS, *PROGRAMS)),
     "xref file": ("xref {}", (".toml", ".py", *PROGRAMS)),
     "prove rack": ("prove {}", (*RACKS, *PROGRAMS)),
     "prove new": ("prove good.rung {}", (*RACKS, *PROGRAMS)),
@@ -136,7 +137,7 @@ WORDS = {
         "TEXT",
         "N",
     ),
-    *("TAG:MS", "INPUT=TAG", "NAME=STATE", "DIGITS", "FAULT"),
+    *("[TAG]...", "WORDS", "SOFTWARE", "TAG:MS", "INPUT=TAG", "NAME=STATE", "DIGITS", "FAULT"),
 }
 """What a text that names no file is called in the help of its command."""
 

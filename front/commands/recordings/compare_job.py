@@ -15,7 +15,7 @@ from ...terminal.terminal import on_a_line, say
 from ...terminal.trace_options import reading, tell_notes
 from ...traces.compare import SAME_CLOCK, Comparison, TimeMap, Tolerance, align, compare, realign, report
 from ...traces.read.reader import Trace, open_trace
-from .compare import CompareOptions
+from .compare_options import CompareOptions
 
 
 def tolerance(time: str, counts: int) -> Tolerance:

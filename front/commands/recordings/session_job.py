@@ -23,7 +23,7 @@ from ...traces.read.arrays import extent
 from ...traces.read.reader import Trace, open_trace
 from ..programs.run_job import run_job
 from .compare_job import tell
-from .replay import ReplayOptions
+from .replay_options import ReplayOptions
 
 PARENT = ("parent", "parent_scan")
 """Entries of the metadata of a branch, see `watch.play`."""

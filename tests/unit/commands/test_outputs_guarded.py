@@ -27,7 +27,7 @@ INPUTS = {
     "compare a", "compare b", "repair trace",
     "replay path", "replay rack", "replay program", "ladder file", "l5x file",
     "l5x against", "why file", "xref file", "fuzz rack", "fuzz invariants", "fuzz scenario",
-    "fuzz begin_with", "check files",
+    "fuzz begin_with", "check files", "tags rack",
     "prove rack", "prove new",
     "serve program", "serve rack", "import capture", "conform plan", "conform source",
     "device pcl601 program list file", "device pcl601 program write file",
@@ -52,7 +52,7 @@ WORDS = {
     "serve tcp", "serve address", "serve pin", "serve machine", "serve thumbwheel", "serve fault",
     "device pcl601 read name", "device pcl601 set name",
     "device pmc006 read name", "device pmc006 set name", "device identify port",
-    "device identify address", "rules ids", "rules bit", "rules firmware",
+    "device identify address", "tags tag", "replay configuration", "rules ids", "rules bit", "rules firmware",
 }  # fmt: skip
 """Parameters of type str that name no file."""
 
