@@ -126,6 +126,7 @@ WORDS = {
         "[TAG]",
         "TAG",
         "WORDS",
+        "SOFTWARE",
     ),
     *("NAME", "EXAMPLE", "TAGS", "KIND", "ID", "VERSION", "MODULE", "PROGRAM[.ROUTINE]", "TARGET"),
     *(

@@ -68,7 +68,8 @@ def answered(site: Path, first: str, answer: str) -> bool:
 def main(site: Path) -> int:
     """Print what the search finds first for each question; return 1 if one is not answered."""
     search = ["node", str(Path(__file__).with_suffix(".mjs")), str(site)]
-    done = subprocess.run(search, input=json.dumps(list(ANSWERS)), capture_output=True, text=True, check=True)
+    asked = json.dumps(list(ANSWERS))
+    done = subprocess.run(search, input=asked, capture_output=True, text=True, check=True, encoding="utf-8")
     status = 0
     for (question, answer), hits in zip(ANSWERS.items(), json.loads(done.stdout), strict=True):
         if not hits or not answered(site, hits[0], answer.place):

@@ -23,7 +23,7 @@ from ..run.build import build_playback
 from ..run.playback import RecordedInputs, ReplayPlan, Stimulus, recorded_outputs, stimulated
 from ..run.running import Observer, unobserved
 from .input_levels import recorded_levels
-from .resumed import Resumed
+from .resumed import ResumedOperation
 from .tag_orders import TagOrders, first_few
 from .targets import ReplayTarget, Stimuli
 
@@ -44,7 +44,7 @@ class Replay:
         logic: ScanLogic | None,
         into: ReplayTarget,
         slots: Sequence[int],
-        resumed: Resumed | None = None,
+        resumed: ResumedOperation | None = None,
         *,
         exact_inputs: bool = False,
     ) -> None:

@@ -72,7 +72,7 @@ def configuration_in(shown: Words) -> tuple[int, ...] | None:
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
+class StartState:
     """A state that was taken from an image."""
 
     row: int
@@ -120,7 +120,7 @@ class ResumedModule:
         self._blend_known = self._minimum_known = False
         self._why = NOT_AT_REST
         self._before: tuple[bytes, bytes] = b"", b""  # sent and shown in the row before
-        self.taken: list[Taken] = []
+        self.taken: list[StartState] = []
         self.unknown: Counter[str] = Counter()
 
     @property
@@ -208,7 +208,7 @@ class ResumedModule:
         elif not shown[1] & _MINIMUM:
             self._minimum_known = True
         self._known = True
-        self.taken.append(Taken(self._row, self.module.axis.position, configuration))
+        self.taken.append(StartState(self._row, self.module.axis.position, configuration))
 
     def _keep_programs(self) -> None:
         """Remember what no image shows, as far as it is known."""
@@ -250,7 +250,7 @@ class ResumedModule:
         return OLD_MINIMUM if registers and not self._minimum_known else ""
 
 
-class Resumed:
+class ResumedOperation:
     """The slots of a recording whose 3601 was in operation before its first scan.
 
     Args:

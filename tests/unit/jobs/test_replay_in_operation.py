@@ -18,8 +18,8 @@ from scanrack.jobs.replay.resumed import (
     INPUT_CHANGED,
     NO_CONFIGURATION,
     NOT_AT_REST,
-    Resumed,
     ResumedModule,
+    ResumedOperation,
     configuration_in,
     words_of,
 )
@@ -67,7 +67,9 @@ def words_before(recording: PackedTrace, first: int, slot: int) -> tuple[int, ..
 
 
 def replayed(recording: PackedTrace, spec: RackSpec, words: tuple[int, ...] | None) -> Cut:
-    resumed = Resumed(recording, spec, forced_rows(score_of(recording)), words and list(Image(words)))
+    resumed = ResumedOperation(
+        recording, spec, forced_rows(score_of(recording)), words and list(Image(words))
+    )
     machine = with_stimuli(spec, recording, Stimuli.INPUTS, resumed.active_high)
     slots = [each.number for each in recording.slots if each.is_stepper]
     replay = Replay(recording, machine, None, ReplayTarget.MODULE, slots, resumed)
