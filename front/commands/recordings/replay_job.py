@@ -19,7 +19,7 @@ from ...jobs.replay.replaying import (
     score_of,
     with_stimuli,
 )
-from ...jobs.replay.resumed import Resumed
+from ...jobs.replay.resumed import ResumedOperation
 from ...jobs.replay.targets import ReplayTarget, Stimuli
 from ...jobs.trust.attachments import job_of, spec_of
 from ...runtime.config.rackspec import RackSpec
@@ -56,7 +56,7 @@ def replay_trace(options: ReplayOptions) -> None:
             if options.into is ReplayTarget.MODULE:
                 spec, left_out = of_recording(recording, spec)
                 facts = trace.head.metadata
-                resumed = Resumed(
+                resumed = ResumedOperation(
                     recording,
                     spec,
                     forced_rows(score_of(recording)),

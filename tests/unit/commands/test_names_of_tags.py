@@ -122,6 +122,7 @@ OTHERS = {
     "query limit",
     "rules bit",
     "tags tag",
+    "l5x stand_in",
     "run retain",
     "why want",
     "export mcap",

@@ -52,7 +52,7 @@ WORDS = {
     "serve tcp", "serve address", "serve pin", "serve machine", "serve thumbwheel", "serve fault",
     "device pcl601 read name", "device pcl601 set name",
     "device pmc006 read name", "device pmc006 set name", "device identify port",
-    "device identify address", "rules ids", "rules bit", "rules firmware",
+    "device identify address", "rules ids", "rules bit", "rules firmware", "tags tag", "replay configuration",
 }  # fmt: skip
 """Parameters of type str that name no file."""
 
