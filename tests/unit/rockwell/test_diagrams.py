@@ -180,7 +180,7 @@ def test_a_diagram_that_can_not_be_is_refused_with_its_element(imported, content
 def test_a_refused_diagram_may_do_nothing(imported, tmp_path):
     path = tmp_path / "machine.L5X"
     path.write_text(machine(block("PIDE", 0, "Loop")))
-    answer = CliRunner().invoke(build(), ["l5x", str(path), "--rack"])
+    answer = CliRunner().invoke(build(), ["l5x", str(path), "--print-rack"])
     assert 'Blocks = "false"' in answer.output
 
 
@@ -237,7 +237,7 @@ def test_xref_lists_the_wires_of_a_tag(tmp_path):
     path = tmp_path / "machine.L5X"
     path.write_text(machine(MOTOR))
     rack = tmp_path / "machine.toml"
-    rack.write_text(CliRunner().invoke(build(), ["l5x", str(path), "--rack"]).output)
+    rack.write_text(CliRunner().invoke(build(), ["l5x", str(path), "--print-rack"]).output)
     answer = CliRunner().invoke(build(), ["xref", str(rack), "Start", "--json"])
     (mention,) = json.loads(answer.output)["mentions"]
     assert (mention["routine"], mention["text"]) == (r"\P.Blocks", "FBD_Blocks_1_3 := Start AND No.Out;")

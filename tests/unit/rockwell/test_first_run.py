@@ -122,7 +122,7 @@ def test_an_export_without_a_program_says_so(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "types.L5X").write_text(files.document(types=[files.data_type("T")]), encoding="utf-8")
     status, output, _ = invoke("l5x", "types.L5X", "--run", "--json")
-    assert (status, "no program in it" in json.loads(output)["run"]["problem"]) == (1, True)
+    assert (status, "contains no program" in json.loads(output)["run"]["problem"]) == (1, True)
     for command in ("check", "run", "watch"):
         status, _, said = invoke(command, "types.L5X")
         assert (status, said) == (2, f"scanrack: {tmp_path}/types.L5X contains no program\n")

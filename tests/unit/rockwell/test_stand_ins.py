@@ -71,5 +71,6 @@ def test_a_rack_lists_all_stand_ins_in_its_summary(export):
 
 
 def test_the_rack_file_declares_what_stands_in(export):
-    answer = CliRunner().invoke(build(), ["l5x", str(export("MOV(S.Extra,N);")), "--stand-in", "--rack"])
+    path = str(export("MOV(S.Extra,N);"))
+    answer = CliRunner().invoke(build(), ["l5x", path, "--stand-in", "--print-rack"])
     assert (answer.exit_code, 'missing_tags = "declare"' in answer.output) == (0, True)
