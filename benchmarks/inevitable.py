@@ -14,7 +14,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
 from inevitable_programs import failures
-from scanrack.jobs.fuzz.explain.futures import inevitable
+from scanrack.jobs.fuzz.explain.futures import find_point_of_no_return
 
 
 def main() -> int:
@@ -26,7 +26,7 @@ def main() -> int:
     for name, each in planted:
         bench, found = each.found()
         begin = time.process_time()
-        late = inevitable(bench, found)
+        late = find_point_of_no_return(bench, found)
         assert late is not None, name
         near += abs(late.scan - each.scan) <= 1
         took = time.process_time() - begin

@@ -1,8 +1,12 @@
 """`python -m scanrack`, and the `scanrack` command; neither imports anything from the current folder."""
 
 import gc
-import signal
 import sys
+
+if __name__ == "__main__" and not sys.flags.safe_path:  # with -m the current folder is first
+    del sys.path[0]  # noqa: TID251 - before anything is imported that a file could be
+
+import signal
 
 ENDING = [getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGBREAK") if hasattr(signal, name)]
 """Signals that end every command as Ctrl-C does."""
@@ -26,9 +30,7 @@ def main() -> None:
         sys.stderr.write(f"scanrack: stopped by {stop.args[0] if stop.args else 'Ctrl-C'}\n")
         sys.exit(130)
     finally:
-        for (
-            number
-        ) in ending:  # Python restores handlers of its own before it has ended, but no ignored signal
+        for number in ending:  # the end of Python resets handlers, but leaves what is ignored
             signal.signal(number, signal.SIG_IGN)
 
 
@@ -39,6 +41,4 @@ def _stop(number: int, _frame: object) -> None:
 
 
 if __name__ == "__main__":
-    if not sys.flags.safe_path:  # with -m the current folder is first
-        del sys.path[0]  # noqa: TID251 - before anything is imported
     main()

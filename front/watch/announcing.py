@@ -42,7 +42,7 @@ class Announcer:
         """Announce an edit."""
         program = _ran(self._editions[edited.number], edited.at_ns // self._run.cpu.period_ns)
         self._programs += (program,)
-        self._supervisor.go_on_with(programs=self._programs)
+        self._supervisor.replace_programs(programs=self._programs)
         again = program.first <= self._again
         fields = {"number": edited.number, "program": program, "again": again}
         self._tell({"edited": {"text": edited.text, **edited.tags, **fields}})
@@ -54,7 +54,7 @@ class Announcer:
             ring: the branch writes into it from here on.
             record: the same, if it is kept.
         """
-        self._supervisor.go_on_with(trace=str(trace), record=record, programs=self._programs)
+        self._supervisor.replace_programs(trace=str(trace), record=record, programs=self._programs)
         places = {"rows": ring.written, "snapshots": ring.snapshots.end}
         self._tell({"branch": {"trace": str(trace), "record": record, "programs": self._programs, **places}})
 

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated
-
 import typer
 
 from ..runtime.live.speeds import MAX, SPEED_LEAST, SPEED_MOST
 from ..terminal.grouped import grouped
 from ..terminal.status import BAD_INPUT, complain
-from ..terminal.trace_options import ForcesOption, ReplaceOption, ServerOption
+from .options import WatchArguments, WatchOptions
 
 
 def _speed(text: str) -> float | None:
@@ -31,74 +27,6 @@ def _speed(text: str) -> float | None:
     return speed
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WatchArguments:
-    """The argument and the options of `scanrack watch`."""
-
-    rack: Annotated[
-        str,
-        typer.Argument(
-            metavar="RACK|EXPORT|TRACE",
-            help="Rack file: TOML, or Python with rack(). Or an export, or a trace.",
-            show_default=False,
-        ),
-    ]
-    port: Annotated[
-        int,
-        typer.Option("--port", metavar="PORT", help="Port of the page; 0 = any free one.", min=0, max=65535),
-    ] = 0
-    speed: Annotated[
-        str,
-        typer.Option(
-            "--time-scale",
-            metavar="FACTOR",
-            help=f"Times real time, {SPEED_LEAST} to {SPEED_MOST:g}, or {MAX}.",
-        ),
-    ] = "1"
-    spin: Annotated[
-        bool,
-        typer.Option(
-            "--spin",
-            help="Wait the last tenth of a period, 0.2 ms at most, without sleeping: fewer late scans.",
-        ),
-    ] = False
-    paused: Annotated[bool, typer.Option("--paused", help="Start paused.")] = False
-    read_only: Annotated[bool, typer.Option("--read-only", help="Make the page read-only.")] = False
-    record: Annotated[
-        Path | None, typer.Option("--record", metavar="TRACE", help="Trace file.", show_default=False)
-    ] = None
-    replace: ReplaceOption = False
-    duration: Annotated[
-        str | None,
-        typer.Option("--for", metavar="TIME", help="Machine time to run for; without it until Ctrl-C."),
-    ] = None
-    scans: Annotated[
-        int | None, typer.Option("--scans", metavar="N", help="Number of scans to run, instead.")
-    ] = None
-    live: Annotated[
-        bool,
-        typer.Option("--live", help="Real ports may move real motors. This is not a safety system."),
-    ] = False
-    control: Annotated[
-        bool,
-        typer.Option(
-            "--allow-writes", help="With --live: let the page change the rack; read-only without it."
-        ),
-    ] = False
-    opened: Annotated[bool, typer.Option("--open", help="Open the page in the browser.")] = False
-    text: Annotated[
-        bool, typer.Option("--text", help="Show bits, values and events in the terminal, too, at 4 Hz.")
-    ] = False
-    forces: ForcesOption = False
-    server: ServerOption = None
-    trust: Annotated[
-        bool, typer.Option("--trust", help="Run Python that came with a trace, or is typed in the page.")
-    ] = False
-    preview: Annotated[
-        bool, typer.Option("--preview", help="Show a saved program in the page before it is accepted.")
-    ] = False
-
-
 def _watch_command(
     options: WatchArguments,
 ) -> None:
@@ -108,7 +36,6 @@ def _watch_command(
     from ..jobs.trust.owned import check_recording
     from ..terminal.complaints import reported_mistakes
     from .play import watch_job
-    from .prepared_run import WatchOptions
     from .recorded_session import place_of, watch_trace
     from .share.page_file import is_page, recording_beside
 
@@ -158,23 +85,12 @@ def _watch_command(
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error
     looking = options.read_only or (options.live and not options.control)
     wanted = WatchOptions(
-        *(
-            options.rack,
-            options.port,
-            factor,
-            options.paused,
-            looking,
-            options.record,
-            count,
-            options.live,
-            options.opened,
-            options.text,
-        ),
+        options,
+        factor,
+        looking,
+        count,
         keep=0 if options.replace else None,
         forces=held,
-        preview=options.preview,
-        trust=options.trust,
-        spin=options.spin,
         servers=where,
     )
     raise typer.Exit(watch_job(job, wanted))

@@ -222,7 +222,7 @@ class Editor:
         if lacks:
             raise ValueError(lacks)
         if _digest(self._saved_text()) != draft.base:
-            raise ValueError(f"{self._job.program.name} was saved by another program meanwhile: edit it anew")
+            raise ValueError(f"{self._job.program.name} was changed by another program: reload it, then edit")
 
     def _saved(self, draft: Draft) -> tuple[Callable[[], Json], Takeover]:
         """Save an edited text; return the answer, and what continues with it."""

@@ -64,7 +64,7 @@ class MonitorSupervisor:
         self._inbox = inbox
         self._watch.start()
 
-    def go_on_with(
+    def replace_programs(
         self, *, programs: tuple[SessionProgram, ...], trace: str | None = None, record: str | None = None
     ) -> None:
         """Set the programs and the recording of later monitors.

@@ -41,7 +41,8 @@ from .history.watched_python import PythonNotes
 from .monitor_supervisor import MonitorSupervisor
 from .monitors.monitor import SessionFacts
 from .monitors.session_monitor import Setup
-from .prepared_run import PreparedRun, Start, WatchOptions
+from .options import WatchOptions
+from .prepared_run import PreparedRun, Start
 from .text import TextView
 
 HOST = "127.0.0.1"
@@ -61,7 +62,7 @@ def watch_job(job: LoadedRack, wanted: WatchOptions) -> int:
     """Run a job in a session for pages; return the exit status."""
     with ExitStack() as stack:
         try:
-            listening = stack.enter_context(listen(wanted.port))
+            listening = stack.enter_context(listen(wanted.asked.port))
         except ValueError as error:
             return complain(str(error), BAD_INPUT)
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
@@ -130,17 +131,17 @@ class Play:
             ValueError: the job can't be run.
             OSError: the trace can't be written.
         """
-        editions = ProgramVersions(self._folder / "programs", self._wanted.rack)
+        editions = ProgramVersions(self._folder / "programs", self._wanted.asked.rack)
         editions.keep(0, editions.with_copy(version_of(job)), job)
-        return self._prepared(Start(paused=self._wanted.paused), editions)
+        return self._prepared(Start(paused=self._wanted.asked.paused), editions)
 
     def _prepared(self, start: Start, editions: ProgramVersions) -> PreparedRun:
         with ExitStack() as ports:
-            if self._wanted.live:
+            if self._wanted.asked.live:
                 for outcome in ports.enter_context(real_time()):  # before there are ports
                     complain(str(outcome))
             pacer, trace = (
-                AdjustablePace(self._wanted.speed if start.orders is None else None, spin=self._wanted.spin),
+                AdjustablePace(self._wanted.speed if start.orders is None else None, spin=self._wanted.asked.spin),
                 self._trace(start),
             )
             run = JobRun(
@@ -148,7 +149,7 @@ class Play:
                 ports,
                 RunOptions(
                     trace=trace,
-                    live=self._wanted.live,
+                    live=self._wanted.asked.live,
                     pacer=pacer,
                     warn=complain,
                     handled=True,
@@ -192,7 +193,7 @@ class Play:
 
     def _trace(self, start: Start) -> Path:
         """Return the path of the recording: the requested one, a name after it, or a temporary file."""
-        kept = self._wanted.record
+        kept = self._wanted.asked.record
         if kept is None:
             return _free(self._folder / "session.mcap")
         return kept if start.orders is None else _free(kept.with_name(f"{kept.stem}-{start.scan}.mcap"))
@@ -217,8 +218,8 @@ class Play:
         def hand_over(takeover: Takeover) -> None:
             session.takeovers.append(takeover)
 
-        manner = EditManner(wanted.preview, wanted.trust)
-        editor = Editor(job, wanted.rack, run, prepared.editions, hand_over, tap.tell, manner)
+        manner = EditManner(wanted.asked.preview, wanted.asked.trust)
+        editor = Editor(job, wanted.asked.rack, run, prepared.editions, hand_over, tap.tell, manner)
         session = Session(
             run.cpu,
             hands,
@@ -226,7 +227,7 @@ class Play:
             self._inbox,
             tap.tell,
             stops=run.program.debugger,
-            live=wanted.live,
+            live=wanted.asked.live,
             reload=editor.load_soon if wanted.editable else None,
             prepare=lambda scan: self.prepare_branch(
                 scan, hands.given, prepared.editions, prepared.trace, paused=session.state.paused
@@ -238,9 +239,9 @@ class Play:
             prepared.ports.callback(editor.end)
         tap.session, session.attend, session.give = session, tap.attend, tap.give
         if start.orders is not None:
-            record = None if wanted.record is None else str(prepared.trace)
+            record = None if wanted.asked.record is None else str(prepared.trace)
             programs.tell_branch(self._ring, prepared.trace, record)
-        if wanted.text:
+        if wanted.asked.text:
             view = TextView(job.spec.name, run.rack, session, pacer)
             run.cpu.add_listener(view)
             view.begin()
@@ -265,10 +266,10 @@ class Play:
         """Print the link, and start the monitor."""
         wanted = self._wanted
         key, port = self._key or secrets.token_hex(KEY_BYTES), self._listening.getsockname()[1]
-        record = None if wanted.record is None else str(prepared.trace)
-        looking, live = wanted.read_only, wanted.live
+        record = None if wanted.asked.record is None else str(prepared.trace)
+        looking, live = wanted.read_only, wanted.asked.live
         about = SessionFacts(
-            version("scanrack"), job.spec.name, wanted.rack, "rack", looking, live, record,
+            version("scanrack"), job.spec.name, wanted.asked.rack, "rack", looking, live, record,
             branches=not looking and not live,
         )  # fmt: skip
         machines, programs = tuple(figures.slots), programs_of(prepared.run, prepared.editions, ())
@@ -281,7 +282,7 @@ class Play:
             return
         link = f"http://{HOST}:{port}/#key={key}"
         say(f"{link} - Ctrl-C ends the session")
-        if wanted.opened:
+        if wanted.asked.opened:
             webbrowser.open(link)
 
     def _rest_desk(self, rests: bool) -> None:

@@ -1,4 +1,4 @@
-"""The options of a session, and a run of it that is ready to begin."""
+"""A run of a session that is ready to begin."""
 
 from __future__ import annotations
 
@@ -10,32 +10,7 @@ from pathlib import Path
 from ..jobs.record.order_repeater import RecordedOrder
 from ..jobs.record.program_versions import ProgramVersions
 from ..jobs.run.running import JobRun
-from ..jobs.run.servers.kinds import ServerAddress
-from ..runtime.live.actions import Force
 from ..runtime.loop.pace import AdjustablePace
-
-
-@dataclass(frozen=True, slots=True)
-class WatchOptions:
-    """The options of the command line."""
-
-    rack: str
-    port: int  # of the server; 0 = any free one
-    speed: float | None  # times real time; None = as fast as possible
-    paused: bool
-    read_only: bool  # refuse orders, and edits of the program
-    record: Path | None  # path of a permanent recording, or None
-    scans: int | None  # their number; None = until Ctrl-C
-    live: bool  # real ports may be driven
-    opened: bool  # open the page in the browser
-    text: bool = False  # show the session in the terminal, too
-    editable: bool = True  # the program's files are on the disk, and saved changes are used
-    keep: int | None = None  # number of earlier recordings to keep; None = the rack file's
-    preview: bool = False  # a saved program waits until a page takes it over
-    trust: bool = False  # Python that is typed in a page may run
-    forces: tuple[Force, ...] = ()  # of tags and images, held from the first scan on
-    spin: bool = False  # wait the end of each period without sleeping
-    servers: tuple[ServerAddress, ...] = ()  # where clients read and write tags
 
 
 @dataclass(frozen=True, slots=True)

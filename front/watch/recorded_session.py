@@ -32,8 +32,8 @@ from ..traces.read.reader import Trace, open_trace
 from .gate import Gate
 from .monitors.monitor import SessionFacts
 from .monitors.trace_monitor import Source, TraceMonitor
+from .options import WatchArguments, WatchOptions
 from .play import HOST, KEY_BYTES, Play, listen
-from .prepared_run import WatchOptions
 
 Prepare = Callable[[int, Iterable[AppliedAction], ProgramVersions, Path], None]
 
@@ -79,9 +79,8 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
         listening = stack.enter_context(listen(port))
         key, number = secrets.token_hex(KEY_BYTES), listening.getsockname()[1]
-        wanted = WatchOptions(
-            str(place.path), port, 1.0, False, False, place.path, None, False, False, editable=False
-        )
+        asked = WatchArguments(rack=str(place.path), port=port, record=place.path)
+        wanted = WatchOptions(asked, editable=False)
         play = Play(wanted, listening, folder, stack, key)
         recording = OpenedRecording(trace, place, folder, trust=trust)
         monitor = recording.monitor(play.prepare_branch)

@@ -189,7 +189,7 @@ def _units(resolution: int, begin: int) -> int:
     """Return units per second of if_tsresol: a power of 10, or with the highest bit of 2."""
     base, power = (2, resolution & 0x7F) if resolution & 0x80 else (10, resolution)
     if power > (_BINARY_MAX if base == 2 else _DECIMALS_MAX):
-        raise CaptureError(f"byte {begin}: a unit of time of {base}**-{power} s")
+        raise CaptureError(f"byte {begin}: unsupported unit of time, {base}**-{power} s")
     return int(base**power)
 
 

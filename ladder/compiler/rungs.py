@@ -120,7 +120,7 @@ class RungWriter:
         return ""
 
     def interpret(self) -> None:
-        """Write the call of the interpreter for the current instruction, one that acts when true."""
+        """Write code that has the interpreter run the current instruction when its rung is true."""
         self.writer.line(self._interpretation())
 
     def _interpretation(self, *power: str) -> str:

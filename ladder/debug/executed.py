@@ -107,7 +107,7 @@ class Execution:
     order: int = 0
 
     def next(self) -> int:
-        """Return the next place in the order."""
+        """Return the number of the next instruction in the order of execution."""
         self.order += 1
         return self.order
 

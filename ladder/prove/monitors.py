@@ -265,7 +265,7 @@ class _Maker:
         except AddressError as error:
             raise LadderError(f"{error}; {error.remedy}") from None
         if not isinstance(place, Place) or place.fixed_index is None or not _is_fixed_bit(place):
-            raise LadderError(f"old({text}): one value at a fixed place is needed")
+            raise LadderError(f"old({text}): must be one value at a fixed place")
         name = f"Old__{len(self._old) + 1}"
         kind = BOOL if place.bit is not None else place.type
         lowering.lowered.layout.declare(Tag(name, kind))

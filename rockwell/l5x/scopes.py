@@ -98,7 +98,7 @@ def _shown(record: TagRecord) -> Iterator[Element]:
 def tag_of(record: TagRecord, kind: DataType, types: Types, report: Report, owner: str = "") -> Tag:
     """Return a tag with its initial value, or raise a LadderError for its dimensions."""
     if record.wrong_dims:
-        raise LadderError(f"{record.wrong_dims!r} are no dimensions")
+        raise LadderError(f"{record.wrong_dims!r} are not dimensions")
     if len(record.dims) > MAX_DIMENSIONS or min(record.dims, default=1) < 1:
         raise LadderError(f"it has dimensions {record.dims}")
     types.take(kind, record.dims)

@@ -12,7 +12,7 @@ from typing import Any
 
 from ...io_images.enip.listing import Kind
 from ..tag_servers.database import Database
-from ..tag_servers.variables import VARIABLES_MOST, Leaf, TagGroup, TagTree, Variable
+from ..tag_servers.variables import ELEMENTS_MOST, VARIABLES_MOST, Leaf, TagGroup, TagTree, Variable
 
 TYPES: Mapping[str, str] = {
     "BOOL": "Boolean",
@@ -88,6 +88,7 @@ class TagSpace:
         objects = self._ua.NodeId(self._ua.ObjectIds.ObjectsFolder)
         root = self._add(objects, ROOT, self._title, self._folder, self._organizes)
         self._add_all(root, TagTree(database).roots())
+        self._add_elements()
         for node_id, old in before.items():
             new = self.nodes.get(node_id)
             if new is None or new.shape != old.shape:
@@ -117,6 +118,14 @@ class TagSpace:
                 self._add_all(self._add(parent, item.path, item.name, self._object), item.items())
             else:
                 self._add_variable(parent, item)
+
+    def _add_elements(self) -> None:
+        """Add the elements of short arrays below them, as far as there is room behind all variables."""
+        for array in list(self.nodes.values()):
+            count = array.variable.count if array.variable.dims else 0
+            if count <= min(ELEMENTS_MOST, VARIABLES_MOST - len(self.nodes)):
+                for leaf in array.variable.elements() if count else ():
+                    self._add_variable(array.node_id, leaf)
 
     def _add_variable(self, parent: Any, leaf: Leaf) -> None:
         variable, ua = leaf.variable, self._ua

@@ -64,7 +64,7 @@ class Cpu:
         watchdog: Watchdog | None = None,
     ) -> None:
         if period_ns < 1:
-            raise ValueError(f"scan period of {period_ns} ns is not allowed: it must be at least 1 ns")
+            raise ValueError(f"scan period of {period_ns} ns: must be at least 1 ns")
         self.rack, self.period_ns = rack, period_ns
         self.pacer = pacer or FreeRun()  # makes scans wait; its overruns count the late ones
         self.forces = Forces(rack, self._ask_for_attention)  # changes take effect with the next scan

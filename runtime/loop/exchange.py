@@ -187,7 +187,7 @@ class EveryRpi(Exchange):
 
     def __init__(self, rpi_ns: int = RPI_NS) -> None:
         if rpi_ns < 1:
-            raise ValueError(f"RPI of {rpi_ns} ns is not allowed: it must be at least 1 ns")
+            raise ValueError(f"RPI of {rpi_ns} ns: must be at least 1 ns")
         self.rpi_ns = rpi_ns
 
     @override

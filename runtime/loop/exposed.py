@@ -67,7 +67,9 @@ class ExposedModule(Module):
         ordered = sorted(incidents, key=lambda each: each.at_ns)
         for each in ordered:
             if not _can_happen(each.what, module):
-                raise ValueError(f"incident {each.what.value}: it can't happen to {type(module).__name__}")
+                raise ValueError(
+                    f"injected fault {each.what.value} does not apply to {type(module).__name__}"
+                )
         self._tears = [each for each in ordered if each.what is FaultKind.TORN_UPDATE]
         self._acts = sorted(
             (act for each in ordered if each.what is not FaultKind.TORN_UPDATE for act in _acts(each)),

@@ -328,7 +328,9 @@ class Watchdog:
         if used_ns >= self.limit_ns:
             raise WatchdogTimeout(f"it took longer than {limit_ms:g} ms of processor time")
         if passed_ns >= WAITING * self.limit_ns:
-            raise WatchdogTimeout(f"it waited: it took longer than {WAITING * limit_ms:g} ms on the clock")
+            raise WatchdogTimeout(
+                f"it blocked: it took longer than {WAITING * limit_ms:g} ms of wall-clock time"
+            )
 
 
 def _clocks() -> tuple[int, int]:

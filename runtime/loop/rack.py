@@ -104,7 +104,7 @@ def _slot(card: Card, block: memoryview) -> Slot:
 def check_slot_number(number: object) -> None:
     """Raise ValueError unless the value is a slot number."""
     if not isinstance(number, int) or isinstance(number, bool) or number < 1:
-        raise ValueError(f"slot number {number!r} is not allowed: slots are whole numbers from 1")
+        raise ValueError(f"slot number {number!r}: must be a whole number from 1")
 
 
 def _checked(cards: Iterable[Card]) -> list[Card]:

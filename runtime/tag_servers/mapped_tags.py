@@ -53,7 +53,7 @@ class MappedTag:
 
     @property
     def first_bit(self) -> int:
-        """Its first bit, from the begin of the tag."""
+        """The bit of the tag at which the mapped value begins."""
         return 8 * self.target.offset + (self.target.bit or 0)
 
     @property

@@ -86,7 +86,9 @@ class RegisterMap:
         cells = self._cells[table]
         size = row.bits if table in BITS else row.words * row.target.count
         if address + size > ADDRESSES:
-            raise ValueError(f"it takes {size} addresses from {address} on: the last one is {ADDRESSES - 1}")
+            raise ValueError(
+                f"it needs {size} addresses from {address} on: the last address is {ADDRESSES - 1}"
+            )
         if taken := next(filter(None, (cells.get(address + place) for place in range(size))), None):
             raise ValueError(f"an address from {address} on is that of {taken.row.target.name}")
         for place in range(size):

@@ -40,7 +40,7 @@ MASK_SIZES = (1, 2, 4, 8, 12)
 
 
 def type_of(database: Database, target: Target) -> bytes:
-    """Return the type of a value as messages have it."""
+    """Return the type of a value as CIP encodes it: its code, or the handle of its structure."""
     if isinstance(target.kind, PlainKind):
         return target.kind.code.to_bytes(2, "little")
     return struct.pack("<HH", STRUCTURED, database.templates.of(target.kind).handle)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import chain, islice, product
 from math import prod
@@ -17,6 +17,9 @@ from .tag_snapshot import ReadBytes, WriteBytes
 
 VARIABLES_MOST = 20_000
 """Most variables that a server shows; the tags behind them are left out."""
+
+ELEMENTS_MOST = 100
+"""Most elements of an array that are shown beside it."""
 
 TEXT = "STRING"
 """Name of the type of a variable for LEN and DATA."""
@@ -66,6 +69,16 @@ class Variable:
     def reads(self) -> ReadBytes:
         """What reads it."""
         return ReadBytes(self.tag, self.offset, self.size)
+
+    def elements(self) -> Iterator[Leaf]:
+        """Yield a variable for each element of an array, as `[1,2]`."""
+        for number, indices in enumerate(product(*map(range, self.dims))):
+            name = f"[{','.join(map(str, indices))}]"
+            offset, bit = self.offset + number * self.kind.size, None
+            if self.kind == BOOL:
+                places, bit = divmod((self.bit or 0) + number, 8)
+                offset = self.offset + places
+            yield Leaf(name, replace(self, path=self.path + name, dims=(), offset=offset, bit=bit))
 
     def value_in(self, data: bytes) -> Any:
         """Return the value in bytes; arrays as lists, of several dimensions as lists of lists."""

@@ -103,6 +103,36 @@ def named(client: Any, *paths: str) -> list[Any]:
     return [client.get_node(f"ns=2;s={path}") for path in paths]
 
 
+def test_elements_of_short_arrays_have_nodes(bench: Bench) -> None:
+    """Grid has 12 elements, Flags 64; Dints has 3,000, which are beyond the limit."""
+
+    async def work(client: Any) -> None:
+        from asyncua import ua
+
+        (grid, dints) = named(client, "Grid", "Dints")
+        shown = [(await each.read_browse_name()).Name for each in await grid.get_children()]
+        assert shown == [f"[{row},{column}]" for row in range(3) for column in range(4)]
+        assert await dints.get_children() == []
+        bench.tags["Grid[1,2]"], bench.tags["Flags[35]"] = 77, True
+        paths = ("Grid[1,2]", "Flags[35]", "Flags[36]", "Texts[1]")
+        assert await client.read_values(named(client, *paths)) == [77, True, False, ""]
+        kinds = ua.VariantType
+        await client.write_values(
+            named(client, "Grid[2,0]", "Flags[36]"),
+            [ua.Variant(-3, kinds.Int16), ua.Variant(True, kinds.Boolean)],
+        )
+        assert [bench.tags[each] for each in ("Grid[2,0]", "Flags[35]", "Flags[36]", "Flags[37]")] == [
+            -3,
+            True,
+            True,
+            False,
+        ]
+        await client.write_values(named(client, "Grid[2,0]"), [ua.Variant(9, kinds.Int16)])
+        bench.tags["Grid[1,2]"], bench.tags["Flags[35]"], bench.tags["Flags[36]"] = 7, False, False
+
+    bench.ask(work)
+
+
 def test_tags_are_browsed_read_and_written(bench: Bench) -> None:
     async def work(client: Any) -> None:
         from asyncua import ua

@@ -112,7 +112,9 @@ class Move:
 
     def carry_out(self) -> list[str]:
         """Rewrite all files, and move the module; return the changed files."""
-        listed = subprocess.run(["git", "ls-files"], cwd=ROOT, check=True, capture_output=True, text=True)
+        listed = subprocess.run(
+            ["git", "ls-files"], cwd=ROOT, check=True, capture_output=True, encoding="utf-8"
+        )
         changed = []
         for name in listed.stdout.splitlines():
             file = ROOT / name
@@ -120,7 +122,7 @@ class Move:
                 continue
             text = file.read_text(encoding="utf-8")
             if (new := self.rewritten(text, Path(name))) != text:
-                file.write_text(new, encoding="utf-8")
+                file.write_text(new, encoding="utf-8", newline="\n")
                 changed.append(name)
         suffix = "" if self.is_package else ".py"
         paths = [f"{path_of(each).as_posix()}{suffix}" for each in (self.old, self.new)]

@@ -67,7 +67,7 @@ def answered(site: Path, first: str, answer: str) -> bool:
 
 def main(site: Path) -> int:
     """Print what the search finds first for each question; return 1 if one is not answered."""
-    search = ["node", Path(__file__).with_suffix(".mjs"), site]
+    search = ["node", str(Path(__file__).with_suffix(".mjs")), str(site)]
     done = subprocess.run(search, input=json.dumps(list(ANSWERS)), capture_output=True, text=True, check=True)
     status = 0
     for (question, answer), hits in zip(ANSWERS.items(), json.loads(done.stdout), strict=True):

@@ -77,7 +77,7 @@ def is_being_recorded(path: Path) -> bool:
 
 @contextmanager
 def held(path: Path) -> Iterator[None]:
-    """Hold the right to replace a file, which need not exist.
+    """Lock a file, so that no other process replaces it; the file need not exist.
 
     Args:
         path: the file; with a link, processes that use another name of it do not see the lock.

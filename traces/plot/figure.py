@@ -74,7 +74,7 @@ def save_figure(chart: Chart[Curve], path: Path | str) -> None:
     """
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
-        raise ValueError(f"{path}: a picture is a .png or .svg file")
+        raise ValueError(f"{path}: the name must end in .png or .svg")
     matplotlib = need("matplotlib", "plot")
     figures = need("matplotlib.figure", "plot")
     with matplotlib.rc_context(_STYLE):

@@ -60,7 +60,7 @@ def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:
     tags = _tags(metadata, schema)
     rest = _rest_bytes(channels[SCAN_TOPIC], schema, slots, tags)
     if metadata["format"] == str(FORMAT_WITH_TAGS) and tags is None and not rest:
-        raise TraceError("its schema does not tell its tags: it has none")
+        raise TraceError("its schema lists no tags")
     return TraceHead(headers[0].profile, headers[0].library, metadata, slots, channels, tags, rest)
 
 
@@ -101,8 +101,8 @@ def _metadata(file: BinaryIO, spans: Sequence[Span]) -> Mapping[str, str]:
 def _slots(metadata: Mapping[str, str], schema: Schema | None) -> tuple[SlotInfo, ...]:
     version = metadata.get("format", "")
     if version not in _FORMATS:
-        known = " and ".join(_FORMATS)
-        raise TraceError(f"its layout has format {version or 'none'}; this version reads formats {known}")
+        known = " or ".join(_FORMATS)
+        raise TraceError(f"its layout has format {version or 'none'}: must be {known}")
     try:
         numbers = [int(number) for number in metadata["slots"].split()]
         words = {} if schema is None else recorded_words(schema.data.decode("utf-8", "replace"), metadata)

@@ -316,7 +316,7 @@ class Session:
             else:
                 interrupted = pressed()
         if interrupted:
-            complain(f"stopped by {interrupted_by()}; the same command goes on from here")
+            complain(f"stopped by {interrupted_by()}; run the same command to continue")
             return INTERRUPTED
         return DONE
 

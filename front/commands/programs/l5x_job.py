@@ -137,7 +137,7 @@ def _print_export(file: Path, name: str) -> int:
         else:
             logic = read_program(file)
         if logic is None:
-            return complain(f"{file}: no program in it", BAD_INPUT)
+            return complain(f"{file} contains no program", BAD_INPUT)
         say(export_l5x(logic, name).decode("utf-8").rstrip(), whole=True)
     except (LadderError, OSError, UnicodeDecodeError) as error:
         return complain(reason(error) if isinstance(error, OSError) else str(error), BAD_INPUT)

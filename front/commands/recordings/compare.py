@@ -2,57 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import Annotated
-
 import typer
 
-from ...terminal.as_json import JsonOption
-from ...terminal.trace_options import QuietOption
-
-ToleranceTimeOption = Annotated[
-    str,
-    typer.Option(
-        "--tolerance-time", metavar="TIME", help="By how much anything may come earlier or later: 4ms."
-    ),
-]
-ToleranceCountsOption = Annotated[
-    int,
-    typer.Option(
-        "--tolerance-counts",
-        min=0,
-        metavar="N",
-        help="By how much position, encoder and captured may differ.",
-    ),
-]
+from ...terminal.grouped import grouped
+from .options import CompareOptions
 
 
-def _compare_command(
-    a: Annotated[Path, typer.Argument(metavar="A", help="Trace, an MCAP file.", show_default=False)],
-    b: Annotated[Path, typer.Argument(metavar="B", help="Another trace.", show_default=False)],
-    tolerance_time: ToleranceTimeOption = "0s",
-    tolerance_counts: ToleranceCountsOption = 0,
-    align_at: Annotated[
-        str | None,
-        typer.Option(
-            "--align",
-            metavar="start|SIGNAL",
-            help="What is at the same time in both: their first scans, or the first rise of a bit.",
-            show_default="power-up",
-        ),
-    ] = None,
-    realign_at: Annotated[
-        str | None,
-        typer.Option(
-            "--realign",
-            metavar="SIGNAL",
-            help="Every rise of this bit is at the same time in both: what comes late does not add up.",
-            show_default="no",
-        ),
-    ] = None,
-    as_json: JsonOption = False,
-    quiet: QuietOption = False,
-) -> None:
+def _compare_command(options: CompareOptions) -> None:
     """Find where two traces differ: the first scan, what led to it, and a summary of all differences.
 
     Scans are paired by number, and every bit and time counts. With a tolerance, as for traces of real
@@ -65,9 +21,9 @@ def _compare_command(
     """
     from .compare_job import compare_traces
 
-    compare_traces(a, b, tolerance_time, tolerance_counts, align_at, realign_at, as_json, quiet)
+    compare_traces(options)
 
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command("compare", no_args_is_help=True)(_compare_command)
+    app.command("compare", no_args_is_help=True)(grouped(_compare_command, options=CompareOptions))

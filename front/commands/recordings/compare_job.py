@@ -15,6 +15,7 @@ from ...terminal.terminal import on_a_line, say
 from ...terminal.trace_options import reading, tell_notes
 from ...traces.compare import SAME_CLOCK, Comparison, TimeMap, Tolerance, align, compare, realign, report
 from ...traces.read.reader import Trace, open_trace
+from .options import CompareOptions
 
 
 def tolerance(time: str, counts: int) -> Tolerance:
@@ -47,31 +48,22 @@ def names_of(a: Path, b: Path) -> tuple[str, str]:
     return (a.name, b.name) if a.name != b.name else (str(a), str(b))
 
 
-def compare_traces(
-    a: Path,
-    b: Path,
-    tolerance_time: str,
-    tolerance_counts: int,
-    align_at: str | None,
-    realign_at: str | None,
-    as_json: bool,
-    quiet: bool,
-) -> None:
+def compare_traces(options: CompareOptions) -> None:
     """Find where two traces differ: the first scan, what led to it, and a summary of all differences.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
     """
     with reported_mistakes():
-        allowed = tolerance(tolerance_time, tolerance_counts)
-        with open_trace(a) as one, open_trace(b) as other:
-            clock = _clock(one, other, align_at, realign_at)
-            with reading(one, quiet=quiet) as progress:
+        allowed = tolerance(options.tolerance_time, options.tolerance_counts)
+        with open_trace(options.a) as one, open_trace(options.b) as other:
+            clock = _clock(one, other, options.align_at, options.realign_at)
+            with reading(one, quiet=options.quiet) as progress:
                 found = compare(one, other, allowed, clock=clock, progress=progress)
             for trace in (one, other):
                 trace.check_data()
             tell_notes(one, other)
-        status = tell(found, names_of(a, b), as_json=as_json)
+        status = tell(found, names_of(options.a, options.b), as_json=options.as_json)
     raise typer.Exit(status)
 
 

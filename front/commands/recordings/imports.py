@@ -103,7 +103,7 @@ def _import_command(
     with reported_mistakes():
         has_words = options.controller in (CapturedController.AMCI3601, CapturedController.COMPACTLOGIX)
         if has_words and options.simulated_to is not None:
-            raise ValueError("--simulated: the words of an amci3601 are for scanrack replay")
+            raise ValueError("--simulated does not apply to an amci3601: use scanrack replay")
         target = options.out or Path(options.capture.name).with_suffix(".mcap")
         outputs = [target] if options.simulated_to is None else [target, options.simulated_to]
         used = {options.capture: "the capture"}

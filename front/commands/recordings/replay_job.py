@@ -31,72 +31,58 @@ from ...terminal.trace_options import tell_notes
 from ...traces.read.reader import Trace, open_trace
 from ...traces.replay import PackedTrace
 from .compare_job import tell, tolerance
+from .options import ReplayOptions
 
 REPLAY = "replay"
 """Name of the second recording in the report."""
 
 
-def replay_trace(
-    path: Path,
-    into: ReplayTarget,
-    slot: int | None,
-    rack: str | None,
-    program: str | None,
-    stimuli: Stimuli | None,
-    tolerance_time: str,
-    tolerance_counts: int,
-    to_the_end: bool,
-    trust: bool,
-    configuration: str | None,
-    as_json: bool,
-    quiet: bool,
-) -> None:
+def replay_trace(options: ReplayOptions) -> None:
     """Replay and check for differences; stop at the first scan whose response differs.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
     """
     with reported_mistakes():
-        allowed = tolerance(tolerance_time, tolerance_counts)
-        with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
+        allowed = tolerance(options.tolerance_time, options.tolerance_counts)
+        with open_trace(options.path) as trace, tempfile.TemporaryDirectory() as folder:
             recording = PackedTrace.of(trace)
             try:
-                spec, logic = _sources(trace, Path(folder), into, rack, program, trust=trust)
+                spec, logic = _sources(trace, Path(folder), options)
             finally:
                 tell_notes(trace)
             left_out: list[str] = []
             resumed = None
-            if into is ReplayTarget.MODULE:
+            if options.into is ReplayTarget.MODULE:
                 spec, left_out = of_recording(recording, spec)
                 facts = trace.head.metadata
                 resumed = Resumed(
                     recording,
                     spec,
                     forced_rows(score_of(recording)),
-                    _words(configuration),
+                    _words(options.configuration),
                     captured=facts.get("source") == "capture",
                     sampled=facts.get("words") == SAMPLED,
                 )
-            elif configuration is not None:
+            elif options.configuration is not None:
                 raise ValueError("--configuration goes with --into module")
             late = resumed is not None and bool(resumed.slots)
-            chosen = stimuli or _DEFAULT[into, late]
-            slots = check_slots(recording, spec, slot)
+            chosen = options.stimuli or _DEFAULT[options.into, late]
+            slots = check_slots(recording, spec, options.slot)
             on_machine = with_stimuli(
                 spec, recording, chosen, resumed.active_high if resumed is not None else {}
             )
             exact = chosen is not Stimuli.INPUTS
-            replay = Replay(recording, on_machine, logic, into, slots, resumed, exact_inputs=exact)
+            replay = Replay(recording, on_machine, logic, options.into, slots, resumed, exact_inputs=exact)
             replay.notes[:0] = left_out
-            follower = replay.run(
-                allowed, to_the_end=to_the_end, observed=partial(shown_progress, quiet=quiet)
-            )
+            observed = partial(shown_progress, quiet=options.quiet)
+            follower = replay.run(allowed, to_the_end=options.to_the_end, observed=observed)
         if follower.stopped:
             total = len(recording.scans)
             replay.notes.append(f"stopped after {follower.scans:,} of {total:,} scans; --to-the-end goes on")
         for note in replay.notes:
             say(f"note: {note}", err=True)
-        status = tell(follower.comparison(), (path.name, REPLAY), as_json=as_json)
+        status = tell(follower.comparison(), (options.path.name, REPLAY), as_json=options.as_json)
     raise typer.Exit(status)
 
 
@@ -126,11 +112,10 @@ def _words(text: str | None) -> list[int] | None:
         raise ValueError(f"--configuration {text}: {error}; give words such as 843Ch 003Ch 0 500") from None
 
 
-def _sources(
-    trace: Trace, folder: Path, into: ReplayTarget, rack: str | None, program: str | None, *, trust: bool
-) -> tuple[RackSpec, ScanLogic | None]:
+def _sources(trace: Trace, folder: Path, options: ReplayOptions) -> tuple[RackSpec, ScanLogic | None]:
     """Return the rack and, unless the recorded outputs are played, the logic."""
-    if into is ReplayTarget.MODULE:
+    rack, program, trust = options.rack, options.program, options.trust
+    if options.into is ReplayTarget.MODULE:
         if program is not None:
             raise ValueError(
                 "--program goes with --into program or rack: a module is played recorded outputs"

@@ -23,6 +23,7 @@ from ...traces.read.arrays import extent
 from ...traces.read.reader import Trace, open_trace
 from ..programs.run_job import run_job
 from .compare_job import tell
+from .options import ReplayOptions
 
 PARENT = ("parent", "parent_scan")
 """Entries of the metadata of a branch, see `watch.play`."""
@@ -31,34 +32,20 @@ RERUN = "rerun"
 """Name of the second recording in the report."""
 
 
-def rerun_trace(
-    path: Path, record: Path | None, replace: bool, trust: bool, as_json: bool, quiet: bool
-) -> None:
+def rerun_trace(options: ReplayOptions) -> None:
     """Run a recorded session again and check for differences: same rack file, program and number of scans.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
     """
-    with reported_mistakes(), open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
-        again = record or Path(folder) / "rerun.mcap"
-        keep = 0 if replace else None
-        status = _rerun(
-            path, trace, Path(folder), again, trust=trust, as_json=as_json, quiet=quiet, keep=keep
-        )
+    with reported_mistakes(), open_trace(options.path) as trace, tempfile.TemporaryDirectory() as folder:
+        status = _rerun(trace, Path(folder), options)
     raise typer.Exit(status)
 
 
-def _rerun(
-    path: Path,
-    trace: Trace,
-    folder: Path,
-    again: Path,
-    *,
-    trust: bool,
-    as_json: bool,
-    quiet: bool,
-    keep: int | None,
-) -> int:
+def _rerun(trace: Trace, folder: Path, options: ReplayOptions) -> int:
+    path, trust, quiet = options.path, options.trust, options.quiet
+    again, keep = options.record or folder / "rerun.mcap", 0 if options.replace else None
     try:
         job = job_of(trace, folder / "files", trust=trust)
     except ValueError:
@@ -76,15 +63,15 @@ def _rerun(
         say(f"note: {note}", err=True)
     scans = ends[-1] + 1
     parent = {key: trace.head.metadata[key] for key in PARENT if key in trace.head.metadata}
-    options = RunOptions(trace=again, orders=orders, editions=editions, metadata=parent, keep=keep)
-    status = run_job(job, scans, options, quiet=quiet, summarised=False)
+    running = RunOptions(trace=again, orders=orders, editions=editions, metadata=parent, keep=keep)
+    status = run_job(job, scans, running, quiet=quiet, summarised=False)
     if status not in (DONE, NO):
         return status
-    if not as_json and filecmp.cmp(path, again, shallow=False):
+    if not options.as_json and filecmp.cmp(path, again, shallow=False):
         if not quiet:
             say(f"{path.name}: {ends[-1] - ends[0] + 1:,} scans, the same byte for byte")
         return DONE
     with open_trace(again) as other:
         with reading(trace, quiet=quiet) as progress:
             found = compare(trace, other, progress=progress)
-        return tell(found, (path.name, RERUN), as_json=as_json)
+        return tell(found, (path.name, RERUN), as_json=options.as_json)

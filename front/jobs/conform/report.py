@@ -12,7 +12,7 @@ from ...io_images.doors import json_value
 from ...io_images.input_files import read_input_text
 from ...io_images.text_limits import TextKind
 from .moments import ImageWords, PlayedScene, Timing, from_rows, to_rows
-from .verdicts import ConformResult, ConformVerdict, Difference
+from .verdicts import UNDECIDED, ConformResult, ConformVerdict, Difference
 
 FORMAT = "scanrack conform 1"
 
@@ -44,7 +44,7 @@ def load_played(path: Path) -> tuple[str, Timing, list[PlayedScene]]:
     try:
         whole = json_value(read_input_text(path, TextKind.RESULT), TextKind.RESULT)
         if not isinstance(whole, dict) or whole.get("format") != FORMAT:
-            raise ValueError(f"it is no result of conform: its format is not {FORMAT!r}")
+            raise ValueError(f"not a result of conform: its format must be {FORMAT!r}")
         timing = Timing(**{name: _whole(value) for name, value in whole["timing"].items()})
         scenes = [
             PlayedScene(str(each["scene"]), from_rows(each["rows"]), str(each["note"]))
@@ -84,7 +84,7 @@ def lines(result: ConformResult, reads: int) -> Iterator[str]:
             yield f"    {rule} differs [{found.scene}]: {found.why} The manual: {RULES[rule].text}"
     yield from _counts("readings", {number: each.verdict for number, each in result.readings.items()})
     for number, found in result.readings.items():
-        if found.verdict is not ConformVerdict.OPEN:
+        if found.verdict not in UNDECIDED:
             yield f"    {number} {found.verdict} [{found.scene}]: {found.why}"
     yield f"{reads:,} images were read"
 

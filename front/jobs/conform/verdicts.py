@@ -2,10 +2,12 @@
 
 rule      as the manual   it fires in all hypotheses that are left, and a module without it is contradicted
 differs         a module without it, or a rival of its reading, explains a scene that the model does not
-open            the rest, with its reason
+open            it fired, or its bit stands in a read, and nothing decides
+not in this plan        nothing that was played has to do with it
 reading   as read         every rival is contradicted by some scene that the model explains
 otherwise       a rival explains what the model does not
-open            the rest
+open            a rival acts in some scene, and nothing decides
+not in this plan        no rival acts in any scene
 """
 
 from __future__ import annotations
@@ -31,6 +33,21 @@ class ConformVerdict(StrEnum):
     AS_MANUAL = "as the manual"
     DIFFERS = "differs"
     OPEN = "open"
+    NOT_IN_PLAN = "not in this plan"
+
+
+WIDE_MS = 10.0
+"""Windows beyond this are those of a path without a counter of scans."""
+
+UNDECIDED = (ConformVerdict.OPEN, ConformVerdict.NOT_IN_PLAN)
+"""Verdicts that a later scene may replace."""
+
+_SCENES = {
+    ConformVerdict.AS_MANUAL: "explained without it as well",
+    ConformVerdict.DIFFERS: "not explained",
+    ConformVerdict.OPEN: "open",
+}
+"""What a scene says of a rule that it does not decide, by the scene's verdict."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,18 +134,16 @@ class Judge:
             if rule.applies_to(known):
                 why = rule.untestable_because and f"in no image: {rule.untestable_because}"
                 self.result.rules[rule.id] = RuleFinding(
-                    ConformVerdict.OPEN, why=why or self._unseen(rule.id)
+                    ConformVerdict.NOT_IN_PLAN, why=why or self._unseen(rule.id)
                 )
         self._contradicted: dict[str, set[int]] = {number: set() for number in RIVALS}
         for number in _readings():
             why = "no scene settles it" if number in RIVALS else "no rival of it is known"
-            self.result.readings[number] = RuleFinding(ConformVerdict.OPEN, why=why)
+            self.result.readings[number] = RuleFinding(ConformVerdict.NOT_IN_PLAN, why=why)
 
     @staticmethod
     def _unseen(rule: str) -> str:
-        return (
-            "no scene shows it" if rule in STATEMENTS else "it did not fire in any scene that was explained"
-        )
+        return "no scene shows it" if rule in STATEMENTS else "it did not fire in any scene"
 
     def judge(self, played: PlayedScene) -> SceneVerdict:
         """Judge a scene, and keep what it says of rules and readings."""
@@ -136,7 +151,7 @@ class Judge:
         verdict = SceneVerdict(played.name, ConformVerdict.OPEN, found.reads, found.most, played.note)
         self.result.scenes.append(verdict)
         if found.many:
-            verdict.why = "too many hypotheses: the path is too slow, or a counter of scans is missing"
+            verdict.why = _too_many(played)
         elif found.unexplained is not None:
             verdict.verdict, verdict.difference = ConformVerdict.DIFFERS, _difference(found)
             self._explain(played, verdict, found)
@@ -145,7 +160,16 @@ class Judge:
         else:
             verdict.verdict = ConformVerdict.AS_MANUAL
             self._confirm(played, found)
+        self._note_fired(verdict, found)
         return verdict
+
+    def _note_fired(self, verdict: SceneVerdict, found: Search) -> None:
+        """Note the rules that fired in a scene which decides nothing about them."""
+        for rule in found.fired_anywhere:
+            finding = self.result.rules.get(rule)
+            if finding is not None and finding.verdict is ConformVerdict.NOT_IN_PLAN:
+                finding.verdict, finding.scene = ConformVerdict.OPEN, verdict.name
+                finding.why = f"it may have fired in {verdict.name}, which is {_SCENES[verdict.verdict]}"
 
     def _search(
         self, played: PlayedScene, alteration: Alteration | None, given: Sequence[int] | None = None
@@ -162,22 +186,23 @@ class Judge:
     def _confirm(self, played: PlayedScene, found: Search) -> None:
         scene = _Trail(played, found, _shown_in(played))
         for rule, finding in self.result.rules.items():
-            if finding.verdict is ConformVerdict.OPEN:
+            if finding.verdict in UNDECIDED:
                 self._confirm_rule(rule, finding, scene)
         for number, rivals in RIVALS.items():
             finding = self.result.readings[number]
-            if finding.verdict is ConformVerdict.OPEN:
+            if finding.verdict in UNDECIDED:
                 self._confirm_reading(number, rivals, finding, scene)
 
     def _confirm_rule(self, rule: str, finding: RuleFinding, scene: _Trail) -> None:
         alteration = without(rule, scene.fired)
         if alteration is None:
             if rule in scene.fired:
-                finding.why = "it fired, and sets no bit"
+                finding.verdict, finding.why = ConformVerdict.OPEN, "it fired, and sets no bit"
         elif self._contradicts(scene, alteration):
             finding.verdict, finding.scene = ConformVerdict.AS_MANUAL, scene.played.name
             finding.why = f"contradicted: {alteration.sentence}"
         elif rule in scene.fired:
+            finding.verdict = ConformVerdict.OPEN
             finding.why = "it fired, and a module without it shows the same"
 
     def _confirm_reading(
@@ -188,6 +213,9 @@ class Judge:
             if place not in done and self._contradicts(scene, rival):
                 done.add(place)
                 finding.scene = scene.played.name
+            if finding.verdict is ConformVerdict.NOT_IN_PLAN and scene.touches(rival):
+                finding.verdict = ConformVerdict.OPEN
+                finding.why = "a module of the other interpretation shows the same"
         if len(done) == len(rivals):
             finding.verdict = ConformVerdict.AS_MANUAL
             finding.why = "contradicted: " + " ".join(rival.sentence for rival in rivals)
@@ -270,6 +298,16 @@ class _Trail:
         if alteration.hears is not None:
             return any(alteration.hears(words) != words for words in self._sent)
         return True
+
+
+def _too_many(played: PlayedScene) -> str:
+    """Return why a scene has too many hypotheses: the widest window in which words may have acted."""
+    widths = [
+        each.window.high_ns - each.window.low_ns for each in played.moments if isinstance(each, Transmission)
+    ]
+    widest_ms = max(widths, default=0) / 1e6
+    counter = "; a counter of scans narrows them, see --rung" if widest_ms > WIDE_MS else ""
+    return f"too many hypotheses: words acted in windows of up to {widest_ms:.1f} ms{counter}"
 
 
 def _shown_in(played: PlayedScene) -> int:

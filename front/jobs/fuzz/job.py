@@ -34,7 +34,7 @@ from ..trust.owned import in_use
 from . import STANDARD, Counterexample, Invariant, InvariantError, Scenario, TrialBench, load_invariants
 from .aim.branches import branches_noted
 from .explain.cause import cause_of
-from .explain.futures import PointOfNoReturn, inevitable
+from .explain.futures import PointOfNoReturn, find_point_of_no_return
 from .folder_lock import write_text
 from .invariants.claimed import invariants_in
 from .report import report
@@ -218,7 +218,7 @@ def hand_over(
         if found.scenario.tears:
             again.append("(without the inputs that come in the middle of a scan: no rack file has them)")
     again += _recorded(job, bench, found.scenario, scans, folder)
-    late = inevitable(bench, found, go_on=go_on)
+    late = find_point_of_no_return(bench, found, go_on=go_on)
     with open_trace(folder / "trace.mcap") as trace:
         cause = cause_of(PackedTrace.of(trace), job, str(job.rack_file), found.broken)
     chart = _drawn(found, late, folder)

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+from ...io_images.amci3601.bits import InputBit
 from ...runtime.config.rackspec import RackSpec
+from ...runtime.machine import MachineSpec
 from ...traces.files.portable import relative
 from ...traces.read.reader import open_trace
 from ...traces.replay import PackedTrace
@@ -16,17 +19,16 @@ from ..replay.input_levels import recorded_levels
 from ..replay.replaying import recorded_stimuli
 from ..run.playback import Stimulus
 from ..trust.attachments import job_of
-from . import Scenario
 from .folder_lock import write_text
 from .scenarios.ordered import with_orders
 from .scenarios.rackdoc import bare_rack_text
-from .scenarios.recorded import recorded_scenario
+from .scenarios.scenario import Press, Scenario
 
 SCENARIO = "scenario.json"
 
 
 class LearnedScenario(NamedTuple):
-    """The results of a recording."""
+    """A scenario made from a trace, and the rack that it runs on."""
 
     rack: Path  # path of a rack file without events by time
     scenario: Scenario  # the events by time
@@ -88,3 +90,29 @@ def learn(path: Path, folder: Path, *, trust: bool) -> LearnedScenario:
     write_text(rack, text, {path: "the trace itself"})
     write_text(folder / SCENARIO, json.dumps(scenario.to_json(), indent=1) + "\n", {path: "the trace itself"})
     return LearnedScenario(rack, scenario, len(recording.scans), trace.notes)
+
+
+def recorded_scenario(stimuli: Iterable[Stimulus], spec: RackSpec, end_ns: int) -> Scenario:
+    """Return the scenario of a recording.
+
+    Signals of stations are left out, since the machine makes them again. Incidents of modules and
+    CPU come from the rack, which has them exactly.
+    """
+    machines = {slot.number: slot.machine for slot in spec.slot}
+    made_again = {(slot.number, each.input) for slot in spec.slot for each in slot.machine.stations}
+    by_input: dict[tuple[int, InputBit], list[Stimulus]] = defaultdict(list)
+    for each in stimuli:
+        if each.slot in machines and (each.slot, each.input) not in made_again:
+            by_input[each.slot, each.input].append(each)
+    presses = [press for found in by_input.values() for press in _presses(found, machines, end_ns)]
+    presses.sort(key=lambda press: (press.at_ns, press.slot, press.input.value))
+    return Scenario(presses=tuple(presses), incidents=spec.incidents)
+
+
+def _presses(stimuli: Sequence[Stimulus], machines: dict[int, MachineSpec], end_ns: int) -> Iterator[Press]:
+    """Yield the actions on one input: each level lasts until the next; a released button is none."""
+    ends = [each.at_ns for each in stimuli[1:]] + [end_ns]
+    for each, until_ns in zip(stimuli, ends, strict=True):
+        fed = machines[each.slot].fed_inputs & each.input.value
+        if (each.energised or (fed and each.energised is False)) and until_ns > each.at_ns:
+            yield Press(each.slot, each.input, each.energised, each.at_ns, until_ns - each.at_ns)

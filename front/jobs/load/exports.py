@@ -53,7 +53,7 @@ def _l5x_text(program: Path, imported: Any) -> str:
 
     found = imported or import_l5x(program, trial=True)
     if not found.parts.programs:  # an export of an add-on instruction or a type
-        raise ProgramError(f"{program}: no program in it")
+        raise ProgramError(f"{program} contains no program")
     return rack_of(found, program, recorded=False)
 
 

@@ -359,7 +359,7 @@ def _whole(
 
     refused = [*report.refused, *report.objects]
     if program is None or (refused and not stubs.refused):
-        shown = [str(each) for each in refused[:REFUSALS_SHOWN]] or [f"{path}: no program in it"]
+        shown = [str(each) for each in refused[:REFUSALS_SHOWN]] or [f"{path} contains no program"]
         more = len(refused) - REFUSALS_SHOWN
         shown += [f"and {more} more: scanrack l5x {path} lists all"] * (more > 0)
         raise ProgramError("\n".join(shown), *(Site(file=each.file, line=each.line) for each in refused))

@@ -198,7 +198,7 @@ def pmc006_units(
     if thumbwheels:
         raise ValueError("--thumbwheel: only a PCL601 has one")
     if len(addresses) > 1 or len(programs) > 1:
-        raise ValueError("a PMC006 is alone on its line: give one --address and one --program at most")
+        raise ValueError("a line holds one PMC006: give one --address and one --program at most")
     program = user_program(programs[0]) if programs else None
     controller = Pmc006Controller(address=addresses[0] if addresses else FACTORY_ADDRESS, program=program)
     return [

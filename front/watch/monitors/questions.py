@@ -58,7 +58,7 @@ def watch(monitor: Monitor, page: Page, said: Said) -> Json:
     """Add further tags to frames from now on."""
     tags = said.get("tags")
     if not isinstance(tags, list) or len(tags) > MOST_WATCHED or not all(map(_is_name, tags)):
-        raise ValueError(f"tags is a list of up to {MOST_WATCHED} names")
+        raise ValueError(f"tags must be a list of up to {MOST_WATCHED} names")
     unknown = [name for name in tags if not _is_known(monitor, page, name)]
     page.watch(tuple(name for name in tags if name not in unknown))
     addresses = _addresses(monitor, page, tags)
@@ -96,7 +96,7 @@ def _lanes_in(monitor: Monitor, page: Page, said: Said) -> tuple[tuple[str, ...]
     """Return the tags in a question, and the unknown ones."""
     tags = said.get("tags")
     if not isinstance(tags, list) or len(tags) > MOST_LANES or not all(map(_is_name, tags)):
-        raise ValueError(f"tags is a list of up to {MOST_LANES} names")
+        raise ValueError(f"tags must be a list of up to {MOST_LANES} names")
     unknown = [name for name in tags if not _is_known(monitor, page, name)]
     unknown = [name for name in unknown if _program(monitor, page).address(name) is None]
     return tuple(dict.fromkeys(name for name in tags if name not in unknown)), unknown
@@ -152,7 +152,7 @@ def window(monitor: Monitor, _page: Page, said: Said) -> Json:
 def _scans_in(said: Said) -> tuple[int, int]:
     first, last = said.get("from"), said.get("to")
     if type(first) is not int or type(last) is not int or not 0 <= first <= last < first + WINDOW_MOST:
-        raise ValueError(f"from and to are numbers of scans, {WINDOW_MOST:,} of them at most")
+        raise ValueError(f"from and to must be scan numbers, at most {WINDOW_MOST:,} scans apart")
     return first, last
 
 
@@ -160,7 +160,7 @@ def events(monitor: Monitor, _page: Page, said: Said) -> Json:
     """Return the latest events up to a scan."""
     scan = said.get("to")
     if type(scan) is not int:
-        raise ValueError("to is the number of a scan")
+        raise ValueError("to must be a scan number")
     return {"events": monitor.states.up_to(scan, EVENTS_MOST)}
 
 

@@ -68,7 +68,7 @@ class TermPlaces(Interpreter):
 
     @property
     def now_ns(self) -> int:
-        """Refuse the clock: `start_clock` and `elapsed` have its place."""
+        """Raise UnmodelledError: proofs have no absolute time, only `start_clock` and `elapsed`."""
         raise UnmodelledError("the clock is read")
 
     @now_ns.setter

@@ -39,7 +39,7 @@ def is_installed() -> bool:
 
 
 @cache
-def library() -> Any:
+def bitwuzla_module() -> Any:
     """Return the module bitwuzla; a SolverMissingError without it."""
     try:
         import bitwuzla
@@ -55,7 +55,7 @@ def fuse_text() -> str:
 
 @cache
 def _kinds() -> dict[str, Any]:
-    kind = library().Kind
+    kind = bitwuzla_module().Kind
     return {name: getattr(kind, member) for name, member in _MEMBERS.items()}
 
 
@@ -126,7 +126,7 @@ class Solver:
     """
 
     def __init__(self, fuse: int = FUSE) -> None:
-        module = library()
+        module = bitwuzla_module()
         self._manager = module.TermManager()
         options = module.Options()
         options.set(module.Option.PRODUCE_MODELS, True)
@@ -187,7 +187,7 @@ class Solver:
         if isinstance(sort, int):
             return make.mk_bv_value(self._sort(sort), str(value & (1 << sort) - 1), 10)
         pattern = make.mk_bv_value(make.mk_bv_sort(len(value)), value, 2)
-        return make.mk_term(library().Kind.FP_TO_FP_FROM_BV, [pattern], list(FIELDS[sort]))
+        return make.mk_term(bitwuzla_module().Kind.FP_TO_FP_FROM_BV, [pattern], list(FIELDS[sort]))
 
     def apply(self, op: str, args: Sequence[Any], indices: Sequence[int] = ()) -> int:
         """Return an operation by its name in SMT-LIB; a rounding mode is given by its name."""

@@ -98,10 +98,7 @@ def refuse(lowered: LoweredProgram) -> None:
     if lowered.axes or lowered.ideal is not None:
         found.append("motion axes")
     if found:
-        raise LadderError(
-            f"{lowered.name} has {', '.join(found)}: nothing is proved about such a program, "
-            "as a proof does not cover it"
-        )
+        raise LadderError(f"{lowered.name} has {', '.join(found)}, which proofs don't cover")
 
 
 def written_beside(lowered: LoweredProgram) -> tuple[str, ...]:

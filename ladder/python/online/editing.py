@@ -133,7 +133,7 @@ def _editions(logic: Logic, fresh: Logic) -> tuple[Edition, Edition]:
     if slots is None:
         raise EditRefusal("the program has had no scan: load it again")
     if type(logic).__name__ != type(fresh).__name__:
-        raise EditRefusal(f"{type(fresh).__name__} is another class than {type(logic).__name__}")
+        raise EditRefusal(f"{type(fresh).__name__} is a different class from {type(logic).__name__}")
     if fresh._logic_slots is not slots:
         fresh.__attach_logic__(slots)
     return Edition(type(logic)), Edition(type(fresh))

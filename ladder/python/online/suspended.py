@@ -23,7 +23,7 @@ Range = tuple[int, int, int, int]
 
 
 class Hold(Enum):
-    """What an open block has on the stack of its frame."""
+    """What a `for`, `with` or `except` block that has begun keeps on the stack of its Python frame."""
 
     ITERATOR = "for"
     EXIT = "with"

@@ -167,7 +167,7 @@ class Types:
         if len(member.dims) > MAX_DIMENSIONS:
             raise LadderError(f"{where} has dimensions {member.dims}")
         if member.wrong_dims:
-            raise LadderError(f"{where}: {member.wrong_dims!r} are no dimensions")
+            raise LadderError(f"{where}: {member.wrong_dims!r} are not dimensions")
         if member.type.upper() == "BIT" and member.target:
             return Member(member.name, BOOL, at=f"{member.target}.{member.bit}", hidden=member.hidden)
         try:

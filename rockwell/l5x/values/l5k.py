@@ -49,7 +49,7 @@ def _l5k_tree(text: str) -> Any:
             open_lists.append(open_lists[-1][-1])
         elif mark == "]":
             if len(open_lists) == 1:
-                raise ValueTextError("L5K data close a bracket that is not open")
+                raise ValueTextError("L5K data have an unmatched closing bracket")
             open_lists.pop()
         elif mark is None:
             open_lists[-1].append(found["string"] or found["value"])

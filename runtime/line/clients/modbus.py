@@ -49,7 +49,7 @@ def check_answer(pdu: bytes, answer: bytes) -> bytes:
         meaning = EXCEPTIONS.get(answer[1], "not one of its own")
         raise RefusedError(f"function {pdu[0]:02x} is refused with exception {answer[1]}: {meaning}")
     if answer[:1] != pdu[:1] or len(answer) != answer_bytes(pdu):
-        raise BadResponseError("an answer to something else", answer)
+        raise BadResponseError("a response to a different request", answer)
     reading = pdu[0] in COUNTED
     if not answer.startswith(answer_head(pdu, unit=0)):
         what = "an answer with a wrong byte count" if reading else "an answer to another write"
@@ -107,7 +107,7 @@ class RtuLine(ModbusLine):
         if crc(received[:-2]) != received[-2:]:
             raise BadResponseError(f"a damaged answer from unit {unit}", received)
         if received[0] != unit:
-            raise BadResponseError(f"an answer from unit {received[0]}, not {unit}", received)
+            raise BadResponseError(f"a response from unit {received[0]}, not {unit}", received)
         return received[1:-2]
 
 

@@ -49,7 +49,7 @@ class Driver(Exchanges[Drive]):
         """The reads of a poll, in order: the position is final if the status before was idle."""
         return self.read_status, self.read_position, self.read_inputs
 
-    def rouse(self) -> Talk:
+    def restore_protocol(self) -> Talk:
         """Recover a controller that does not answer because it uses another protocol."""
         yield from ()
 
@@ -99,7 +99,7 @@ class Driver(Exchanges[Drive]):
             asked_ns = self.master.now_ns
             reply = yield self.identify()
             if reply is None:
-                yield from self.rouse()
+                yield from self.restore_protocol()
                 yield LinePause(max(0, asked_ns + PROBE_NS - self.master.now_ns))
                 continue
             self._good()

@@ -178,11 +178,11 @@ class Exchanges(Generic[Drive]):
 
     def halt(self) -> Talk:
         """Stop at once, and read the position."""
-        yield from self.stop_and_look()
+        yield from self.stop_and_read_status()
         self.task = None
         self.cut = False
 
-    def stop_and_look(self) -> Talk:
+    def stop_and_read_status(self) -> Talk:
         """Stop at once, wait for standstill, and read the position."""
         yield from self.stop()
         while not (yield from self.rest()):

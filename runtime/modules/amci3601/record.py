@@ -44,7 +44,7 @@ def check_controller(firmware: str, controller: str) -> None:
     """
     if controller == "micrologix" and not Firmware.parse(firmware).micrologix:
         raise SettingError(
-            "firmware", f"firmware {firmware} does not run in a MicroLogix rack: 2.2 or later does"
+            "firmware", f"firmware {firmware} does not run in a MicroLogix rack: must be 2.2 or later"
         )
 
 

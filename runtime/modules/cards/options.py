@@ -110,7 +110,7 @@ class Cam(_Row):
     def _is_sound(self) -> Self:
         has_range = self.first is not None or self.last is not None
         if has_range is (self.switch is not None):
-            raise ValueError("a cam has first or last (or both), or else a switch")
+            raise ValueError("a cam needs first, last or both; or a switch")
         if self.switch is not None and self.switch not in INPUT_NAMES:
             raise ValueError(f"no switch {self.switch!r}; choose from {', '.join(INPUT_NAMES)}")
         if self.first is not None and self.last is not None and self.first > self.last:

@@ -115,7 +115,6 @@ EQUIVALENT = (
     Equivalent(
         "traces/read/packed.py", "PackedScans.__init__", "1", "2", "how well it compresses shows nowhere"
     ),
-    Equivalent(f"{LAYER}/configuring.py", "", "1", "2", "bit 0 is live, and no latch has it"),
     Equivalent("front/jobs/check/python/reader.py", "", "0", "1", IN_PLACE_OF_UNKNOWN),
     Equivalent("front/jobs/check/python/calls.py", "", "0", "1", IN_PLACE_OF_UNKNOWN),
     Equivalent(

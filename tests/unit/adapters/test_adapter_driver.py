@@ -60,7 +60,7 @@ def done(talk: Talk) -> list[Any]:
 
 def test_a_stop_waits_for_standstill_before_the_position_is_read() -> None:
     driver = Noted(busy_looks=2)
-    done(driver.stop_and_look())
+    done(driver.stop_and_read_status())
     assert driver.asked == ["stop", "status", "status", "status", "position"]
 
 

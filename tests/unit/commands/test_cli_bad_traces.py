@@ -104,7 +104,7 @@ def test_a_layout_newer_than_this_version_is_refused(
 ) -> None:
     record(tmp_path / "good.mcap", idle(10))
     newer(tmp_path / "bad.mcap", monkeypatch)
-    refused(tmp_path, command, "its layout has format 3; this version reads formats 1 and 2")
+    refused(tmp_path, command, "its layout has format 3: must be 1 or 2")
 
 
 @pytest.mark.parametrize("command", COMMANDS)

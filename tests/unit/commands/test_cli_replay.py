@@ -8,15 +8,18 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from contextlib import ExitStack
 from pathlib import Path
 
 import forked
 import pytest
+from mcap.reader import make_reader
 from scanrack.commands import build
 from scanrack.jobs import build_cpu, build_rack, load_job
 from scanrack.jobs.record.recording import recorder_for
-from scanrack.runtime import Cpu
-from scanrack.runtime.loop.scan import CpuMode
+from scanrack.jobs.run.running import JobRun, RunOptions
+from scanrack.runtime import Cpu, FreeRun
+from scanrack.runtime.loop.scan import CpuMode, ScanFlag
 from scanrack.traces import ScanRecorder, open_trace
 from typer.testing import CliRunner, Result
 
@@ -444,3 +447,40 @@ def test_a_recording_of_somebody_elses_needs_a_rack(folder: Path) -> None:
         assert result.exit_code == 2
         assert "the trace does not say what its rack file is: it can't be run without one" in result.stderr
     assert scanrack("replay", "bare.mcap", "--rack", "rack.toml").exit_code == 1
+
+
+class NowAndThenLate(FreeRun):
+    """Real time on a computer that is late in every seventh scan."""
+
+    free = False
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.waits = 0
+
+    def wait(self) -> bool:
+        self.waits += 1
+        return self.waits % 7 == 0
+
+
+def test_of_a_session_in_real_time_the_flag_of_late_scans_alone_is_of_the_wall_clock(folder: Path) -> None:
+    """docs/determinism.md: one bit of the flags, and nothing else in any message."""
+    with ExitStack() as ports:
+        options = RunOptions(folder / "live.mcap", pacer=NowAndThenLate(), handled=True)
+        run = JobRun(load_job("rack.toml"), ports, options)
+        run.run(400)
+    result = scanrack("rerun", "live.mcap", "--record", "again.mcap")
+    assert result.exit_code == 0, result.output
+    live, again = (messages_of(folder / name) for name in ("live.mcap", "again.mcap"))
+    assert [each[:2] for each in live] == [each[:2] for each in again]
+    differing = [(one, other) for (_, _, one), (_, _, other) in zip(live, again, strict=True) if one != other]
+    assert 50 < len(differing) < 60  # a seventh of 400
+    for one, other in differing:
+        assert [a ^ b for a, b in zip(one, other, strict=True) if a != b] == [ScanFlag.OVERRUN]
+
+
+def messages_of(path: Path) -> list[tuple[str, int, bytes]]:
+    """Return topic, time and bytes of each message."""
+    with path.open("rb") as file:
+        found = make_reader(file).iter_messages(log_time_order=False)
+        return [(channel.topic, message.log_time, message.data) for _, channel, message in found]

@@ -442,7 +442,7 @@ def test_an_old_firmware_behind_a_micrologix(tmp_path):
         "rpi_ms = 2\n", ""
     )
     path.write_text(text.replace('firmware = "4.1"', 'firmware = "2.1"'), "utf-8")
-    told = r':14: slot.firmware = "2.1": firmware 2.1 does not run in a MicroLogix rack: 2.2 or later does'
+    told = r':14: slot.firmware = "2.1": firmware 2.1 does not run in a MicroLogix rack: must be 2.2 or later'
     with pytest.raises(RackFileError, match=told):
         load_rack_file(path)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from inevitable_programs import failures
 from scanrack.jobs.fuzz import Counterexample, Scenario, job
-from scanrack.jobs.fuzz.explain.futures import PointOfNoReturn, inevitable
+from scanrack.jobs.fuzz.explain.futures import PointOfNoReturn, find_point_of_no_return
 from scanrack.jobs.fuzz.run import BrokenInvariant
 
 PLANTED = dict(failures())
@@ -18,7 +18,7 @@ RECORDING = Path(__file__).parents[2] / "golden" / "recordings" / "cmd-32-follow
 @pytest.mark.slow
 def test_two_buttons_in_one_scan_are_the_instant() -> None:
     planted = PLANTED["same scan"]
-    found = inevitable(*planted.found())
+    found = find_point_of_no_return(*planted.found())
     assert found is not None
     assert (found.before, found.scan, found.many) == (planted.scan - 1, planted.scan, 40)
     assert found.lines[1:] == [
@@ -34,7 +34,7 @@ def test_the_failures_happen_where_their_arithmetic_says() -> None:
 
 def test_no_instant_is_told_without_time_to_look_for_it() -> None:
     planted = next(iter(PLANTED.values()))
-    assert inevitable(*planted.found(), go_on=lambda: False) is None
+    assert find_point_of_no_return(*planted.found(), go_on=lambda: False) is None
 
 
 def test_what_a_report_says() -> None:

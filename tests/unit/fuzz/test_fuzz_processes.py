@@ -129,7 +129,7 @@ def test_ctrl_c_ends_a_campaign_and_the_same_command_goes_on(folder, number, nam
     workers = children(campaign)
     campaign.send_signal(number)
     status, _stdout, stderr = finished(campaign)
-    assert (status, stderr) == (130, f"scanrack: stopped by {name}; the same command goes on from here\n")
+    assert (status, stderr) == (130, f"scanrack: stopped by {name}; run the same command to continue\n")
     wait_until(lambda: not any(map(is_alive, workers)))
     before, kept = state_in(out), len(list((out / "corpus").iterdir()))
     monkeypatch.chdir(folder)

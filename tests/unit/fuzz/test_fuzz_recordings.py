@@ -10,8 +10,7 @@ from scanrack.commands.programs.run_job import run_job
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.jobs import RunOptions, load_job
 from scanrack.jobs.fuzz import Press, Scenario
-from scanrack.jobs.fuzz.learning import learn
-from scanrack.jobs.fuzz.scenarios.recorded import recorded_scenario
+from scanrack.jobs.fuzz.learning import learn, recorded_scenario
 from scanrack.jobs.fuzz.scenarios.scenario import entries_of
 from scanrack.jobs.run.playback import Stimulus
 from scanrack.runtime import RackSpec

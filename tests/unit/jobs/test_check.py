@@ -283,6 +283,17 @@ def test_the_file_of_a_base_class_is_read_too(check, tmp_path):
     assert [each[:2] for each in findings] == [("out-of-range", "base_line.py:17")]
 
 
+def test_a_field_that_an_imported_base_class_only_annotates_is_known(check, tmp_path):
+    """Its file has no future import: Python 3.14 evaluates its annotations when they are read."""
+    base = SEQUENCES.replace("\n    start", "\n    count: int\n    start", 1)
+    (tmp_path / "counting_line.py").write_text(base, encoding="utf-8")
+    program = (
+        "import counting_line\n\n\nclass Line(counting_line.Line):\n"
+        "    def every_scan(self):\n        self.count = 1\n        self.count += self.count\n"
+    )
+    assert check(".py", program)[1] == []
+
+
 def test_all_that_has_no_place_is_found_at_once(check):
     program = SEQUENCES.replace('"start"', '"strat"').replace('lamp"', 'lump"')
     _, findings, _ = check(".py", program)

@@ -24,6 +24,7 @@ from scanrack.jobs.conform.moments import (
 from scanrack.jobs.conform.paths.captured import scenes_of
 from scanrack.jobs.conform.plan import BUILT_IN, ScenePlan, load_plan, parse_plan
 from scanrack.jobs.conform.playing import play
+from scanrack.jobs.conform.report import lines
 from scanrack.jobs.conform.rules_apart.rivals import RIVALS
 from scanrack.jobs.conform.rules_apart.without import STATEMENTS, without
 from scanrack.jobs.conform.verdicts import ConformVerdict, Judge
@@ -94,9 +95,10 @@ def test_a_rule_is_as_the_manual_if_a_module_without_it_is_contradicted() -> Non
         ConformVerdict.AS_MANUAL
     }
     assert judge.result.readings["A-02"].verdict is ConformVerdict.AS_MANUAL
-    assert rules["CMD-03"].verdict is ConformVerdict.OPEN
-    assert rules["CMD-03"].why == "it did not fire in any scene that was explained"
-    assert rules["MOV-09"].verdict is ConformVerdict.OPEN
+    assert rules["CMD-03"].verdict is ConformVerdict.NOT_IN_PLAN
+    assert rules["CMD-03"].why == "it did not fire in any scene"
+    assert rules["MOV-09"].verdict is ConformVerdict.NOT_IN_PLAN
+    assert judge.result.readings["A-102"].verdict is ConformVerdict.OPEN
 
 
 @pytest.mark.slow
@@ -123,7 +125,28 @@ def test_too_many_hypotheses_leave_a_scene_open() -> None:
     scene, timing = played(STOPPED_MOVE)
     judge = Judge("4.1", timing, most=10)
     assert judge.judge(scene).verdict is ConformVerdict.OPEN
-    assert judge.result.scenes[0].why.startswith("too many hypotheses")
+    windows = [each.window for each in scene.moments if isinstance(each, Transmission)]
+    widest_ms = max(each.high_ns - each.low_ns for each in windows) / MS
+    said = f"too many hypotheses: words acted in windows of up to {widest_ms:.1f} ms"
+    assert judge.result.scenes[0].why.startswith(said)
+
+
+@pytest.mark.slow
+def test_rules_that_a_plan_does_not_touch_are_apart_from_open_ones() -> None:
+    """STOP-03 fires when the move is stopped; a plan without a stop does not touch it."""
+    still, timing = played("zero for 40 ms")
+    judge = Judge("4.1", timing)
+    judge.judge(still)
+    rules = judge.result.rules
+    assert rules["STOP-03"].verdict is ConformVerdict.NOT_IN_PLAN
+    stopped, _ = played(STOPPED_MOVE, STATEMENTS["STS-M03"])
+    judge.judge(stopped)
+    assert judge.result.scenes[1].verdict is ConformVerdict.DIFFERS
+    assert rules["STOP-03"].verdict is not ConformVerdict.NOT_IN_PLAN
+    assert rules["CMD-03"].verdict is ConformVerdict.NOT_IN_PLAN
+    said = list(lines(judge.result, 0))
+    counts = [line for line in said if line.startswith("rules: ")]
+    assert "not in this plan" in counts[0]
 
 
 def test_a_trace_is_taken_in_scenes_from_configuration_to_configuration(tmp_path: Path) -> None:

@@ -103,7 +103,7 @@ def test_claims_have_the_place_of_their_rung() -> None:
             "property 'asked': N: N is a DINT, a bit or a condition is needed; compare it, as in count <> 0",
         ),
         ("old(N > 3", "property 'asked': old(N > 3: old( has no closing parenthesis"),
-        ("old(T)", "property 'asked': old(T): old(T): one value at a fixed place is needed"),
+        ("old(T)", "property 'asked': old(T): old(T): must be one value at a fixed place"),
     ],
 )
 def test_a_condition_that_can_not_be_used_is_refused_with_its_property(text: str, says: str) -> None:

@@ -49,7 +49,7 @@ def test_the_shortest_and_the_longest_name_are_looked_up(seen, text):
 def test_tags_are_a_list_of_so_many_names(seen, do, most, mistake):
     wrong = {"no list": "Count", "too many": ["Count"] * (most + 1), "an empty name": ["Count", ""]}
     said = asked(seen, do, tags=wrong.get(mistake, [7]))
-    assert said["refused"] == f"tags is a list of up to {most} names"
+    assert said["refused"] == f"tags must be a list of up to {most} names"
     assert asked(seen, do, tags=["Count"] * most)["unknown"] == []
 
 

@@ -81,7 +81,7 @@ def test_time_outside_the_logic_does_not_count(rack, module, monkeypatch):
 
 
 WORKS = r"it took longer than 500 ms of processor time"
-WAITS = r"it waited: it took longer than 5000 ms on the clock"
+WAITS = r"it blocked: it took longer than 5000 ms of wall-clock time"
 SPENT = [("work", 499, ""), ("work", 500, WORKS), ("wait", 4_999, ""), ("wait", 5_000, WAITS)]
 """What logic does, for how long, and what the watchdog of 500 ms says: others may have the processor, too."""
 

@@ -19,7 +19,11 @@ pytest.importorskip("pygls", reason="the extra editor is not installed")
 from scanrack.jobs.trust import launcher
 from scanrack.lsp.server import made
 
-pytestmark = pytest.mark.extra("editor")
+pytestmark = [
+    pytest.mark.extra("editor"),
+    # of pygls 2.1 on Python 3.14
+    pytest.mark.filterwarnings("ignore:'asyncio.iscoroutinefunction' is deprecated:DeprecationWarning"),
+]
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 

@@ -125,4 +125,4 @@ def test_an_export_without_a_program_says_so(tmp_path, monkeypatch):
     assert (status, "no program in it" in json.loads(output)["run"]["problem"]) == (1, True)
     for command in ("check", "run", "watch"):
         status, _, said = invoke(command, "types.L5X")
-        assert (status, said) == (2, f"scanrack: {tmp_path}/types.L5X: no program in it\n")
+        assert (status, said) == (2, f"scanrack: {tmp_path}/types.L5X contains no program\n")

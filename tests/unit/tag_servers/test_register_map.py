@@ -182,7 +182,7 @@ def test_a_row_without_a_place_is_named(bench: Bench) -> None:
     made = RegisterMap(Database(bench.rack.desk.listing), ModbusTable.model_validate(table))
     assert made.problems == [
         "[server.modbus] coils[0], tag aDint: its type is DINT: coils take BOOL",
-        "[server.modbus] coils[1], tag Flags: it takes 64 addresses from 65500 on: the last one is 65535",
+        "[server.modbus] coils[1], tag Flags: it needs 64 addresses from 65500 on: the last address is 65535",
         "[server.modbus] holding_registers[0], tag Missing: no tag 'Missing'",
         "[server.modbus] holding_registers[1], tag aBool: its type is BOOL: holding_registers take an "
         "integer or a REAL",

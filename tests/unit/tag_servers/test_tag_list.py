@@ -12,13 +12,14 @@ from typing import Any
 import pytest
 from aliased_tags import write_aliases
 from scanrack.io_images.enip.paths import steps_of
-from scanrack.jobs.run.servers.tag_formats import ELEMENTS_MOST, FORMATS
+from scanrack.jobs.run.servers.tag_formats import FORMATS
 from scanrack.runtime.config.server_table import ModbusTable
 from scanrack.runtime.tag_servers.database import Database
 from scanrack.runtime.tag_servers.nearest import unknown_patterns
 from scanrack.runtime.tag_servers.register_map import RegisterMap
 from scanrack.runtime.tag_servers.tag_list import TagRow, first_map, tag_rows
 from scanrack.runtime.tag_servers.tag_paths import target_of
+from scanrack.runtime.tag_servers.variables import ELEMENTS_MOST
 from served_tags import ServedRack, write_rack
 
 
@@ -206,10 +207,20 @@ def test_factorytalk_has_folders_before_tags_and_a_line_for_each_element() -> No
     assert left_out == ["Long"]
 
 
+GRID = [f"Grid_{row}_{column}" for row in range(3) for column in range(4)]
+
+
 def test_ignition_has_folders_and_nodes() -> None:
     text, left_out = made("ignition", ROWS)
     tree: dict[str, Any] = json.loads(text)
-    assert [each["name"] for each in tree["tags"]] == ["Recipe", "Program_Main", "Level", "Text", "Long"]
+    assert [each["name"] for each in tree["tags"]] == [
+        "Recipe",
+        "Program_Main",
+        *GRID,
+        "Level",
+        "Text",
+        "Long",
+    ]
     time = tree["tags"][0]["tags"][0]["tags"][0]
     assert (time["opcItemPath"], time["dataType"], time["readOnly"]) == (
         "ns=2;s=Recipe.Steps[2].Time",
@@ -217,8 +228,9 @@ def test_ignition_has_folders_and_nodes() -> None:
         False,
     )
     assert time["documentation"] == 'a "time"'
-    assert tree["tags"][2]["dataType"] == "Float4Array"
-    assert left_out == ["Grid"]
+    assert tree["tags"][2 + len(GRID)]["dataType"] == "Float4Array"
+    assert tree["tags"][2]["opcItemPath"] == "ns=2;s=Grid[0,0]"
+    assert left_out == []
 
 
 def test_node_red_has_a_table_by_program_and_a_node_for_each_writable_tag() -> None:

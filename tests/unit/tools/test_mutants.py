@@ -276,8 +276,8 @@ def test_smoke_mutants_and_known_equivalents_still_exist():
     ("room", "some"),
     [
         ("amci3601", ["refusals", "rules"]),
-        ("pcl601", ["axis", "program/machine"]),
-        ("pmc006", ["axis"]),
+        ("pcl601", ["pcl601_motor", "program/machine"]),
+        ("pmc006", ["pmc006_motor"]),
         ("adapters", ["driver", "pcl601/driver"]),
         ("ladder", ["model/arithmetic", "compiler/value_writer"]),
         ("line", ["rtu", "pcl601_pdus"]),
@@ -301,7 +301,7 @@ def test_a_file_of_another_room_is_refused(capsys):
 
     with pytest.raises(SystemExit):
         mutants.parse(["--room", "pmc006", "--files", "refusals"])
-    assert "--files refusals: the room pmc006 has axis controller" in " ".join(
+    assert "--files refusals: the room pmc006 has controller" in " ".join(
         capsys.readouterr().err.split()
     ).replace("__init__ ", "")
 

@@ -348,9 +348,9 @@ def test_layouts_that_are_not_known_are_refused(tmp_path: Path) -> None:
     foreign(path)
     assert refusal(path) == "it has no metadata record 'scanrack', so its layout is not known"
     foreign(path, metadata={**GOOD, "format": "3"})
-    assert refusal(path) == "its layout has format 3; this version reads formats 1 and 2"
+    assert refusal(path) == "its layout has format 3: must be 1 or 2"
     foreign(path, metadata={**GOOD, "format": "2"})
-    assert refusal(path) == "its schema does not tell its tags: it has none"
+    assert refusal(path) == "its schema lists no tags"
     foreign(path, metadata={**GOOD, "slots": "1 2 3"})
     assert refusal(path) == "its metadata record 'scanrack' does not tell its slots: 'slot.3.module'"
     foreign(path, metadata={**GOOD, "slots": "2 1"})

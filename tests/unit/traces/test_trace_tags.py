@@ -188,5 +188,5 @@ def test_a_later_format_is_refused_in_words(tmp_path: Path) -> None:
     path, memory = tmp_path / "later.mcap", bytearray(64)
     recorder = ScanRecorder(path, memory, SLOTS, scan_period_ns=2_000_000, metadata={"format": "3"})
     recorder.close()
-    with pytest.raises(TraceError, match="format 3; this version reads formats 1 and 2"):
+    with pytest.raises(TraceError, match="format 3: must be 1 or 2"):
         open_trace(path)

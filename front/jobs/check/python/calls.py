@@ -88,7 +88,7 @@ class Calls:
             if time_ns == 0:
                 yield LocalFinding(self._place(call), f"{ast.unparse(call)} waits for no time")
 
-    def too_short(self, scan_ns: int) -> Iterator[LocalFinding]:
+    def waits_below_one_scan(self, scan_ns: int) -> Iterator[LocalFinding]:
         """Yield the waits that are over in the next scan."""
         for call, time_ns in self._times():
             if 0 < time_ns < scan_ns:

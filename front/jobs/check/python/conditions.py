@@ -22,7 +22,7 @@ RELATIONS: dict[type[ast.cmpop], str] = {
 
 
 class ConditionNames:
-    """Names of values, and numbers for texts."""
+    """Names values of expressions in conditions; equal names mean equal values."""
 
     def __init__(self) -> None:
         self.turn = self._last = 0  # values of one turn are the same

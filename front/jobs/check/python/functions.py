@@ -21,7 +21,7 @@ from .loops import fixed_loops
 from .reader import Reader
 from .scans import Scans
 from .steps import PythonSteps
-from .times import too_short
+from .times import waits_below_one_scan
 
 
 def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec: RackSpec) -> Facts:
@@ -51,7 +51,7 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
             moves.append((place, kind, made.speed))
     facts.remarks["out-of-range"] += _too_slow(moves, least)
     facts.remarks["command-held"] += reader.held()
-    for node, text in too_short(reader, spec.scan_ns):
+    for node, text in waits_below_one_scan(reader, spec.scan_ns):
         facts.remark("preset-unit", FileLine(str(path), node.lineno), text)
     loops = fixed_loops(tree)
     facts.remarks["never-waits"] += (LocalFinding(FileLine(str(path), line), text) for line, text in loops)

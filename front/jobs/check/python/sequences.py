@@ -51,7 +51,7 @@ from .numbers import Numbers
 from .reader import Function, Reader, field_of, functions_in
 from .scans import missing, word_lost
 from .sequence_summaries import SequenceSummaries
-from .times import too_short
+from .times import waits_below_one_scan
 
 
 def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
@@ -79,8 +79,8 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
         facts.remarks["out-of-range"] += calls.refused()
         facts.remarks["bad-call"] += calls.failing()
         facts.remarks["preset-zero"] += calls.without_time()
-        facts.remarks["preset-unit"] += calls.too_short(spec.scan_ns)
-        for node, text in too_short(reader, spec.scan_ns):
+        facts.remarks["preset-unit"] += calls.waits_below_one_scan(spec.scan_ns)
+        for node, text in waits_below_one_scan(reader, spec.scan_ns):
             facts.remark("preset-unit", FileLine(file, node.lineno), text)
         loops = [*endless(reader.tree, inputs), *skips_wait(reader.tree), *fixed_loops(reader.tree, parts)]
         loops = list(dict(loops).items())  # one per line

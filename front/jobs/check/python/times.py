@@ -15,7 +15,7 @@ CLOCK = "now_ns"
 """The attribute of the scan that counts nanoseconds."""
 
 
-def too_short(reader: Reader, scan_ns: int) -> Iterator[tuple[ast.expr, str]]:
+def waits_below_one_scan(reader: Reader, scan_ns: int) -> Iterator[tuple[ast.expr, str]]:
     """Yield comparisons of times by the scan's clock with less than a scan: expression, and problem."""
     for function, _ in functions_in(reader.tree):
         names = _names(function)

@@ -79,7 +79,7 @@ def _jumps_back(routine: LoweredRoutine) -> Iterator[tuple[LoweredLine, str]]:
 
 
 def counted(routines: Iterable[LoweredRoutine]) -> Iterator[tuple[str, Range, frozenset[int]]]:
-    """Yield what FOR counts: path in capitals, range in the body, and the instructions that count."""
+    """Yield each FOR counter: its tag in capitals, its range in the loop, and where FOR writes it."""
     for routine in routines:
         for loop in loops_in(routine.body or ()):
             for path, range_ in _counted_by(loop):

@@ -93,7 +93,7 @@ class WriteReader:
 
     @property
     def staged(self) -> set[int]:
-        """Slots whose words the program stages in a tag, whose initial values may be sent, too."""
+        """Slots whose output words the program copies from a tag; its initial values may be sent, too."""
         return {slot for slot, _ in self._staged.values()}
 
     def _stages(self, lowered: LoweredProgram) -> Iterator[tuple[str, tuple[int, int]]]:
@@ -124,7 +124,10 @@ class WriteReader:
         return (slot, word) if slot and 0 <= word < WORDS else None
 
     def words_of(self, operand: object) -> tuple[int | None, ...] | None:
-        """Return eight constant words at an operand, None for each written one; None if unknown."""
+        """Return the eight words of an array that is sent as a command, None for each word that rungs write.
+
+        None if the operand is no such array.
+        """
         if not isinstance(operand, (Place, Group)):
             return None
         start = operand.fixed_index if isinstance(operand, Place) else 0

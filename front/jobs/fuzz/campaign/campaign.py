@@ -40,7 +40,7 @@ class Allowance:
     processor_ns: int | None = None
 
     def covers(self, wall_ns: int, processor_ns: int) -> bool:
-        """Return whether there is more than what was used."""
+        """Return whether the time used is below every limit."""
         used = (self.wall_ns, wall_ns), (self.processor_ns, processor_ns)
         return all(limit is None or each < limit for limit, each in used)
 

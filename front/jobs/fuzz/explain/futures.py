@@ -98,7 +98,7 @@ class _OutOfTimeError(Exception):
     """Ends the search for the instant."""
 
 
-def inevitable(
+def find_point_of_no_return(
     bench: TrialBench, found: Counterexample, seed: int = 1, go_on: Callable[[], bool] = lambda: True
 ) -> PointOfNoReturn | None:
     """Return where a failure became inevitable: 100 to 250 runs; None if there was no time for them.

@@ -21,9 +21,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ....runtime.tag_servers.tag_list import TagRow
-
-ELEMENTS_MOST = 100
-"""Most elements of an array that get a row each, where a format has no arrays."""
+from ....runtime.tag_servers.variables import ELEMENTS_MOST
 
 SHORTCUT = "PLC"
 """Device shortcut of FactoryTalk Linx in addresses."""
@@ -215,12 +213,12 @@ def ignition(rows: Iterable[TagRow], title: str) -> TagFile:
     root: dict[str, Any] = {"name": title, "tagType": "Folder", "tags": []}
     known = {"": root}
     for row in rows:
-        if not row.node or len(row.dims) > 1:
+        if not row.node:
             made.left_out.append(row.name)
             continue
-        name = _plain(row.name, "/")
-        folder, _, last = name.rpartition("/")
-        _folder(known, folder)["tags"].append(_opc_tag(row, last))
+        for each in [row] if len(row.dims) < 2 else made.single([row], _IGNITION):
+            folder, _, last = _plain(each.name, "/").rpartition("/")
+            _folder(known, folder)["tags"].append(_opc_tag(each, last))
     made.text = json.dumps(root, indent=2) + "\n"
     return made
 

@@ -89,7 +89,7 @@ class Pcl601Driver(Driver[Drive]):
         return frames.report_id(self.unit)
 
     @override
-    def rouse(self) -> Talk:
+    def restore_protocol(self) -> Talk:
         """Bring the controller back from AA ASCII, in which it ignores Modbus."""
         if (yield ascii.ask_address(self.unit)) is not None:
             self.findings.complain(0, "the controller was in AA ASCII, and is sent back to Modbus")
@@ -367,7 +367,7 @@ class Pcl601Driver(Driver[Drive]):
             if not self.busy:
                 return
         if not self.cut:
-            yield from self.stop_and_look()
+            yield from self.stop_and_read_status()
 
     def _tidy(self, task: Task[Drive], began_at: int) -> Talk:
         """Clear the mark; a limit that ended a slew, or blocked a search, lies in its direction."""

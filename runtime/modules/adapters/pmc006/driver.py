@@ -251,7 +251,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
     def slow_down(self, task: Task[Pmc006Speeds]) -> Talk:
         """Leave speed mode; stop any other motion without a ramp."""
         if task.kind is not TaskKind.SLEW:
-            yield from self.stop_and_look()
+            yield from self.stop_and_read_status()
             return
         yield from self._do("speed_mode", 0)
         if task.model is not None:

@@ -102,7 +102,10 @@ class EncoderFollower(Operation):
 
     @override
     def counts_from_ns(self, now_ns: int, turns_ns: int | None) -> int | None:
-        """Request counts while a direction is selected; at rest, when something turns the encoder."""
+        """Return when the follower next reads encoder counts: now, or at rest when the encoder next turns.
+
+        None while no direction is selected.
+        """
         if not self.sense:
             return None
         return turns_ns if self._at_rest else now_ns
