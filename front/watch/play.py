@@ -141,7 +141,9 @@ class Play:
                 for outcome in ports.enter_context(real_time()):  # before there are ports
                     complain(str(outcome))
             pacer, trace = (
-                AdjustablePace(self._wanted.speed if start.orders is None else None, spin=self._wanted.asked.spin),
+                AdjustablePace(
+                    self._wanted.speed if start.orders is None else None, spin=self._wanted.asked.spin
+                ),
                 self._trace(start),
             )
             run = JobRun(

@@ -12,8 +12,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
 from ..model.operands import Group
-from ..model.spec import InstructionKind
+from ..model.spec import InstructionKind, Use
 from ..model.tags import Leaf
+from ..model.types import HIDDEN
 from ..state.lowered import LoweredStep, Node, Parallel, steps_of
 from ..state.memory import Value, same
 from .cells import Cell
@@ -229,14 +230,12 @@ class Causes:
 
     def _is_own(self, read: Read, entry: StepRun, scan: int) -> bool:
         """Whether an instruction writes itself what it reads, such as ACC."""
-        owned = [
-            each.path
-            for each, use in zip(entry.step.operands, entry.step.uses, strict=False)
-            if use in BOTH_WAYS and isinstance(each, Group)
-        ]
         member = read.text.rpartition(".")[2].upper()
-        if any(read.cell.leaf.path.startswith(f"{path}.") for path in owned) and member not in _GIVEN:
-            return True
+        for each, use in zip(entry.step.operands, entry.step.uses, strict=False):
+            is_part = isinstance(each, Group) and read.cell.leaf.path.startswith(f"{each.path}.")
+            is_given = member in _GIVEN or (use is Use.BLOCK and not member.startswith(HIDDEN))
+            if is_part and use in BOTH_WAYS and not is_given:
+                return True
         for at in (scan, scan - 1):
             for each in self.execution(at).writes if at >= 0 else ():
                 by = each.by
@@ -318,7 +317,7 @@ class Causes:
 
 
 _GIVEN = ("PRE", "LEN")
-"""Members of an instruction's structure that it only reads."""
+"""Members of an instruction's structure that it only reads; of a block's those that it does not write."""
 
 
 def _order(origin: CellChange) -> int:

@@ -133,7 +133,7 @@ class Guess:
         """Add the undocumented members in use to an axis type; return any other type unchanged."""
         if not isinstance(needed, Structure) or not is_axis(needed):
             return needed
-        added = tuple(each for each in self._own(path) if needed.member(each.name) is None)
+        added = tuple(each for each in self.own_members(path) if needed.member(each.name) is None)
         return replace(needed, members=needed.members + added) if added else needed
 
     def fits(self, member: Member | None) -> bool:
@@ -146,9 +146,10 @@ class Guess:
         for each in self.structures if ":" not in self.name else ():
             if all(guess.fits(each.member(guess.name)) for guess in self.members.values()):
                 return each
-        return Structure(path, tuple(self._own(path)))
+        return Structure(path, tuple(self.own_members(path)))
 
-    def _own(self, path: str) -> Iterator[Member]:
+    def own_members(self, path: str) -> Iterator[Member]:
+        """Yield the members in use, with their types; `path` is the name of a structure of them."""
         for each in self.members.values():
             yield Member(each.name, each.type(f"{path}_{each.name}"), each.dims)
 

@@ -20,7 +20,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 
 from ..instructions import BY_NAME
-from ..model.predefined.block_types import BLOCKS
+from ..model.predefined.block_types import BLOCK_STRUCTURES
 from ..model.predefined.motion_types import (
     AXIS_TYPES,
     BY_CLASS,
@@ -69,9 +69,6 @@ from ..model.types import (
     CONTROL,
     COUNTER,
     DINT,
-    FBD_COUNTER,
-    FBD_ONESHOT,
-    FBD_TIMER,
     MESSAGE,
     PID,
     REAL,
@@ -108,13 +105,7 @@ BY_USE: Mapping[Use, DataType] = {
 }
 """Type of an operand by its use."""
 
-_BLOCKS: Mapping[str, DataType] = {
-    **dict.fromkeys(("TONR", "TOFR", "RTOR"), FBD_TIMER),
-    "CTUD": FBD_COUNTER,
-    **dict.fromkeys(("OSRI", "OSFI"), FBD_ONESHOT),
-    **BLOCKS,
-    **SAFETY,
-}
+_BLOCKS: Mapping[str, DataType] = {**BLOCK_STRUCTURES, **SAFETY}
 
 _REGIONS = frozenset({Use.SOURCE, Use.DESTINATION, Use.ARRAY, Use.TABLE})
 _MAY_BE_TEXT = frozenset({Use.TEXT_OR_NUMBER, Use.TEXT_OR_NUMBER_TARGET})

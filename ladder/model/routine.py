@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 from ...io_images.site import Site
 from .chart import Chart, body_name
@@ -20,6 +21,9 @@ class Routine:
     comment: str = ""
     statements: Block | None = None
     chart: Chart | None = None
+    drawing: Any = field(
+        default=None, compare=False
+    )  # of a diagram: what the statements were made of, for export
 
     @property
     def unit(self) -> str:

@@ -13,6 +13,8 @@ r"""L5X: program exports of Studio 5000 and RSLogix 5000.
 | `values` | decorated data and L5K text to initial values |
 | `addons` | add-on instructions |
 | `routines` | rungs and structured text |
+| `diagrams` | function block diagrams to structured text |
+| `names` | tags by name, before they are declared |
 | `presets` | PRE and ACC in rungs |
 | `scopes` | tags and aliases of the controller and of programs |
 | `modules` | modules to tags |
@@ -22,6 +24,7 @@ r"""L5X: program exports of Studio 5000 and RSLogix 5000.
 | `schedule` | tasks |
 | `assembly` | all of that to a `Controller` |
 | `completing` | declarations missing in a partial export |
+| `widening` | members that the types of the file lack |
 | `building` | builds it, refusing rung by rung |
 | `importer` | all of this for one document |
 | `comparing` | two versions, rung by rung |

@@ -13,6 +13,7 @@ from ...ladder.model.errors import LadderError
 from ...ladder.model.expressions import parse_address
 from ...ladder.model.routine import Routine
 from ...ladder.model.spec import Spec, Use
+from ...ladder.model.tags import Tag
 from ...ladder.model.types import MAX_DIMENSIONS, Structure
 from .assembly import without
 from .report import Refusal, Report
@@ -37,6 +38,7 @@ class AddOns:
         self._shapes: dict[str, AddOn] = {}
         self._wrong: dict[str, str] = {}
         self._routines: dict[str, list[Routine]] = {}
+        self._generated: dict[str, list[Tag]] = {}  # of diagrams
         self.made: dict[str, AddOn] = {}  # by name in capitals
         types.add_on = self.structure
 
@@ -73,6 +75,8 @@ class AddOns:
             yield self._parameter(each, _way_of(each))
         for each in record.locals:
             yield self._parameter(each, ParameterMode.LOCAL)
+        for tag in self._generated.get(record.name.upper(), ()):
+            yield Parameter(tag.name, tag.type, ParameterMode.LOCAL)
 
     def _parameter(self, record: TagRecord, way: ParameterMode) -> Parameter:
         if not NAME.fullmatch(record.name):
@@ -103,6 +107,7 @@ class AddOns:
             inouts = {each.name.upper() for each in record.parameters if _way_of(each) is ParameterMode.INOUT}
             read = [(each.name, reader.routine(record.name, each, inouts)) for each in record.routines]
             self._routines[name] = [each for _, each in read if each is not None]
+            self._generated[name] = reader.generated(record.name)
         for record in self.again:
             text = f"there are two add-ons {record.name}; the first one is used"
             self._refuse(record, text, _RENAME)
@@ -156,7 +161,8 @@ class AddOns:
             if routine.statements is None:
                 reader.refuse(shape.name, routine.name, number, text, _PARAMETER, at)
             else:
-                reader.refuse_object(shape.name, routine.name, f"line {number}: {text}", 0, _PARAMETER)
+                place, line = reader.place_of(shape.name, routine.name, number)
+                reader.refuse_object(shape.name, routine.name, f"{place}: {text}", line, _PARAMETER)
             routine = without(routine, number)
             if routine.statements is not None:
                 break

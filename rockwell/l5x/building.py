@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
@@ -13,7 +14,12 @@ from ...ladder.model.routine import Routine
 from ...ladder.model.tags import Tag, program_of
 from .assembly import Parts, does_nothing, owner_of, without
 from .report import Report
-from .routines import RoutineReader, line_of
+from .routines import RoutineReader
+
+STAND_IN, DECLARE = "--stand-in", '[stubs] missing_tags = "declare"'
+"""What gives stand-ins: to a trial, and to a rack."""
+
+_LACKS = re.compile(r"(?:^|: )no routine |(?<! and) has no member ")
 
 ROUNDS = 30
 """Attempts to build after refusals; each refuses at least one rung."""
@@ -25,6 +31,7 @@ class Builder:
     def __init__(self, parts: Parts, reader: RoutineReader, report: Report) -> None:
         self._parts, self._reader, self._report = parts, reader, report
         self._emptied: dict[tuple[str, str], set[int]] = {}
+        self.offers = ""  # what would give a stand-in to something that the export lacks; "" if that is given
 
     def build(self, of: Callable[[Parts], Parts] = lambda parts: parts) -> Controller | None:
         """Return a controller of the parts as `of` selects them, None if nothing can be built."""
@@ -87,14 +94,15 @@ class Builder:
         found = self._routine(owner, routine)
         record = self._reader.record(owner, routine)
         emptied = self._emptied.setdefault((owner.upper(), routine.upper()), set())
+        if self.offers and (site.tag or _LACKS.search(text)):
+            remedy = f"{remedy}; or let {self.offers} stand in for it"
         if found is None or record is None or number in emptied:
             return False
         if found.statements is not None:
             if not found.statements:
                 return False
-            self._reader.refuse_object(
-                owner, routine, f"line {number}: {text}", line_of(record, number), remedy
-            )
+            place, line = self._reader.place_of(owner, routine, number)
+            self._reader.refuse_object(owner, routine, f"{place}: {text}", line, remedy)
         elif found.chart is not None:
             place = f"{body.replace('.', ', action ')}, line {number}: " if body else ""
             line = site.line or record.line

@@ -20,6 +20,7 @@ from .report import Report
 from .routines import RoutineReader
 from .uses import named_first
 from .values.datatypes import NAME
+from .widening import widen
 
 
 class Completion:
@@ -43,6 +44,8 @@ class Completion:
         guesses.read_all((owner, self._to_guess(owner, each)) for owner, each in self._parts.owned())
         for guess in guesses.found.values():
             self._declare_guess(guess)
+        if self._all:
+            widen(self._parts, self._reader.specs, self._report)
 
     def _to_guess(self, owner: str, routine: Routine) -> Routine:
         """Return the part of a routine that may name something missing; of a whole controller, a module."""

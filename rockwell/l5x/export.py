@@ -23,6 +23,7 @@ from ...ladder.model.tags import Alias, Declaration, SlotAlias, Tag
 from ...ladder.model.types import DataType, Elementary, Member, Structure
 from .chart_export import write_chart
 from .mnemonics import OWN
+from .xml.records import ElementRecord
 
 REVISION = "32.02"
 """Software revision of the written file; later ones import it."""
@@ -313,17 +314,24 @@ def _write_program(parent: Any, program: Program, routines: Sequence[Routine], *
         Name=program.name,
         **{name: value for name, value in roots.items() if value},
     )
-    _write_tags(_element(made, "Tags"), program.declarations)
+    generated = [f"FBD_{each.name}_".upper() for each in program.routines if each.drawing is not None]
+    kept = (each for each in program.declarations if not each.name.upper().startswith(tuple(generated)))
+    _write_tags(_element(made, "Tags"), kept)
     _write_routines(_element(made, "Routines", **({} if whole else _CONTEXT)), routines, target=not whole)
 
 
 def _write_routines(parent: Any, routines: Iterable[Routine], *, target: bool = False) -> None:
     for routine in routines:
         kind = "SFC" if routine.chart else "RLL" if routine.statements is None else "ST"
+        if routine.drawing is not None:
+            kind = "FBD"
         made = _element(parent, "Routine", **(_TARGET if target else {}), Name=routine.name, Type=kind)
         _say(made, "Description", routine.comment)
         if routine.chart is not None:
             write_chart(made, routine.chart, _cdata)
+            continue
+        if routine.drawing is not None:
+            _write_drawing(made, routine.drawing)
             continue
         content = _element(made, f"{kind}Content")
         if routine.statements is not None:
@@ -334,3 +342,14 @@ def _write_routines(parent: Any, routines: Iterable[Routine], *, target: bool = 
             element = _element(content, "Rung", Number=str(number), Type="N")
             _say(element, "Comment", rung.comment)
             _element(element, "Text").text = _cdata(str(rung))
+
+
+def _write_drawing(parent: Any, record: ElementRecord) -> None:
+    """Write the content of a function block diagram as it was read."""
+    made = _element(parent, record.tag, **record.attributes)
+    if record.text.strip():
+        made = _element(made, "Text") if record.tag == "TextBox" else made
+        made.text = _cdata(record.text)
+    for each in record.children:
+        if (record.tag, each.tag) != ("TextBox", "Text"):
+            _write_drawing(made, each)

@@ -8,18 +8,22 @@ from pathlib import Path
 
 from ...io_images.site import Site
 from ...ladder.instructions.stubbed import specs_of_stubs
+from ...ladder.lowering.addon import OTHERWISE
 from ...ladder.lowering.controller import Controller
 from ...ladder.model.collector import collector_paused
 from ...ladder.model.routine import Routine
 from ...ladder.model.spec import Spec
 from ...ladder.model.stubs import ALL_MESSAGES, NO_STUBS, Power, Stubs, parse_stub
+from ...ladder.model.tree import Address
 from ...ladder.model.types import Structure
-from .addons import AddOns
+from .addons import AddOns, arguments_of
 from .assembly import Parts, ProgramPart, does_nothing, harness_of
-from .building import Builder
+from .building import DECLARE, STAND_IN, Builder
 from .completing import Completion
+from .diagrams.wire_values import Known
 from .mnemonics import MNEMONICS
 from .modules import module_objects, module_tags
+from .names import Names
 from .report import Report
 from .routines import UNKNOWN, RoutineReader, instruction_names
 from .schedule import chart_options_of, tasks_of
@@ -29,7 +33,7 @@ from .uses import all_instructions, numbered_instructions
 from .values.datatypes import NAME, Types
 from .xml.document import read_document
 from .xml.limits import check_limits
-from .xml.records import L5xDocument, ProgramRecord
+from .xml.records import L5xDocument, ProgramRecord, TagRecord
 
 _PHASE = "it is an equipment phase, which stays idle: its prestate routine runs, those of its states do not"
 IDLE = "scanrack_idle"
@@ -86,10 +90,12 @@ class Importer:
         self._builder = Builder(self._parts, self._reader, self.report)
         self._completes = stubs.missing_tags
         self._absent: dict[str, str] = {}
+        self._names = Names(document)
 
     def run(self, *, trial: bool) -> L5xImport:
         """Import it."""
         self._completes = self._stubs.missing_tags or (trial and not self._document.whole)
+        self._builder.offers = "" if self._completes else STAND_IN if trial else DECLARE
         self._note_others()
         self._read_logic()
         self._declare()
@@ -113,6 +119,7 @@ class Importer:
         if self._completes:
             self._stub_absent_add_ons(shapes)
         reader.specs = {**shapes, **specs_of_stubs(self._parts.stubs)}
+        reader.known = self._known
         self._add_ons.read(reader)
         for program in document.programs:
             self._program(program)
@@ -121,6 +128,29 @@ class Importer:
         self._parts.add_ons = self._add_ons.made
         stubbed = self._stubs.by_name
         self._refuse_callers({name: text for name, text in withheld.items() if name not in stubbed})
+
+    def _known(self, owner: str) -> Known:
+        """Return what the document says about the names in the diagrams of a program or an add-on."""
+        names, add_ons = self._names, self._add_ons.records
+        modules = {each.name.upper(): each for each in self._parts.declarations}
+
+        def arguments(name: str) -> tuple[TagRecord, ...] | None:
+            record = add_ons.get(name.upper())
+            return None if record is None else tuple(arguments_of(record))
+
+        def acts_when_off(name: str) -> bool:
+            record = add_ons.get(name.upper())
+            routines = record.routines if record else ()
+            return any(each.name.upper() == OTHERWISE.upper() for each in routines) and (
+                OTHERWISE not in add_ons[name.upper()].switched_off
+            )
+
+        return Known(
+            lambda address: names.type_of(owner, address, self._types, modules),
+            lambda name: names.without_aliases(owner, Address(name)).name.upper(),
+            arguments,
+            acts_when_off,
+        )
 
     def _note_others(self) -> None:
         for name, line in self._document.others:
@@ -229,6 +259,7 @@ class Importer:
             part = parts.programs.get(program.name.upper())
             if part is not None:
                 part.declarations += scope_of(program.tags, self._types, self.report, program.name)
+                part.declarations += self._reader.generated(program.name)
                 parts.remotes |= remotes_of(program.tags, program.name)
                 declared += part.declarations
         parts.declarations += list(module_objects(document, self._types, declared))

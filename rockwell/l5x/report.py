@@ -1,7 +1,7 @@
 """The report of an import: every rung is imported, or refused with place, reason and remedy.
 
-`imported + len(refused) == rungs` always holds. Other parts (a routine of function blocks, an encoded add-on,
-a line of structured text) are refused as objects.
+`imported + len(refused) == rungs` always holds. Other parts (a function block diagram, an encoded add-on, a
+line of structured text) are refused as objects.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ class StructuredRoutine:
     statements: int  # their number, nested ones included
     refused: int = 0  # number of refused statements
     ran: bool = False  # whether the imported ones ran in the trial
-    chart: bool = False  # whether it is that of a sequential function chart
+    kind: str = "ST"  # `ST`, `SFC` for that of a chart, `FBD` for a diagram, which counts as one statement
 
     @property
     def is_refused(self) -> bool:
@@ -124,19 +124,22 @@ class Report:
     def structured(self) -> dict[str, dict[str, int]]:
         """Count routines, lines and statements of structured text: total, imported, refused, ran."""
         counted = {name: dict.fromkeys(_COUNTED, 0) for name in ("routines", "lines", "statements")}
-        for each in self.texts:
+        for each in self._of("ST", "SFC"):
             for name, total, refused in each.counts():
                 imported = total - refused
                 for key, count in zip(_COUNTED, (total, imported, refused, imported * each.ran), strict=True):
                     counted[name][key] += count
         return counted
 
-    def charts(self) -> dict[str, int]:
-        """Count sequential function charts: total, imported, refused, ran."""
-        charts = [each for each in self.texts if each.chart]
-        refused = sum(each.is_refused for each in charts)
-        ran = sum(each.ran and not each.is_refused for each in charts)
-        return dict(zip(_COUNTED, (len(charts), len(charts) - refused, refused, ran), strict=True))
+    def _of(self, *kinds: str) -> list[StructuredRoutine]:
+        return [each for each in self.texts if each.kind in kinds]
+
+    def drawn(self, kind: str) -> dict[str, int]:
+        """Count charts, `SFC`, or function block diagrams, `FBD`: total, imported, refused, ran."""
+        routines = self._of(kind)
+        refused = sum(each.is_refused for each in routines)
+        ran = sum(each.ran and not each.is_refused for each in routines)
+        return dict(zip(_COUNTED, (len(routines), len(routines) - refused, refused, ran), strict=True))
 
     def note(self, name: str, text: str, line: int = 0) -> None:
         """Add a note, or count a repeated one."""
@@ -181,7 +184,8 @@ class Report:
             "imported": self.imported,
             "ran": self.ran,
             "structured_text": self.structured(),
-            "charts": self.charts(),
+            "charts": self.drawn("SFC"),
+            "diagrams": self.drawn("FBD"),
             "refused": [each.as_json() for each in self.refused],
             "objects": [each.as_json() for each in self.objects],
             "declared": self.declared,
@@ -206,12 +210,12 @@ class Report:
         yield f"{self.file}: {self.target or 'L5X'} of {self.controller}{revision}"
         if self.rungs or not self.texts:
             yield f"{self.rungs} rungs: {self.imported} imported, {len(self.refused)} refused, {self.ran} ran"
-        if self.texts:
+        if self._of("ST", "SFC"):
             yield self._structured_line()
-        charts = self.charts()
-        if charts["total"]:
-            total, imported, refused, ran = charts.values()
-            yield f"sequential function charts: {total}, {imported} imported, {refused} refused, {ran} ran"
+        for name, kind in (("sequential function charts", "SFC"), ("function block diagrams", "FBD")):
+            total, imported, refused, ran = self.drawn(kind).values()
+            if total:
+                yield f"{name}: {total}, {imported} imported, {refused} refused, {ran} ran"
         sections: dict[str, Iterable[object]] = {
             "refused rungs": self.refused,
             "refused objects": self.objects,

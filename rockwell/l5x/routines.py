@@ -6,7 +6,7 @@ The number of a rung in the tree is its index in the document, so that a later r
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 
 from ...io_images.site import NOWHERE, Site
 from ...ladder.instructions import BY_NAME
@@ -16,17 +16,18 @@ from ...ladder.model.errors import LadderError, RungTextError
 from ...ladder.model.routine import Routine
 from ...ladder.model.spec import Spec
 from ...ladder.model.statements import Empty, Region, statements_in
+from ...ladder.model.tags import Tag
 from ...ladder.model.tree import Block, Origin, Rung
 from ...ladder.st import parse_statements
 from .charts import ChartBuilder, ChartRefusedError
+from .diagrams.lowering import Lowered, lowered
+from .diagrams.sheets import DiagramError
+from .diagrams.wire_values import Known
 from .edits import NORMAL, RUNG_TYPES, TEXT_TYPES, Edit
 from .presets import Presets
 from .report import Refusal, Report, StructuredRoutine
 from .xml.limits import MOST_IN_RUNG, instructions_in
 from .xml.records import EncodedRecord, L5xDocument, L5xRungRecord, RoutineRecord, lines_of
-
-DIAGRAMS = {"FBD": "a function block diagram"}
-"""Kinds of routines that can't run here."""
 
 _ANOTHER_LANGUAGE = (
     'write the routine as ladder or structured text, or let it do nothing: {} = "false" below [stubs]'
@@ -35,6 +36,7 @@ UNKNOWN = "stub the instruction, or take it out"
 """Remedy for an unknown instruction."""
 
 _CORRECT_CHART = "correct the chart, or stub the routine"
+_CORRECT_DIAGRAM = 'correct the diagram, or let it do nothing: {} = "false" below [stubs]'
 _PENDING = "accept or cancel the edits, then export again"
 
 
@@ -101,6 +103,8 @@ class RoutineReader:
         self._refused: set[tuple[str, str, int]] = set()
         self._presets: dict[str, Presets] = {}
         self._texts: dict[tuple[str, str], StructuredRoutine] = {}
+        self._diagrams: dict[tuple[str, str], Lowered] = {}
+        self.known: Callable[[str], Known] | None = None  # what the document says about a program's names
         self.specs: Mapping[str, Spec] = BY_NAME  # all instruction specs, by name in capitals
         self.stubbed: frozenset[str] = frozenset()  # stubbed instructions and routines, in capitals
 
@@ -109,9 +113,8 @@ class RoutineReader:
         self._presets.setdefault(owner.upper(), Presets(inouts))
         self._records[owner.upper(), record.name.upper()] = record
         self._report.rungs += len(record.rungs)
-        if record.kind in DIAGRAMS:
-            self.refuse_object(owner, record.name, f"it is {DIAGRAMS[record.kind]}", record.line)
-            return None
+        if record.kind == "FBD":
+            return self._diagram(owner, record)
         if record.kind == "ST":
             self._report.edits += _edits_of_text(owner, record)
             return self._statements(owner, record)
@@ -206,6 +209,47 @@ class RoutineReader:
         self._count_text(owner, record, routine.block)
         return routine
 
+    def _diagram(self, owner: str, record: RoutineRecord) -> Routine | None:
+        try:
+            if record.chart is None or self.known is None:
+                raise DiagramError("the diagram is not in the file", Site(line=record.line))
+            found = lowered(record.chart, record.name, self.known(owner))
+        except LadderError as error:
+            self._count_text(owner, record)
+            line = next(iter(error.sites), NOWHERE).line or record.line
+            self.refuse_object(owner, record.name, str(error), line, _CORRECT_DIAGRAM)
+            return None
+        self._diagrams[owner.upper(), record.name.upper()] = found
+        text, numbers = "\n".join(each.text for each in found.lines), [each.number for each in found.lines]
+        try:
+            block = parse_statements(text, file=self._report.file, lines=numbers, specs=self.specs)
+        except RungTextError as error:
+            self._count_text(owner, record)
+            place = next((each.place for each in found.lines if each.number == error.site.line), "")
+            reason = f"{place}: {error.reason}"
+            self.refuse_object(owner, record.name, reason, error.site.line or record.line, _CORRECT_DIAGRAM)
+            return None
+        self._count_text(owner, record, block)
+        return Routine(record.name, (), record.comment, block, drawing=record.chart)
+
+    def generated(self, owner: str) -> list[Tag]:
+        """Return the tags that the diagrams of a program or an add-on need."""
+        return [
+            each
+            for (name, _), found in self._diagrams.items()
+            if name == owner.upper()
+            for each in found.tags
+        ]
+
+    def place_of(self, owner: str, routine: str, number: int) -> tuple[str, int]:
+        """Return where a line of structured text or of a diagram stands: for people, and the file's line."""
+        found = self._diagrams.get((owner.upper(), routine.upper()))
+        if found is not None:
+            line = found.lines[min(max(number - 1, 0), len(found.lines) - 1)]
+            return line.place, line.number
+        record = self.record(owner, routine)
+        return f"line {number}", 0 if record is None else line_of(record, number)
+
     def _count_text(self, owner: str, record: RoutineRecord, block: Block | None = None) -> None:
         """Count the statements of a routine; refuse all of one that can't be read."""
         lines, _ = _lines_of(record)
@@ -214,9 +258,13 @@ class RoutineReader:
         else:
             refused = 0
             count = sum(not isinstance(each, Empty | Region) for each in statements_in(block))
-        chart = record.kind == "SFC"
-        refused = max(refused, chart and block is None)  # a chart without statements is refused as a whole
-        counted = StructuredRoutine(owner, record.name, len(lines), max(count, chart), refused, chart=chart)
+        drawn = record.kind in ("SFC", "FBD")
+        if record.kind == "FBD":
+            lines, count = [], 1
+        refused = max(refused, drawn and block is None)  # a chart without statements is refused as a whole
+        counted = StructuredRoutine(
+            owner, record.name, len(lines), max(count, drawn), refused, kind=record.kind
+        )
         self._texts.setdefault((owner.upper(), record.name.upper()), counted)
         self._report.texts.append(counted)
 
@@ -261,7 +309,8 @@ class RoutineReader:
         if record is None or counted is None:
             return
         before = counted.refused
-        self.refuse_object(owner, routine, f"line {number}: {reason}", line_of(record, number), remedy)
+        place, line = self.place_of(owner, routine, number)
+        self.refuse_object(owner, routine, f"{place}: {reason}", line, remedy)
         counted.refused = min(before + 1, counted.statements)
 
     def refuse_routine(self, owner: str, routine: str, reason: str, remedy: str) -> bool:
@@ -271,7 +320,7 @@ class RoutineReader:
             return False
         for place in range(len(record.rungs)):
             self.refuse(owner, routine, place, reason, remedy)
-        if record.kind in ("ST", "SFC"):
+        if record.kind in ("ST", "SFC", "FBD"):
             self.refuse_object(owner, routine, reason, record.line, remedy)
         return True
 

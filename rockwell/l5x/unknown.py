@@ -16,14 +16,13 @@ from dataclasses import replace
 
 from ...ladder.lowering.type_inference import Guesses
 from ...ladder.model.errors import LadderError
-from ...ladder.model.expressions import parse_address
 from ...ladder.model.predefined.motion_types import AXIS_TYPES
 from ...ladder.model.routine import Routine
 from ...ladder.model.spec import Spec
 from ...ladder.model.tree import Address, MemberStep, Step, SubscriptStep
 from ...ladder.model.types import DINT, DataType, Member, Structure
 from .addons import arguments_of
-from .assembly import owner_of
+from .names import Names
 from .scopes import type_of
 from .uses import all_instructions
 from .values.datatypes import Types, UnknownTypeError
@@ -51,12 +50,9 @@ class UnknownTypes:
             record.name.upper(): {each.name.upper(): each.type for each in record.members}
             for record in document.data_types
         }
-        self._tags = {"": _by_name(document.tags)}
-        for program in document.programs:
-            self._tags[program.name.upper()] = _by_name(program.tags)
-        self._add_ons = {
-            each.name.upper(): _by_name((*each.parameters, *each.locals)) for each in document.add_ons
-        }
+        names = Names(document)
+        self._tags, self._add_ons = names.tags, names.add_ons
+        self._record, self._without_aliases = names.record, names.without_aliases
         self._arguments = {each.name.upper(): tuple(arguments_of(each)) for each in document.add_ons}
         self._passed: dict[str, str] = {}
         self.names = dict(self._missing(document))
@@ -179,15 +175,6 @@ class UnknownTypes:
                 if inout.usage == "InOut" and isinstance(operand, Address):
                     yield owner, operand, inout
 
-    def _record(self, owner: str, name: str) -> TagRecord | None:
-        own = self._add_ons.get(owner.upper())
-        if own is not None and name.upper() in own:
-            return own[name.upper()]
-        if name.startswith("\\"):
-            owner, name = owner_of(name)
-            return self._tags.get(owner.upper(), {}).get(name.upper())
-        return self._tags.get(owner.upper(), {}).get(name.upper()) or self._tags[""].get(name.upper())
-
     def _use_of(self, owner: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
         """Return the undefined type that an address leads into and the steps in it, or None."""
         address = self._without_aliases(owner, address)
@@ -207,19 +194,6 @@ class UnknownTypes:
             del steps[0]
             kind = self._member_type(kind, named)
         return None
-
-    def _without_aliases(self, owner: str, address: Address) -> Address:
-        """Resolve the aliases in an address as far as possible."""
-        for _ in range(20):
-            record = self._record(owner, address.name)
-            if record is None or not record.target:
-                break
-            try:
-                target = parse_address(record.target)
-            except LadderError:
-                break
-            address = Address(target.name, target.steps + address.steps)
-        return address
 
     def _member_type(self, kind: str, name: str) -> str:
         members = self._members.get(kind.upper())
@@ -241,7 +215,3 @@ class UnknownTypes:
 def _texts(routine: RoutineRecord) -> Iterator[str]:
     yield from (each.text for each in routine.rungs)
     yield from (text for text, _ in routine.lines)
-
-
-def _by_name(records: Iterable[TagRecord]) -> dict[str, TagRecord]:
-    return {each.name.upper(): each for each in records}

@@ -89,6 +89,7 @@ READ: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "conform plan": ("conform {} --list", (".plan",)),
     "conform --judge": ("conform --judge {}", (".json", ".mcap")),
     "conform --out": ("conform --judge missing.json --out {}", (".json",)),
+    "tags rack": ("tags {}", (*RACKS, *PROGRAMS)),
     "serve rack": ("serve amci3601 {} --tcp 1.2.3.4.5:1", RACKS),
     "serve --machine": ("serve pcl601 --machine {} --serial missing", RACKS),
     "serve --program": ("serve pcl601 --program {} --serial missing", (".pclt",)),
@@ -123,6 +124,8 @@ WORDS = {
         "VALUE",
         "[WHAT]",
         "[TAG]",
+        "TAG",
+        "WORDS",
     ),
     *("NAME", "EXAMPLE", "TAGS", "KIND", "ID", "VERSION", "MODULE", "PROGRAM[.ROUTINE]", "TARGET"),
     *(

@@ -12,19 +12,23 @@ from hypothesis import strategies as st
 from l5x_files import (
     add_on,
     alias,
+    block,
+    connector,
     data_type,
-    diagram,
     document,
     ladder,
     member,
     module,
     parameter,
     program,
+    reference,
     rung,
+    sheets,
     structured,
     tag,
     task,
     value,
+    wire,
 )
 from scanrack.jobs.imports.l5x_rack import rack_of
 from scanrack.rockwell.l5x import L5xError
@@ -83,7 +87,25 @@ def untyped(name, kind, dims, *data):
     return f'<Tag Name="{name}" TagType="Base" DataType="{kind}"{length}>{"".join(data)}</Tag>'
 
 
+BLOCKS = (
+    "".join(reference("IRef", key, each) for key, each in enumerate(("Stop", "5", "N")))
+    + block("ADD__F", 3)
+    + block("TONR", 4, "Delay", x=9)
+    + '<JSR ID="5" X="1" Y="2" Routine="Text" In="N" Ret=""/>'
+    + '<AddOnInstruction Name="Outer" ID="6" X="0" Y="0" Operand="Nested" VisiblePins="P"/>'
+    + reference("ORef", 7, "N")
+    + connector("OCon", 8, "On")
+    + connector("ICon", 9, "On")
+    + wire(0, "4.TimerEnable")
+    + wire(1, "3.SourceA")
+    + wire(2, "3.SourceB")
+    + wire("3.Dest", "4.PRE", feedback=True)
+    + wire("4.ACC", 7)
+    + wire("3.Dest", 8)
+    + wire(9, "6.P")
+)
 TAGS = (
+    tag("Delay", "FBD_TIMER"),
     alias("Start", "Local:2:I.Data.3"),
     tag("Stop", "BOOL", data=value("BOOL", 0)),
     tag("Run", "BOOL"),
@@ -124,7 +146,7 @@ WHOLE = document(
     tags=TAGS,
     programs=[
         program(
-            *("P", ladder("Main", *RUNGS), structured("Text", TEXT), diagram("Blocks", "FBD")),
+            *("P", ladder("Main", *RUNGS), structured("Text", TEXT), sheets("Blocks", BLOCKS)),
             *(ladder("More", *MORE), ladder("Taking", *TAKING)),
         ).replace("<Program ", '<Program TestEdits="true" ')
     ],

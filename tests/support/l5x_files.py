@@ -37,6 +37,9 @@ def structured(name: str, text: str) -> str:
 
 
 def diagram(name: str, kind: str) -> str:
+    """A routine that is refused: a diagram with a block that is not known here, or an empty chart."""
+    if kind == "FBD":
+        return sheets(name, block("PIDE", 0, "Loop"))
     return f'<Routine Name="{name}" Type="{kind}">\n<{kind}Content/>\n</Routine>\n'
 
 
@@ -162,3 +165,39 @@ def after(imported: Any, scans: int = 1) -> Any:
     for _ in range(scans):
         imported.controller.step()
     return imported.controller.tags
+
+
+def sheets(name: str, *contents: str) -> str:
+    """A routine of function block diagrams, each content a sheet; see `block`, `function`, `wire`."""
+    inside = "".join(f'<Sheet Number="{n}">\n{each}</Sheet>\n' for n, each in enumerate(contents, start=1))
+    content = (
+        f'<FBDContent SheetSize="A - 8.5 x 11 in" SheetOrientation="Landscape">\n{inside}</FBDContent>\n'
+    )
+    return f'<Routine Name="{name}" Type="FBD">\n{content}</Routine>\n'
+
+
+def reference(tag: str, key: int, operand: str, *, x: int = 0, y: int = 0) -> str:
+    """An IRef or ORef."""
+    return f'<{tag} ID="{key}" X="{x}" Y="{y}" Operand="{escape(operand)}" HideDesc="false"/>\n'
+
+
+def connector(tag: str, key: int, name: str) -> str:
+    """An ICon or OCon."""
+    return f'<{tag} ID="{key}" X="0" Y="0" Name="{name}"/>\n'
+
+
+def block(kind: str, key: int, operand: str = "", *, x: int = 0, y: int = 0, pins: str = "") -> str:
+    """A block with its tag; without one a function, such as `ADD__F`."""
+    place = f'ID="{key}" X="{x}" Y="{y}"'
+    if not operand:
+        return f'<Function Type="{kind}" {place}/>\n'
+    return f'<Block Type="{kind}" {place} Operand="{operand}" VisiblePins="{pins}" HideDesc="false"/>\n'
+
+
+def wire(start: int | str, end: int | str, *, feedback: bool = False) -> str:
+    """A wire from `3.Out` to `4.In1`, or from or to a reference, `3`."""
+    source, _, output = str(start).partition(".")
+    target, _, pin = str(end).partition(".")
+    names = (f' FromParam="{output}"' if output else "", f' ToParam="{pin}"' if pin else "")
+    tag = "FeedbackWire" if feedback else "Wire"
+    return f'<{tag} FromID="{source}"{names[0]} ToID="{target}"{names[1]}/>\n'

@@ -14,7 +14,10 @@ from ...terminal.as_json import JsonOption
 
 
 def _l5x_command(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="An L5X or SLC export.", show_default=False)],
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="An L5X or SLC export, or a folder of them.", show_default=False),
+    ],
     as_json: JsonOption = False,
     rack: Annotated[bool, typer.Option("--print-rack", help="Print a rack file for it.")] = False,
     against: Annotated[
@@ -35,6 +38,10 @@ def _l5x_command(
             "--scans", metavar="N", min=1, help="Scans of the trial, 100, or with --run of the run, 1000."
         ),
     ] = None,
+    stand_in: Annotated[
+        bool,
+        typer.Option("--stand-in", help="Declare tags, members and routines that the L5X names and lacks."),
+    ] = False,
 ) -> None:
     """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
 
@@ -44,7 +51,10 @@ def _l5x_command(
     With --run it also runs on a rack in a temporary folder, with memory for what is not simulated. The report
     then says for which conditions the program waits, which inputs never changed, and which modules it wants.
 
+    Of a folder it prints sums: rungs, whole controllers, and the reasons of refusals without names of tags.
+
     Example: scanrack l5x machine.L5X
+    Example: scanrack l5x exports --json
     Example: scanrack l5x machine.L5X --run
     Example: scanrack l5x machine.L5X --print-rack > machine.toml
     Example: scanrack l5x machine.L5X --print-rack --stepper Feed > machine.toml
@@ -57,7 +67,7 @@ def _l5x_command(
     """
     from .l5x_job import l5x
 
-    l5x(file, as_json, rack, against, export, stepper, run, scans)
+    l5x(file, as_json, rack, against, export, stepper, run, scans, stand_in)
 
 
 def register(app: typer.Typer) -> None:

@@ -14,6 +14,7 @@ from ...ladder.lowering.checks import IDEAL, ideal_motion_of
 from ...ladder.lowering.controller import Controller
 from ...ladder.lowering.program import Program
 from ...ladder.model.errors import LadderError
+from ...ladder.model.stubs import Stubs
 from ...rockwell.l5x import import_l5x
 from ...rockwell.l5x.comparing import differences
 from ...rockwell.l5x.export import export_l5x
@@ -32,13 +33,17 @@ if TYPE_CHECKING:
     from ...rockwell.slc import SlcImport
 
 
-def tried(path: Path, scans: int = SCANS) -> L5xImport | SlcImport:
-    """Import an export and run a trial; LadderError if the file can't be used."""
+def tried(path: Path, scans: int = SCANS, *, stand_in: bool = False) -> L5xImport | SlcImport:
+    """Import an export and run a trial; LadderError if the file can't be used.
+
+    Args:
+        stand_in: whether what an L5X names and lacks is declared from its use.
+    """
     if is_slc(path):
         program = import_slc(path, trial=True)
         run_slc_trial(program, scans)
         return program
-    imported = import_l5x(path, trial=True)
+    imported = import_l5x(path, Stubs(missing_tags=stand_in), trial=True)
     run_trial(imported, scans)
     if imported.controller is not None:
         for axis, names in ideal_motion_of(imported.controller.build()).items():
@@ -75,20 +80,27 @@ def l5x(
     stepper: list[str] | None,
     run: bool,
     scans: int | None,
+    stand_in: bool,
 ) -> None:
     """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
     """
+    if file.is_dir():
+        if against or rack or stepper or export or run:
+            raise typer.Exit(complain(f"{file}: a folder takes --json, --scans and --stand-in", BAD_INPUT))
+        from .l5x_folder import l5x_folder  # it imports this module
+
+        raise typer.Exit(l5x_folder(file, as_json=as_json, stand_in=stand_in, scans=scans or SCANS))
     if against is not None:
         raise typer.Exit(_print_differences(file, against, as_json=as_json))
     if rack or stepper:
-        raise typer.Exit(_print_rack(file, stepper or []))
+        raise typer.Exit(_print_rack(file, stepper or [], stand_in=stand_in))
     if export is not None:
         raise typer.Exit(_print_export(file, export))
     try:
-        imported = tried(file, (not run and scans) or SCANS)
+        imported = tried(file, (not run and scans) or SCANS, stand_in=stand_in)
     except LadderError as error:
         if as_json:
             say_json({"file": str(file), "problem": str(error)})
@@ -144,7 +156,7 @@ def _print_export(file: Path, name: str) -> int:
     return DONE
 
 
-def _print_rack(file: Path, steppers: list[str]) -> int:
+def _print_rack(file: Path, steppers: list[str], *, stand_in: bool) -> int:
     """Print a rack file for an export; return the exit status."""
     from ...jobs.imports.l5x_rack import rack_of  # racks take time to import, and a report needs none
     from ...jobs.imports.slc_rack import rack_of_slc
@@ -154,7 +166,7 @@ def _print_rack(file: Path, steppers: list[str]) -> int:
             program = import_slc(file)
             printed, report = rack_of_slc(program, file, steppers), program.report
         else:
-            imported = import_l5x(file, trial=True)
+            imported = import_l5x(file, Stubs(missing_tags=stand_in), trial=True)
             printed, report = rack_of(imported, file, steppers), imported.report
     except ValueError as error:
         return complain(str(error), BAD_INPUT)

@@ -25,7 +25,7 @@ def _tags_command(
         Path, typer.Argument(metavar="RACK", help="A rack file or an export.", show_default=False)
     ],
     tag: Annotated[
-        list[str] | None, typer.Argument(metavar="[TAG]...", help="Only these: Run, Recipe.*, Local:1:*.")
+        list[str] | None, typer.Argument(metavar="TAG", help="Only these: Run, Recipe.*, Local:1:*.")
     ] = None,
     as_json: JsonOption = False,
     as_csv: Annotated[bool, typer.Option("--csv", help="Print the table as CSV.")] = False,
@@ -40,9 +40,9 @@ def _tags_command(
 
     SOFTWARE is ignition (JSON of tags), kepware or factorytalk (CSV of tags), or node-red (a flow).
 
-    Example: scanrack tags examples/hmi/feeder.toml
-    Example: scanrack tags examples/hmi/feeder.toml "Hmi*" Position --for node-red > flow.json
-    Example: scanrack tags examples/feeder/feeder.toml --map >> examples/feeder/feeder.toml
+    Examples: scanrack new feeder --from feeder; scanrack tags feeder/feeder.toml
+    Example: scanrack tags line.toml "Hmi*" Position --for node-red > flow.json
+    Example: scanrack tags line.toml --map >> line.toml
 
     Exit status: 0 listed, 1 SOFTWARE has no place for some tags, 2 a file can't be used.
     """

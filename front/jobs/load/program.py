@@ -364,6 +364,9 @@ def _whole(
         shown += [f"and {more} more: scanrack l5x {path} lists all"] * (more > 0)
         raise ProgramError("\n".join(shown), *(Site(file=each.file, line=each.line) for each in refused))
     program.left_out = dict(report.stubs)
+    if stubs.missing_tags and report.declared:
+        declared = [f"{name} : {text}" for name, text in report.declared.items()]
+        program.left_out["missing_tags"] = f"declare: {', '.join(declared)}"
     program.refused = [each.place for each in sorted(refused, key=lambda each: each.line)]
     return LoadedProgram(path, program.name, program, data, report.warnings, modules, report.forces)
 

@@ -1,10 +1,26 @@
-"""Structures of the function blocks that structured text calls [1756-RM006, structures of each block]."""
+"""Structures of function blocks: those that structured text calls, and those of diagrams alone.
+
+[1756-RM003 and 1756-RM006, structures of each block]
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..types import BOOL, DINT, LINT, LREAL, REAL, Elementary, Member, Structure
+from ..types import (
+    BOOL,
+    DINT,
+    FBD_COUNTER,
+    FBD_ONESHOT,
+    FBD_TIMER,
+    LINT,
+    LREAL,
+    REAL,
+    Elementary,
+    Member,
+    Structure,
+    members,
+)
 
 
 def _block(name: str, parameters: Mapping[Elementary, str], hidden: tuple[Member, ...] = ()) -> Structure:
@@ -66,4 +82,50 @@ BLOCKS: Mapping[str, Structure] = {
 }
 """Structure of each block instruction."""
 
+BLOCK_STRUCTURES: Mapping[str, Structure] = {
+    **dict.fromkeys(("TONR", "TOFR", "RTOR"), FBD_TIMER),
+    "CTUD": FBD_COUNTER,
+    **dict.fromkeys(("OSRI", "OSFI"), FBD_ONESHOT),
+    **BLOCKS,
+}
+"""The same with timers, counter and one-shots."""
+
 BLOCK_TYPES: Mapping[str, Structure] = {each.name: each for each in BLOCKS.values()}
+
+
+def _of_diagrams(name: str, inputs: tuple[Member, ...], outputs: tuple[Member, ...]) -> Structure:
+    return Structure(
+        name,
+        (Member("EnableIn", BOOL, initial=True), *inputs, Member("EnableOut", BOOL), *outputs),
+    )
+
+
+_EIGHT = " ".join(f"In{number}" for number in range(1, 9))
+_TRUE = tuple(Member(name, BOOL, initial=True) for name in _EIGHT.split())  # set on the first download
+_DEST = {kind: members(kind, "Dest") for kind in (BOOL, DINT, REAL)}
+_OUT = members(BOOL, "Out")
+
+DIAGRAM_TYPES: Mapping[str, Structure] = {
+    name: _of_diagrams(name, inputs, outputs)
+    for name, inputs, outputs in (
+        ("FBD_BOOLEAN_AND", _TRUE, _OUT),
+        ("FBD_BOOLEAN_OR", members(BOOL, _EIGHT), _OUT),
+        ("FBD_BOOLEAN_XOR", members(BOOL, "In1 In2"), _OUT),
+        ("FBD_BOOLEAN_NOT", members(BOOL, "In"), _OUT),
+        ("FBD_MATH", members(REAL, "SourceA SourceB"), _DEST[REAL]),
+        ("FBD_MATH_ADVANCED", members(REAL, "Source"), _DEST[REAL]),
+        ("FBD_TRUNCATE", members(REAL, "Source"), _DEST[DINT]),
+        ("FBD_CONVERT", members(DINT, "Source"), _DEST[DINT]),
+        ("FBD_COMPARE", members(REAL, "SourceA SourceB"), _DEST[BOOL]),
+        ("FBD_LIMIT", members(REAL, "LowLimit Test HighLimit"), _DEST[BOOL]),
+        ("FBD_MASK_EQUAL", members(DINT, "Source Mask Compare"), _DEST[BOOL]),
+        ("FBD_LOGICAL", members(DINT, "SourceA SourceB"), _DEST[DINT]),
+        ("FBD_MASKED_MOVE", members(DINT, "Source Mask Target"), _DEST[DINT]),
+        (
+            "MULTIPLEXER",
+            (*members(REAL, _EIGHT), Member("Selector", DINT, initial=1)),
+            (*members(REAL, "Out"), *members(DINT, "Status"), *members(BOOL, "InstructFault SelectorInv")),
+        ),
+    )
+}
+"""Structures of blocks that only diagrams have."""

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 
 from ..types import BOOL, DINT, LINT, SINT, TYPES, DataType, Member, Structure, members, status_bits
-from .block_types import BLOCK_TYPES
+from .block_types import BLOCK_TYPES, DIAGRAM_TYPES
 from .motion_types import MOTION_TYPES
 from .safety_types import SAFETY
 from .slc_types import SLC_TYPES
@@ -70,6 +70,7 @@ PREDEFINED_TYPES: Mapping[str, DataType] = {
     **TYPES,
     **MOTION_TYPES,
     **BLOCK_TYPES,
+    **DIAGRAM_TYPES,
     **{each.name: each for each in SAFETY.values()},
     SERIAL_PORT_CONTROL.name: SERIAL_PORT_CONTROL,
     HMIBC.name: HMIBC,

@@ -387,7 +387,7 @@ class _L5xReader:
         types = [each.get("OnlineEditType", "") for each in contents]
         chosen = chosen_text(types, tested=tested)
         content = contents[chosen] if contents else None
-        charts = list(element.iterchildren("SFCContent"))
+        charts = list(element.iterchildren("SFCContent", "FBDContent"))
         edits = [each.get("OnlineEditType", "") for each in charts]
         chart = charts[chosen_text(edits, tested=tested)] if charts else None
         lines = [("".join(each.itertext()), int(each.sourceline)) for each in _children(content, "Line")]

@@ -87,7 +87,7 @@ class L5xRungRecord:
 
 @dataclass(frozen=True, slots=True)
 class ElementRecord:
-    """An element of a chart, with those inside it."""
+    """An element of a chart or a diagram, with those inside it."""
 
     tag: str
     attributes: Mapping[str, str]
@@ -113,7 +113,7 @@ class RoutineRecord:
     tests_edits: bool = False  # whether its program executes accepted edits
     texts: tuple[tuple[str, int], ...] = ()  # of structured text under edit: type and line of all texts
     chosen: int = 0  # which of them `lines` are
-    chart: ElementRecord | None = None  # the content of a chart
+    chart: ElementRecord | None = None  # the content of a chart or a function block diagram
 
 
 @dataclass(frozen=True, slots=True)

@@ -121,6 +121,7 @@ OTHERS = {
     "watch text",
     "query limit",
     "rules bit",
+    "tags tag",
     "run retain",
     "why want",
     "export mcap",

@@ -225,7 +225,7 @@ def test_a_chart_that_can_not_be_is_refused_with_its_element(imported, name):
     assert says in refused.reason, refused.reason
     assert (refused.program, refused.routine, report.ran) == ("P", "Seq", 1)
     assert refused.line > 0
-    assert report.charts()["refused"] == 1
+    assert report.drawn("SFC")["refused"] == 1
 
 
 def test_branches_in_a_circle_end(imported):
@@ -234,11 +234,11 @@ def test_branches_in_a_circle_end(imported):
     assert "transition T0 has no step after it" in report.objects[0].reason
 
 
-def test_a_function_block_diagram_stays_refused(imported):
+def test_a_function_block_diagram_without_content_is_refused(imported):
     text = machine(*MACHINE).replace('Type="SFC"', 'Type="FBD"')
     text = re.sub(r"</?SFCContent[^>]*>", "", text)
     (refused,) = imported(text).report.objects
-    assert "it is a function block diagram" in refused.reason
+    assert "the diagram is not in the file" in refused.reason
 
 
 def test_the_mixer_of_the_examples_makes_its_first_batch():

@@ -1,0 +1,140 @@
+"""What each block of a diagram does, as structured text with its pins in braces.
+
+A block has a tag, and its pins are members of it; a function of a 5380 or 5580 controller has none, and its
+output is a generated tag. The blocks that structured text has are called [1756-RM003, 1756-RM006, the page of
+each instruction, function block].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ....ladder.model.predefined.block_types import BLOCK_STRUCTURES, DIAGRAM_TYPES
+from ....ladder.model.types import Structure
+
+
+@dataclass(frozen=True, slots=True)
+class BlockForm:
+    """A kind of blocks."""
+
+    structure: Structure
+    lines: tuple[str, ...]
+    output: str = ""  # the pin that is computed here, "" for an instruction of structured text
+    formula: str = ""
+
+
+def _formula(structure: str, output: str, formula: str) -> BlockForm:
+    return BlockForm(DIAGRAM_TYPES[structure], (f"{{{output}}} := {formula};",), output, formula)
+
+
+def _two(structure: str, operator: str) -> BlockForm:
+    return _formula(structure, "Dest", f"{{SourceA}} {operator} {{SourceB}}")
+
+
+def _eight(operator: str) -> str:
+    return f" {operator} ".join(f"{{In{number}}}" for number in range(1, 9))
+
+
+_LIMITS = (
+    "({LowLimit} <= {HighLimit} AND {Test} >= {LowLimit} AND {Test} <= {HighLimit}) OR "
+    "({LowLimit} > {HighLimit} AND ({Test} >= {LowLimit} OR {Test} <= {HighLimit}))"
+)
+
+_MUX = BlockForm(
+    DIAGRAM_TYPES["MULTIPLEXER"],
+    (
+        "CASE {Selector} OF",
+        *(f"{number}: {{Out}} := {{In{number}}};" for number in range(1, 9)),
+        "END_CASE;",
+        "{InstructFault} := {Selector} < 1 OR {Selector} > 8;",
+        "{SelectorInv} := {InstructFault};",
+        "IF {SelectorInv} THEN {Status} := 3; ELSE {Status} := 0; END_IF;",
+    ),
+    "Out",
+)
+"""A Selector outside of 1 to 8 leaves Out, and sets InstructFault, Status.0, and SelectorInv, Status.1."""
+
+FORMULAS: Mapping[str, BlockForm] = {
+    "BAND": _formula("FBD_BOOLEAN_AND", "Out", _eight("AND")),
+    "BOR": _formula("FBD_BOOLEAN_OR", "Out", _eight("OR")),
+    "BXOR": _formula("FBD_BOOLEAN_XOR", "Out", "{In1} XOR {In2}"),
+    "BNOT": _formula("FBD_BOOLEAN_NOT", "Out", "NOT {In}"),
+    **{
+        name: _two("FBD_MATH", operator)
+        for name, operator in (
+            ("ADD", "+"),
+            ("SUB", "-"),
+            ("MUL", "*"),
+            ("DIV", "/"),
+            ("MOD", "MOD"),
+            ("XPY", "**"),
+        )
+    },
+    **{
+        name: _formula("FBD_MATH_ADVANCED", "Dest", f"{name}({{Source}})")
+        for name in ("SQR", "ABS", "SIN", "COS", "TAN", "ASN", "ACS", "ATN", "LN", "LOG", "DEG", "RAD")
+    },
+    "NEG": _formula("FBD_MATH_ADVANCED", "Dest", "-{Source}"),
+    "TRN": _formula("FBD_TRUNCATE", "Dest", "TRN({Source})"),
+    "TOD": _formula("FBD_CONVERT", "Dest", "TOD({Source})"),
+    "FRD": _formula("FBD_CONVERT", "Dest", "FRD({Source})"),
+    **{
+        name: _two("FBD_COMPARE", operator)
+        for name, operator in (
+            ("EQU", "="),
+            ("NEQ", "<>"),
+            ("LES", "<"),
+            ("LEQ", "<="),
+            ("GRT", ">"),
+            ("GEQ", ">="),
+        )
+    },
+    "LIM": _formula("FBD_LIMIT", "Dest", _LIMITS),
+    "MEQ": _formula("FBD_MASK_EQUAL", "Dest", "({Source} AND {Mask}) = ({Compare} AND {Mask})"),
+    "AND": _two("FBD_LOGICAL", "AND"),
+    "OR": _two("FBD_LOGICAL", "OR"),
+    "XOR": _two("FBD_LOGICAL", "XOR"),
+    "NOT": _formula("FBD_LOGICAL", "Dest", "NOT {SourceA}"),
+    "MVMT": _formula("FBD_MASKED_MOVE", "Dest", "({Source} AND {Mask}) OR ({Target} AND NOT {Mask})"),
+}
+"""Blocks that are a formula, and the functions of the same names."""
+
+BLOCKS: Mapping[str, BlockForm] = {
+    **FORMULAS,
+    "MUX": _MUX,
+    **{name: BlockForm(structure, (f"{name}({{}});",)) for name, structure in BLOCK_STRUCTURES.items()},
+}
+"""Blocks by type."""
+
+OTHER_NAMES: Mapping[str, str] = {
+    "EQ": "EQU",
+    "NE": "NEQ",
+    "LT": "LES",
+    "LE": "LEQ",
+    "GT": "GRT",
+    "GE": "GEQ",
+    "LIMIT": "LIM",
+    "SQRT": "SQR",
+    "EXPT": "XPY",
+    "TRUNC": "TRN",
+    "TO_BCD": "TOD",
+    "BCD_TO": "FRD",
+    "ASIN": "ASN",
+    "ACOS": "ACS",
+    "ATAN": "ATN",
+}
+"""Names that Studio 5000 gives since revision 36, and to functions."""
+
+FUNCTION = "__F"
+"""End of the type of a function, `ADD__F`."""
+
+
+def canonical(name: str) -> str:
+    """Return the name of a block or function in `BLOCKS`, if it is there.
+
+    >>> canonical("SQRT__F"), canonical("add")
+    ('SQR', 'ADD')
+    """
+    plain = name.upper().removesuffix(FUNCTION)
+    return OTHER_NAMES.get(plain, plain)

@@ -1,0 +1,237 @@
+"""A function block diagram as structured text: a line for each wire, block and output, below its element.
+
+    FBD_Blocks_1_0 := Level;                              // an input reference whose tag changes below
+    Sum.EnableIn [:=] Run;                                // wires to the inputs of a block
+    Sum.SourceA := FBD_Blocks_1_0;
+    IF Sum.EnableIn THEN                                  // only if EnableIn is wired
+        Sum.Dest := Sum.SourceA + Sum.SourceB;
+        Sum.EnableOut [:=] 1;
+    ELSE
+        Sum.EnableOut := 0;
+    END_IF;
+    Level := Sum.Dest;                                    // output references, after their block
+
+Data latching: wherever an IRef is wired to, it has its value of the beginning of the routine [1756-RM003,
+Function Block Attributes, Latching Data], in a generated tag if the diagram may change it. EnableOut is the
+wired EnableIn, else true; prescan clears both [Function Block States].
+
+Interpretations: a wire carries its value also to a block that its EnableIn turns off; an overflow does not
+clear EnableOut; EnableIn without a wire is not read.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+
+from ....io_images.site import Site
+from ....ladder.model.tags import Tag
+from ....ladder.model.tree import Address
+from ....ladder.model.types import Elementary
+from ..xml.records import ElementRecord
+from .blocks import canonical
+from .sheets import Diagram, DiagramError, Node, Pin
+from .wire_values import Known, Values, form_of, name_in
+
+ENABLE_IN, ENABLE_OUT = "EnableIn", "EnableOut"
+
+_PIN = re.compile(r"\{(\w*)\}")
+_ANY = {"BAND": " AND ", "BOR": " OR "}
+"""Functions of as many inputs as are wired, with their operators."""
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """A line of structured text, with its element and that one's line in the file."""
+
+    text: str
+    place: str
+    number: int
+
+
+@dataclass(slots=True)
+class Lowered:
+    """A routine."""
+
+    lines: list[Line] = field(default_factory=list)
+    tags: list[Tag] = field(default_factory=list)  # generated for it
+
+
+def lowered(content: ElementRecord, routine: str, known: Known) -> Lowered:
+    """Return a diagram's structured text, or raise a DiagramError."""
+    return _Lowering(Diagram(content), routine, known).run()
+
+
+class _Lowering:
+    def __init__(self, diagram: Diagram, routine: str, known: Known) -> None:
+        self._diagram, self._known = diagram, known
+        self._values = Values(diagram, routine, known)
+        self._order = diagram.in_order()
+        self._lines: list[Line] = []
+        self._refuse_unknown()
+        self._written = {known.same(name_in(each)) for each in self._named_outputs()}
+        self._calls = any(each.tag == "JSR" for each in self._order)
+        for each in self._order:
+            if each.tag == "Function":
+                self._values.hold(each)
+
+    def _refuse_unknown(self) -> None:
+        """Raise one error for all blocks that are not known."""
+        blocks = (each for each in self._order if each.tag in ("Block", "Function"))
+        wrong = [each for each in blocks if form_of(each) is None]
+        if wrong:
+            names = "; ".join(each.place for each in wrong)
+            kinds = ", ".join(dict.fromkeys(each.type for each in wrong))
+            text = f"{names}: function block diagrams have no {kinds} here"
+            raise DiagramError(text, Site(line=wrong[0].record.line))
+
+    def _named_outputs(self) -> Iterator[str]:
+        """Yield the tags that the diagram writes, and those of its blocks."""
+        for each in self._diagram.nodes.values():
+            if each.tag != "IRef" and each.operand:
+                yield each.operand
+            yield from self._values.handed(each).values()
+
+    def run(self) -> Lowered:
+        self._latch()
+        for node in self._references():
+            self._outputs(node)
+        for node in self._order:
+            _RUN[node.tag](self, node)
+            self._outputs(node)
+        return Lowered(self._lines, self._values.tags)
+
+    # --- input references
+
+    def _references(self) -> list[Node]:
+        references = (each for each in self._diagram.nodes.values() if each.tag == "IRef")
+        return sorted(references, key=lambda each: each.position)
+
+    def _latch(self) -> None:
+        """Copy input references to generated tags if theirs may change before they are used."""
+        for node in self._references():
+            operand = self._values.operand(node)
+            if isinstance(operand, Address) and (
+                self._calls or self._known.same(operand.name) in self._written
+            ):
+                kind = self._known.type_of(operand)
+                if isinstance(kind, Elementary) and self._is_value(node):
+                    self._add(node, f"{self._values.hold(node, kind)} := {node.operand};")
+
+    def _is_value(self, reference: Node) -> bool:
+        """Whether the value of a reference is used, not only its tag as an InOut."""
+        return any(
+            each.source.node is reference
+            and each.name.upper() not in self._values.inouts(self._diagram.nodes[key])
+            for key, inputs in self._diagram.inputs.items()
+            for each in inputs
+        )
+
+    # --- lines
+
+    def _add(self, node: Node, *texts: str) -> None:
+        """Add lines below the name of their element."""
+        if not self._lines or self._lines[-1].place != node.place:
+            texts = (f"// {node.place}", *texts)
+        self._lines += (Line(each, node.place, node.record.line) for each in texts)
+
+    def _inputs(self, node: Node) -> None:
+        """Copy values to the inputs, which are memory; prescan clears EnableIn."""
+        inouts = self._values.inouts(node)
+        for each in self._diagram.inputs_of(node):
+            if each.name.upper() not in inouts:
+                assigns = "[:=]" if each.name.upper() == ENABLE_IN.upper() else ":="
+                target = each.name if node.tag in ("JSR", "RET") else f"{node.operand}.{each.name}"
+                self._add(node, f"{target} {assigns} {self._values.text(each.source)};")
+
+    def _outputs(self, node: Node) -> None:
+        for reference, each in self._diagram.readers(node):
+            self._values.operand(reference)
+            text = f"{reference.operand} := {self._values.text(each.source)};"
+            self._lines.append(Line(text, reference.place, reference.record.line))
+
+    def _is_enabled_by_wire(self, node: Node) -> bool:
+        return any(each.name.upper() == ENABLE_IN.upper() for each in self._diagram.inputs_of(node))
+
+    def _enabled(self, node: Node, body: list[str]) -> None:
+        """Add the lines of a block, below its EnableIn if that is wired."""
+        if self._is_enabled_by_wire(node):
+            otherwise = ("ELSE", f"    {node.operand}.{ENABLE_OUT} := 0;", "END_IF;")
+            body = [f"IF {node.operand}.{ENABLE_IN} THEN", *(f"    {each}" for each in body), *otherwise]
+        self._add(node, *body)
+
+    # --- elements that run
+
+    def _block(self, node: Node) -> None:
+        self._values.operand(node)
+        self._inputs(node)
+        form = form_of(node)
+        assert form is not None
+        body = [
+            _PIN.sub(lambda found: f"{node.operand}.{found[1]}" if found[1] else node.operand, line)
+            for line in form.lines
+        ]
+        if form.output:
+            body.append(f"{node.operand}.{ENABLE_OUT} [:=] 1;")
+        self._enabled(node, body)
+
+    def _function(self, node: Node) -> None:
+        form = form_of(node)
+        assert form is not None
+        wired = {each.name.upper(): each.source for each in self._diagram.inputs_of(node)}
+        formula = form.formula
+        operator = _ANY.get(canonical(node.type))
+        if operator:
+            pins = (each for each in _PIN.findall(formula) if each.upper() in wired)
+            formula = operator.join(f"{{{each}}}" for each in pins) or formula
+        missing = next((each for each in _PIN.findall(formula) if each.upper() not in wired), None)
+        if missing is not None:
+            raise node.refused(f"nothing is wired to its input {missing}")
+        text = _PIN.sub(lambda found: self._values.text(wired[found[1].upper()]), formula)
+        self._add(node, f"{self._values.text(Pin(node, form.output))} := {text};")
+
+    def _add_on(self, node: Node) -> None:
+        arguments = self._known.arguments(node.type)
+        if arguments is None:
+            raise node.refused(f"no add-on {node.type} in the file")
+        if self._known.acts_when_off(node.type) and self._is_enabled_by_wire(node):
+            raise node.refused("its EnableIn is wired, and it has a routine EnableInFalse")
+        self._inputs(node)
+        handed = self._values.handed(node)
+        missing = next((each for each in sorted(self._values.inouts(node)) if each not in handed), None)
+        if missing is not None:
+            raise node.refused(f"its {missing} has no argument")
+        given = (handed.get(each.name.upper(), f"{node.operand}.{each.name}") for each in arguments)
+        self._enabled(node, [f"{node.type}({','.join((node.operand, *given))});"])
+
+    def _call(self, node: Node) -> None:
+        """JSR: its pins are the tags that it passes and gets; a wire to one writes the tag."""
+        self._inputs(node)
+        inputs, returns = (node.record.attributes.get(name, "").split() for name in ("In", "Ret"))
+        self._add(node, f"JSR({','.join((node.type, str(len(inputs)), *inputs, *returns))});")
+
+    def _begin(self, node: Node) -> None:
+        if _listed(node):
+            line = Line(f"SBR({','.join(_listed(node))});", node.place, node.record.line)
+            self._lines.insert(0, line)
+
+    def _return(self, node: Node) -> None:
+        self._inputs(node)
+        self._add(node, f"RET({','.join(_listed(node))});")
+
+
+_RUN: Mapping[str, Callable[[_Lowering, Node], None]] = {
+    "Block": _Lowering._block,
+    "Function": _Lowering._function,
+    "AddOnInstruction": _Lowering._add_on,
+    "JSR": _Lowering._call,
+    "SBR": _Lowering._begin,
+    "RET": _Lowering._return,
+}
+
+
+def _listed(node: Node) -> list[str]:
+    """Return the tags of SBR or RET."""
+    get = node.record.attributes.get
+    return [*get("In", "").split(), *get("Ret", "").split()]

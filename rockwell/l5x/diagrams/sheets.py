@@ -1,0 +1,223 @@
+"""The sheets of a function block diagram: elements, wires between them, and the order of the blocks.
+
+    IRef -- Wire --> Block, Function, AddOnInstruction -- Wire --> ORef
+    OCon and ICon of one name join wires across sheets; one OCon may have several ICons
+
+A block runs after the blocks whose outputs it gets. A wire with the Assume Data Available indicator, in an
+export a FeedbackWire, gives the value of the execution before, and so does a wire from a block to itself. A
+loop of several blocks without such a wire has no order, as in Studio 5000 [1756-RM003, Function Block
+Attributes, Order of Execution and Resolve a Loop; 1756-PM009, Program a Function Block Diagram].
+
+The manual says that order does not matter between blocks that are not wired together. Interpretation: where
+it does, since they name one tag, they run sheet by sheet, from left to right, then from top to bottom.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from heapq import heapify, heappop, heappush
+
+from ....io_images.site import Site
+from ....ladder.model.errors import LadderError
+from ..xml.records import ElementRecord, number_of
+
+RUN = ("Block", "Function", "AddOnInstruction", "JSR", "SBR", "RET")
+"""Elements that run."""
+
+_NODES = (*RUN, "IRef", "ORef", "ICon", "OCon")
+_WIRES = ("Wire", "FeedbackWire")
+_REMARKS = ("TextBox", "Attachment", "Description")
+MOST_ELEMENTS = 20_000
+"""Maximum elements and wires of a routine."""
+
+Key = tuple[int, int]
+"""Sheet, from 1, and ID of an element."""
+
+
+class DiagramError(LadderError):
+    """A diagram that can't be run; its site has the line."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pin:
+    """An output of an element; `name` is "" for an IRef."""
+
+    node: Node
+    name: str
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Node:
+    """An element."""
+
+    key: Key
+    record: ElementRecord
+
+    @property
+    def tag(self) -> str:
+        """Its kind, as an export names it."""
+        return self.record.tag
+
+    @property
+    def type(self) -> str:
+        """Its instruction or routine, "" for a reference or connector."""
+        get = self.record.attributes.get
+        return (get("Type") or get("Name") or get("Routine") or "") if self.tag in RUN else ""
+
+    @property
+    def operand(self) -> str:
+        """Its tag, address or number; "" without one."""
+        return self.record.attributes.get("Operand", "").strip()
+
+    @property
+    def place(self) -> str:
+        """Where it stands, for people."""
+        name = self.operand or self.record.attributes.get("Name", "") * (self.tag in ("ICon", "OCon"))
+        shown = " ".join(filter(None, (self.type or self.tag, name or f"with ID {self.key[1]}")))
+        return f"sheet {self.key[0]}, {shown}"
+
+    @property
+    def position(self) -> tuple[int, int, int, int]:
+        """Its place in the order of blocks that are not wired together."""
+        x, y = (int(number_of(self.record.attributes.get(name, "")) or 0) for name in "XY")
+        return self.key[0], x, y, self.key[1]
+
+    def refused(self, text: str) -> DiagramError:
+        """Return the error for it."""
+        return DiagramError(f"{self.place}: {text}", Site(line=self.record.line))
+
+
+@dataclass(frozen=True, slots=True)
+class Input:
+    """A wired input."""
+
+    name: str  # of the pin, "" of an ORef
+    source: Pin
+    feedback: bool  # whether it gets the value of the execution before
+
+
+class Diagram:
+    """The elements of a routine with their inputs."""
+
+    def __init__(self, content: ElementRecord) -> None:
+        self.nodes: dict[Key, Node] = {}
+        self._wires: dict[Key, dict[str, tuple[Key, str, bool]]] = {}  # by target and pin
+        self._connectors: dict[str, Node] = {}
+        sheets = [each for each in content.children if each.tag == "Sheet"]
+        if sum(len(each.children) for each in sheets) > MOST_ELEMENTS:
+            raise DiagramError(f"it has more than {MOST_ELEMENTS:,} elements", Site(line=content.line))
+        for place, sheet in enumerate(sheets, start=1):
+            number = number_of(sheet.attributes.get("Number", "")) or place
+            for each in sheet.children:
+                self._node(number, each)
+            for each in sheet.children:
+                if each.tag in _WIRES:
+                    self._wire(number, each)
+        self.inputs: Mapping[Key, tuple[Input, ...]] = {
+            key: tuple(self._input(key, name) for name in wires) for key, wires in self._wires.items()
+        }
+
+    def _node(self, sheet: int, record: ElementRecord) -> None:
+        if record.tag in (*_WIRES, *_REMARKS):
+            return
+        number = number_of(record.attributes.get("ID", ""))
+        node = Node((sheet, -1 if number is None else number), record)
+        if record.tag not in _NODES:
+            raise node.refused(f"elements are {', '.join(_NODES)}")
+        if number is None or node.key in self.nodes:
+            raise node.refused("its ID is missing, or that of another element")
+        self.nodes[node.key] = node
+        if record.tag == "OCon":
+            name = record.attributes.get("Name", "").upper()
+            if self._connectors.setdefault(name, node) is not node:
+                raise node.refused("there are two output connectors of this name")
+
+    def _wire(self, sheet: int, record: ElementRecord) -> None:
+        get = record.attributes.get
+        source, target = (self._end(sheet, get(name, "")) for name in ("FromID", "ToID"))
+        if source is None or target is None:
+            text = f"sheet {sheet}: a wire leads to an element that does not exist"
+            raise DiagramError(text, Site(line=record.line))
+        pin = get("ToParam", "") if target.tag in RUN else ""
+        taken = self._wires.setdefault(target.key, {})
+        if pin.upper() in {each.upper() for each in taken}:
+            raise target.refused(f"two wires lead to its input {pin}".rstrip())
+        name = get("FromParam", "") if source.tag in RUN else ""
+        if (target.tag in RUN and not pin) or (source.tag in RUN and not name):
+            raise target.refused("a wire to it names no pin")
+        taken[pin] = source.key, name, record.tag == "FeedbackWire"
+
+    def _end(self, sheet: int, number: str) -> Node | None:
+        found = number_of(number)
+        return None if found is None else self.nodes.get((sheet, found))
+
+    def _input(self, key: Key, name: str) -> Input:
+        """Return an input with its source past connectors."""
+        at, pin, feedback = self._wires[key][name]
+        passed = set()
+        while self.nodes[at].tag == "ICon":
+            connector = self._connectors.get(self.nodes[at].record.attributes.get("Name", "").upper())
+            if connector is None or not self._wires.get(connector.key) or at in passed:
+                raise self.nodes[at].refused("nothing is wired to its output connector")
+            passed.add(at)
+            at, pin, behind = self._wires[connector.key][""]
+            feedback |= behind
+        if self.nodes[at].tag in ("ORef", "OCon"):
+            raise self.nodes[at].refused("a wire leaves it, and it has no output")
+        itself = at == key
+        return Input(name, Pin(self.nodes[at], pin), feedback or itself)
+
+    def inputs_of(self, node: Node) -> tuple[Input, ...]:
+        """Return its wired inputs."""
+        return self.inputs.get(node.key, ())
+
+    def readers(self, node: Node) -> Iterator[tuple[Node, Input]]:
+        """Yield the output references that get a value of a node, in order of position."""
+        references = sorted(self._of("ORef"), key=lambda each: each.position)
+        yield from (
+            (each, one) for each in references for one in self.inputs_of(each) if one.source.node == node
+        )
+
+    def _of(self, *tags: str) -> Iterator[Node]:
+        return (each for each in self.nodes.values() if each.tag in tags)
+
+    def in_order(self) -> list[Node]:
+        """Return the elements that run, in their order; SBR is first, RET last."""
+        blocks = {each.key: each for each in self._of(*RUN)}
+        waits = {
+            key: {each.source.node.key for each in self.inputs_of(node) if not each.feedback} & blocks.keys()
+            for key, node in blocks.items()
+        }
+        after: dict[Key, list[Key]] = {}
+        for key, sources in waits.items():
+            for each in sources:
+                after.setdefault(each, []).append(key)
+        rank = {"SBR": 0, "RET": 2}
+        ready = [
+            (rank.get(blocks[key].tag, 1), blocks[key].position, key) for key in blocks if not waits[key]
+        ]
+        heapify(ready)
+        found: list[Node] = []
+        while ready:
+            key = heappop(ready)[-1]
+            found.append(blocks[key])
+            for each in after.get(key, ()):
+                waits[each].discard(key)
+                if not waits[each]:
+                    heappush(ready, (rank.get(blocks[each].tag, 1), blocks[each].position, each))
+        if len(found) < len(blocks):
+            raise self._loop({key: sources for key, sources in waits.items() if sources}, blocks)
+        return found
+
+    def _loop(self, waits: Mapping[Key, set[Key]], blocks: Mapping[Key, Node]) -> DiagramError:
+        """Return the error for a loop without an order: go backward until a block comes again."""
+        key = min(waits, key=lambda each: blocks[each].position)
+        way: list[Key] = []
+        while key not in way:
+            way.append(key)
+            key = min(waits[key], key=lambda each: blocks[each].position)
+        loop = sorted((blocks[each] for each in way[way.index(key) :]), key=lambda each: each.position)
+        names = ", ".join(each.place for each in loop)
+        text = f"{names}: they are a loop without the Assume Data Available indicator"
+        return DiagramError(text, Site(line=loop[0].record.line))

@@ -1,0 +1,137 @@
+"""Values on the wires of a diagram: the text of each output, and its type.
+
+A function has no tag: a generated one holds its value. Interpretation: it has the type of the widest input,
+and an integer one is at least a DINT, so that 7 / 2 of two INTs is 3.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from ....ladder.model.errors import LadderError
+from ....ladder.model.expressions import parse_expression
+from ....ladder.model.tags import Tag
+from ....ladder.model.tree import Address, Number, Operand
+from ....ladder.model.types import BOOL, DINT, LINT, LREAL, REAL, DataType, Elementary
+from ..xml.records import TagRecord
+from .blocks import BLOCKS, FUNCTION, BlockForm, canonical
+from .sheets import Diagram, Node, Pin
+
+
+@dataclass(frozen=True, slots=True)
+class Known:
+    """What the document says about names in a diagram."""
+
+    type_of: Callable[[Address], DataType | None]
+    same: Callable[[str], str]  # the tag behind an alias, in capitals
+    arguments: Callable[[str], tuple[TagRecord, ...] | None]  # of an add-on in call order, None without it
+    acts_when_off: Callable[[str], bool]  # whether an add-on has logic for a false EnableIn
+
+
+def name_in(operand: str) -> str:
+    """Return the tag of an address as text; an operand that is none as it is."""
+    try:
+        found = parse_expression(operand)
+    except LadderError:
+        return operand
+    return found.name if isinstance(found, Address) else operand
+
+
+def form_of(node: Node) -> BlockForm | None:
+    """Return what a block or function does, None if it is not known here."""
+    found = BLOCKS.get(canonical(node.type))
+    if node.tag == "Function":
+        return found if found is not None and found.formula and node.type.endswith(FUNCTION) else None
+    return found
+
+
+class Values:
+    """The values of one diagram."""
+
+    def __init__(self, diagram: Diagram, routine: str, known: Known) -> None:
+        self._diagram, self._routine, self._known = diagram, routine, known
+        self._held: dict[Node, Tag] = {}
+
+    @property
+    def tags(self) -> list[Tag]:
+        """The generated tags."""
+        return [*self._held.values()]
+
+    def hold(self, node: Node, kind: Elementary | None = None) -> str:
+        """Generate a tag for a value, of a function by default; return its name."""
+        sheet, number = node.key
+        name = f"FBD_{self._routine}_{sheet}_{number}"
+        self._held[node] = Tag(name, kind or self._result(node), comment=node.place)
+        return name
+
+    def operand(self, node: Node) -> Operand:
+        """Return the operand of a reference or the tag of a block, or raise a DiagramError."""
+        try:
+            operand = parse_expression(node.operand)
+        except LadderError:
+            operand = None
+        if not isinstance(operand, Address | (Number if node.tag == "IRef" else Address)):
+            wanted = "a tag or a number" if node.tag == "IRef" else "a tag"
+            raise node.refused(f"{wanted} is needed")
+        return operand
+
+    def text(self, source: Pin) -> str:
+        """Return a value as structured text."""
+        node = source.node
+        if node in self._held:
+            return self._held[node].name
+        if node.tag == "IRef":
+            self.operand(node)
+            return f"({node.operand})" if node.operand.startswith("-") else node.operand
+        if node.tag in ("JSR", "SBR"):
+            return source.name
+        return self.handed(node).get(source.name.upper(), f"{node.operand}.{source.name}")
+
+    def _type(self, source: Pin) -> DataType | None:
+        """Return the type of a value, None if it is unknown."""
+        if source.node in self._held:
+            return self._held[source.node].type
+        form = form_of(source.node)
+        if source.node.tag == "Block" and form is not None:
+            member = form.structure.member(source.name)
+            return member.type if member else None
+        operand = parse_expression(self.text(source))
+        if isinstance(operand, Address):
+            return self._known.type_of(operand)
+        return REAL if isinstance(operand, Number) and isinstance(operand.value, float) else DINT
+
+    def _result(self, node: Node) -> Elementary:
+        form = form_of(node)
+        own = form.structure.member(form.output) if form else None
+        assert own is not None
+        if own.type is BOOL:
+            return BOOL
+        sources = (each.source for each in self._diagram.inputs_of(node))
+        known = (each for each in sources if each.node.tag != "Function" or each.node in self._held)
+        kinds = [self._type(each) for each in known]
+        if own.type is REAL and LREAL in kinds:
+            return LREAL
+        if own.type is REAL and (REAL in kinds or None in kinds):
+            return REAL
+        wide = (isinstance(each, Elementary) and each.is_integer and each.bits > DINT.bits for each in kinds)
+        return LINT if any(wide) else DINT
+
+    # --- InOuts of add-ons, which are no values
+
+    def inouts(self, node: Node) -> frozenset[str]:
+        """Return the InOuts of an add-on's element, in capitals."""
+        arguments = self._known.arguments(node.type) if node.tag == "AddOnInstruction" else None
+        return frozenset(each.name.upper() for each in arguments or () if each.usage.upper() == "INOUT")
+
+    def handed(self, node: Node) -> Mapping[str, str]:
+        """Return the arguments of InOuts by name in capitals: of the element, or of a wired reference."""
+        if node.tag != "AddOnInstruction":
+            return {}
+        listed = (each.attributes for each in node.record.children if each.tag == "InOutParameter")
+        found = {each.get("Name", "").upper(): each.get("Argument", "") for each in listed}
+        inouts = self.inouts(node)
+        for each in self._diagram.inputs_of(node):
+            if each.name.upper() in inouts and each.source.node.tag == "IRef":
+                found[each.name.upper()] = each.source.node.operand
+        return {name: argument for name, argument in found.items() if argument}

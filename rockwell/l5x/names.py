@@ -1,0 +1,68 @@
+"""Tags of a document by name, before they are declared: records, aliases, types."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from ...ladder.lowering.guess import type_at
+from ...ladder.model.errors import LadderError
+from ...ladder.model.expressions import parse_address
+from ...ladder.model.tags import Declaration, Tag
+from ...ladder.model.tree import Address
+from ...ladder.model.types import DataType
+from .assembly import owner_of
+from .values.datatypes import Types
+from .xml.records import L5xDocument, TagRecord
+
+
+class Names:
+    """The tags of programs, add-ons and the controller, each scope by name in capitals."""
+
+    def __init__(self, document: L5xDocument) -> None:
+        self.tags = {"": _by_name(document.tags)}
+        for program in document.programs:
+            self.tags[program.name.upper()] = _by_name(program.tags)
+        self.add_ons = {
+            each.name.upper(): _by_name((*each.parameters, *each.locals)) for each in document.add_ons
+        }
+
+    def record(self, owner: str, name: str) -> TagRecord | None:
+        """Return a tag as a program or an add-on names it; None without one."""
+        own = self.add_ons.get(owner.upper())
+        if own is not None and name.upper() in own:
+            return own[name.upper()]
+        if name.startswith("\\"):
+            owner, name = owner_of(name)
+            return self.tags.get(owner.upper(), {}).get(name.upper())
+        return self.tags.get(owner.upper(), {}).get(name.upper()) or self.tags[""].get(name.upper())
+
+    def without_aliases(self, owner: str, address: Address) -> Address:
+        """Resolve the aliases in an address as far as possible."""
+        for _ in range(20):
+            record = self.record(owner, address.name)
+            if record is None or not record.target:
+                break
+            try:
+                target = parse_address(record.target)
+            except LadderError:
+                break
+            address = Address(target.name, target.steps + address.steps)
+        return address
+
+    def type_of(
+        self, owner: str, address: Address, types: Types, others: Mapping[str, Declaration]
+    ) -> DataType | None:
+        """Return the type of an address, None if it is unknown; `others` are tags of modules."""
+        address = self.without_aliases(owner, address)
+        record = self.record(owner, address.name)
+        tag = others.get(address.name.upper())
+        if record is not None:
+            try:
+                tag = Tag(record.name, types.find(record.type), record.dims)
+            except LadderError:
+                return None
+        return type_at(tag, address) if isinstance(tag, Tag) else None
+
+
+def _by_name(records: Iterable[TagRecord]) -> dict[str, TagRecord]:
+    return {each.name.upper(): each for each in records}

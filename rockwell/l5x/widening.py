@@ -1,0 +1,84 @@
+"""Members that rungs name and a declared structure lacks: stand-ins of their inferred types, at its end.
+
+A structure of the user's own or of a module gets them wherever it is used; COP and SIZE see the longer one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from ...ladder.lowering.type_inference import Guesses
+from ...ladder.model.predefined.structures import PREDEFINED_TYPES
+from ...ladder.model.spec import Spec
+from ...ladder.model.tags import Declaration, Tag
+from ...ladder.model.tree import Address, MemberStep, Step, SubscriptStep
+from ...ladder.model.types import DataType, Member, Structure
+from .assembly import Parts
+from .report import Report
+
+
+def widen(parts: Parts, specs: Mapping[str, Spec], report: Report) -> None:
+    """Add the members that programs name to the types of their tags, and report them."""
+    widening = _Widening(parts)
+    guesses = Guesses(widening.use_of, parts.known, parts.operands_of, specs)
+    guesses.read_all(parts.owned())
+    for key, guess in guesses.found.items():
+        members = widening.added[key] = tuple(guess.root.own_members(guess.name))
+        for each in members:
+            report.declared[f"{guess.name}.{each.name}"] = each.type.name + "".join(
+                f"[{n}]" for n in each.dims
+            )
+    if not widening.added:
+        return
+    parts.declarations = widening.all_of(parts.declarations)
+    for part in parts.programs.values():
+        part.declarations = widening.all_of(part.declarations)
+    for key, definition in parts.add_ons.items():
+        parameters = tuple(replace(each, type=widening.of(each.type)) for each in definition.parameters)
+        if parameters != definition.parameters:
+            parts.add_ons[key] = replace(definition, parameters=parameters)
+
+
+class _Widening:
+    """Finds structures that lack a member, and replaces them."""
+
+    def __init__(self, parts: Parts) -> None:
+        self._parts = parts
+        self._made: dict[int, tuple[Structure, Structure]] = {}  # by identity of the type, which stays alive
+        self.added: dict[str, tuple[Member, ...]] = {}  # by type in capitals
+
+    def use_of(self, program: str, address: Address) -> tuple[str, tuple[Step, ...]] | None:
+        """Return the structure that lacks a member of an address, and the steps from there; None without."""
+        address = self._parts.without_aliases(program, address)
+        tag = self._parts.declaration(program, address.name)
+        kind: DataType | None = tag.type if isinstance(tag, Tag) else None
+        for place, step in enumerate(address.steps):
+            if isinstance(step, SubscriptStep):
+                continue
+            if not isinstance(step, MemberStep) or not isinstance(kind, Structure):
+                return None
+            member = kind.member(step.name)
+            if member is None:
+                return None if self._is_fixed(kind) else (kind.name, address.steps[place:])
+            kind = member.type
+        return None
+
+    def _is_fixed(self, kind: Structure) -> bool:
+        return kind.is_string or kind.name in PREDEFINED_TYPES or kind.name.upper() in self._parts.add_ons
+
+    def all_of(self, declarations: list[Declaration]) -> list[Declaration]:
+        """Return declarations with the longer types."""
+        return [
+            replace(each, type=self.of(each.type)) if isinstance(each, Tag) else each for each in declarations
+        ]
+
+    def of(self, kind: DataType) -> DataType:
+        """Return a type with the members that it lacks."""
+        if not isinstance(kind, Structure):
+            return kind
+        if id(kind) not in self._made:
+            members = tuple(replace(each, type=self.of(each.type)) for each in kind.members)
+            wider = members + self.added.get(kind.name.upper(), ())
+            self._made[id(kind)] = kind, kind if wider == kind.members else replace(kind, members=wider)
+        return self._made[id(kind)][1]
