@@ -184,6 +184,24 @@ def test_a_program_that_is_gone_ends_nothing(tmp_path):
         assert session.end() == 130
 
 
+@pytest.mark.parametrize("options", [(), ("--spin",)], ids=["sleeps", "spins"])
+def test_the_scans_of_a_session_wait_awake_if_they_are_told_to(monkeypatch, options):
+    spins = []
+
+    class Pace(play.AdjustablePace):
+        def __init__(self, speed, *, spin):
+            spins.append(spin)
+            super().__init__(speed, spin=spin)
+
+    def no_helper(*_):
+        raise OSError(errno.EAGAIN, "no helper")
+
+    monkeypatch.setattr(play, "AdjustablePace", Pace)
+    monkeypatch.setattr(play, "MonitorSupervisor", no_helper)
+    CliRunner().invoke(build(), ["watch", str(FEEDER), "--for", "20ms", *options])
+    assert spins == [bool(options)]
+
+
 @pytest.mark.skipif(sys.platform != "linux", reason="what is open is read from /proc")
 def test_a_session_that_does_not_begin_closes_its_recording_before_the_folder_is_removed(monkeypatch):
     folders, left = [], []
