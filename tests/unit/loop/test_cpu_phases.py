@@ -151,5 +151,5 @@ def test_listeners_are_closed_once_in_order(rack, new_diary, log):
 
 
 def test_a_period_must_be_positive(rack):
-    with pytest.raises(ValueError, match="0 ns is not allowed"):
+    with pytest.raises(ValueError, match="of 0 ns: must be at least 1 ns"):
         Cpu(rack, lambda scan: None, 0)

@@ -225,5 +225,5 @@ def test_two_slots_are_two_panels(tmp_path: Path) -> None:
 
 
 def test_another_kind_of_picture_is_refused(path: Path, tmp_path: Path) -> None:
-    with pytest.raises(ValueError, match=r"a\.gif: a picture is a \.png or \.svg file"):
+    with pytest.raises(ValueError, match=r"a\.gif: the name must end in \.png or \.svg"):
         save_figure(chart(path), tmp_path / "a.gif")
