@@ -28,11 +28,13 @@ class Relation:
         self.program, self.turned = program, turned
         self.engine = None
         forget()
-        self.lengths = lengths  # LEN of each CONTROL, which no scan changes
+        self.lengths = lengths  # LEN of each CONTROL
         layout = program.build().layout
         known = {(leaf.path.upper(), at): lengths for leaf in _lengths(layout) for at in range(leaf.size)}
-        self.machine = TurningMachine(program.build(), (1, 1000), known)
-        self.machine.scan_terms()
+        self.machine = self._scanned(known)
+        changed = known.keys() & self.machine.written.keys()
+        if changed:  # a LEN that the program writes is no constant, see `ProgramSystem`
+            self.machine = self._scanned({key: known[key] for key in known if key not in changed})
         self._state = self.machine.state
         if turned:
             self.machine.turn_key(TRUE)
@@ -42,6 +44,11 @@ class Relation:
             fault = or_(fault, condition)
         roots = [*self._state.values(), fault, self.machine.deep]
         self._terms = KnownValues(roots, self.machine.havocs)
+
+    def _scanned(self, known):
+        machine = TurningMachine(self.program.build(), (1, 1000), known)
+        machine.scan_terms()
+        return machine
 
     def values(self, memory, now_ms, dt):
         """Return the values of all variables."""
