@@ -258,6 +258,7 @@ def test_what_times_counts_or_is_reset_is_written():
         "SOR SQO #N12:0 FFFFh N7:0 R6:0 4 0 EOR\nDATA N12:0 0\nEND\n",
         "x",
     ).program
+    assert program is not None
     mentions = cross_reference(program.build())
     found = {(each.site.instruction.partition("(")[0], each.text): each.way for each in mentions}
     assert found["TON", "T4:0"] == found["CTU", "C5:0"] == found["SQO", "R6:0"] == "reads, writes"
