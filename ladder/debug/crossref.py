@@ -22,6 +22,9 @@ BOTH_WAYS = frozenset(
         Use.COUNTER,
         Use.BLOCK,
         Use.CONTROL,
+        Use.SLC_TIMER,
+        Use.SLC_COUNTER,
+        Use.SLC_CONTROL,
         Use.MESSAGE,
         Use.ARRAY,
         Use.PID,
@@ -34,7 +37,7 @@ BOTH_WAYS = frozenset(
 )
 """Uses that read and write their operand."""
 
-TARGETS = WRITTEN | BOTH_WAYS | {Use.RESETTABLE}
+TARGETS = WRITTEN | BOTH_WAYS | {Use.RESETTABLE, Use.SLC_RESETTABLE}
 """Uses that write their operand."""
 
 STRETCHES = frozenset({Use.SOURCE, Use.DESTINATION, Use.TABLE, Use.ARRAY})

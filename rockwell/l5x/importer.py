@@ -20,7 +20,7 @@ from .addons import AddOns, arguments_of
 from .assembly import Parts, ProgramPart, does_nothing, harness_of
 from .building import DECLARE, STAND_IN, Builder
 from .completing import Completion
-from .diagrams.wire_values import Known
+from .diagrams.wire_values import DocumentNames
 from .mnemonics import MNEMONICS
 from .modules import module_objects, module_tags
 from .names import Names
@@ -129,7 +129,7 @@ class Importer:
         stubbed = self._stubs.by_name
         self._refuse_callers({name: text for name, text in withheld.items() if name not in stubbed})
 
-    def _known(self, owner: str) -> Known:
+    def _known(self, owner: str) -> DocumentNames:
         """Return what the document says about the names in the diagrams of a program or an add-on."""
         names, add_ons = self._names, self._add_ons.records
         modules = {each.name.upper(): each for each in self._parts.declarations}
@@ -145,7 +145,7 @@ class Importer:
                 OTHERWISE not in add_ons[name.upper()].switched_off
             )
 
-        return Known(
+        return DocumentNames(
             lambda address: names.type_of(owner, address, self._types, modules),
             lambda name: names.without_aliases(owner, Address(name)).name.upper(),
             arguments,

@@ -20,9 +20,9 @@ from ...ladder.model.tags import Tag
 from ...ladder.model.tree import Block, Origin, Rung
 from ...ladder.st import parse_statements
 from .charts import ChartBuilder, ChartRefusedError
-from .diagrams.lowering import Lowered, lowered
+from .diagrams.lowering import DiagramText, lowered
 from .diagrams.sheets import DiagramError
-from .diagrams.wire_values import Known
+from .diagrams.wire_values import DocumentNames
 from .edits import NORMAL, RUNG_TYPES, TEXT_TYPES, Edit
 from .presets import Presets
 from .report import Refusal, Report, StructuredRoutine
@@ -103,8 +103,10 @@ class RoutineReader:
         self._refused: set[tuple[str, str, int]] = set()
         self._presets: dict[str, Presets] = {}
         self._texts: dict[tuple[str, str], StructuredRoutine] = {}
-        self._diagrams: dict[tuple[str, str], Lowered] = {}
-        self.known: Callable[[str], Known] | None = None  # what the document says about a program's names
+        self._diagrams: dict[tuple[str, str], DiagramText] = {}
+        self.known: Callable[[str], DocumentNames] | None = (
+            None  # what the document says about a program's names
+        )
         self.specs: Mapping[str, Spec] = BY_NAME  # all instruction specs, by name in capitals
         self.stubbed: frozenset[str] = frozenset()  # stubbed instructions and routines, in capitals
 

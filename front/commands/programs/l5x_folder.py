@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from ...jobs.load.program import EXPORT_SUFFIXES
+from ...jobs.load.trial import tried
 from ...ladder.model.errors import LadderError
 from ...rockwell.l5x.mnemonics import MNEMONICS
 from ...rockwell.l5x.report import Report
 from ...terminal.as_json import say_json
 from ...terminal.status import BAD_INPUT, DONE, NO, complain
 from ...terminal.terminal import say
-from .l5x_job import tried
 
 LACKS = "names that the file does not have: tags, members, routines, add-ons"
 WHOLE = "Controller"

@@ -7,10 +7,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ...io_images.input_files import open_input
-from ...jobs.load.program import L5X_SUFFIXES, SLC_SUFFIXES
+from ...jobs.load.program import L5X_SUFFIXES
+from ...jobs.load.trial import is_slc, tried
 from ...ladder.files.rungfile import read_program
-from ...ladder.lowering.checks import IDEAL, ideal_motion_of
 from ...ladder.lowering.controller import Controller
 from ...ladder.lowering.program import Program
 from ...ladder.model.errors import LadderError
@@ -18,57 +17,18 @@ from ...ladder.model.stubs import Stubs
 from ...rockwell.l5x import import_l5x
 from ...rockwell.l5x.comparing import differences
 from ...rockwell.l5x.export import export_l5x
-from ...rockwell.l5x.report import Report
-from ...rockwell.l5x.trial import SCANS, run_trial
+from ...rockwell.l5x.trial import SCANS
 from ...rockwell.l5x.xml.document import read_document
 from ...rockwell.slc import import_slc
-from ...rockwell.slc.trial import run_trial as run_slc_trial
 from ...terminal.as_json import say_json
 from ...terminal.status import BAD_INPUT, DONE, NO, complain, reason
 from ...terminal.terminal import say
+from .l5x_folder import l5x_folder
 
 if TYPE_CHECKING:
     from ...jobs.first.first_run import FirstRun
     from ...rockwell.l5x import L5xImport
     from ...rockwell.slc import SlcImport
-
-
-def tried(path: Path, scans: int = SCANS, *, stand_in: bool = False) -> L5xImport | SlcImport:
-    """Import an export and run a trial; LadderError if the file can't be used.
-
-    Args:
-        stand_in: whether what an L5X names and lacks is declared from its use.
-    """
-    if is_slc(path):
-        program = import_slc(path, trial=True)
-        run_slc_trial(program, scans)
-        return program
-    imported = import_l5x(path, Stubs(missing_tags=stand_in), trial=True)
-    run_trial(imported, scans)
-    if imported.controller is not None:
-        for axis, names in ideal_motion_of(imported.controller.build()).items():
-            _note_axis(imported.report, axis, names)
-    return imported
-
-
-def _note_axis(report: Report, axis: str, names: list[str]) -> None:
-    done, not_done = ([each for each in names if (each in IDEAL) is ideal] for ideal in (True, False))
-    if done:
-        report.note(axis, f"{', '.join(done)} move an ideal axis, unless [axes] binds it to a 3601")
-    if not_done:
-        report.note(axis, f"{', '.join(not_done)} end with ER, ERR 25: no ideal axis does them")
-
-
-def is_slc(path: Path) -> bool:
-    """Whether a file is an export of RSLogix 500, by its suffix or because it does not begin like XML."""
-    if path.suffix in SLC_SUFFIXES or path.suffix.upper() == ".L5X":
-        return path.suffix in SLC_SUFFIXES
-    try:
-        with open_input(path) as file:
-            begin = file.read(200)
-    except OSError:
-        return False
-    return bool(begin.strip()) and b"<" not in begin and b"\0" not in begin
 
 
 def l5x(
@@ -90,8 +50,6 @@ def l5x(
     if file.is_dir():
         if against or rack or stepper or export or run:
             raise typer.Exit(complain(f"{file}: a folder takes --json, --scans and --stand-in", BAD_INPUT))
-        from .l5x_folder import l5x_folder  # it imports this module
-
         raise typer.Exit(l5x_folder(file, as_json=as_json, stand_in=stand_in, scans=scans or SCANS))
     if against is not None:
         raise typer.Exit(_print_differences(file, against, as_json=as_json))

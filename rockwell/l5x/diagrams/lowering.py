@@ -32,7 +32,7 @@ from ....ladder.model.types import Elementary
 from ..xml.records import ElementRecord
 from .blocks import canonical
 from .sheets import Diagram, DiagramError, Node, Pin
-from .wire_values import Known, Values, form_of, name_in
+from .wire_values import DocumentNames, Values, form_of, name_in
 
 ENABLE_IN, ENABLE_OUT = "EnableIn", "EnableOut"
 
@@ -42,7 +42,7 @@ _ANY = {"BAND": " AND ", "BOR": " OR "}
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class DiagramLine:
     """A line of structured text, with its element and that one's line in the file."""
 
     text: str
@@ -51,24 +51,24 @@ class Line:
 
 
 @dataclass(slots=True)
-class Lowered:
+class DiagramText:
     """A routine."""
 
-    lines: list[Line] = field(default_factory=list)
+    lines: list[DiagramLine] = field(default_factory=list)
     tags: list[Tag] = field(default_factory=list)  # generated for it
 
 
-def lowered(content: ElementRecord, routine: str, known: Known) -> Lowered:
+def lowered(content: ElementRecord, routine: str, known: DocumentNames) -> DiagramText:
     """Return a diagram's structured text, or raise a DiagramError."""
     return _Lowering(Diagram(content), routine, known).run()
 
 
 class _Lowering:
-    def __init__(self, diagram: Diagram, routine: str, known: Known) -> None:
+    def __init__(self, diagram: Diagram, routine: str, known: DocumentNames) -> None:
         self._diagram, self._known = diagram, known
         self._values = Values(diagram, routine, known)
         self._order = diagram.in_order()
-        self._lines: list[Line] = []
+        self._lines: list[DiagramLine] = []
         self._refuse_unknown()
         self._written = {known.same(name_in(each)) for each in self._named_outputs()}
         self._calls = any(each.tag == "JSR" for each in self._order)
@@ -93,14 +93,14 @@ class _Lowering:
                 yield each.operand
             yield from self._values.handed(each).values()
 
-    def run(self) -> Lowered:
+    def run(self) -> DiagramText:
         self._latch()
         for node in self._references():
             self._outputs(node)
         for node in self._order:
             _RUN[node.tag](self, node)
             self._outputs(node)
-        return Lowered(self._lines, self._values.tags)
+        return DiagramText(self._lines, self._values.tags)
 
     # --- input references
 
@@ -134,7 +134,7 @@ class _Lowering:
         """Add lines below the name of their element."""
         if not self._lines or self._lines[-1].place != node.place:
             texts = (f"// {node.place}", *texts)
-        self._lines += (Line(each, node.place, node.record.line) for each in texts)
+        self._lines += (DiagramLine(each, node.place, node.record.line) for each in texts)
 
     def _inputs(self, node: Node) -> None:
         """Copy values to the inputs, which are memory; prescan clears EnableIn."""
@@ -149,7 +149,7 @@ class _Lowering:
         for reference, each in self._diagram.readers(node):
             self._values.operand(reference)
             text = f"{reference.operand} := {self._values.text(each.source)};"
-            self._lines.append(Line(text, reference.place, reference.record.line))
+            self._lines.append(DiagramLine(text, reference.place, reference.record.line))
 
     def _is_enabled_by_wire(self, node: Node) -> bool:
         return any(each.name.upper() == ENABLE_IN.upper() for each in self._diagram.inputs_of(node))
@@ -213,7 +213,7 @@ class _Lowering:
 
     def _begin(self, node: Node) -> None:
         if _listed(node):
-            line = Line(f"SBR({','.join(_listed(node))});", node.place, node.record.line)
+            line = DiagramLine(f"SBR({','.join(_listed(node))});", node.place, node.record.line)
             self._lines.insert(0, line)
 
     def _return(self, node: Node) -> None:

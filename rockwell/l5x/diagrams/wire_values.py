@@ -20,7 +20,7 @@ from .sheets import Diagram, Node, Pin
 
 
 @dataclass(frozen=True, slots=True)
-class Known:
+class DocumentNames:
     """What the document says about names in a diagram."""
 
     type_of: Callable[[Address], DataType | None]
@@ -49,7 +49,7 @@ def form_of(node: Node) -> BlockForm | None:
 class Values:
     """The values of one diagram."""
 
-    def __init__(self, diagram: Diagram, routine: str, known: Known) -> None:
+    def __init__(self, diagram: Diagram, routine: str, known: DocumentNames) -> None:
         self._diagram, self._routine, self._known = diagram, routine, known
         self._held: dict[Node, Tag] = {}
 

@@ -21,15 +21,17 @@ def folder(tmp_path):
         path = tmp_path / name
         path.parent.mkdir(exist_ok=True)
         main = program("Main", ladder("Main", *rungs), *routines)
-        path.write_text(document(target=target, tags=tags, programs=[main], tasks=[task("T", "Main")]))
+        path.write_text(
+            document(target=target, tags=tags, programs=[main], tasks=[task("T", "Main")]), encoding="utf-8"
+        )
 
     diagram = sheets("Blocks", block("PIDE", 0, "Loop"))
     write("good.L5X", "OTE(Lamp);", "MOV(1,Secret);")
     write("bad/lacks.l5x", "XIC(Gone)OTL(Lamp);", "MOV(Away,Secret);", "NOP();")
     write("bad/more.L5X", "ADD(Lamp,1,Secret);", "THRS(Secret,Lamp);", "Valve(Secret);", routines=[diagram])
     write("part.L5X", "XIC(Gone)OTE(Lamp);", target="Program")
-    (tmp_path / "none.L5X").write_text("<x/>")
-    (tmp_path / "note.txt").write_text("no export")
+    (tmp_path / "none.L5X").write_text("<x/>", encoding="utf-8")
+    (tmp_path / "note.txt").write_text("no export", encoding="utf-8")
     return tmp_path
 
 

@@ -211,7 +211,6 @@ def test_why_answers_when_a_bit_comes_on():
     ("words", "status", "says"),
     [
         ((FEEDER, "Feedin"), 2, "did you mean Feeding"),
-        ((FEEDER, "Feeding", "--at", "1 s", "--scans", "3"), 2, "--at and --scans say the same thing"),
         ((FEEDER, "Feeding", "--at", "1 x"), 2, "'1 x' is not a time"),
         ((FEEDER, "Feeding", "--until", "Axis.Nothing"), 2, "AXIS_3601 has no member Nothing"),
         (("examples/three_stations/line.toml", "Run"), 2, "no tag matches 'Run'"),

@@ -177,7 +177,7 @@ def check(tmp_path, monkeypatch):
 def test_examples_are_clean(rack):
     done = CliRunner().invoke(build(), ["check", str(rack)])
     assert (done.exit_code, done.stdout.splitlines()[0]) == (0, "no findings")
-    assert "not seen: " in done.stdout
+    assert ("not seen: " in done.stdout) == (rack.parent.name != "slc")  # cards alone have no rules of a 3601
 
 
 @pytest.mark.parametrize(("suffix", "program"), [(".rung", RUNGS), (".py", PYTHON), (".py", SEQUENCES)])

@@ -91,7 +91,7 @@ def test_a_typed_text_is_previewed_and_taken_over_only_then(rack):
         assert (await told(page, "edited"))["new"] == ["New"]
         assert (path.parent / "line.rung").read_text(encoding="utf-8") == text
         refused = await page.ask("draft", text=RUNGS, base=source["base"])
-        assert "saved by another program meanwhile" in refused["refused"]
+        assert "was changed by another program" in refused["refused"]
 
     run(work, rack=path)
 

@@ -69,7 +69,9 @@ def test_each_block_runs_and_is_on_the_page(imported, name):
             engine.tags["On"] = value
             engine.step()
             assert engine.tags["It.EnableOut"] is value
-    (section,) = re.findall(r"## Function block diagrams\n(.*?)\n## ", PAGE.read_text(), re.DOTALL)
+    (section,) = re.findall(
+        r"## Function block diagrams\n(.*?)\n## ", PAGE.read_text(encoding="utf-8"), re.DOTALL
+    )
     assert re.search(rf"\b{name}\b", section)
 
 
@@ -179,7 +181,7 @@ def test_a_diagram_that_can_not_be_is_refused_with_its_element(imported, content
 
 def test_a_refused_diagram_may_do_nothing(imported, tmp_path):
     path = tmp_path / "machine.L5X"
-    path.write_text(machine(block("PIDE", 0, "Loop")))
+    path.write_text(machine(block("PIDE", 0, "Loop")), encoding="utf-8")
     answer = CliRunner().invoke(build(), ["l5x", str(path), "--print-rack"])
     assert 'Blocks = "false"' in answer.output
 
@@ -189,13 +191,13 @@ def test_a_diagram_is_written_as_it_was_read(imported, tmp_path):
     path = tmp_path / "again.L5X"
     for name in ("P", "P.Blocks"):
         path.write_bytes(export_l5x(first.controller, name))
-        assert "FBD_Blocks" not in path.read_text()
+        assert "FBD_Blocks" not in path.read_text(encoding="utf-8")
         again = import_l5x(path)
         assert (again.report.objects, again.report.lost) == ([], [])
         assert again.controller is not None
         routines = [each for each in again.controller.programs[0].routines if each.name == "Blocks"]
         assert routines == [each for each in first.controller.programs[0].routines if each.name == "Blocks"]
-        assert "Starts < late" in path.read_text()
+        assert "Starts < late" in path.read_text(encoding="utf-8")
         records = [
             read_document(each).programs[0].routines[-1].chart for each in (path, tmp_path / "machine.L5X")
         ]
@@ -210,7 +212,7 @@ def test_versions_of_a_diagram_are_compared_by_element(tmp_path):
     paths = [tmp_path / name for name in ("old.L5X", "new.L5X")]
     changed = MOTOR.replace('Operand="Start"', 'Operand="Stop"', 1).replace('X="300"', 'X="320"')
     for path, content in zip(paths, (MOTOR, changed), strict=True):
-        path.write_text(machine(content))
+        path.write_text(machine(content), encoding="utf-8")
     (difference,) = differences(*map(read_document, paths))
     assert (difference.what, difference.where) == ("element", "P, Blocks")
     assert (difference.before, difference.after) == ("IRef ID=0 Operand=Start", "IRef ID=0 Operand=Stop")
@@ -235,9 +237,9 @@ def test_why_leads_from_the_output_through_the_diagram_to_its_input(imported):
 
 def test_xref_lists_the_wires_of_a_tag(tmp_path):
     path = tmp_path / "machine.L5X"
-    path.write_text(machine(MOTOR))
+    path.write_text(machine(MOTOR), encoding="utf-8")
     rack = tmp_path / "machine.toml"
-    rack.write_text(CliRunner().invoke(build(), ["l5x", str(path), "--print-rack"]).output)
+    rack.write_text(CliRunner().invoke(build(), ["l5x", str(path), "--print-rack"]).output, encoding="utf-8")
     answer = CliRunner().invoke(build(), ["xref", str(rack), "Start", "--json"])
     (mention,) = json.loads(answer.output)["mentions"]
     assert (mention["routine"], mention["text"]) == (r"\P.Blocks", "FBD_Blocks_1_3 := Start AND No.Out;")
@@ -270,7 +272,9 @@ def test_a_diagram_is_proved_equal_to_a_rung(tmp_path, rung, status, said):
     both = ([ladder("Main", "JSR(Blocks,0);"), sheets("Blocks", LATCH)], [ladder("Main", rung)])
     paths = [tmp_path / "diagram.L5X", tmp_path / "rung.L5X"]
     for path, routines in zip(paths, both, strict=True):
-        path.write_text(document(tags=tags, programs=[program("P", *routines)], tasks=[task("T", "P")]))
+        path.write_text(
+            document(tags=tags, programs=[program("P", *routines)], tasks=[task("T", "P")]), encoding="utf-8"
+        )
     words = ["prove", *map(str, paths), "-q", "--out", str(tmp_path / "proofs")]
     answer = CliRunner().invoke(build(), words)
     assert (answer.exit_code, said in answer.output) == (status, True)

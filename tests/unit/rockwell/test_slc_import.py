@@ -6,6 +6,7 @@ import sys
 import pytest
 from scanrack.commands import build
 from scanrack.jobs import ProgramError, load_program
+from scanrack.ladder.debug.crossref import cross_reference
 from scanrack.ladder.files import parse_program, program_text
 from scanrack.ladder.model.stubs import Power, Stubs, parse_stub
 from scanrack.rockwell.slc import SlcError, export_text, import_slc, import_text
@@ -248,3 +249,18 @@ def test_pictures_and_checks_know_it(tmp_path):
         'program = "machine.SLC"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n', encoding="utf-8"
     )
     assert command("check", str(tmp_path / "machine.toml"))[0] in (0, 1)
+
+
+def test_what_times_counts_or_is_reset_is_written():
+    program = import_text(
+        'PROJECT "x"\nPROCESSOR "1764-LRP"\nLADDER 2 "MAIN"\n'
+        "SOR TON T4:0 0.01 50 0 EOR SOR CTU C5:0 10 0 EOR SOR XIC T4:0/DN RES C5:0 EOR\n"
+        "SOR SQO #N12:0 FFFFh N7:0 R6:0 4 0 EOR\nDATA N12:0 0\nEND\n",
+        "x",
+    ).program
+    assert program is not None
+    mentions = cross_reference(program.build())
+    found = {(each.site.instruction.partition("(")[0], each.text): each.way for each in mentions}
+    assert found["TON", "T4:0"] == found["CTU", "C5:0"] == found["SQO", "R6:0"] == "reads, writes"
+    assert found["RES", "C5:0"] == "writes"
+    assert found["XIC", "T4:0.DN"] == "reads"

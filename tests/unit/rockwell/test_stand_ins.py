@@ -31,7 +31,9 @@ def export(tmp_path):
         tags = [tag("Lamp", "BOOL"), tag("N", "DINT"), tag("S", "Simple")]
         path = tmp_path / "machine.L5X"
         main = program("Main", ladder("Main", *rungs))
-        path.write_text(document(types=types, tags=tags, programs=[main], tasks=[task("T", "Main")]))
+        path.write_text(
+            document(types=types, tags=tags, programs=[main], tasks=[task("T", "Main")]), encoding="utf-8"
+        )
         return path
 
     return write
