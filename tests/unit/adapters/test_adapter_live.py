@@ -101,7 +101,8 @@ class Live:
             bits = set(status_names(self.image[0] & 0xFFFF, self.image[1] & 0xFFFF))
             if turn > 2 and (until in bits or (without and without not in bits) or stops in bits):
                 return bits
-        raise AssertionError(f"{until or without}: {sorted(bits)}")
+        events = [event.text for event in self.module.events][-5:]
+        raise AssertionError(f"{until or without}: {sorted(bits)}; {events}")
 
     @property
     def position(self) -> int:

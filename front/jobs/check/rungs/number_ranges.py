@@ -13,6 +13,7 @@ from typing import Any
 
 from ....ladder.debug.crossref import TARGETS, Mention
 from ....ladder.model.operands import Calculation, Constant, Group, Place, Resolved
+from ....ladder.model.predefined.slc_types import SLC_COUNTER, SLC_TIMER
 from ....ladder.model.tags import Tag, tag_in
 from ....ladder.model.types import COUNTER, FBD_COUNTER, FBD_TIMER, TIMER, Elementary
 from ....ladder.state.lowered import LoweredStep
@@ -220,13 +221,16 @@ class Values:
         return False
 
 
-_COUNTED = ("ACC", "DN", "TT", "EN", "CU", "CD", "OV", "UN")
+COUNTING = (TIMER, COUNTER, FBD_TIMER, FBD_COUNTER, SLC_TIMER, SLC_COUNTER)
+"""Types of timers and counters."""
+
+_COUNTED = ("ACC", "DN", "TT", "EN", "CU", "CD", "OV", "UN", "UA")
 """Members that a timer or a counter writes itself."""
 
 
 def _is_counting(where: Place | Group) -> bool:
     """Whether this is a timer or a counter."""
-    return isinstance(where, Group) and where.type in (TIMER, COUNTER, FBD_TIMER, FBD_COUNTER)
+    return isinstance(where, Group) and where.type in COUNTING
 
 
 def _path(where: Place | Group) -> str:
