@@ -78,7 +78,7 @@ def whole(look: Look) -> None:
         contact = look.browser.find_element("css selector", "[data-element='Main.8.2']")
         look.run("arguments[0].dispatchEvent(new MouseEvent('click', { bubbles: true }))", contact)
         look.press("Why")
-        look.until_there("#causes:not([hidden]) li")
+        look.until_there(".band:not([hidden])")
         look.run("import('/program.js').then(program => program.showRung('Main.8', false))")
         look.run(INTO_STRIP, ["OutGo", "Strokes.ACC"])
         until(lambda: look.run(STRIP_HAS, ["OutGo", "Strokes.ACC"]))
