@@ -122,6 +122,7 @@ class RealTime(Pacer):
         self._spin = spin
         self._spin_ns = 0
         self._period_ns = 0
+        self._slowed = 1.0  # machine time per wall time, 1 at most: delays are those of the machine
         self._due_ns: int | None = None
         self.beat: Callable[[], object] = _nothing
         self._beat_ns = 0
@@ -144,7 +145,7 @@ class RealTime(Pacer):
             now_ns = self._wait_until(due_ns, now_ns)
         late_ns = now_ns - due_ns
         self.worst_late_ns = max(self.worst_late_ns, late_ns)
-        size = bisect_right(LATE_FROM_NS, late_ns)
+        size = bisect_right(LATE_FROM_NS, late_ns * self._slowed)
         self.late[size] += 1
         self.overruns += overrun
         return size > 0
@@ -167,6 +168,7 @@ class RealTime(Pacer):
 class AdjustablePace(RealTime):
     """Scans in step with the wall clock, at a speed that may change between two scans.
 
+    In slow motion a delay is that of the machine: 1 ms of the clock is 0.1 ms at a tenth of the speed.
     At full speed it is free: modules may be run ahead, as without a session. The CPU reads the
     speed when it prepares the next scans.
 
@@ -196,6 +198,7 @@ class AdjustablePace(RealTime):
     @override
     def begin(self, period_ns: int) -> None:
         self._nominal_ns = period_ns
+        self._slowed = 1.0 if self._speed is None else min(1.0, self._speed)
         super().begin(period_ns if self._speed is None else max(1, round(period_ns / self._speed)))
 
     @override

@@ -162,5 +162,16 @@ def test_late_scans_are_counted_by_size(clock):
     assert pacer.worst_late_ns == 900 * MS
 
 
+@pytest.mark.parametrize(("speed", "on_time_ns"), [(1.0, 99_999), (0.1, 999_990), (2.0, 99_999)])
+def test_in_slow_motion_a_scan_is_late_by_machine_time(clock, speed, on_time_ns):
+    pacer = pace.AdjustablePace(speed)
+    pacer.begin(1000 * MS)
+    pacer.wait()
+    clock.slack_ns = on_time_ns
+    assert pacer.wait() is False
+    clock.slack_ns = on_time_ns + 10
+    assert pacer.wait() is True
+
+
 def test_a_free_run_counts_no_late_scans():
     assert FreeRun().late == []
