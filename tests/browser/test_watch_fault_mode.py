@@ -124,3 +124,24 @@ def test_late_scans_say_why_and_what_to_do(page, running_rack):
         assert "Take a lower speed, or a slower scan (scan_ms)." in page.run(OPENED)
         page.choose("Speed", "max")  # nothing is late then
         until(lambda: not page.run(SHOWN, ".alert"))
+
+
+BEHIND = """
+return Promise.all([import('/state.js'), import('/causeband.js')]).then(([state, band]) => {
+  state.take({ state: 'live' });
+  const bit = { slot: 1, bit: 'INPUT_ERROR', tag: 'X', text: '', rule: '' };
+  band.erred({ scan: 19, t: 38000000, ...bit, stopped: true });
+});
+"""
+"""An error that stops the page comes before a frame of the present is painted."""
+
+
+def test_a_frame_from_before_the_stop_does_not_take_the_error_away(page, paused):
+    page.open(paused.link, paused=True)
+    page.step(20)
+    page.until_scan(19, "paused")
+    page.click("[aria-label='Stop at errors']")
+    page.run(BEHIND)
+    until(lambda: page.run("return import('/state.js').then(state => state.isPainted())"))
+    assert page.run(SHOWN, "[role=alert]")
+    assert page.run(LINE).startswith("!INPUT_ERROR came on")

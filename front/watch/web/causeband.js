@@ -162,7 +162,8 @@ onCauses(() => {
 });
 
 onPaint(changes => {
-  if (failed?.seen && !failed.fault && changes.state && changes.state !== "past") dismiss(); // by Live
+  if (failed?.seen && run.state === "past") failed.past = true; // a frame from before the stop may be painted behind it
+  if (failed?.past && !failed.fault && changes.state && changes.state !== "past") dismiss(); // by Live
   if (late !== told) told = late, paint();
   if (changes.faults) faulted();
 });
