@@ -44,10 +44,10 @@ class Blinker:
         return self._inputs
 
     def plc_run(self, running: bool) -> None:
-        """It goes on without a running controller."""
+        """It continues without a running controller."""
 
     def power_cycle(self) -> None:
-        """It begins anew if it is on."""
+        """It restarts if it is on."""
         self._on_since_ns = None
 
 

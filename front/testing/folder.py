@@ -119,7 +119,7 @@ class ArtefactFolder:
         """Keep the folder as that of a run that has passed."""
         if self._path is not None:
             (self._path / PASSED_MARK).touch()
-            shutil.rmtree(self._path / PASSED, ignore_errors=True)
+            _remove(self._path / PASSED)
 
     def _is_own(self, path: Path) -> bool:
         try:
@@ -145,15 +145,21 @@ def _empty(path: Path) -> None:
     """Empty a test's folder, except for the traces of the last run that passed."""
     kept = path / PASSED
     if (path / PASSED_MARK).exists():  # the run before this one
-        shutil.rmtree(kept, ignore_errors=True)
+        _remove(kept)
         kept.mkdir()
         for trace in path.glob("*.mcap"):
             trace.replace(kept / trace.name)
     for each in path.iterdir():
-        if each.is_symlink() or not each.is_dir():
-            each.unlink()
-        elif each != kept:
-            shutil.rmtree(each)
+        if each != kept or each.is_symlink():
+            _remove(each)
+
+
+def _remove(path: Path) -> None:
+    """Remove a file, a link or a folder, if it is there; what a link leads to stays."""
+    if path.is_symlink() or not path.is_dir():
+        path.unlink(missing_ok=True)
+    else:
+        shutil.rmtree(path)
 
 
 def _make_base(base: Path) -> None:

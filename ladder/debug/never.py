@@ -2,7 +2,7 @@
 
 The instruction that lacks the fewest contacts came nearest, see `lacking`. Each of these contacts has a chain
 of its own if it ever changed; else it is asked the same question, down to an input, a timer that runs, or a
-tag that nobody has set.
+tag that has not been set.
 """
 
 from __future__ import annotations

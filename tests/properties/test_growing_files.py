@@ -5,7 +5,7 @@ What takes a file is asked of the commands, so that a new option or argument is 
 time and memory are compared for files of two sizes. Bounds are wide: sixteen times the file may take 64 times
 the time, where the square takes 256.
 
---long gives each kind of reader all that is dear, see tests/support/hostile_files.py.
+--long gives each kind of reader all that is expensive, see tests/support/hostile_files.py.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Files that others may have made, as large as one likes: of each kind what is dear to its readers."""
+"""Files that others may have made, as large as one likes: of each kind what is expensive for its readers."""
 
 from __future__ import annotations
 
@@ -292,7 +292,7 @@ FILES: Mapping[str, Mapping[str, Text]] = {
     ".plan": PLAN,
     ".html": HTML,
 }
-"""What is dear, by the kind of a file: its suffix, or what it is for."""
+"""What is expensive, by the kind of a file: its suffix, or what it is for."""
 
 DEAR: Mapping[str, str] = {
     ".toml": "a dotted key",

@@ -248,7 +248,7 @@ class _Finder:
 
 
 def take_modules_of_windows() -> None:
-    """Let scanrack be imported anew, and find Windows."""
+    """Let scanrack be imported again, and find Windows."""
     for name in [each for each in sys.modules if each.partition(".")[0] == OURS]:
         del sys.modules[name]
     sys.meta_path.insert(0, _Finder)

@@ -37,7 +37,7 @@ REMEDY = "python -m tests.tools.generate"
 
 
 class Generated(NamedTuple):
-    """A file as it should be, and what is wrong that writing it does not mend."""
+    """A file as it should be, and what is wrong that writing it does not fix."""
 
     path: Path
     text: str

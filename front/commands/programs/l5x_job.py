@@ -23,7 +23,6 @@ from ...rockwell.slc import import_slc
 from ...terminal.as_json import say_json
 from ...terminal.status import BAD_INPUT, DONE, NO, complain, reason
 from ...terminal.terminal import say
-from .l5x_folder import l5x_folder
 
 if TYPE_CHECKING:
     from ...jobs.first.first_run import FirstRun
@@ -50,6 +49,8 @@ def l5x(
     if file.is_dir():
         if against or rack or stepper or export or run:
             raise typer.Exit(complain(f"{file}: a folder takes --json, --scans and --stand-in", BAD_INPUT))
+        from .l5x_folder import l5x_folder  # a single file needs none of it
+
         raise typer.Exit(l5x_folder(file, as_json=as_json, stand_in=stand_in, scans=scans or SCANS))
     if against is not None:
         raise typer.Exit(_print_differences(file, against, as_json=as_json))

@@ -1,6 +1,6 @@
 """What an owner could do so that a value becomes another one: found by doing it, on copies of the rack.
 
-    the rack at the scan | copy 1: nobody acts
+    the rack at the scan | copy 1: no action
                          | copy 2: press start for 60 ms, then 5 s
                          | copy 3: close stop, then press start ...
 

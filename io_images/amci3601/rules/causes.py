@@ -1,6 +1,6 @@
 """What makes each status bit of a 3601: a row per bit, with the rules of the manual that state it.
 
-The rules say when a bit comes and goes; a row says what a question goes on with: a terminal, the commands
+The rules say when a bit comes and goes; a row says where a question continues: a terminal, the commands
 whose motion the bit is about, the configuration, or the errors of chapter 6, whose rule is recorded.
 """
 
@@ -15,7 +15,7 @@ from ..bits import MOTIONS, CommandMsw, StatusLsw, StatusMsw
 
 
 class Origin(Enum):
-    """What a question about a bit goes on with."""
+    """Where a question about a bit continues."""
 
     TERMINAL = "terminal"  # the input beside it
     COMMAND = "command"  # the command whose motion it is about

@@ -83,7 +83,7 @@ class TurningMachine(ScanMachine):
         return t
 
     def _begin_tasks(self) -> None:
-        """Begin the tasks anew, as the scheduler does."""
+        """Restart the tasks, as the scheduler does."""
         schedule = self.lowered.schedule
         if schedule is None:
             return

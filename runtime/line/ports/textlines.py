@@ -21,7 +21,7 @@ class TextLinePort:
     """Answers lines of UTF-8 text; a longer line than `LONGEST_LINE` bytes ends its connection.
 
     A client is a stranger until one of its lines is answered. Of too many strangers the one that came first
-    gives way, of too many clients the one that was silent longest: nobody keeps the next one out.
+    gives way, of too many clients the one that was silent longest: none keeps the next one out.
 
     Args:
         port: the port, 0 = any that is free.

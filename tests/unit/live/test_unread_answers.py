@@ -15,7 +15,7 @@ BLOCKS_MOST = 64
 
 
 class Answering(asyncio.Protocol):
-    """Notes how its connection goes on."""
+    """Notes what happens to its connection."""
 
     def __init__(self) -> None:
         self.ended = asyncio.Event()

@@ -1,7 +1,7 @@
 """Verdicts are the project's own: each version of the solver within the bounds gives the recorded ones.
 
 `.ci/lowest` runs this file with the lowest version, after the README's command, which leaves out slow tests;
-`.ci/run` runs it with the newest. Record a verdict anew if the prover changes it rightly. A verdict that
+`.ci/run` runs it with the newest. Record a verdict again if the prover changes it rightly. A verdict that
 changes with the solver's version is a defect, unless it names the fuse.
 """
 

@@ -1,7 +1,7 @@
 """The folders of tests: safe names, and nothing of others is removed."""
 
 import pytest
-from scanrack.testing.folder import DIGEST, LONGEST, MARK, ArtefactFolder, folder_names, remove_base
+from scanrack.testing.folder import DIGEST, LONGEST, MARK, PASSED, ArtefactFolder, folder_names, remove_base
 from scanrack.traces.files.guard import OwnedError
 from scanrack.traces.files.locking import could_lock
 from scanrack.traces.format.records import MAGIC
@@ -82,6 +82,22 @@ def test_a_file_and_a_link_are_left_alone(tmp_path):
         _ = ArtefactFolder(base, "t.py::a").path
     assert (target / MARK).exists()
     assert (base / unique).read_text(encoding="utf-8") == "a file"
+
+
+@pytest.mark.parametrize("passed", [True, False])
+def test_a_link_in_the_place_of_the_run_that_passed_is_removed_and_its_target_kept(tmp_path, passed):
+    (target := tmp_path / "elsewhere").mkdir()
+    (target / "run.mcap").touch()
+    first = ArtefactFolder(tmp_path / "base", "t.py::a")
+    (first.path / "run.mcap").touch()
+    if passed:
+        first.keep_passed()
+    (first.path / PASSED).symlink_to(target)
+    again = ArtefactFolder(tmp_path / "base", "t.py::a")
+    kept = again.passed_trace(again.path / "run.mcap")
+    assert kept == (again.path / PASSED / "run.mcap" if passed else None)
+    assert not (again.path / PASSED).is_symlink()
+    assert [each.name for each in target.iterdir()] == ["run.mcap"]
 
 
 def test_a_folder_that_another_run_is_recording_to_is_refused(tmp_path):

@@ -1,6 +1,6 @@
 """Each format has one door: a parser of texts and files from outside is called nowhere else.
 
-A parser that is called directly lacks the limits and the errors of its door, which nobody notices until a
+A parser that is called directly lacks the limits and the errors of its door, which goes unnoticed until a
 file is large, nested or damaged.
 """
 

@@ -22,7 +22,7 @@ class _Machine:
         return (each for each in self._goes if each.steps == frozenset((step,)) and each.goes != step)
 
     def onward_with(self, motion: StepAction, step: Step) -> Iterator[StepAction]:
-        """Yield what goes on from a step of a motion: what does so together with it, if anything does."""
+        """Yield what leads on from a step of a motion: what has its condition, if anything has; else all."""
         every = list(self.onward(step))
         own = [each for each in every if each.when == motion.when]
         yield from own if own and step in (motion.steps or ()) else every
