@@ -269,7 +269,7 @@ _LEFT_OUT = ("restart", "keep", "client")
 
 
 def said_of(order: Action) -> dict[str, Any]:
-    """Return the message of an order; `order_of` reads it."""
+    """Return the message of an order; `action_of` reads it."""
     said = {"do": NAMES[type(order)], **asdict(order)}
     return {key: value for key, value in said.items() if value or key not in _LEFT_OUT}
 

@@ -168,10 +168,11 @@ def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
     """Explain a tag's value in a scan, that of the page if none is given; with `fault` the CPU's fault."""
     if said.get("fault") is True:
         return _why_fault(monitor, page, said)
-    tag, past = _own_name(monitor, page, _text(said, "tag")), said.get("scan", page.past)
-    if past is not None and type(past) is not int:
-        raise ValueError("scan is the number of a scan")
-    row = monitor.row_of(page) if past is None or past == page.past else monitor.subject.timeline.row(past)
+    tag, asked = _own_name(monitor, page, _text(said, "tag")), said.get("scan")
+    if asked is not None and type(asked) is not int:
+        raise ValueError("scan must be a scan number")
+    past = page.past if asked is None else asked
+    row = monitor.row_of(page) if asked is None or asked == page.past else monitor.subject.timeline.row(asked)
     if row is None:
         raise ValueError(f"{tag}: no scan has run yet" if past is None else f"scan {past} is not there")
     program = monitor.subject.programs.at(past)

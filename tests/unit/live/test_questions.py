@@ -44,6 +44,15 @@ def test_the_shortest_and_the_longest_name_are_looked_up(seen, text):
     assert "hits" in asked(seen, "find", text=text)
 
 
+def test_why_is_asked_of_the_scan_of_the_page_or_of_another_one(seen):
+    of_page = asked(seen, "why", tag="Count")
+    assert of_page["scan"] == seen.page.past
+    assert asked(seen, "why", tag="Count", scan=None) == of_page
+    assert asked(seen, "why", tag="Count", scan=5)["scan"] == 5
+    assert asked(seen, "why", tag="Count", scan=999)["refused"] == "scan 999 is not there"
+    assert asked(seen, "why", tag="Count", scan=True)["refused"] == "scan must be a scan number"
+
+
 @pytest.mark.parametrize(("do", "most"), [("watch", 500), ("lanes", 16)])
 @pytest.mark.parametrize("mistake", ["no list", "too many", "an empty name", "a number"])
 def test_tags_are_a_list_of_so_many_names(seen, do, most, mistake):
