@@ -16,7 +16,7 @@ import pytest
 from scanrack.jobs.trust import launcher
 from ua_bench import TIMEOUT_S, Bench, named, served
 
-pytestmark = [pytest.mark.extra("opcua"), pytest.mark.slow]
+pytestmark = [pytest.mark.extra("opcua"), pytest.mark.peer("asyncua"), pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import json
-import os
-import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import asynccontextmanager
@@ -13,12 +10,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from ua_bench import TIMEOUT_S, Bench, named, served
+from peers import node
+from ua_bench import Bench, named, served
 
 pytestmark = [pytest.mark.extra("opcua"), pytest.mark.slow]
 
 USER, PASSWORD = "ann", "a pass:word"
-CLIENT = Path(__file__).with_name("read_ua.cjs")
+CLIENT = "read_ua.cjs"
 
 
 def users_file(folder: Path) -> Path:
@@ -80,6 +78,7 @@ async def status_of(work: Any) -> str:
     return type(caught.value).__name__
 
 
+@pytest.mark.peer("asyncua")
 def test_a_user_reads_and_writes_and_others_do_not(bench: Bench, tmp_path: Path) -> None:
     async def work() -> None:
         from asyncua import ua
@@ -175,24 +174,12 @@ def test_only_trusted_certificates_get_in_once_there_are_such(tmp_path: Path) ->
         asyncio.run(work(bench))
 
 
+@pytest.mark.peer("node-opcua-client")
 def test_node_opcua_connects_encrypted_as_a_user(bench: Bench, tmp_path: Path) -> None:
     bench.orders.given.clear()
     where = f"opc.tcp://127.0.0.1:{bench.service.port}/scanrack"
     home = {name: str(tmp_path) for name in ("HOME", "XDG_CONFIG_HOME", "APPDATA", "LOCALAPPDATA")}
-    try:
-        run = subprocess.run(
-            ["node", str(CLIENT), where, USER, PASSWORD],
-            capture_output=True,
-            encoding="utf-8",
-            timeout=TIMEOUT_S,
-            env={**os.environ, **home},
-        )
-    except FileNotFoundError:
-        pytest.skip("node is not installed")
-    if "Cannot find module 'node-opcua-client'" in run.stderr:
-        pytest.skip("node-opcua-client is not installed")
-    assert run.returncode == 0, run.stderr
-    told = json.loads(run.stdout.splitlines()[-1])
+    told = node("node-opcua-client", CLIENT, where, USER, PASSWORD, env=home)
     assert told["encrypted"] == {"wrote": "Good", "aDint": 777, "locked": "BadNotWritable"}
     assert (told["wrong"], bench.tags["aDint"]) == ("BadUserAccessDenied", 777)
     assert "ANONYMOUS" in told["nobody"]
