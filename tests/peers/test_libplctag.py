@@ -23,7 +23,7 @@ def asked(port: int, plc: str, *names: str) -> dict[str, Any]:
     library = plctag()
     if library is None:
         pytest.skip("libplctag is not installed")
-    words = [sys.executable, "-P", PEERS_FOLDER / "plctag_client.py", library, str(port), plc, *names]
+    words = [sys.executable, "-P", str(PEERS_FOLDER / "plctag_client.py"), library, str(port), plc, *names]
     done = subprocess.run(words, capture_output=True, encoding="utf-8", timeout=TIMEOUT_S)
     assert done.returncode == 0, done.stderr
     found: dict[str, Any] = json.loads(done.stdout)
