@@ -2,8 +2,8 @@
 
 asyncua (2.1) takes requests over a connection that is not encrypted even if the server offers no such policy.
 It checks the certificate that a request names, not that of the channel. It attaches a connection to the
-session of another one before it checks the password. It keeps every server that someone registers. Here that
-ends:
+session of another one before it checks the password. It keeps every server that someone registers, and a
+connection whose message it could not read. Here that ends:
 
     request                            open server     encrypted server
     GetEndpoints, FindServers          yes             yes: what a client needs to connect
@@ -82,9 +82,22 @@ class UaGuard:
             raise self._error(self._ua.StatusCodes.BadIdentityTokenInvalid)
         return token.UserName, bytes(token.Password or b"").decode("utf-8")
 
-    def watch(self, processor: Any) -> None:
-        """Check each request of a connection before asyncua sees it."""
+    def watch(self, connection: Any) -> None:
+        """Check each request of a connection before asyncua sees it; end it at a message that can't be read.
+
+        asyncua goes on with the next one, though a request for a channel may have been accepted by half.
+        """
+        processor, process = connection.processor, connection._process_one_msg
         processor._process_message = self._checked(processor, processor._process_message)
+
+        async def processed(*message: Any) -> bool:
+            try:
+                return bool(await process(*message))
+            except Exception:
+                connection.transport.abort()
+                return False
+
+        connection._process_one_msg = processed
 
     def _checked(self, processor: Any, process: Callable[..., Awaitable[Any]]) -> Callable[..., Any]:
         codes = self._ua.StatusCodes

@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import pickle
 import socket
+import warnings
 from collections.abc import Awaitable, Callable, Iterable, Sequence
 from importlib import import_module
 from multiprocessing.connection import Connection
@@ -342,7 +343,7 @@ def _guarded(made: Any, connect: Callable[[Any], None], guard: UaGuard) -> Calla
     def connected(transport: Any) -> None:
         connect(transport)
         if made.processor is not None:  # all places may be taken
-            guard.watch(made.processor)
+            guard.watch(made)
 
     return connected
 
@@ -400,6 +401,7 @@ def main(
 ) -> None:
     """Run a server's process, see `tag_server.main`."""
     quiet(*CLIENT_LOGS)
+    warnings.simplefilter("ignore")  # what a client's certificate lacks
     process = ScanProcess(Mailbox(mailbox), waker)
     try:
         # Windows' usual loop watches no pipe, and keeps a listening socket to itself

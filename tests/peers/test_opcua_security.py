@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import asyncio
+import random
+import socket
+import struct
 import time
 from collections.abc import Iterator
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -172,6 +175,36 @@ def test_only_trusted_certificates_get_in_once_there_are_such(tmp_path: Path) ->
     asyncio.run(made())
     with served(rack, "encrypted") as bench:
         asyncio.run(work(bench))
+
+
+def test_certificates_of_strangers_end_their_own_connection(
+    bench: Bench, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Random bytes, and the beginning of a good one, in the request that opens a channel."""
+    rng, pid = random.Random(5), bench.service.pid
+    good = (bench.folder / "opcua" / "server.der").read_bytes()
+    policy = b"http://opcfoundation.org/UA/SecurityPolicy#Basic256Sha256"
+    for number in range(50):
+        strange = good[: rng.randrange(len(good))] if number % 2 else rng.randbytes(rng.randrange(900))
+        texts = b"".join(struct.pack("<i", len(each)) + each for each in (policy, strange, rng.randbytes(20)))
+        body = bytes(4) + texts + rng.randbytes(256)
+        url = b"opc.tcp://x"
+        hello = struct.pack("<5Ii", 0, 1 << 16, 1 << 16, 0, 0, len(url)) + url
+        with socket.create_connection(("127.0.0.1", bench.service.port), 5) as client:
+            client.sendall(b"HELF" + struct.pack("<I", 8 + len(hello)) + hello)
+            assert client.recv(28)[:4] == b"ACKF"
+            client.sendall(b"OPNF" + struct.pack("<I", 8 + len(body)) + body)
+            with suppress(ConnectionResetError):
+                assert client.recv(1 << 12) == b""
+
+    async def work() -> None:
+        client = await connected_as(bench, tmp_path, USER, PASSWORD)
+        assert await named(client, "Locked")[0].read_value() == 7
+        await client.disconnect()
+
+    asyncio.run(work())
+    assert bench.service.pid == pid
+    assert capfd.readouterr() == ("", "")
 
 
 @pytest.mark.peer("node-opcua-client")

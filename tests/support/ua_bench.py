@@ -32,11 +32,11 @@ class Orders(QuietListener):
 class Bench:
     """A rack behind an OPC UA server."""
 
-    def __init__(self, run: JobRun, service: TagService) -> None:
+    def __init__(self, run: JobRun, service: TagService, folder: Path) -> None:
         debugger = run.program.debugger
         assert debugger is not None
         self.run, self.service, self.tags = run, service, debugger.tags
-        self.orders = Orders()
+        self.folder, self.orders = folder, Orders()
         run.cpu.add_listener(self.orders)
 
     def ask(self, work: Callable[[Any], Coroutine[Any, Any, None]]) -> None:
@@ -81,7 +81,7 @@ def served(folder: Path, security: str | None = None, users: Path | None = None)
             thread = threading.Thread(target=scan)
             thread.start()
             try:
-                yield Bench(run, service)
+                yield Bench(run, service, folder)
             finally:
                 ending.set()
                 thread.join()
