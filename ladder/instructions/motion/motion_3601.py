@@ -13,6 +13,9 @@
 A request is a ticket of the axis, see `axis3601.rung`. The instruction follows it: IP while it is under way,
 PC or DN when it has ended, ER when the axis failed. A newer request ends IP without PC. What a 3601 can't do
 is refused when the program is built.
+
+A 3601 carries out one command: it superimposes nothing. MAM and MAJ replace their own kind; beside another
+one they are refused without Merge (ERR 22), and with it the axis comes to rest in between.
 """
 
 from __future__ import annotations
@@ -27,7 +30,16 @@ from ...interpreter.files import Members
 from ...model.arithmetic import wrap
 from ...model.operands import Constant, Group, Place, Resolved, constant
 from ...model.predefined.motion_types import AXIS_MEMBERS
-from ...model.predefined.motion_words import CHANGED_MOTION, NO_YES, RATE_UNITS, REDEFINITIONS, SPEED_UNITS
+from ...model.predefined.motion_words import (
+    CHANGED_MOTION,
+    DISABLED_ENABLED,
+    MERGE_SPEEDS,
+    NO_YES,
+    RATE_UNITS,
+    REDEFINITIONS,
+    SPEED_UNITS,
+    STOP_TYPES,
+)
 from ...model.types import DINT
 from .axes import AxisSettings
 from .motion_control import (
@@ -107,6 +119,13 @@ class Axis:
             value = words[number] if number < len(words) else 0
             self.machine.put(replace(place, indices=(constant(number),)), wrap(value, 16))
         motion.ticket = ticket
+
+    @property
+    def under_way(self) -> int:
+        """Kind of the request that is carried out or waits; 0 without one."""
+        if self.state["Ticket"] != self.state["Taken"]:
+            return int(self.state["Kind"])
+        return int(self.state["RunKind"]) if int(self.state["Step"]) in (1, 2) else 0
 
     def refusal(self) -> int:
         """Return the error code if the axis accepts no motion now, else 0."""
@@ -190,27 +209,43 @@ def _reset(axis: Axis, motion: MotionControl, *, restart: bool = False) -> None:
         axis.request(motion, RESET, COMMANDS[RESET])
 
 
-def _move(
-    axis: Axis,
-    motion: MotionControl,
-    kind: Resolved,
-    position: Resolved,
-    speed: Resolved,
-    speed_units: Given,
-    up: Resolved,
-    up_units: Given,
-    down: Resolved,
-    down_units: Given,
-    *_others: Given,
-) -> None:
+def _move(axis: Axis, motion: MotionControl, kind: Resolved, position: Resolved, *others: Given) -> None:
     request = {0: ABSOLUTE, 1: RELATIVE}.get(int(number_of(axis.machine, kind)))
     target = axis.steps(number_of(axis.machine, position))
-    dynamics = _dynamics(axis, speed, speed_units, up, up_units, down, down_units)
-    if request is None or target is None or dynamics is None:
+    if request is None or target is None:
         motion.refuse(OUT_OF_RANGE)
     else:
-        axis.request(motion, request, *_profile(COMMANDS[request], target, *dynamics))
-        motion.set(DN=True, IP=True, AC=True)
+        _go(axis, motion, request, COMMANDS[request], target, others)
+
+
+def _jog(axis: Axis, motion: MotionControl, direction: Given, *others: Given) -> None:
+    backwards = word_of(axis.machine, direction, ("Forward", "Reverse")) == "REVERSE"
+    _go(axis, motion, VELOCITY, 256 if backwards else 128, 0, others)
+
+
+STOPPED_BY = {"MOVE": (ABSOLUTE, RELATIVE), "JOG": (VELOCITY,), "HOME": (HOME,)}
+"""Kinds of requests by the stop type of MAS that ends them; a 3601 has no others."""
+
+
+def _go(
+    axis: Axis, motion: MotionControl, kind: int, command: int, target: int, operands: tuple[Given, ...]
+) -> None:
+    """Request a move or a jog, with the operands from the speed on."""
+    present = axis.under_way
+    merge = len(operands) > 10 and word_of(axis.machine, operands[10], DISABLED_ENABLED) == "ENABLED"
+    if not merge and any(present in kinds and kind not in kinds for kinds in STOPPED_BY.values()):
+        motion.refuse(IN_MOTION)
+        return
+    dynamics = _dynamics(axis, *operands[:6])
+    if dynamics is None:
+        motion.refuse(OUT_OF_RANGE)
+        return
+    speed, rates = dynamics
+    if merge and present and word_of(axis.machine, operands[11], MERGE_SPEEDS) == "CURRENT":
+        words = _words_of(axis)
+        speed = words[4] * 1000 + words[5] or speed
+    axis.request(motion, kind, *_profile(command, target, speed, rates))
+    motion.set(DN=True, IP=True, AC=True)
 
 
 def _dynamics(axis: Axis, *operands: Given) -> tuple[int, tuple[int, int]] | None:
@@ -224,24 +259,13 @@ def _dynamics(axis: Axis, *operands: Given) -> tuple[int, tuple[int, int]] | Non
     return None if speed is None or up is None or down is None else (speed, (up, down))
 
 
-def _jog(
-    axis: Axis,
-    motion: MotionControl,
-    direction: Given,
-    *operands: Given,
-) -> None:
-    backwards = word_of(axis.machine, direction, ("Forward", "Reverse")) == "REVERSE"
-    dynamics = _dynamics(axis, *operands[:6])
-    if dynamics is None:
-        motion.refuse(OUT_OF_RANGE)
-        return
-    axis.request(motion, VELOCITY, *_profile(256 if backwards else 128, 0, *dynamics))
-    motion.set(DN=True, IP=True, AC=True)
-
-
-def _stop(axis: Axis, motion: MotionControl, *_others: Given) -> None:
-    motion.set(DN=True, IP=True)
-    axis.request(motion, HALT)
+def _stop(axis: Axis, motion: MotionControl, what: Given, *_others: Given) -> None:
+    named = word_of(axis.machine, what, STOP_TYPES)
+    if named == "ALL" or axis.under_way in (*STOPPED_BY.get(named, ()), HALT):
+        motion.set(DN=True, IP=True)
+        axis.request(motion, HALT)
+    else:
+        motion.set(DN=True, PC=True)
 
 
 def _home(axis: Axis, motion: MotionControl) -> None:

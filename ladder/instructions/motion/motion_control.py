@@ -52,7 +52,7 @@ class MotionControl:
 
     def begin(self, ticket: int = 0) -> None:
         """Set the bits of a begun instruction."""
-        self.set(EN=True, DN=False, ER=False, IP=False, PC=False, AC=False)
+        self.set(EN=True, DN=False, ER=False, IP=False, PC=False, AC=False, ACCEL=False, DECEL=False)
         self._fail(0)
         self.ticket = ticket
 
