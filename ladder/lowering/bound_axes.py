@@ -190,5 +190,8 @@ def run_axes(engine: Any) -> None:
             show(each)
     if lowered.ideal is not None:
         update_systems(engine.memory, lowered.ideal, engine.now_ns)
-        masters = {number: float(each.tag["~position"]) for number, each in enumerate(bound, 1)}
+        masters = {
+            number: (float(each.tag["~position"]), float(each.tag["ActualVelocity"]))
+            for number, each in enumerate(bound, 1)
+        }
         update_axes(engine.memory, lowered.ideal, engine.now_ns, masters)

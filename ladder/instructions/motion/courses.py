@@ -39,7 +39,7 @@ class Course:
     """A planner of an axis, or the one of a coordinate system.
 
     The members: `goal` is the distance of a move, the speed of a jog, the position last seen of one that
-    follows; `entry` the speed at `begun_ns`, of one that follows that of its last scan.
+    follows; `entry` the speed at `begun_ns`, of one that follows its present one.
     """
 
     def __init__(self, spot: MotionSpot, ideal: Ideal, planner: str = "") -> None:
@@ -109,12 +109,10 @@ class Course:
         self.hide(kind=kind, begun_ns=now_ns, claim=claim, entry=entry, goal=goal)
         self.hide(**{name: getattr(dynamics, name) for name in _DYNAMICS})
 
-    def follow(self, now_ns: int, position: float, ratio: float = 1.0) -> float:
+    def follow(self, position: float, speed: float, ratio: float = 1.0) -> float:
         """Return the axis's way since the last call: that of what it follows, times a ratio."""
-        way, seconds = (position - self.goal) * ratio, (now_ns - int(self._of("begun_ns"))) / 1e9
-        if seconds > 0:
-            self.hide(entry=way / seconds, begun_ns=now_ns)
-        self.hide(goal=position)
+        way = (position - self.goal) * ratio
+        self.hide(goal=position, entry=speed * ratio)
         return way
 
     def settle(self, error: int = 0, **bits: bool) -> None:

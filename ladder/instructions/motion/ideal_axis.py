@@ -44,6 +44,9 @@ STATUS = {
 }
 """The status bit of each kind of course."""
 
+Masters = Mapping[int, tuple[float, float]]
+"""Position and speed of the axes on 3601s by number, for the gears that follow them."""
+
 
 class IdealAxis(MotionSpot):
     """An ideal axis in a scan."""
@@ -72,7 +75,7 @@ class IdealAxis(MotionSpot):
         return total(each.instant(now_ns) for each in self.courses.values())
 
     def position(self, now_ns: int) -> float:
-        """Return its position, units; a gear's part is that of the last `catch_up`."""
+        """Return its position, units; of what it follows as of the last `catch_up`."""
         return float(self["~start"]) + self.instant(now_ns).travel
 
     def begin(
@@ -124,11 +127,11 @@ class IdealAxis(MotionSpot):
 
     # --- after a scan
 
-    def catch_up(self, now_ns: int, masters: Mapping[int, float], passed: tuple[int, ...] = ()) -> None:
+    def catch_up(self, now_ns: int, masters: Masters, passed: tuple[int, ...] = ()) -> None:
         """Follow the master of a gear until now; it catches up with its own one first.
 
         Args:
-            masters: positions of the axes on 3601s, by number.
+            masters: axes on 3601s.
             passed: axes that wait for this one; they end a chain that comes back to itself.
         """
         gear, number = self.courses["gear"], int(self["~master"])
@@ -137,9 +140,9 @@ class IdealAxis(MotionSpot):
         if number < 0:
             master = IdealAxis(self.memory, self.ideal, number)
             master.catch_up(now_ns, masters, (*passed, self.number))
-            masters = {number: master.position(now_ns)}
+            masters = {number: (master.position(now_ns), master.instant(now_ns).speed)}
         if number in masters:
-            self.shift(gear.follow(now_ns, masters[number], float(self["~ratio"])))
+            self.shift(gear.follow(*masters[number], float(self["~ratio"])))
 
     def update(self, now_ns: int) -> None:
         """End what is over, and write the tag."""
@@ -196,12 +199,8 @@ class IdealAxis(MotionSpot):
         self.hide(position=position, active=kinds != {Kind.NOTHING} or bool(self["~watch"]))
 
 
-def update_axes(memory: Memory, ideal: Ideal, now_ns: int, masters: Mapping[int, float]) -> None:
-    """Update all ideal axes after a scan; gears first, so that a chain of them has no lag.
-
-    Args:
-        masters: positions of the axes on 3601s, by number.
-    """
+def update_axes(memory: Memory, ideal: Ideal, now_ns: int, masters: Masters) -> None:
+    """Update all ideal axes after a scan; gears first, so that a chain of them has no lag."""
     axes = [IdealAxis(memory, ideal, -place) for place in range(1, len(ideal.axes) + 1)]
     active = [each for each in axes if each["~active"]]
     for each in active:

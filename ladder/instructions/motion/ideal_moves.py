@@ -229,6 +229,7 @@ def _gear(axis: IdealAxis, call: MotionCall) -> None:
         return
     axis.begin(call.now_ns, "gear", Kind.GEAR, Dynamics(1.0, 1.0, 1.0), call.motion.claim, goal=seen)
     axis.hide(master=number, ratio=ratio)
+    axis.catch_up(call.now_ns, {})
     call.motion.set(DN=True, IP=True)
 
 
@@ -238,9 +239,7 @@ def position_of(machine: Interpreter, operand: Given) -> tuple[int, float]:
         return 0, 0.0
     number = machine.whole(machine.get(operand.member("~axis")))
     if number < 0:
-        master = IdealAxis(machine.memory, machine.lowered.ideal, number)
-        master.catch_up(machine.now_ns, {})
-        return number, master.position(machine.now_ns)
+        return number, IdealAxis(machine.memory, machine.lowered.ideal, number).position(machine.now_ns)
     return number, float(machine.get(operand.member("~position")))
 
 
@@ -320,7 +319,6 @@ def begin(ideal: Ideal, number: int, call: MotionCall) -> None:
         call.motion.refuse(ILLEGAL)
         return
     axis = IdealAxis(call.machine.memory, ideal, number)
-    axis.catch_up(call.now_ns, {})
     answer, moves = ANSWERS[call.name]
     refusal = refusal_of(axis) if moves else 0
     if refusal:
@@ -332,7 +330,5 @@ def begin(ideal: Ideal, number: int, call: MotionCall) -> None:
 def begin_of_group(ideal: Ideal, call: MotionCall) -> None:
     """Begin an instruction of the motion group: it is done at once."""
     for place in range(len(ideal.axes)):
-        axis = IdealAxis(call.machine.memory, ideal, -place - 1)
-        axis.catch_up(call.now_ns, {})
-        GROUP_ANSWERS[call.name](axis, call)
+        GROUP_ANSWERS[call.name](IdealAxis(call.machine.memory, ideal, -place - 1), call)
     call.motion.set(DN=True, PC=True)

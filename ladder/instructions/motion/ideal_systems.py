@@ -139,7 +139,7 @@ class IdealSystem(MotionSpot):
         if self.kind is not Kind.NOTHING:
             if any(axis is not None and axis.courses["whole"].kind is not Kind.PATH for axis in self.axes):
                 self.rest(now_ns)
-            self._carry(now_ns)
+            self.carry(now_ns)
             if self.course.is_over(now_ns):
                 self._end(now_ns)
         self._show(now_ns)
@@ -150,10 +150,14 @@ class IdealSystem(MotionSpot):
             if axis is not None and axis.courses["whole"].kind is Kind.PATH:
                 yield place, axis
 
-    def _carry(self, now_ns: int) -> None:
-        path = self.path(now_ns)
+    def carry(self, now_ns: int) -> None:
+        """Move the axes along the path."""
+        if self.kind is Kind.NOTHING:
+            return
+        path, own, to = self.path(now_ns), self.end("from"), self.end("to")
+        speed = self.course.instant(now_ns).speed / (math.dist(own, to) or 1.0)
         for place, axis in self._led():
-            axis.shift(axis.courses["whole"].follow(now_ns, path[place]))
+            axis.shift(axis.courses["whole"].follow(path[place], speed * (to[place] - own[place])))
 
     def _end(self, now_ns: int) -> None:
         self.course.settle(PC=True)
@@ -190,6 +194,14 @@ def update_systems(memory: Memory, ideal: Ideal, now_ns: int) -> None:
         system = IdealSystem(memory, ideal, number)
         if system["~kind"] or system["~transform"] or system["CoordinateMotionStatus"]:
             system.update(now_ns)
+
+
+def catch_up(memory: Memory, ideal: Ideal, now_ns: int) -> None:
+    """Move what follows a path or a master of a gear, before an instruction takes its position."""
+    for number in range(1, len(ideal.systems) + 1):
+        IdealSystem(memory, ideal, number).carry(now_ns)
+    for place in range(1, len(ideal.axes) + 1):
+        IdealAxis(memory, ideal, -place).catch_up(now_ns, {})
 
 
 # --- operands

@@ -82,6 +82,7 @@ def _begin_ideal(
     ]
     call = MotionCall(machine, motion, name, others)
     ideal, first = machine.lowered.ideal, operands[0]
+    ideal_systems.catch_up(machine.memory, ideal, machine.now_ns)
     if name in ideal_moves.GROUP_ANSWERS:
         ideal_moves.begin_of_group(ideal, call)
     elif number:
