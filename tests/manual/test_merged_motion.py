@@ -243,6 +243,21 @@ SEQUENCES = {
             At(6, -11 + 12, -2, "Jog", "A:IP B:PC"),
         ),
     ),
+    "18 a move while MAS of All brakes a jog": Sequence(
+        # 2 units/s to rest at 1 unit/s²: 2 s and 2 units, 1.5 of them in the first second
+        "91, reading M-5",
+        ((0, jog()), (2, stop("All", 1)), (3, move(12))),
+        (
+            At(3, 3 + 1.5, 1, "Move Stopping Accel", "B:IP C:IP"),
+            At(4, 3 + 2 + 2, 4, "Move", "B:PC C:IP"),
+            At(7, 3 + 2 + 12, 0, "", "B:PC C:PC"),
+        ),
+    ),
+    "19 a merge at Current of an axis at rest": Sequence(
+        "124, reading M-2",
+        ((0, move(12, merge="Enabled", at="Current")),),
+        (At(1, 2, 4, "Move", "A:IP"), At(4, 12, 0, "", "A:PC")),
+    ),
 }
 
 

@@ -44,6 +44,16 @@ STATUS = {
 }
 """The status bit of each kind of course."""
 
+PLANNER_OF = {
+    "MoveStatus": "move",
+    "HomingStatus": "move",
+    "JogStatus": "jog",
+    "GearingStatus": "gear",
+    "GearingLockStatus": "gear",
+    "CoordinatedMotionStatus": "whole",
+}
+"""The planner that a status bit shows; the others show several."""
+
 Masters = Mapping[int, tuple[float, float]]
 """Position and speed of the axes on 3601s by number, for the gears that follow them."""
 
