@@ -12,7 +12,7 @@ from __future__ import annotations
 from enum import IntEnum
 
 from ...state.memory import Value
-from .ramps import Dynamics, Instant, Phases, at, move, ramp
+from .ramps import REST, Dynamics, Instant, Phases, at, move, ramp
 from .spots import ENDED, Ideal, MotionSpot, settle
 
 
@@ -87,13 +87,13 @@ class Course:
         if kind in FOLLOWING:
             return Instant(0.0, float(self._of("entry")), 0.0, False)
         if kind is Kind.NOTHING:
-            return Instant(0.0, 0.0, 0.0, True)
+            return REST
         last = self.goal if kind is Kind.JOG else 0.0
         return at(self._phases(kind), (now_ns - int(self._of("begun_ns"))) / 1e9, last)
 
-    def is_over(self, now_ns: int) -> bool:
+    def is_over(self, now_ns: int, present: Instant) -> bool:
         """Whether it has come to its end; not in the scan that began it."""
-        return self.kind in ENDING and now_ns > int(self._of("begun_ns")) and self.instant(now_ns).over
+        return present.over and self.kind in ENDING and now_ns > int(self._of("begun_ns"))
 
     def begin(
         self,

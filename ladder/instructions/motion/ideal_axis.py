@@ -17,12 +17,12 @@ whose motion has ended, whether their rungs are scanned or not.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from ...model.predefined.motion_types import AXIS_MEMBERS, PLANNERS
 from ...state.memory import Memory
 from .courses import FOLLOWING, Course, Kind
-from .ramps import Dynamics, Instant, total
+from .ramps import REST, Dynamics, Instant, total
 from .spots import Ideal, MotionSpot, settle
 
 BITS = {each.name: each.at for each in AXIS_MEMBERS if each.at}
@@ -156,20 +156,22 @@ class IdealAxis(MotionSpot):
 
     def update(self, now_ns: int) -> None:
         """End what is over, and write the tag."""
+        moving: list[tuple[Course, Instant]] = []
         for course in self.courses.values():
-            if course.is_over(now_ns):
-                self._end(course, now_ns)
-        present = self.instant(now_ns)
-        position = float(self["~start"]) + present.travel
-        self._watch(position)
-        self._show(now_ns, position, present)
+            if course.kind is not Kind.NOTHING:
+                present = course.instant(now_ns)
+                if course.is_over(now_ns, present):
+                    self._end(course, present)
+                else:
+                    moving.append((course, present))
+        self._show(moving)
 
-    def _end(self, course: Course, now_ns: int) -> None:
+    def _end(self, course: Course, present: Instant) -> None:
         if course.kind is Kind.HOME:
             self.hide(start=float(self["HomePosition"]))
             self.bits(BITS, AxisHomedStatus=True)
         else:
-            self.shift(course.goal if course.kind is Kind.MOVE else course.instant(now_ns).travel)
+            self.shift(course.goal if course.kind is Kind.MOVE else present.travel)
         course.end(PC=True)
 
     def _watch(self, position: float) -> None:
@@ -180,21 +182,19 @@ class IdealAxis(MotionSpot):
             self.hide(watch=0, watch_claim=0)
             self.bits(BITS, WatchEventArmedStatus=False, WatchEventStatus=True)
 
-    def _show(self, now_ns: int, position: float, present: Instant) -> None:
-        unwind = self.settings.unwind
+    def _show(self, moving: Sequence[tuple[Course, Instant]]) -> None:
+        present = total((REST, *(each for _, each in moving)))
+        position, unwind = float(self["~start"]) + present.travel, self.settings.unwind
+        self._watch(position)
         shown = position % unwind if unwind else position
         self.put(
             **dict.fromkeys(("ActualPosition", "CommandPosition"), shown),
             **dict.fromkeys(("ActualVelocity", "CommandVelocity", "AverageVelocity"), present.speed),
         )
         on, shut = self.is_on("ServoActionStatus"), self.is_on("ShutdownStatus")
-        kinds = set()
-        for course in self.courses.values():
-            kind = course.kind
-            kinds.add(kind)
-            if kind is not Kind.NOTHING:
-                change = course.instant(now_ns).change
-                course.settle(ACCEL=change > 0, DECEL=change < 0)
+        for course, own in moving:
+            course.settle(ACCEL=own.change > 0, DECEL=own.change < 0)
+        kinds = {course.kind for course, _ in moving}
         self.bits(
             BITS,
             **{bit: kind in kinds for kind, bit in STATUS.items()},
@@ -202,11 +202,11 @@ class IdealAxis(MotionSpot):
             AccelStatus=present.change > 0,
             DecelStatus=present.change < 0,
             VelocityStandstillStatus=present.speed == 0,
-            InPositionStatus=kinds <= {Kind.NOTHING, Kind.GEAR},
+            InPositionStatus=kinds <= {Kind.GEAR},
             PowerStructureEnabledStatus=on,
         )
         self.put(CIPAxisState=SHUT if shut else RUNNING if on else STOPPED)
-        self.hide(position=position, active=kinds != {Kind.NOTHING} or bool(self["~watch"]))
+        self.hide(position=position, active=bool(kinds or self["~watch"]))
 
 
 def update_axes(memory: Memory, ideal: Ideal, now_ns: int, masters: Masters) -> None:

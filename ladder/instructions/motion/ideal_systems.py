@@ -140,7 +140,7 @@ class IdealSystem(MotionSpot):
             if any(axis is not None and axis.courses["whole"].kind is not Kind.PATH for axis in self.axes):
                 self.rest(now_ns)
             self.carry(now_ns)
-            if self.course.is_over(now_ns):
+            if self.course.is_over(now_ns, self.course.instant(now_ns)):
                 self._end(now_ns)
         self._show(now_ns)
 

@@ -62,6 +62,9 @@ class Instant(NamedTuple):
         return (way * self.rate > 0) - (way * self.rate < 0)
 
 
+REST = Instant(0.0, 0.0, 0.0, True)
+
+
 def total(instants: Iterable[Instant]) -> Instant:
     """Superimpose courses: their travels, speeds and rates add up."""
     travels, speeds, rates, overs = zip(*instants, strict=True)

@@ -7,9 +7,10 @@ that of its request. A claim that is older than the instruction's last request s
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ...model.predefined.motion_types import MOTION_BITS, PLANNERS
+from ...model.tags import Leaf
 from ...state.memory import Memory, Value
 from ...state.regions import converted
 from .axes import AxisSettings
@@ -23,6 +24,9 @@ class MotionPart:
     index: int
     name: str  # as messages name it
     kind: str = ""  # name of its type
+    leaves: dict[str, Leaf] = field(
+        default_factory=dict, compare=False, repr=False
+    )  # by member, once looked up
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +71,20 @@ class MotionSpot:
     def __init__(self, memory: Memory, part: MotionPart) -> None:
         self.memory, self.part = memory, part
 
+    def _leaf(self, name: str) -> Leaf:
+        leaves = self.part.leaves
+        if name not in leaves:
+            leaves[name] = self.memory.layout.leaf(f"{self.part.path}.{name}")
+        return leaves[name]
+
     def __getitem__(self, name: str) -> Value:
         """Return a member."""
-        return self.memory.read(self.memory.layout.leaf(f"{self.part.path}.{name}"), self.part.index)
+        return self.memory.read(self._leaf(name), self.part.index)
 
     def put(self, **members: Value) -> None:
         """Set members that lie in no array."""
         for name, value in members.items():
-            leaf = self.memory.layout.leaf(f"{self.part.path}.{name}")
+            leaf = self._leaf(name)
             self.memory.write(leaf, self.part.index, converted(leaf.type, value))
 
     def hide(self, **members: Value) -> None:
@@ -83,7 +93,7 @@ class MotionSpot:
 
     def row(self, name: str, values: Iterable[float]) -> None:
         """Set the elements of an array member."""
-        leaf = self.memory.layout.leaf(f"{self.part.path}.{name}")
+        leaf = self._leaf(name)
         for place, value in enumerate(values, self.part.index * leaf.dims[-1]):
             self.memory.write(leaf, place, converted(leaf.type, value))
 
