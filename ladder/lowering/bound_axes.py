@@ -13,9 +13,9 @@ from typing import Any
 
 from ...io_images.site import Site
 from ..instructions.motion.axes import AxisSettings, MotionData
+from ..instructions.motion.axis_3601 import Axis, BoundAxis, show
 from ..instructions.motion.ideal_axis import IdealAxis, update_axes
 from ..instructions.motion.ideal_systems import SIZE, update_systems
-from ..instructions.motion.motion_3601 import Axis, BoundAxis, show
 from ..instructions.motion.spots import Ideal, MotionPart
 from ..model.errors import LadderError, Problem
 from ..model.expressions import parse_address

@@ -135,6 +135,15 @@ class IdealAxis(MotionSpot):
         """Move the position: by another reference, or by what the axis follows."""
         self.hide(start=float(self["~start"]) + way)
 
+    def redefine(self, way: float) -> None:
+        """Move its reference: a gear that follows it does not move."""
+        self.shift(way)
+        for place in range(1, len(self.ideal.axes) + 1):
+            slave = IdealAxis(self.memory, self.ideal, -place)
+            gear = slave.courses["gear"]
+            if gear.kind is Kind.GEAR and slave["~master"] == self.number:
+                gear.hide(goal=gear.goal + way)
+
     # --- after a scan
 
     def catch_up(self, now_ns: int, masters: Masters, passed: tuple[int, ...] = ()) -> None:
@@ -168,7 +177,7 @@ class IdealAxis(MotionSpot):
 
     def _end(self, course: Course, present: Instant) -> None:
         if course.kind is Kind.HOME:
-            self.hide(start=float(self["HomePosition"]))
+            self.redefine(float(self["HomePosition"]) - float(self["~start"]))
             self.bits(BITS, AxisHomedStatus=True)
         else:
             self.shift(course.goal if course.kind is Kind.MOVE else present.travel)

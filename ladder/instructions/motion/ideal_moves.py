@@ -181,7 +181,7 @@ def _redefine(axis: IdealAxis, call: MotionCall) -> None:
         call.motion.refuse(OUT_OF_RANGE)
         return
     relative = call.word(0, REDEFINITIONS) == "RELATIVE"
-    axis.shift(units if relative else units - axis.position(call.now_ns))
+    axis.redefine(units if relative else units - axis.position(call.now_ns))
     axis.hide(active=True)
     call.motion.set(DN=True)
 

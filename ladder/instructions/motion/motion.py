@@ -19,8 +19,9 @@ from ...model.predefined.motion_types import COORDINATE_SYSTEM, MOTION_INSTRUCTI
 from ...model.spec import InstructionKind, Spec, Use
 from ...model.types import Structure
 from . import ideal_moves, ideal_systems
+from .axis_3601 import Axis
 from .calls import MotionCall
-from .motion_3601 import Axis, begin, follow
+from .motion_3601 import begin, follow
 from .motion_control import AXIS_NOT_CONFIGURED, ILLEGAL, MotionControl
 
 USES = {
