@@ -5,7 +5,7 @@
     Sum.SourceA := FBD_Blocks_1_0;
     IF Sum.EnableIn THEN                                  // only if EnableIn is wired
         Sum.Dest := Sum.SourceA + Sum.SourceB;
-        Sum.EnableOut [:=] 1;
+        Sum.EnableOut [:=] ABS(Sum.Dest) <= 3.4028235e+38;
     ELSE
         Sum.EnableOut := 0;
     END_IF;
@@ -13,10 +13,10 @@
 
 Data latching: wherever an IRef is wired to, it has its value of the beginning of the routine [1756-RM003,
 Function Block Attributes, Latching Data], in a generated tag if the diagram may change it. EnableOut is the
-wired EnableIn, else true; prescan clears both [Function Block States].
+wired EnableIn, else true, and false after an overflow; prescan clears both [Function Block States].
 
-Interpretations: a wire carries its value also to a block that its EnableIn turns off; an overflow does not
-clear EnableOut; EnableIn without a wire is not read.
+Interpretations: a wire carries its value also to a block that its EnableIn turns off; EnableIn without a wire
+is not read.
 """
 
 from __future__ import annotations
@@ -26,11 +26,12 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from ....io_images.site import Site
+from ....ladder.model.predefined.process_types import MAX_REAL
 from ....ladder.model.tags import Tag
 from ....ladder.model.tree import Address
-from ....ladder.model.types import Elementary
+from ....ladder.model.types import REAL, Elementary
 from ..xml.records import ElementRecord
-from .blocks import canonical
+from .blocks import BlockForm, canonical
 from .sheets import Diagram, DiagramError, Node, Pin
 from .wire_values import DocumentNames, Values, form_of, name_in
 
@@ -168,12 +169,17 @@ class _Lowering:
         self._inputs(node)
         form = form_of(node)
         assert form is not None
+        tag = ",".join((node.operand, *_arrays(node, form)))
         body = [
-            _PIN.sub(lambda found: f"{node.operand}.{found[1]}" if found[1] else node.operand, line)
+            _PIN.sub(lambda found: f"{node.operand}.{found[1]}" if found[1] else tag, line)
             for line in form.lines
         ]
         if form.output:
-            body.append(f"{node.operand}.{ENABLE_OUT} [:=] 1;")
+            result = form.structure.member(form.output)
+            valid = "1"
+            if result is not None and result.type is REAL:
+                valid = f"ABS({node.operand}.{form.output}) <= {MAX_REAL!r}"
+            body.append(f"{node.operand}.{ENABLE_OUT} [:=] {valid};")
         self._enabled(node, body)
 
     def _function(self, node: Node) -> None:
@@ -229,6 +235,16 @@ _RUN: Mapping[str, Callable[[_Lowering, Node], None]] = {
     "SBR": _Lowering._begin,
     "RET": _Lowering._return,
 }
+
+
+def _arrays(node: Node, form: BlockForm) -> list[str]:
+    """Return the arrays of a block in the order of its call."""
+    listed = (each.attributes for each in node.record.children if each.tag == "Array")
+    given = {each.get("Name", "").upper().removesuffix("ARRAY"): each.get("Operand", "") for each in listed}
+    found = [given.pop(name.upper(), "") for name in form.arrays]
+    if given:
+        raise node.refused(f"it has no array {', '.join(given)}")
+    return [each for each in found if each]
 
 
 def _listed(node: Node) -> list[str]:

@@ -59,12 +59,18 @@ def test_a_diagram_is_imported_runs_and_is_counted(imported):
 @pytest.mark.parametrize("name", BLOCKS)
 def test_each_block_runs_and_is_on_the_page(imported, name):
     """A true EnableIn makes EnableOut true, a false one makes it false."""
-    content = reference("IRef", 0, "On") + block(name, 1, "It") + wire(0, "1.EnableIn")
-    tags = [tag("On", "BOOL"), tag("It", BLOCKS[name].structure.name)]
+    form = BLOCKS[name]
+    content = reference("IRef", 0, "On") + block(name, 1, "It", **{each: f"A{each}" for each in form.arrays})
+    content += wire(0, "1.EnableIn")
+    tags = [tag("On", "BOOL"), tag("It", form.structure.name)]
+    tags += [tag(f"A{each}", "REAL", "4") for each in form.arrays]
     routines = ladder("Main", "JSR(Blocks,0);"), sheets("Blocks", content)
     found = imported(document(tags=tags, programs=[program("P", *routines)], tasks=[task("T", "P")]))
     assert (found.report.objects, found.report.faults) == ([], {})
     for engine in (found.controller.compile(), found.controller.interpret()):
+        for pin in ("Source", "SourceB"):  # 0 has no logarithm, and divides nothing
+            if form.structure.member(pin):
+                engine.tags[f"It.{pin}"] = 1
         for value in (True, False):
             engine.tags["On"] = value
             engine.step()
@@ -79,15 +85,15 @@ ADD = block("ADD", 0, "Sum") + block("SUB", 1, "Difference", x=100)
 LOOP = wire("0.Dest", "1.SourceA") + wire("1.Dest", "0.SourceA")
 WRONG = {
     "an unknown block": (
-        block("PIDE", 0, "Loop"),
-        "sheet 1, PIDE Loop: function block diagrams have no PIDE here",
+        block("POSP", 0, "Loop"),
+        "sheet 1, POSP Loop: function block diagrams have no POSP here",
     ),
     "two unknown blocks": (
-        block("PIDE", 0, "Loop")
+        block("POSP", 0, "Loop")
         + block("ADD", 1, "Sum")
-        + block("ALM", 2, "Alarm", x=5)
-        + block("PIDE", 3, "Two", x=9),
-        "sheet 1, PIDE Loop; sheet 1, ALM Alarm; sheet 1, PIDE Two: function block diagrams have no PIDE, A",
+        + block("SCRV", 2, "Alarm", x=5)
+        + block("POSP", 3, "Two", x=9),
+        "sheet 1, POSP Loop; sheet 1, SCRV Alarm; sheet 1, POSP Two: function block diagrams have no POSP, S",
     ),
     "an unknown function": (
         block("FOO__F", 7),
@@ -181,7 +187,7 @@ def test_a_diagram_that_can_not_be_is_refused_with_its_element(imported, content
 
 def test_a_refused_diagram_may_do_nothing(imported, tmp_path):
     path = tmp_path / "machine.L5X"
-    path.write_text(machine(block("PIDE", 0, "Loop")), encoding="utf-8")
+    path.write_text(machine(block("POSP", 0, "Loop")), encoding="utf-8")
     answer = CliRunner().invoke(build(), ["l5x", str(path), "--print-rack"])
     assert 'Blocks = "false"' in answer.output
 
