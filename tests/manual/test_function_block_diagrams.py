@@ -491,3 +491,32 @@ def test_a_diagram_calls_and_is_called(opened):
         ({"A": 4}, {"Product": 20, "Result": 80, "First": 4, "Second": 5, "A": 5}),
         ({"A": -3}, {"Product": 6, "Result": -18, "A": -2}),
     )
+
+
+def test_an_add_on_whose_enable_in_is_false_runs_its_other_routine(opened):
+    """Logic adds 10 and EnableInFalse 1; EnableOut is EnableIn, unless the routine sets it."""
+    logic = ladder("Logic", "ADD(Sum,10,Sum);")
+    other = ladder("EnableInFalse", "ADD(Sum,1,Sum);", "GRT(Sum,20)OTE(EnableOut);")
+    prescan = ladder("Prescan", "ADD(Scans,1,Scans);")
+    sums = [
+        parameter("Sum", "DINT", "Output", required=False),
+        parameter("Scans", "DINT", "Output", required=False),
+    ]
+    tally = add_on(
+        "Tally", sums, [], logic, other, prescan, runs='ExecuteEnableInFalse="true" ExecutePrescan="true"'
+    )
+    diagram = sheets(
+        "Blocks",
+        reference(IN, 0, "On")
+        + call_of(1, name="Tally", argument="")
+        + wire(0, "1.EnableIn")
+        + reference(OUT, 2, "Out")
+        + wire("1.EnableOut", 2),
+    )
+    follow(
+        opened(diagram, {"BOOL": "On Out", "Tally": "It"}, add_ons=[tally]),
+        ({}, {"It.Sum": 1, "Out": False, "It.Scans": 1}),
+        ({"On": True}, {"It.Sum": 11, "Out": True, "It.EnableIn": True}),
+        ({}, {"It.Sum": 21, "Out": True}),
+        ({"On": False}, {"It.Sum": 22, "Out": True, "It.EnableIn": False}),
+    )

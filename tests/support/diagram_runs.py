@@ -16,7 +16,8 @@ def open_diagram(
     run = task("T", "P", kind="PERIODIC" if rate else "CONTINUOUS", rate=rate)
     path.write_text(document(add_ons=add_ons, tags=made, programs=[main], tasks=[run]), encoding="utf-8")
     found = import_l5x(path)
-    assert (found.report.refused, found.report.objects) == ([], [])
+    problems = [*found.report.refused, *found.report.objects]
+    assert not problems, problems
     assert found.controller is not None
     return found.controller.compile(), found.controller.interpret()
 
@@ -29,4 +30,4 @@ def follow(engines: Any, *scans: tuple[dict[str, Any], dict[str, Any]], ms: floa
                 engine.tags[name] = value
             engine.step(ms)
             found = {name: engine.tags[name] for name in expected}
-            assert found == pytest.approx(expected, rel=1e-5, abs=1e-6), (number, engine)
+            assert found == pytest.approx(expected, rel=1e-5, abs=1e-6), (number, found, engine)

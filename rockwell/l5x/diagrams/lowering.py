@@ -26,6 +26,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from ....io_images.site import Site
+from ....ladder.instructions.addons import OFF
 from ....ladder.model.predefined.process_types import MAX_REAL
 from ....ladder.model.tags import Tag
 from ....ladder.model.tree import Address
@@ -155,10 +156,10 @@ class _Lowering:
     def _is_enabled_by_wire(self, node: Node) -> bool:
         return any(each.name.upper() == ENABLE_IN.upper() for each in self._diagram.inputs_of(node))
 
-    def _enabled(self, node: Node, body: list[str]) -> None:
-        """Add the lines of a block, below its EnableIn if that is wired."""
+    def _enabled(self, node: Node, body: list[str], off: str = "") -> None:
+        """Add the lines of a block, below its EnableIn if that is wired; `off` runs if it is false."""
         if self._is_enabled_by_wire(node):
-            otherwise = ("ELSE", f"    {node.operand}.{ENABLE_OUT} := 0;", "END_IF;")
+            otherwise = ("ELSE", f"    {off or f'{node.operand}.{ENABLE_OUT} := 0;'}", "END_IF;")
             body = [f"IF {node.operand}.{ENABLE_IN} THEN", *(f"    {each}" for each in body), *otherwise]
         self._add(node, *body)
 
@@ -201,15 +202,15 @@ class _Lowering:
         arguments = self._known.arguments(node.type)
         if arguments is None:
             raise node.refused(f"no add-on {node.type} in the file")
-        if self._known.acts_when_off(node.type) and self._is_enabled_by_wire(node):
-            raise node.refused("its EnableIn is wired, and it has a routine EnableInFalse")
         self._inputs(node)
         handed = self._values.handed(node)
         missing = next((each for each in sorted(self._values.inouts(node)) if each not in handed), None)
         if missing is not None:
             raise node.refused(f"its {missing} has no argument")
         given = (handed.get(each.name.upper(), f"{node.operand}.{each.name}") for each in arguments)
-        self._enabled(node, [f"{node.type}({','.join((node.operand, *given))});"])
+        call = f"({','.join((node.operand, *given))});"
+        off = f"{node.type}{OFF}{call}" if self._known.acts_when_off(node.type) else ""
+        self._enabled(node, [f"{node.type}{call}"], off)
 
     def _call(self, node: Node) -> None:
         """JSR: its pins are the tags that it passes and gets; a wire to one writes the tag."""

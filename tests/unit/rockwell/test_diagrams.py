@@ -5,7 +5,20 @@ import re
 from pathlib import Path
 
 import pytest
-from l5x_files import block, connector, document, ladder, program, reference, sheets, tag, task, wire
+from l5x_files import (
+    add_on,
+    block,
+    connector,
+    document,
+    ladder,
+    parameter,
+    program,
+    reference,
+    sheets,
+    tag,
+    task,
+    wire,
+)
 from scanrack.commands import build
 from scanrack.ladder.debug import Debugger
 from scanrack.rockwell.l5x import import_l5x
@@ -284,3 +297,29 @@ def test_a_diagram_is_proved_equal_to_a_rung(tmp_path, rung, status, said):
     words = ["prove", *map(str, paths), "-q", "--out", str(tmp_path / "proofs")]
     answer = CliRunner().invoke(build(), words)
     assert (answer.exit_code, said in answer.output) == (status, True)
+
+
+@pytest.mark.parametrize(("rung", "status"), [("XIC(Start)Valve(It);", 0), ("XIO(Start)Valve(It);", 1)])
+def test_an_add_on_with_a_wired_enable_in_is_proved_equal_to_its_rung(tmp_path, rung, status):
+    """Logic sets Q, EnableInFalse clears it."""
+    valve = add_on(
+        "Valve",
+        [parameter("Q", "BOOL", "Output", required=False)],
+        [],
+        ladder("Logic", "OTL(Q);"),
+        ladder("EnableInFalse", "OTU(Q);"),
+        runs='ExecuteEnableInFalse="true"',
+    )
+    element = '<AddOnInstruction Name="Valve" ID="1" X="9" Y="0" Operand="It"/>\n'
+    diagram = sheets("Blocks", reference("IRef", 0, "Start") + element + wire(0, "1.EnableIn"))
+    read = "XIC(It.Q)OTE(Motor);"
+    tags = [tag("Start", "BOOL"), tag("Motor", "BOOL"), tag("It", "Valve")]
+    both = ([ladder("Main", "JSR(Blocks,0);", read), diagram], [ladder("Main", rung, read)])
+    paths = [tmp_path / "diagram.L5X", tmp_path / "rung.L5X"]
+    for path, routines in zip(paths, both, strict=True):
+        text = document(
+            add_ons=[valve], tags=tags, programs=[program("P", *routines)], tasks=[task("T", "P")]
+        )
+        path.write_text(text, encoding="utf-8")
+    words = ["prove", *map(str, paths), "-q", "--out", str(tmp_path / "proofs")]
+    assert CliRunner().invoke(build(), words).exit_code == status
