@@ -27,12 +27,14 @@ from dataclasses import dataclass, field
 
 from ....io_images.site import Site
 from ....ladder.instructions.addons import OFF
+from ....ladder.model.drawing import Drawing
 from ....ladder.model.predefined.process_types import MAX_REAL
 from ....ladder.model.tags import Tag
 from ....ladder.model.tree import Address
 from ....ladder.model.types import REAL, Elementary
 from ..xml.records import ElementRecord
 from .blocks import BlockForm, canonical
+from .picture import drawn
 from .sheets import Diagram, DiagramError, Node, Pin
 from .wire_values import DocumentNames, Values, form_of, name_in
 
@@ -58,18 +60,20 @@ class DiagramText:
 
     lines: list[DiagramLine] = field(default_factory=list)
     tags: list[Tag] = field(default_factory=list)  # generated for it
+    drawing: Drawing | None = None
 
 
 def lowered(content: ElementRecord, routine: str, known: DocumentNames) -> DiagramText:
     """Return a diagram's structured text, or raise a DiagramError."""
-    return _Lowering(Diagram(content), routine, known).run()
+    return _Lowering(content, routine, known).run()
 
 
 class _Lowering:
-    def __init__(self, diagram: Diagram, routine: str, known: DocumentNames) -> None:
-        self._diagram, self._known = diagram, known
-        self._values = Values(diagram, routine, known)
-        self._order = diagram.in_order()
+    def __init__(self, content: ElementRecord, routine: str, known: DocumentNames) -> None:
+        self._content, self._known = content, known
+        self._diagram = Diagram(content)
+        self._values = Values(self._diagram, routine, known)
+        self._order = self._diagram.in_order()
         self._lines: list[DiagramLine] = []
         self._refuse_unknown()
         self._written = {known.same(name_in(each)) for each in self._named_outputs()}
@@ -102,7 +106,12 @@ class _Lowering:
         for node in self._order:
             _RUN[node.tag](self, node)
             self._outputs(node)
-        return DiagramText(self._lines, self._values.tags)
+        places: dict[str, list[int]] = {}
+        for number, line in enumerate(self._lines, start=1):
+            if not line.text.startswith("//"):
+                places.setdefault(line.place, []).append(number)
+        drawing = Drawing(drawn(self._content, self._diagram, self._values, places), self._content)
+        return DiagramText(self._lines, self._values.tags, drawing)
 
     # --- input references
 

@@ -21,6 +21,9 @@ from l5x_files import (
 )
 from scanrack.commands import build
 from scanrack.ladder.debug import Debugger
+from scanrack.ladder.files import parse_program
+from scanrack.ladder.files.rungfile import program_text
+from scanrack.ladder.model.predefined.process_types import ARRAYS, PROCESS
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.comparing import differences
 from scanrack.rockwell.l5x.diagrams.blocks import BLOCKS
@@ -221,6 +224,31 @@ def test_a_diagram_is_written_as_it_was_read(imported, tmp_path):
             read_document(each).programs[0].routines[-1].chart for each in (path, tmp_path / "machine.L5X")
         ]
         assert _without_lines(records[0]) == _without_lines(records[1])
+
+
+def test_all_blocks_of_process_control_are_written_back_and_as_text(imported, tmp_path):
+    """As text the diagram is structured text that is read as the same statements, without its drawing."""
+    parts = [
+        block(name, key, f"T{key}", **{f"{each}Array": f"A{key}" for each in ARRAYS.get(name, ())})
+        for key, name in enumerate(PROCESS)
+    ]
+    tags = [tag(f"T{key}", kind.name) for key, kind in enumerate(PROCESS.values())]
+    tags += [tag(f"A{key}", "REAL", "4") for key, name in enumerate(PROCESS) if name in ARRAYS]
+    routines = (ladder("Main", "JSR(Blocks,0);"), sheets("Blocks", "".join(parts)))
+    first = imported(document(tags=tags, programs=[program("P", *routines)], tasks=[task("T", "P")]))
+    path = tmp_path / "again.L5X"
+    path.write_bytes(export_l5x(first.controller, "P"))
+    again = import_l5x(path)
+    assert (again.report.objects, again.report.refused, again.report.lost) == ([], [], [])
+    records = [
+        read_document(each).programs[0].routines[-1].chart for each in (path, tmp_path / "machine.L5X")
+    ]
+    assert _without_lines(records[0]) == _without_lines(records[1])
+    text = program_text(first.controller)
+    read = parse_program(text)
+    assert program_text(read) == text
+    ours, theirs = (each.programs[0].routines[-1] for each in (first.controller, read))
+    assert (theirs.statements, theirs.drawing) == (ours.statements, None)
 
 
 def _without_lines(record):
