@@ -35,7 +35,8 @@ def test_1_a_temperature_loop_with_proportional_and_integral_gain(run):
     """CV = CV before + 2 dE + 6/60 E with DeltaT 1 s, from CVInitValue, between 0 and 100 %.
 
     20; E 10, 8: 20 - 4 + 0.8 = 16.8; E 5: 16.8 - 6 + 0.5 = 11.3; E -10: 11.3 - 30 - 1 = -19.7, limited to 0;
-    E 10: 0 + 40 + 1 = 41. CVEU is 4 to 20: 4 + 16 x 16.8/100 = 6.688.
+    E 10: 0 + 40 + 1 = 41. CVEU is 4 to 20: 4 + 16 x 16.8/100 = 6.688. A limit of 200 % is invalid: E 60 gives
+    41 + 100 + 6, limited to 100.
     """
     pins = {"PV": "Temperature", "SPProg": "50", "PGain": "2", "IGain": "6", "CVInitValue": "7.2"}
     diagram = around("PIDE", "Loop", {**pins, **IN_AUTO, "CVEUMax": "20", "CVEUMin": "4"}, {"CVEU": "Valve"})
@@ -48,6 +49,7 @@ def test_1_a_temperature_loop_with_proportional_and_integral_gain(run):
         ({"Temperature": 45}, {"Loop.CV": 11.3, "Loop.EPercent": 5, "Loop.PVPercent": 45}),
         ({"Temperature": 60}, {"Loop.CV": 0, "Valve": 4, "Loop.CVLAlarm": True, "Loop.WindupLOut": True}),
         ({"Temperature": 40}, {"Loop.CV": 41, "Loop.CVLAlarm": False, "Loop.Status1": 0, "Loop.Status2": 0}),
+        ({"Temperature": -10, "Loop.CVHLimit": 200.0}, {"Loop.CV": 100, "Loop.Status1": 1 | 1 << 17}),
     )
 
 
@@ -101,7 +103,8 @@ def test_3_a_flow_is_totaled_to_a_target(run):
         ({"Flow": 120}, {"Total": 3.5, "Full": True, "Sum.LowInCutoffFlag": False}),
         ({"Reset": True}, {"Total": 2, "Sum.OldTotal": 3.5, "Sum.ProgResetDone": True}),
         ({}, {"Total": 4, "Sum.OldTotal": 3.5, "Sum.ProgResetDone": True}),
-        ({"Sum.TimeBase": 4, "Reset": False}, {"Total": 6, "Sum.ProgResetDone": False}),
+        ({"Reset": False}, {"Total": 6, "Sum.ProgResetDone": False, "Sum.ProgStartReq": True}),
+        ({"Sum.ProgValueReset": True}, {"Total": 8, "Sum.ProgStartReq": False, "Sum.ProgProgReq": False}),
     )
 
 
