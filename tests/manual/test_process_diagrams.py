@@ -125,7 +125,7 @@ def test_4_a_process_model_with_deadtime_and_lag(run):
         + wire(4, "2.Lag")
     )
     tags = {"DEADTIME": "Wait", "LEAD_LAG": "Lag", "REAL": "Heat", "REAL[10]": "Buffer"}
-    still = [({}, {"Wait.Out": 0, "Lag.Out": 0})] * 8
+    still: list[tuple[dict[str, float], dict[str, float]]] = [({}, {"Wait.Out": 0, "Lag.Out": 0})] * 8
     run(
         sheets("Blocks", content),
         tags,

@@ -23,6 +23,7 @@ from scanrack.commands import build
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.files.rungfile import program_text
+from scanrack.ladder.model.controller import Controller
 from scanrack.ladder.model.predefined.process_types import ARRAYS, PROCESS
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.comparing import differences
@@ -247,6 +248,7 @@ def test_all_blocks_of_process_control_are_written_back_and_as_text(imported, tm
     text = program_text(first.controller)
     read = parse_program(text)
     assert program_text(read) == text
+    assert isinstance(read, Controller)
     ours, theirs = (each.programs[0].routines[-1] for each in (first.controller, read))
     assert (theirs.statements, theirs.drawing) == (ours.statements, None)
 
