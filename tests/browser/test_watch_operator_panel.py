@@ -13,7 +13,7 @@ from scanrack.watch.panels.panel_file import Panel, panel_text, parse_panel
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 from typer.testing import CliRunner
-from watched_page import until, watching, why_not
+from watched_page import steadily, until, watching, why_not
 
 LINE = Path(__file__).parents[2] / "examples" / "three_stations_panel"
 
@@ -131,7 +131,7 @@ def test_a_panel_is_built_by_dragging_and_saved(page, line):
         ActionChains(page.browser).move_to_element(part(page, "lamp 1")).click().perform()
         part(page, "lamp 1").send_keys(Keys.ARROW_LEFT)  # the button is there
         part(page, "lamp 1").send_keys(Keys.ARROW_RIGHT, Keys.SHIFT, Keys.ARROW_DOWN)
-        drag(page, part(page, "Go"), part(page, "lamp 1"), (300, 200))
+        steadily(lambda: drag(page, part(page, "Go"), part(page, "lamp 1"), (300, 200)))
         page.press("Save panel")
         until(file.exists)
         saved = parse_panel(file.read_text("utf-8")).items

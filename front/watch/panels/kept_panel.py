@@ -83,7 +83,7 @@ class KeptPanel:
             content = self.content()
             panel = parse_panel(content.decode())
         except ValueError as error:
-            return told | {"mistake": f"{self._path.name}: {error}", "lacks": lacks or "mend the file first"}
+            return told | {"mistake": f"{self._path.name}: {error}", "lacks": lacks or "fix the file first"}
         bound = [bindings.of(each) for each in panel.items]
         found = {"base": _digest(content), "head": panel.head, "items": panel.items, "bound": bound}
         return told | found | {"mistake": "", "lacks": lacks}

@@ -15,9 +15,11 @@ from __future__ import annotations
 
 import json
 import math
-import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from decimal import Decimal
 from typing import Any, NamedTuple
+
+from ...io_images.doors import toml_tables
 
 Json = dict[str, Any]
 
@@ -121,8 +123,8 @@ def parse_panel(text: str) -> Panel:
         ValueError: it is no TOML, or an item is refused: the item, the value and what is allowed.
     """
     try:
-        said = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        said = _plain(toml_tables(text))
+    except ValueError as error:
         raise ValueError(f"not TOML: {error}") from None
     for key in said:
         if key != "item":
@@ -135,6 +137,15 @@ def parse_panel(text: str) -> Panel:
         for item, lines in zip(items, comments, strict=True):
             item.update({COMMENT: lines} if lines else {})
     return Panel(items, head)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value of TOML with its fractions as floats."""
+    if isinstance(value, dict):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, list):
+        return [_plain(each) for each in value]
+    return float(value) if isinstance(value, Decimal) else value
 
 
 def _comments(text: str) -> tuple[list[str], list[list[str]]]:
