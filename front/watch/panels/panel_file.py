@@ -14,7 +14,6 @@ Tables keep their order; keys have the order of `FIELDS`. A change of an item ch
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from decimal import Decimal
 from typing import Any, NamedTuple
@@ -27,83 +26,81 @@ COLUMNS, ROWS = 12, 60
 """Cells of the grid."""
 
 MOST_ITEMS = 100
-TEXT_MOST, TAG_MOST = 40, 400
-POSITIONS = range(2, 9)
 COLORS = ("green", "red", "amber", "blue", "white")
 COMMENT = "comment"
-"""Key of an item's comment lines; they are no key of the file."""
+"""Key of an item's comment lines; no key of the file."""
 
 
 class Kind(NamedTuple):
     """A kind of items."""
 
     title: str  # as HMI editors call it
-    types: str  # of its tag: a word of `TYPES`
-    operates: bool  # whether it sets its tag
+    types: str  # of its tag
+    operates: bool = False  # whether it sets its tag
     needs: tuple[str, ...] = ()  # fields beside those of every item
     may: tuple[str, ...] = ()
     size: tuple[int, int] = (3, 2)  # of a new one
 
 
+ALWAYS = ("name", "kind", "tag", "at", "size")
 BIT, NUMBER, ANY = "BOOL", "a number", "one value"
+_LIMITS, _FORM = ("least", "most"), ("unit", "decimals")
 
 KINDS: Mapping[str, Kind] = {
     "momentary": Kind("momentary push button", BIT, True, may=("color",)),
     "maintained": Kind("maintained push button", BIT, True, may=("color",)),
     "selector": Kind("selector switch", NUMBER, True, needs=("positions",), may=("values",), size=(4, 2)),
-    "lamp": Kind("indicator lamp", BIT, False, may=("color",), size=(2, 2)),
-    "display": Kind("numeric display", ANY, False, may=("unit", "decimals")),
-    "entry": Kind("numeric entry", NUMBER, True, ("least", "most"), ("unit", "decimals"), (4, 2)),
-    "gauge": Kind("gauge", NUMBER, False, ("least", "most"), ("unit", "decimals"), (3, 3)),
+    "lamp": Kind("indicator lamp", BIT, may=("color",), size=(2, 2)),
+    "display": Kind("numeric display", ANY, may=_FORM),
+    "entry": Kind("numeric entry", NUMBER, True, needs=_LIMITS, may=_FORM, size=(4, 2)),
+    "gauge": Kind("gauge", NUMBER, needs=_LIMITS, may=_FORM, size=(3, 3)),
 }
 """What an item may be, by its `kind`."""
 
-ALWAYS = ("name", "kind", "tag", "at", "size")
+Check = Callable[[Any], bool]
 
 
-def _is_text(most: int, least: int = 1) -> Callable[[object], bool]:
-    return lambda value: isinstance(value, str) and least <= len(value) <= most and value.isprintable()
+def _text(most: int) -> Check:
+    return lambda value: isinstance(value, str) and 0 < len(value) <= most and value.isprintable()
 
 
-def _is_number(value: object) -> bool:
-    if type(value) is int:
-        return abs(value) < 1 << 53
-    return isinstance(value, float) and math.isfinite(value)
+def _whole(within: range) -> Check:
+    return lambda value: type(value) is int and value in within
 
 
-def _is_pair(first: range, second: range) -> Callable[[object], bool]:
+def _number(value: object) -> bool:
+    return type(value) in (int, float) and abs(value) < 1 << 53  # type: ignore[arg-type]
+
+
+def _pair(first: range, second: range) -> Check:
+    one, other = _whole(first), _whole(second)
+    return lambda value: isinstance(value, list) and len(value) == 2 and one(value[0]) and other(value[1])
+
+
+def _different(of: Check) -> Check:
     return lambda value: (
         isinstance(value, list)
-        and [type(each) for each in value] == [int, int]
-        and value[0] in first
-        and value[1] in second
-    )
-
-
-def _is_list(of: Callable[[object], bool]) -> Callable[[object], bool]:
-    return lambda value: (
-        isinstance(value, list)
-        and len(value) in POSITIONS
+        and 2 <= len(value) <= 8
         and all(map(of, value))
         and len(set(value)) == len(value)
     )
 
 
-FIELDS: Mapping[str, tuple[Callable[[object], bool], str]] = {
-    "name": (_is_text(TEXT_MOST), f"text of 1 to {TEXT_MOST} printable characters"),
+FIELDS: Mapping[str, tuple[Check, str]] = {
+    "name": (_text(40), "text of 1 to 40 printable characters"),
     "kind": (lambda value: isinstance(value, str) and value in KINDS, ", ".join(KINDS)),
-    "tag": (_is_text(TAG_MOST), "the name of a tag, or slot1.input.home for an input"),
+    "tag": (_text(400), "the name of a tag, or slot1.input.home for an input"),
     "at": (
-        _is_pair(range(COLUMNS), range(ROWS)),
+        _pair(range(COLUMNS), range(ROWS)),
         f"[column, row], columns 0 to {COLUMNS - 1}, rows 0 to {ROWS - 1}",
     ),
-    "size": (_is_pair(range(1, COLUMNS + 1), range(1, 9)), f"[width, height], 1 to {COLUMNS} and 1 to 8"),
-    "positions": (_is_list(_is_text(TEXT_MOST)), "2 to 8 different texts"),
-    "values": (_is_list(_is_number), "different numbers, one for each position"),
-    "least": (_is_number, "a number"),
-    "most": (_is_number, "a number"),
-    "unit": (_is_text(12), "text of 1 to 12 printable characters"),
-    "decimals": (lambda value: type(value) is int and 0 <= value <= 6, "0 to 6"),
+    "size": (_pair(range(1, COLUMNS + 1), range(1, 9)), f"[width, height], 1 to {COLUMNS} and 1 to 8"),
+    "positions": (_different(_text(40)), "2 to 8 different texts"),
+    "values": (_different(_number), "different numbers, one for each position"),
+    "least": (_number, "a number"),
+    "most": (_number, "a number"),
+    "unit": (_text(12), "text of 1 to 12 printable characters"),
+    "decimals": (_whole(range(7)), "0 to 6"),
     "color": (lambda value: isinstance(value, str) and value in COLORS, ", ".join(COLORS)),
 }
 """Check of each field, by name, in the order in which a file has them."""
@@ -149,25 +146,22 @@ def _plain(value: Any) -> Any:
 
 
 def _comments(text: str) -> tuple[list[str], list[list[str]]]:
-    """Return the comment lines at the top, and those of each item."""
+    """Return the comment lines at the top, up to an empty line, and those of each item."""
     head: list[str] = []
     found: list[list[str]] = []
     waiting: list[str] = []
     for line in map(str.strip, text.split("\n")):
         if line.startswith("#"):
             waiting.append("".join(each if each.isprintable() else " " for each in line))
-        elif line == "[[item]]":
-            found.append(waiting)
-            waiting = []
-        elif waiting and found and line:  # among the keys of an item
-            found[-1] += waiting
-            waiting = []
-        elif not found:
-            head += waiting
-            waiting = []
-    if found:
-        found[-1] += waiting
-    return (head, found) if found else (head + waiting, found)
+            continue
+        if line == "[[item]]":
+            found.append([])
+        elif not line and found:
+            continue  # what follows belongs to the next item, or to the last one
+        (found[-1] if found else head).extend(waiting)
+        waiting = []
+    (found[-1] if found else head).extend(waiting)
+    return head, found
 
 
 def panel_text(panel: Panel) -> str:
@@ -232,7 +226,7 @@ def _check(item: Json, place: int) -> None:
         if key not in item:
             raise ValueError(f"{who}: it needs {key}, {FIELDS[key][1]}")
     comment = item.get(COMMENT, [])
-    if not isinstance(comment, list) or not all(_is_text(1000)(each) and each[0] == "#" for each in comment):
+    if not isinstance(comment, list) or not all(_text(1000)(each) and each[0] == "#" for each in comment):
         raise ValueError(f"{who}: {COMMENT} {_shown(comment)}: must be lines that begin with #")
     _check_together(item, who)
 

@@ -152,6 +152,8 @@ for (const [target, event] of [[window, "blur"], [window, "pagehide"], [document
 
 // --- the panel as the page
 
+addEventListener("hashchange", () => only(wanted().panel));
+
 function only(on) {
   setFlag(document.documentElement, "data-panel-only", on || Boolean(editing()));
   setText(onlyButton, on ? "Whole page" : "Panel only");
