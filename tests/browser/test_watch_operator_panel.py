@@ -8,6 +8,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from axe_peer import axe_findings
 from scanrack.commands import build
 from scanrack.watch.panels.panel_file import Panel, panel_text, parse_panel
 from selenium.webdriver.common.action_chains import ActionChains
@@ -128,6 +129,7 @@ def test_a_panel_is_built_by_dragging_and_saved(page, line):
         until(lambda: "no tag Lmap; did you mean Lamp" in says(page, "lamp 1"))
         fill(page, "tag", "Lamp")
         until(lambda: "no tag" not in says(page, "lamp 1"))
+        assert axe_findings(page) == []
         ActionChains(page.browser).move_to_element(part(page, "lamp 1")).click().perform()
         part(page, "lamp 1").send_keys(Keys.ARROW_LEFT)  # the button is there
         part(page, "lamp 1").send_keys(Keys.ARROW_RIGHT, Keys.SHIFT, Keys.ARROW_DOWN)
@@ -212,6 +214,7 @@ def test_all_kinds_by_keyboard_and_in_a_shared_page(page, line, operated, tmp_pa
         until(lambda held=held: page.value("Dwell.PRE") == held)
     field.send_keys(Keys.ARROW_UP)
     page.until_value("Dwell.PRE", "901")
+    assert axe_findings(page) == []
     gauge = part(page, "Position", ".gauge")
     assert (gauge.aria_role, gauge.get_attribute("aria-valuemin")) == ("meter", "-4000")
     # a press by key lasts as long as the key, and one scan at least

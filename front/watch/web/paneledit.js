@@ -49,7 +49,7 @@ function handle(cell, item) {
   cell.firstChild.inert = true;
   cell.append(corner);
   setFlag(cell, "data-chosen", item === chosen);
-  for (const [name, value] of Object.entries({ tabindex: 0, role: "button", "aria-label": `${item.name}, ${told.kinds[item.kind].title}, column ${column + 1}, row ${row + 1}, ${width} by ${height}` })) cell.setAttribute(name, value);
+  for (const [name, value] of Object.entries({ tabindex: 0, role: "group", "aria-label": `${item.name}, ${told.kinds[item.kind].title}, column ${column + 1}, row ${row + 1}, ${width} by ${height}` })) cell.setAttribute(name, value);
   cell.addEventListener("pointerdown", event => { event.preventDefault(); cell.focus(); choose(item, cell); drag(event, cell, item, event.target === corner); });
   cell.addEventListener("focus", () => choose(item, cell));
   cell.addEventListener("keydown", event => {

@@ -64,7 +64,7 @@ function selector(item, { set }) {
 }
 
 function display(item) {
-  const value = el("output", { class: "figure", "aria-live": "off", "aria-label": item.name });
+  const value = el("output", { class: "figure", "aria-label": item.name });
   return { node: el("div", { class: "readout" }, caption(item), value), show: given => setText(value, figure(given, item)) };
 }
 
