@@ -140,7 +140,7 @@ def test_a_panel_is_built_by_dragging_and_saved(page, line):
         assert [each["name"] for each in saved] == ["Go", "lamp 1"]
         assert saved[1] == item("lamp 1", "lamp", "Lamp", [4, 0], [2, 3])
         assert saved[0]["at"][0] > 4
-        until(lambda: page.control("Edit panel").is_displayed())
+        until(lambda: page.run("return document.querySelector('.building') === null"))
         # what somebody else has written meanwhile stays
         page.press("Edit panel")
         page.browser.find_element("xpath", "//button[.='+ gauge']").send_keys(Keys.ENTER)
