@@ -305,6 +305,11 @@ class Catalog:
         """Return whether the tag exists."""
         return name in self._known
 
+    def type_of(self, name: str) -> str | None:
+        """Return the type of a tag, "" of a structure or an array; None if there is no such tag."""
+        where = self._known.where(name) if self.has(name) else None
+        return None if where is None else where.type.name if isinstance(where, Place) else ""
+
 
 def tag_hits(tags: Iterable[Json], text: str) -> list[Json]:
     r"""Return the tags whose name or description contains a text, ignoring case.

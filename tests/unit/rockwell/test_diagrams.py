@@ -23,7 +23,7 @@ from scanrack.commands import build
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.files.rungfile import program_text
-from scanrack.ladder.model.controller import Controller
+from scanrack.ladder.lowering.controller import Controller
 from scanrack.ladder.model.predefined.process_types import ARRAYS, PROCESS
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.comparing import differences
