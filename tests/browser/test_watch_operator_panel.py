@@ -62,6 +62,10 @@ def told(page, name, attribute, inner="> :first-child"):
     return page.run(script, f"[data-item='{name}'] {inner}".strip(), attribute)
 
 
+def until_told(page, name, attribute, wanted):
+    until(lambda: told(page, name, attribute) == wanted)
+
+
 def says(page, name):
     return page.run("return document.querySelector(arguments[0])?.textContent ?? ''", f"[data-item='{name}']")
 
@@ -161,7 +165,6 @@ def operated(line):
     trace = line.with_suffix(".mcap")
     with watching(line, "--record", trace, "--replace") as session:
         yield session
-    session.trace = trace
 
 
 @pytest.mark.parametrize("kind", ["mouse", "touch"])
@@ -210,8 +213,8 @@ def test_all_kinds_by_keyboard_and_in_a_shared_page(page, line, operated, tmp_pa
     for text, held, invalid in (("50", "500", "true"), ("900", "900", None)):
         field.clear()
         field.send_keys(text, Keys.ENTER)
-        until(lambda invalid=invalid: field.get_attribute("aria-invalid") == invalid)
-        until(lambda held=held: page.value("Dwell.PRE") == held)
+        page.until_value("Dwell.PRE", held)
+        assert field.get_attribute("aria-invalid") == invalid
     field.send_keys(Keys.ARROW_UP)
     page.until_value("Dwell.PRE", "901")
     assert axe_findings(page) == []
@@ -235,7 +238,7 @@ def test_all_kinds_by_keyboard_and_in_a_shared_page(page, line, operated, tmp_pa
     for shown, level in ((scan - 1, "false"), (scan, "true")):
         page.run("return import('scanrack/scrub.js').then(scrub => scrub.lookAt(arguments[0]))", shown)
         page.until_scan(shown, "past")
-        until(lambda level=level: told(page, "Start", "aria-pressed") == level)
+        until_told(page, "Start", "aria-pressed", level)
     part(page, "Start", "button").click()
     until(lambda: "recording" in page.browser.find_element("id", "notice").text)
     assert page.browser.find_element("id", "panel-reason").text.startswith("This is a recording")
@@ -250,7 +253,7 @@ def order_scans(trace):
 
     with open_trace(trace) as opened:
         return [
-            (each.scan, json.loads(each.fields["order"]))
+            (each.scan, json.loads(str(each.fields["order"])))
             for each in opened.events()
             if each.topic == "/orders"
         ]

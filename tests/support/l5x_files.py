@@ -187,7 +187,14 @@ def connector(tag: str, key: int, name: str) -> str:
 
 
 def block(
-    kind: str, key: int, operand: str = "", *, x: int | str = 0, y: int | str = 0, pins: str = "", **arrays: str
+    kind: str,
+    key: int,
+    operand: str = "",
+    *,
+    x: int | str = 0,
+    y: int | str = 0,
+    pins: str = "",
+    **arrays: str,
 ) -> str:
     """A block with its tag and its arrays by name; without a tag a function, such as `ADD__F`."""
     place = f'ID="{key}" X="{x}" Y="{y}"'
