@@ -63,6 +63,11 @@ class Branch:
         twin.instants, twin.play = self.instants, self.play
         return twin
 
+    @property
+    def rests(self) -> bool:
+        """Whether the axis stands still."""
+        return self._model.under_way is None
+
     def act(self, sent: Transmission) -> Branch:
         """Let a moment act now."""
         self.instants = (*self.instants, self.now_ns)
@@ -129,7 +134,7 @@ class Branch:
         if not explained(shown, seen.words, self.play):
             return False
         in_command_mode = not (seen.words[0] | shown[0][0]) & MODE_CONFIG
-        rests = self._model.under_way is None and all(words == shown[0] for words in shown)
+        rests = self.rests and all(words == shown[0] for words in shown)
         if self.play and in_command_mode and rests:
             self._settle(seen.words)
         return True

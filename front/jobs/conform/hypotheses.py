@@ -47,8 +47,10 @@ class Search:
         runs: hypotheses that were tried.
         unexplained: the first read that none explains, or None.
         shown: images of the hypothesis that went furthest, around that read.
-        after: what was sent before it.
-        many: whether there were too many hypotheses.
+        after: what was sent last, before it or before there were too many.
+        many: how many hypotheses there would have been, if they were too many; else 0.
+        overlapping: no choice of instants has the words in the order in which they were sent.
+        moving: what was sent since the axis was last at rest, as far as it was not given up before.
         instants: those of the hypothesis that went furthest, or of one that is left.
         fired_anywhere: rules that fired in the hypothesis that went furthest, or in any that is left.
     """
@@ -60,14 +62,16 @@ class Search:
     unexplained: SeenImage | None = None
     shown: list[ImageWords] = field(default_factory=list)
     after: Transmission | None = None
-    many: bool = False
+    many: int = 0
+    overlapping: bool = False
+    moving: int = 0
     instants: tuple[int, ...] = ()
     fired_anywhere: set[str] = field(default_factory=set)
 
     @property
     def explains_all(self) -> bool:
         """Whether some hypothesis explains every read."""
-        return self.unexplained is None and not self.many
+        return self.unexplained is None and not self.many and not self.overlapping
 
     @property
     def fired(self) -> set[str]:
@@ -105,6 +109,8 @@ def search(
             _instants(sent, timing, single=place <= begin) if given is None else given[place : place + 1]
         )
         live = _spread(live, sent, instants, _earliest(waiting, sent, timing), found, most)
+        found.after = sent
+        found.moving += 1
         if not live:
             return found
         if place >= begin:
@@ -116,6 +122,8 @@ def search(
         live, waiting = _sift(live, waiting, limit, sent, timing, found)
         if not live:
             return found
+        if all(each.rests for each in live):
+            found.moving = 0
         since_ns = min((each.window.low_ns for each in waiting), default=limit or NEVER)
         live = _merged(live, since_ns - timing.lag_ns - 4 * GRID_NS)
     found.left, found.instants = live, live[0].instants
@@ -162,7 +170,7 @@ def _spread(
 ) -> list[Branch]:
     """Return a branch for each instant at which a moment may act; none if they are too many."""
     if len(live) * len(instants) > most:
-        found.many = True
+        found.many = len(live) * len(instants)
         return []
     children: list[Branch] = []
     for branch in live:
@@ -174,6 +182,7 @@ def _spread(
                 children.append((branch if instant == mine[-1] else branch.child(keep_from)).act(sent))
         except _BROKEN:
             continue
+    found.overlapping = not children
     found.most = max(found.most, len(children))
     found.runs += len(children)
     return children
@@ -192,7 +201,7 @@ def _sift(
     for seen in due:
         kept = [each for each in live if _explains(each, seen, timing)]
         if not kept:
-            found.unexplained, found.after = seen, sent
+            found.unexplained = seen
             found.fired_anywhere = set().union(*(each.fired for each in live))
             found.instants = live[0].instants
             found.shown = live[0].shown(seen.window.low_ns - timing.lag_ns, seen.window.high_ns)

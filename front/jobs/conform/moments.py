@@ -15,6 +15,15 @@ MOMENTS_MAX = 2_000_000
 """Most moments of a file."""
 
 
+def words_text(words: ImageWords) -> str:
+    """Return words as the manual writes them: status and commands in hexadecimal.
+
+    >>> words_text((-31684, 60, 0, 500, 0, 0, 0, 0))
+    '843Ch 003Ch 0 500 0 0 0 0'
+    """
+    return " ".join([f"{word & 0xFFFF:04X}h" for word in words[:2]] + [str(word) for word in words[2:]])
+
+
 class Window(NamedTuple):
     """Earliest and latest instant at which something happened, in ns of the clock of the recording."""
 

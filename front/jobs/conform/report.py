@@ -11,7 +11,7 @@ from ...io_images.amci3601 import RULES, status_names
 from ...io_images.doors import json_value
 from ...io_images.input_files import read_input_text
 from ...io_images.text_limits import TextKind
-from .moments import ImageWords, PlayedScene, Timing, from_rows, to_rows
+from .moments import ImageWords, PlayedScene, Timing, from_rows, to_rows, words_text
 from .verdicts import UNDECIDED, ConformResult, ConformVerdict, Difference
 
 FORMAT = "scanrack conform 1"
@@ -77,6 +77,8 @@ def lines(result: ConformResult, reads: int) -> Iterator[str]:
             yield f"    explained by another reading: {number}: {result.readings[number].why}"
         if scene.rules:
             yield f"    explained without {', '.join(scene.rules)}"
+        for scale in scene.scales:
+            yield f"    explained by another scale: {scale.sentence}"
     yield ""
     yield from _counts("rules", {rule: each.verdict for rule, each in result.rules.items()})
     for rule, found in result.rules.items():
@@ -95,17 +97,13 @@ def _counts(what: str, verdicts: dict[str, ConformVerdict]) -> Iterator[str]:
 
 
 def _difference_lines(found: Difference) -> Iterator[str]:
-    yield f"    {found.at_ns / 1e6:.1f} ms after the words {_words(found.sent)}"
+    yield f"    {found.at_ns / 1e6:.1f} ms after the words {words_text(found.sent)}"
     yield f"    read   {_image(found.read)}"
     yield f"    model  {_image(found.shown[0])}"
     if found.shown[1] != found.shown[0]:
         yield f"    to     {_image(found.shown[1])}"
 
 
-def _words(words: ImageWords) -> str:
-    return " ".join([f"{word & 0xFFFF:04X}h" for word in words[:2]] + [str(word) for word in words[2:]])
-
-
 def _image(words: ImageWords) -> str:
     names = " ".join(status_names(words[0] & 0xFFFF, words[1] & 0xFFFF))
-    return f"{_words(words)}  {names}"
+    return f"{words_text(words)}  {names}"
