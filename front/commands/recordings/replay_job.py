@@ -8,8 +8,7 @@ from pathlib import Path
 
 import typer
 
-from ...io_images.image import Image
-from ...jobs.captures.words import SAMPLED
+from ...jobs.captures.words import is_sampled
 from ...jobs.load.loading import load_job, load_spec
 from ...jobs.replay.replaying import (
     Replay,
@@ -19,7 +18,7 @@ from ...jobs.replay.replaying import (
     score_of,
     with_stimuli,
 )
-from ...jobs.replay.resumed import ResumedOperation
+from ...jobs.replay.resumed import ResumedOperation, configuration_words
 from ...jobs.replay.targets import ReplayTarget, Stimuli
 from ...jobs.trust.attachments import job_of, spec_of
 from ...runtime.config.rackspec import RackSpec
@@ -58,11 +57,11 @@ def replay_trace(options: ReplayOptions) -> None:
                 facts = trace.head.metadata
                 resumed = ResumedOperation(
                     recording,
-                    spec,
+                    {slot.number: slot.firmware for slot in spec.slot if slot.module == "amci3601"},
                     forced_rows(score_of(recording)),
-                    _words(options.configuration),
+                    configuration_words(options.configuration),
                     captured=facts.get("source") == "capture",
-                    sampled=facts.get("words") == SAMPLED,
+                    sampled=is_sampled(facts),
                 )
             elif options.configuration is not None:
                 raise ValueError("--configuration goes with --into module")
@@ -93,23 +92,6 @@ _DEFAULT = {
     (ReplayTarget.RACK, False): Stimuli.RECORDED,
 }
 """What acts on the machine, by the receiver and whether a module was in operation before the recording."""
-
-
-def _words(text: str | None) -> list[int] | None:
-    """Return the words of `843Ch 003Ch 0 500`: decimal, or hexadecimal with an h; missing ones are 0.
-
-    Raises:
-        ValueError: one is no number of 16 bits, or there are more than eight.
-    """
-    if text is None:
-        return None
-    try:
-        found = [
-            int(each[:-1], 16) if each[-1] in "hH" else int(each) for each in text.replace(",", " ").split()
-        ]
-        return list(Image(found))
-    except ValueError as error:
-        raise ValueError(f"--configuration {text}: {error}; give words such as 843Ch 003Ch 0 500") from None
 
 
 def _sources(trace: Trace, folder: Path, options: ReplayOptions) -> tuple[RackSpec, ScanLogic | None]:

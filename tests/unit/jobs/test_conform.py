@@ -123,7 +123,7 @@ def test_a_trace_is_taken_in_scenes_from_configuration_to_configuration(tmp_path
         run = JobRun(job, ports, RunOptions(trace=tmp_path / "run.mcap", handled=True))
         with run.cpu:
             run.cpu.run(400)
-    firmware, scenes, notes = scenes_of(tmp_path / "run.mcap", 1)
+    firmware, scenes, notes, _ = scenes_of(tmp_path / "run.mcap", 1)
     assert (firmware, len(scenes), notes) == ("4.1", 2, [])
     found = [search(each.moments, Amci3601, Timing(scan_ns=0)) for each in scenes]
     assert [each.explains_all for each in found] == [True, True]
