@@ -126,7 +126,7 @@ def serve(rack: str, port: int, deviation: str) -> None:
 
     alteration = DEVIATIONS[deviation].alteration if deviation in DEVIATIONS else None
 
-    def made(firmware: str, machine: object, options: object, *, diagnostic_wiring: bool) -> Amci3601:
+    def made(firmware: str, *_given: object, **_named: object) -> Amci3601:
         assert alteration is not None
         return Altered3601(alteration, firmware)
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from functools import partial
 from pathlib import Path
 
@@ -27,8 +29,10 @@ from ...terminal.complaints import reported_mistakes
 from ...terminal.progress import shown_progress
 from ...terminal.terminal import say
 from ...terminal.trace_options import tell_notes
+from ...traces.files.guard import TRACE, check_output
 from ...traces.read.reader import Trace, open_trace
 from ...traces.replay import PackedTrace
+from ...traces.write.recorder import ScanRecorder
 from .compare_job import tell, tolerance
 from .options import ReplayOptions
 
@@ -44,6 +48,8 @@ def replay_trace(options: ReplayOptions) -> None:
     """
     with reported_mistakes():
         allowed = tolerance(options.tolerance_time, options.tolerance_counts)
+        if options.record is not None:
+            check_output(options.record, TRACE, {options.path: "the trace"})
         with open_trace(options.path) as trace, tempfile.TemporaryDirectory() as folder:
             recording = PackedTrace.of(trace)
             try:
@@ -75,7 +81,11 @@ def replay_trace(options: ReplayOptions) -> None:
             replay = Replay(recording, on_machine, logic, options.into, slots, resumed, exact_inputs=exact)
             replay.notes[:0] = left_out
             observed = partial(shown_progress, quiet=options.quiet)
-            follower = replay.run(allowed, to_the_end=options.to_the_end, observed=observed)
+            period_ns = int(trace.head.metadata["scan_period_ns"])
+            with _recorder(options.record, replay, recording, period_ns) as recorders:
+                follower = replay.run(
+                    allowed, to_the_end=options.to_the_end, observed=observed, recorders=recorders
+                )
         if follower.stopped:
             total = len(recording.scans)
             replay.notes.append(f"stopped after {follower.scans:,} of {total:,} scans; --to-the-end goes on")
@@ -83,6 +93,22 @@ def replay_trace(options: ReplayOptions) -> None:
             say(f"note: {note}", err=True)
         status = tell(follower.comparison(), (options.path.name, REPLAY), as_json=options.as_json)
     raise typer.Exit(status)
+
+
+@contextmanager
+def _recorder(
+    target: Path | None, replay: Replay, recording: PackedTrace, period_ns: int
+) -> Iterator[list[ScanRecorder]]:
+    """Record a replay; yield what listens to it."""
+    if target is None:
+        yield []
+        return
+    facts = {"name": target.stem, "source": REPLAY}
+    recorder = ScanRecorder(
+        target, replay.rack.memory, recording.slots, scan_period_ns=period_ns, metadata=facts
+    )
+    with closing(recorder):
+        yield [recorder]
 
 
 _DEFAULT = {

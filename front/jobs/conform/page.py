@@ -23,8 +23,8 @@ body { font: 14px/1.45 system-ui, sans-serif; margin: 1.5em auto; max-width: 54e
 h1 { font-size: 1.5em; margin: 0 0 .5em } h2 { font-size: 1.1em; margin: 1.2em 0 .3em }
 table { border-collapse: collapse; width: 100% }
 th, td { text-align: left; padding: .2em .8em .2em 0; vertical-align: top;
-  border-bottom: 1px solid var(--line); overflow-wrap: anywhere }
-th { font-weight: 600 } td.n, th.n { text-align: right; width: 7em }
+  border-bottom: 1px solid var(--line); overflow-wrap: break-word }
+td:first-child { white-space: nowrap } th { font-weight: 600 } .n { text-align: right; width: 16% }
 pre { font: 12px/1.5 "DejaVu Sans Mono", Menlo, Consolas, monospace; white-space: pre-wrap; margin: .2em 0;
   overflow-wrap: anywhere }
 p, ul { margin: .3em 0 } .soft { color: var(--soft) } .bad { color: var(--bad) } .good { color: var(--good) }
@@ -64,7 +64,8 @@ def _parts(recorded: Recorded, result: ConformResult) -> Iterator[str]:
     if fitted_scales(result):
         yield _section("Factors", _list(each.sentence for each in fitted_scales(result)))
     if differing:
-        yield _section("What differs", "".join(map(_difference, differing[:MOST_DIFFERENCES])))
+        shown = (_difference(each, result) for each in differing[:MOST_DIFFERENCES])
+        yield _section("What differs", "".join(shown))
         if len(differing) > MOST_DIFFERENCES:
             yield f"<p>{len(differing) - MOST_DIFFERENCES} more scenes differ; conform.json has them.</p>"
     rules = [(rule, each) for rule, each in result.rules.items() if each.verdict is ConformVerdict.DIFFERS]
@@ -113,11 +114,11 @@ def _verdicts(result: ConformResult) -> str:
     return _table(("", *map(str, ConformVerdict)), counts, numbers=True)
 
 
-def _difference(scene: SceneVerdict) -> str:
+def _difference(scene: SceneVerdict, result: ConformResult) -> str:
     found = scene.difference
     shown = "" if found is None else f"<pre>{escape(chr(10).join(difference_lines(found)))}</pre>"
     by = [
-        *scene.readings,
+        *(f"{number}: {result.readings[number].why}" for number in scene.readings),
         *(f"without {rule}" for rule in scene.rules),
         *(each.sentence for each in scene.scales),
     ]
