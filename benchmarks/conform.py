@@ -205,7 +205,10 @@ def deviating(plan: ScenePlan, counter: bool) -> bool:
         differing = [each for each in scenes if each.verdict is ConformVerdict.DIFFERS]
         told += bool(differing)
         manual += all(each.verdict is ConformVerdict.AS_MANUAL for each in scenes)
-        by = sorted({why for each in differing for why in (*each.readings, *each.rules)})
+        known = (
+            (*each.readings, *each.rules, *(scale.sentence for scale in each.scales)) for each in differing
+        )
+        by = sorted({why for reasons in known for why in reasons})
         where = ", ".join(each.name for each in differing) or "nowhere"
         print(f"{name:18} differs in: {where}; explained by: {', '.join(by) or 'nothing known'}", flush=True)
     print(f"deviations: {told} of {len(DEVIATIONS)} told, {manual} as the manual")
