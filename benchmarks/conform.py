@@ -79,7 +79,7 @@ class Deviation(NamedTuple):
     scenes: tuple[str, ...]
 
 
-MOVES = ("relative moves", "immediate stop")
+MOVES = ("relative moves", "a longer move", "immediate stop")
 DEVIATIONS: Mapping[str, Deviation] = {
     "A-02": Deviation(RIVALS["A-02"][0], ("bits over a configuration", "relative moves")),
     "A-27": Deviation(RIVALS["A-27"][0], ("an error during a move", "relative moves")),
@@ -220,7 +220,7 @@ def factors(plan: ScenePlan, counter: bool) -> bool:
     good = True
     for name, (what, factor) in FACTORS.items():
         judge = Judge(plan.firmware, plan.timing)
-        for each in played(plan, ("relative moves",), name, counter):
+        for each in played(plan, ("relative moves", "a longer move"), name, counter):
             judge.judge(each)
         found = fitted_scales(judge.result)
         good &= [each.what for each in found if each.low < factor < each.high] == [what]

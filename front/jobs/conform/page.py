@@ -108,7 +108,7 @@ def _verdicts(result: ConformResult) -> str:
     rows = {
         "scenes": [each.verdict for each in result.scenes],
         "rules of the manual": [each.verdict for each in result.rules.values()],
-        "readings of it": [each.verdict for each in result.readings.values()],
+        "interpretations": [each.verdict for each in result.readings.values()],
     }
     counts = ((name, *map(str, counted(each).values())) for name, each in rows.items())
     return _table(("", *map(str, ConformVerdict)), counts, numbers=True)

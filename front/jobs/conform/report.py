@@ -153,7 +153,7 @@ def next_steps(recorded: Recorded, result: ConformResult) -> Iterator[str]:
     """Yield what to try next, a sentence each."""
     for scene in result.scenes:
         if scene.verdict is ConformVerdict.DIFFERS and not (scene.readings or scene.rules or scene.scales):
-            again = f"Play it again with --scene '{scene.name}': " if recorded.plan else ""
+            again = f"Play it again with --scene '{scene.name}'. " if recorded.plan else ""
             yield (
                 f"{scene.name}: nothing known explains it. {again}Does a program write the words, too, is an "
                 f"input wired, is the firmware {recorded.firmware}?"

@@ -69,7 +69,7 @@ def test_a_page_of_many_differences_shows_the_first_ones(tmp_path: Path) -> None
             differing("a"),
             "mine",
             0,
-            "a: nothing known explains it. Play it again with --scene 'a': Does a program",
+            "a: nothing known explains it. Play it again with --scene 'a'. Does a program",
         ),
         (differing("a", rules=["MC-01"]), "mine", 0, "Send conform.json"),
         (
