@@ -168,7 +168,7 @@ def next_steps(recorded: Recorded, result: ConformResult) -> Iterator[str]:
     if recorded.plan in BUILT_IN:
         yield from _unplayed(load_plan(recorded.plan), {each.name for each in recorded.scenes})
     if result.differs:
-        yield "Send conform.json: it has every word and image, and no name of yours."
+        yield "Send conform.json: it has every word and image, and none of your names."
 
 
 WIDE_FACTOR = 0.02
