@@ -38,7 +38,7 @@ from ...terminal.grouped import grouped
 from ...terminal.status import DONE, NO, complain
 from ...terminal.terminal import on_a_line, say
 from ...terminal.trace_options import QuietOption, tell_notes
-from ...traces.files.guard import beginning, check_output
+from ...traces.files.guard import PAGE, beginning, check_output
 from ...traces.files.newfile import new_file
 
 RESULT = beginning("a result of conform", f'{{"format": "{FORMAT}'.encode())
@@ -155,6 +155,8 @@ def _conform_command(
         used = {options.source: "the file that is judged"} if options.source is not None else {}
         used |= {Path(options.plan): "the plan"} if Path(options.plan).is_file() else {}
         check_output(options.out, RESULT, used)
+        if options.html is not None:
+            check_output(options.html, PAGE, used | {options.out: "the result"})
         tag, period_ns = counter_of(options.counter)
         tags = ModuleTags(options.module, tag, period_ns, wiring_of(options.wire or []))
         wanted = replace(wanted, timing=_timing(wanted.timing, options.scan, period_ns))
