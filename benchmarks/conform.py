@@ -1,12 +1,13 @@
 """Does `scanrack conform` tell what differs, and nothing else?
 
-    python benchmarks/conform.py [--runs N] [--plan NAME] [--without-counter] [--smoke]
+    python benchmarks/conform.py [--runs N] [--plan NAME] [--scene NAME] [--without-counter] [--smoke]
 
 A rack with a simulated 3601 runs in a process of its own, `scanrack run --realtime --server ethernet-ip`; the
 plan is played through its tags with pycomm3. N runs of an unchanged module must show no difference. Then the
 module deviates in ten ways, one at a time; the scenes that may show it are played. At least eight have to be
-told, and none may end with all scenes as the manual. `--smoke` plays one scene without a socket, unchanged
-and with one deviation.
+told, and none may end with all scenes as the manual. Then its planner of moves is off by a factor, three
+times: the told value has to have it within its uncertainty. `--smoke` plays one scene without a socket,
+unchanged and with one deviation.
 
 Exit status 1 if a bar is missed.
 """
@@ -19,8 +20,9 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import closing, contextmanager
+from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from dataclasses import replace
+from fractions import Fraction
 from pathlib import Path
 from time import monotonic, perf_counter
 from typing import NamedTuple
@@ -31,10 +33,12 @@ from scanrack.jobs.conform.moments import PlayedScene
 from scanrack.jobs.conform.paths.logix_path import LogixPath, ModuleTags, connect
 from scanrack.jobs.conform.plan import ScenePlan, load_plan
 from scanrack.jobs.conform.playing import play
+from scanrack.jobs.conform.report import fitted_scales
 from scanrack.jobs.conform.rules_apart.rivals import RIVALS
 from scanrack.jobs.conform.rules_apart.without import STATEMENTS
 from scanrack.jobs.conform.verdicts import ConformVerdict, Judge
-from scanrack.runtime.modules.amci3601 import module
+from scanrack.runtime.kinematics import Motion, Profile
+from scanrack.runtime.modules.amci3601 import module, step_generator
 from scanrack.runtime.modules.amci3601.altered import Alteration, Altered3601, ImageWords
 from scanrack.runtime.modules.amci3601.module import Amci3601
 
@@ -75,7 +79,7 @@ class Deviation(NamedTuple):
     scenes: tuple[str, ...]
 
 
-MOVES = ("relative moves", "immediate stop")
+MOVES = ("relative moves", "a longer move", "immediate stop")
 DEVIATIONS: Mapping[str, Deviation] = {
     "A-02": Deviation(RIVALS["A-02"][0], ("bits over a configuration", "relative moves")),
     "A-27": Deviation(RIVALS["A-27"][0], ("an error during a move", "relative moves")),
@@ -90,18 +94,45 @@ DEVIATIONS: Mapping[str, Deviation] = {
 }
 
 
+FACTORS: Mapping[str, tuple[str, float]] = {
+    "acceleration 0.93": ("acceleration", 0.93),
+    "acceleration 1.05": ("acceleration", 1.05),
+    "speed 0.98": ("speed", 0.98),
+}
+"""Factors of the module's planner, and what they are told as."""
+
+
+def off_by(factor: tuple[str, float] | None) -> AbstractContextManager[object]:
+    """Let the planner of moves be off by a factor."""
+    if factor is None:
+        return nullcontext()
+    what, value = factor
+    right = step_generator.plan_move
+
+    def plan(now_ns: int, origin: int, distance: int, profile: Profile) -> Motion:
+        if what == "speed":
+            profile = replace(profile, speed_sps=round(profile.speed_sps * value))
+        else:
+            rate = Fraction(str(value)) * profile.acceleration_spmss
+            profile = replace(profile, acceleration_spmss=rate)
+        return right(now_ns, origin, distance, profile)
+
+    return mock.patch.object(step_generator, "plan_move", plan)
+
+
 def serve(rack: str, port: int, deviation: str) -> None:
     """Run a rack with a module that deviates; it ends when it is terminated."""
     from scanrack.commands import main
 
-    alteration = DEVIATIONS[deviation].alteration if deviation else None
+    alteration = DEVIATIONS[deviation].alteration if deviation in DEVIATIONS else None
 
-    def made(firmware: str, machine: object, options: object, *, diagnostic_wiring: bool) -> Amci3601:
+    def made(firmware: str, *_given: object, **_named: object) -> Amci3601:
         assert alteration is not None
         return Altered3601(alteration, firmware)
 
     sys.argv = ["scanrack", "run", rack, "--realtime", "--server", f"ethernet-ip:{port}", "-q", "--no-record"]
-    with mock.patch.object(module, "Amci3601", made if alteration else Amci3601):
+    planner = off_by(FACTORS.get(deviation))
+    with mock.patch.object(module, "Amci3601", made if alteration else Amci3601), planner:
         main()
 
 
@@ -144,12 +175,12 @@ def played(plan: ScenePlan, names: tuple[str, ...], deviation: str, counter: boo
         return [play(scene, path, plan) for scene in chosen]
 
 
-def unchanged(plan: ScenePlan, runs: int, counter: bool) -> bool:
+def unchanged(plan: ScenePlan, runs: int, counter: bool, names: tuple[str, ...]) -> bool:
     """Report runs of an unchanged module; return whether none differs."""
     wrong = 0
     for run in range(runs):
         begin = perf_counter()
-        scenes = played(plan, (), "", counter)
+        scenes = played(plan, names, "", counter)
         middle = perf_counter()
         found = [search(each.moments, Amci3601, plan.timing) for each in scenes]
         differs = [s.name for s, f in zip(scenes, found, strict=True) if f.unexplained is not None]
@@ -174,11 +205,27 @@ def deviating(plan: ScenePlan, counter: bool) -> bool:
         differing = [each for each in scenes if each.verdict is ConformVerdict.DIFFERS]
         told += bool(differing)
         manual += all(each.verdict is ConformVerdict.AS_MANUAL for each in scenes)
-        by = sorted({why for each in differing for why in (*each.readings, *each.rules)})
+        known = (
+            (*each.readings, *each.rules, *(scale.sentence for scale in each.scales)) for each in differing
+        )
+        by = sorted({why for reasons in known for why in reasons})
         where = ", ".join(each.name for each in differing) or "nowhere"
         print(f"{name:18} differs in: {where}; explained by: {', '.join(by) or 'nothing known'}", flush=True)
     print(f"deviations: {told} of {len(DEVIATIONS)} told, {manual} as the manual")
     return told >= 8 and not manual
+
+
+def factors(plan: ScenePlan, counter: bool) -> bool:
+    """Report modules that are off by a factor; return whether each is told within its uncertainty."""
+    good = True
+    for name, (what, factor) in FACTORS.items():
+        judge = Judge(plan.firmware, plan.timing)
+        for each in played(plan, ("relative moves", "a longer move"), name, counter):
+            judge.judge(each)
+        found = fitted_scales(judge.result)
+        good &= [each.what for each in found if each.low < factor < each.high] == [what]
+        print(f"{name:18} told as: {' '.join(each.sentence for each in found) or 'nothing'}", flush=True)
+    return good
 
 
 def smoke() -> bool:
@@ -202,7 +249,8 @@ def main() -> int:
     parser.add_argument("--runs", type=int, default=2)
     parser.add_argument("--plan", default="quick")
     parser.add_argument("--without-counter", action="store_true")
-    parser.add_argument("--only", choices=("unchanged", "deviations"))
+    parser.add_argument("--only", choices=("unchanged", "deviations", "factors"))
+    parser.add_argument("--scene", default="", help="only this one, of an unchanged module")
     parser.add_argument("--smoke", action="store_true")
     parser.add_argument("--serve", nargs=3, metavar=("RACK", "PORT", "DEVIATION"), help=argparse.SUPPRESS)
     given = parser.parse_args()
@@ -213,8 +261,14 @@ def main() -> int:
         return 0 if smoke() else 1
     plan = load_plan(given.plan)
     plan = replace(plan, timing=replace(plan.timing, scan_ns=SCAN_NS if given.without_counter else 0))
-    good = given.only == "deviations" or unchanged(plan, given.runs, not given.without_counter)
-    good &= given.only == "unchanged" or deviating(plan, not given.without_counter)
+    counter, names = not given.without_counter, (given.scene,) if given.scene else ()
+    parts = {
+        "unchanged": lambda: unchanged(plan, given.runs, counter, names),
+        "deviations": lambda: deviating(plan, counter),
+        "factors": lambda: factors(plan, counter),
+    }
+    results = [part() for name, part in parts.items() if given.only in (None, name)]
+    good = all(results)
     return 0 if good else 1
 
 

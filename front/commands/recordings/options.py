@@ -100,7 +100,7 @@ class ReplayOptions:
         bool, typer.Option("--to-the-end", help="Continue after the first scan that differs.")
     ] = False
     record: Annotated[
-        Path | None, typer.Option("--record", metavar="TRACE", help="With --into session: trace file.")
+        Path | None, typer.Option("--record", metavar="TRACE", help="Trace file of the replay.")
     ] = None
     replace: ReplaceOption = False
     trust: Annotated[bool, typer.Option("--trust", help="Run Python that came with the trace.")] = False

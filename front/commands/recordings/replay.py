@@ -22,7 +22,8 @@ def _replay_command(options: ReplayOptions) -> None:
     the trace runs only if it is the same as in the current folder, or with --trust.
 
     A 3601 that was in operation before the trace is taken as an image shows it at rest, and compared from the
-    scan after that. Its configuration is the first that the trace shows, or --configuration.
+    scan after that. Its configuration is the first that the trace shows, or --configuration. --record writes
+    what is replayed, for scanrack compare.
 
     Exit status: 0 the same, 1 something differs, 2 a file or option can't be used, 130 stopped by Ctrl-C.
 
@@ -37,7 +38,7 @@ def _replay_command(options: ReplayOptions) -> None:
         "--tolerance-counts": options.tolerance_counts != 0,
         "--to-the-end": options.to_the_end,
     }
-    session = {"--record": options.record is not None, "--replace": options.replace}
+    session = {"--replace": options.replace}
     of_others = own if options.into is ReplayTarget.SESSION else session
     wrong = next((option for option, given in of_others.items() if given), None)
     if wrong is not None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from functools import partial
 from pathlib import Path
 
 import typer
 
-from ...io_images.image import Image
-from ...jobs.captures.words import SAMPLED
+from ...jobs.captures.words import is_sampled
 from ...jobs.load.loading import load_job, load_spec
 from ...jobs.replay.replaying import (
     Replay,
@@ -19,7 +20,7 @@ from ...jobs.replay.replaying import (
     score_of,
     with_stimuli,
 )
-from ...jobs.replay.resumed import ResumedOperation
+from ...jobs.replay.resumed import ResumedOperation, configuration_words
 from ...jobs.replay.targets import ReplayTarget, Stimuli
 from ...jobs.trust.attachments import job_of, spec_of
 from ...runtime.config.rackspec import RackSpec
@@ -28,8 +29,10 @@ from ...terminal.complaints import reported_mistakes
 from ...terminal.progress import shown_progress
 from ...terminal.terminal import say
 from ...terminal.trace_options import tell_notes
+from ...traces.files.guard import TRACE, check_output
 from ...traces.read.reader import Trace, open_trace
 from ...traces.replay import PackedTrace
+from ...traces.write.recorder import ScanRecorder
 from .compare_job import tell, tolerance
 from .options import ReplayOptions
 
@@ -45,6 +48,8 @@ def replay_trace(options: ReplayOptions) -> None:
     """
     with reported_mistakes():
         allowed = tolerance(options.tolerance_time, options.tolerance_counts)
+        if options.record is not None:
+            check_output(options.record, TRACE, {options.path: "the trace"})
         with open_trace(options.path) as trace, tempfile.TemporaryDirectory() as folder:
             recording = PackedTrace.of(trace)
             try:
@@ -58,11 +63,11 @@ def replay_trace(options: ReplayOptions) -> None:
                 facts = trace.head.metadata
                 resumed = ResumedOperation(
                     recording,
-                    spec,
+                    {slot.number: slot.firmware for slot in spec.slot if slot.module == "amci3601"},
                     forced_rows(score_of(recording)),
-                    _words(options.configuration),
+                    configuration_words(options.configuration),
                     captured=facts.get("source") == "capture",
-                    sampled=facts.get("words") == SAMPLED,
+                    sampled=is_sampled(facts),
                 )
             elif options.configuration is not None:
                 raise ValueError("--configuration goes with --into module")
@@ -76,7 +81,11 @@ def replay_trace(options: ReplayOptions) -> None:
             replay = Replay(recording, on_machine, logic, options.into, slots, resumed, exact_inputs=exact)
             replay.notes[:0] = left_out
             observed = partial(shown_progress, quiet=options.quiet)
-            follower = replay.run(allowed, to_the_end=options.to_the_end, observed=observed)
+            period_ns = int(trace.head.metadata["scan_period_ns"])
+            with _recorder(options.record, replay, recording, period_ns) as recorders:
+                follower = replay.run(
+                    allowed, to_the_end=options.to_the_end, observed=observed, recorders=recorders
+                )
         if follower.stopped:
             total = len(recording.scans)
             replay.notes.append(f"stopped after {follower.scans:,} of {total:,} scans; --to-the-end goes on")
@@ -86,6 +95,22 @@ def replay_trace(options: ReplayOptions) -> None:
     raise typer.Exit(status)
 
 
+@contextmanager
+def _recorder(
+    target: Path | None, replay: Replay, recording: PackedTrace, period_ns: int
+) -> Iterator[list[ScanRecorder]]:
+    """Record a replay; yield what listens to it."""
+    if target is None:
+        yield []
+        return
+    facts = {"name": target.stem, "source": REPLAY}
+    recorder = ScanRecorder(
+        target, replay.rack.memory, recording.slots, scan_period_ns=period_ns, metadata=facts
+    )
+    with closing(recorder):
+        yield [recorder]
+
+
 _DEFAULT = {
     (ReplayTarget.MODULE, False): Stimuli.MACHINE,
     (ReplayTarget.MODULE, True): Stimuli.INPUTS,
@@ -93,23 +118,6 @@ _DEFAULT = {
     (ReplayTarget.RACK, False): Stimuli.RECORDED,
 }
 """What acts on the machine, by the receiver and whether a module was in operation before the recording."""
-
-
-def _words(text: str | None) -> list[int] | None:
-    """Return the words of `843Ch 003Ch 0 500`: decimal, or hexadecimal with an h; missing ones are 0.
-
-    Raises:
-        ValueError: one is no number of 16 bits, or there are more than eight.
-    """
-    if text is None:
-        return None
-    try:
-        found = [
-            int(each[:-1], 16) if each[-1] in "hH" else int(each) for each in text.replace(",", " ").split()
-        ]
-        return list(Image(found))
-    except ValueError as error:
-        raise ValueError(f"--configuration {text}: {error}; give words such as 843Ch 003Ch 0 500") from None
 
 
 def _sources(trace: Trace, folder: Path, options: ReplayOptions) -> tuple[RackSpec, ScanLogic | None]:

@@ -6,6 +6,7 @@ import json
 from collections.abc import Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
@@ -13,7 +14,8 @@ from typing import Annotated
 import typer
 
 from ...io_images.times import parse_time
-from ...jobs.conform.moments import PlayedScene, Timing
+from ...jobs.conform.moments import Timing
+from ...jobs.conform.page import save_report
 from ...jobs.conform.paths.captured import scenes_of
 from ...jobs.conform.paths.counter import counter_rung
 from ...jobs.conform.paths.logix_path import (
@@ -22,19 +24,21 @@ from ...jobs.conform.paths.logix_path import (
     connect,
     counter_of,
     is_real,
+    product_of,
     wiring_of,
 )
 from ...jobs.conform.plan import PlannedScene, ScenePlan, load_plan
 from ...jobs.conform.playing import play
-from ...jobs.conform.report import FORMAT, as_object, lines, load_played
+from ...jobs.conform.report import FORMAT, Recorded, as_object, lines, load_played, next_steps
 from ...jobs.conform.verdicts import Judge
+from ...jobs.replay.resumed import configuration_words
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.complaints import reported_mistakes
 from ...terminal.grouped import grouped
 from ...terminal.status import DONE, NO, complain
 from ...terminal.terminal import on_a_line, say
 from ...terminal.trace_options import QuietOption, tell_notes
-from ...traces.files.guard import beginning, check_output
+from ...traces.files.guard import PAGE, beginning, check_output
 from ...traces.files.newfile import new_file
 
 RESULT = beginning("a result of conform", f'{{"format": "{FORMAT}'.encode())
@@ -104,6 +108,17 @@ class ConformOptions:
     out: Annotated[
         Path, typer.Option("--out", "-o", metavar="FILE", help="The result to send, without your names.")
     ] = Path("conform.json")
+    html: Annotated[
+        Path | None, typer.Option("--html", metavar="FILE", help="Write a page to send, too: one sheet.")
+    ] = None
+    configuration: Annotated[
+        str | None,
+        typer.Option(
+            "--configuration",
+            metavar="WORDS",
+            help="Those in effect at the beginning of a trace: '843Ch 003Ch 0 500'.",
+        ),
+    ] = None
     rung: Annotated[
         RungKind | None,
         typer.Option("--print-counter", metavar="l5x|slc", help="Print the counter's rung, to import."),
@@ -140,6 +155,8 @@ def _conform_command(
         used = {options.source: "the file that is judged"} if options.source is not None else {}
         used |= {Path(options.plan): "the plan"} if Path(options.plan).is_file() else {}
         check_output(options.out, RESULT, used)
+        if options.html is not None:
+            check_output(options.html, PAGE, used | {options.out: "the result"})
         tag, period_ns = counter_of(options.counter)
         tags = ModuleTags(options.module, tag, period_ns, wiring_of(options.wire or []))
         wanted = replace(wanted, timing=_timing(wanted.timing, options.scan, period_ns))
@@ -147,32 +164,34 @@ def _conform_command(
             raise ValueError(
                 "give --path HOST[,SLOT] for a controller, or --judge FILE for what was recorded"
             )
+        if options.configuration is not None and options.source is None:
+            raise ValueError("--configuration goes with --judge: a plan has its own")
         if options.source is None:
-            firmware, timing = wanted.firmware, wanted.timing
-            played = _play(
-                str(options.path),
-                _Wish(
-                    wanted,
-                    tags,
-                    options.scene or (),
-                    options.encoder,
-                    options.live and options.control,
-                    options.quiet or options.as_json,
-                ),
+            wish = _Wish(
+                wanted,
+                tags,
+                options.scene or (),
+                options.encoder,
+                options.live and options.control,
+                options.quiet or options.as_json,
             )
+            recorded = _play(str(options.path), wish)
         else:
-            firmware, timing, played = _recorded(options.source, options.module, wanted)
-        judge = Judge(firmware, timing)
-        for each in played:
+            words = configuration_words(options.configuration)
+            recorded = _recorded(options.source, options.module, wanted.timing, words)
+        judge = Judge(recorded.firmware, recorded.timing)
+        for each in recorded.scenes:
             verdict = judge.judge(each)
             if not options.quiet and not options.as_json:
                 complain(f"{each.name}: {verdict.verdict}")
-        whole = as_object(wanted.name, firmware, timing, played, judge.result)
+        whole = as_object(recorded, judge.result)
         with new_file(options.out, RESULT, used=used) as file:
             json.dump(whole, file, separators=(", ", ": "))
             file.write("\n")
+        if options.html is not None:
+            save_report(options.html, recorded, judge.result, used | {options.out: "the result"})
         if options.as_json or not options.quiet:
-            _say_result(whole, judge, sum(each.reads for each in played), as_json=options.as_json)
+            _say_result(whole, judge, recorded, as_json=options.as_json)
         raise typer.Exit(NO if judge.result.differs else DONE)
 
 
@@ -183,17 +202,19 @@ def _timing(timing: Timing, scan: str | None, period_ns: int) -> Timing:
     return replace(timing, scan_ns=scan_ns)
 
 
-def _recorded(source: Path, slot: int, plan: ScenePlan) -> tuple[str, Timing, list[PlayedScene]]:
+def _recorded(source: Path, slot: int, timing: Timing, given: Sequence[int] | None) -> Recorded:
     with source.open("rb") as file:
         begin = file.read(1)
     if begin == b"{":
+        if given is not None:
+            raise ValueError("--configuration goes with a trace: a result has its own")
         return load_played(source)
-    captured = scenes_of(source, slot)
+    captured = scenes_of(source, slot, given)
     tell_notes(captured)
-    return captured.firmware, plan.timing, captured.scenes
+    return Recorded(captured.firmware, timing, captured.scenes, slot, date=captured.captured_at)
 
 
-def _play(path: str, wish: _Wish) -> list[PlayedScene]:
+def _play(path: str, wish: _Wish) -> Recorded:
     unknown = [each for each in wish.scenes if each not in {scene.name for scene in wish.plan.scenes}]
     if unknown:
         raise ValueError(f"the plan {wish.plan.name} has no scene {unknown[0]!r}: --list names them")
@@ -203,9 +224,12 @@ def _play(path: str, wish: _Wish) -> list[PlayedScene]:
             raise ValueError(SAFETY)
         try:
             logix = LogixPath(client, wish.tags)
-            return [play(scene, logix, wish.plan) for scene in _chosen(wish)]
+            date = datetime.now(UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
+            scenes = [play(scene, logix, wish.plan) for scene in _chosen(wish)]
         except OSError as error:
             raise ValueError(f"{path}: {error}") from error
+        product, plan = product_of(client), wish.plan
+    return Recorded(plan.firmware, plan.timing, scenes, wish.tags.slot, product, date, plan.name)
 
 
 def _chosen(wish: _Wish) -> list[PlannedScene]:
@@ -236,12 +260,14 @@ def _say_list(plan: ScenePlan) -> None:
         say(on_a_line(f"{scene.name}: {scene.why}{settles}{needs}"))
 
 
-def _say_result(whole: dict[str, object], judge: Judge, reads: int, *, as_json: bool) -> None:
+def _say_result(whole: dict[str, object], judge: Judge, recorded: Recorded, *, as_json: bool) -> None:
     if as_json:
         say_json({name: part for name, part in whole.items() if name != "moments"})
     else:
-        for line in lines(judge.result, reads):
+        for line in lines(judge.result, recorded.reads):
             say(line)
+        for advice in next_steps(recorded, judge.result):
+            say(f"next: {advice}")
 
 
 def register(app: typer.Typer) -> None:

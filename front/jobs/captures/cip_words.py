@@ -37,6 +37,7 @@ def cip_scans(exchanges: Sequence[PairedExchange]) -> tuple[list[WordScan], list
             scans.append(WordScan(each.answered_ns, [], []))
             packet = now
         if scans:
+            scans[-1].apart |= each.output and now != packet
             scans[-1].outputs, scans[-1].inputs = _words(images[True]), _words(images[False])
     if not scans:
         raise ValueError("no input words are read, such as Local:1:I.Data")

@@ -6,9 +6,10 @@ that reads, computes and writes. A write without a read before it belongs to the
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from struct import Struct
 
@@ -36,11 +37,16 @@ Span = tuple[int, bytes]
 
 @dataclass(slots=True)
 class WordScan:
-    """The words of a scan, 0 to 65,535."""
+    """The words of a scan, 0 to 65,535.
+
+    Attributes:
+        apart: output words were told by another packet than the input words.
+    """
 
     at_ns: int
     outputs: list[int]
     inputs: list[int]
+    apart: bool = False
 
 
 def word_scans(exchanges: Sequence[PairedExchange]) -> list[WordScan]:
@@ -97,8 +103,18 @@ def _inside(first: int, data: bytes) -> Iterator[tuple[int, int]]:
             yield first + place, int.from_bytes(data[2 * place : 2 * place + 2], "big")
 
 
-SAMPLED = "sampled"
-"""Fact `words` of a trace whose scans are a client's reads."""
+SAMPLED, SAMPLED_APART = "sampled", "sampled apart"
+"""Facts `words` of a trace whose scans are a client's reads: of both images in one packet, or in several."""
+
+CAPTURED_AT = "captured_at"
+"""Fact of a trace: date and time of its beginning, by the clock of the capture."""
+
+_YEAR_2000_NS = 946_684_800 * 10**9
+
+
+def is_sampled(facts: Mapping[str, str]) -> bool:
+    """Whether the scans of a trace are a client's reads, by its facts."""
+    return facts.get("words") in (SAMPLED, SAMPLED_APART)
 
 
 def record_words(
@@ -116,7 +132,10 @@ def record_words(
     """
     memory = bytearray(SLOT_BYTES)
     facts = {"name": target.stem, "controller": "remote i/o", "source": "capture"}
-    facts |= {"words": SAMPLED} if sampled else {}
+    if sampled:
+        facts["words"] = SAMPLED_APART if any(each.apart for each in scans) else SAMPLED
+    if begin_ns > _YEAR_2000_NS:
+        facts[CAPTURED_AT] = datetime.fromtimestamp(begin_ns // 10**9, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
     module = SlotInfo(slot, CATALOG, "4.1")
     recorder = ScanRecorder(target, memory, [module], scan_period_ns=SCAN_PERIOD_NS, metadata=facts)
     with closing(recorder):

@@ -6,11 +6,12 @@ import copy
 from collections.abc import Sequence
 from typing import Any
 
-from ...io_images.amci3601 import COMPLETION_BITS, ERROR_BITS, InputBit, StatusMsw
+from ...io_images.amci3601 import COMPLETION_BITS, ERROR_BITS, Configuration, InputBit, StatusMsw
 from ...io_images.image import Image
+from ...runtime.kinematics import PICO, Motion
 from ...runtime.modules.amci3601.module import Amci3601
 from ...runtime.modules.amci3601.operation import Operation
-from .moments import ImageWords, SeenImage, Timing, Transmission
+from .moments import ImageWords, KnownState, SeenImage, Timing, Transmission
 
 GRID_NS = 500_000
 """From one instant that is tried to the next."""
@@ -25,8 +26,11 @@ MODE_CONFIG = StatusMsw.MODE_CONFIG.value
 KEPT = (COMPLETION_BITS | ERROR_BITS).value & 0x1FFF
 """Status bits that may outlive a configuration, by reading A-102."""
 
-_OWNERS = ("host", "axis", "state")
-"""What an operation knows and does not own."""
+FINER = 1_000_000
+"""Parts of a step to which travels are equal; plans round them far more finely."""
+
+_OWNERS = ("host", "axis", "state", "started_ns")
+"""What an operation knows and does not own, and the instant of its begin."""
 
 _PAIRS = (2, 4, 6)
 
@@ -51,6 +55,19 @@ class Branch:
         self.fired: set[str] = set()
         self.play = 0
 
+    def resume(self, state: KnownState) -> Branch:
+        """Take the state that an image shows."""
+        configuration = None
+        if any(state.configuration):
+            configuration = Configuration.from_image(Image(state.configuration), self._model.firmware)
+        for bit in InputBit:
+            self._model.operate(bit, bool(state.inputs & bit))
+        self._outputs.load(Image(state.sent))
+        unsigned = [word & 0xFFFF for word in state.words]
+        self._model.take_state(self.now_ns, self._outputs, unsigned, configuration)
+        self._sample(self.now_ns)
+        return self
+
     def child(self, keep_from_ns: int) -> Branch:
         """Return a copy; it keeps the images from an instant on."""
         twin = Branch.__new__(Branch)
@@ -62,6 +79,11 @@ class Branch:
         twin.now_ns, twin.fired = self.now_ns, set(self.fired)
         twin.instants, twin.play = self.instants, self.play
         return twin
+
+    @property
+    def rests(self) -> bool:
+        """Whether the axis stands still."""
+        return self._model.under_way is None
 
     def act(self, sent: Transmission) -> Branch:
         """Let a moment act now."""
@@ -129,7 +151,7 @@ class Branch:
         if not explained(shown, seen.words, self.play):
             return False
         in_command_mode = not (seen.words[0] | shown[0][0]) & MODE_CONFIG
-        rests = self._model.under_way is None and all(words == shown[0] for words in shown)
+        rests = self.rests and all(words == shown[0] for words in shown)
         if self.play and in_command_mode and rests:
             self._settle(seen.words)
         return True
@@ -169,18 +191,28 @@ class Branch:
             (state.latches.bits, state.configuration, state.mirror, state.command.words),
             (state.held, state.held_by_external, state.error_since_start, state.active, state.captured),
             (state.blend, repr(state.blending), state.minimum_registration),
-            axis.position if axis.motion is None else id(axis.motion),  # children share a motion
+            axis.position if axis.motion is None else _course(axis.motion, self.now_ns),
             self._samples[-1][1][2:] if self._samples else None,
-            _traits(model.layer.operation),
+            _traits(model.layer.operation, self.now_ns),
         )
 
 
-def _traits(operation: Operation | None) -> tuple[Any, ...] | None:
-    """Return what an operation remembers."""
+def _course(motion: Motion, now_ns: int) -> Any:
+    """Return what motions have in common that go on alike; at constant speed no ramp before counts."""
+    segment = motion.segment_at(max(now_ns, motion.start_ns))
+    if motion.end_ns is not None or segment is not motion.segments[-1]:
+        return id(motion)  # children share a motion
+    travel = segment.exact_travel_at(now_ns)
+    return motion.direction, motion.origin, segment.speed_at(now_ns), round(travel * FINER / PICO)
+
+
+def _traits(operation: Operation | None, now_ns: int) -> tuple[Any, ...] | None:
+    """Return what an operation remembers; of its begin, whether that is now."""
     if operation is None:
         return None
     known = vars(operation).items()
-    return tuple((name, getattr(each, "__name__", each)) for name, each in known if name not in _OWNERS)
+    remembered = ((name, getattr(each, "__name__", each)) for name, each in known if name not in _OWNERS)
+    return operation.started_ns >= now_ns, *remembered
 
 
 def _steps_between(model: Amci3601, now_ns: int) -> int:

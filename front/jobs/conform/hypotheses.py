@@ -20,7 +20,7 @@ from typing import Any
 
 from ...runtime.modules.amci3601.module import Amci3601
 from .branch import GRID_NS, MODE_CONFIG, SAMPLE_NS, Branch
-from .moments import ImageWords, Moment, SeenImage, Timing, Transmission
+from .moments import ImageWords, KnownState, Moment, SeenImage, Timing, Transmission, Window
 
 MOST = 4000
 """Hypotheses at a time, before a scene is given up."""
@@ -47,8 +47,10 @@ class Search:
         runs: hypotheses that were tried.
         unexplained: the first read that none explains, or None.
         shown: images of the hypothesis that went furthest, around that read.
-        after: what was sent before it.
-        many: whether there were too many hypotheses.
+        after: what was sent last, before it or before there were too many.
+        many: how many hypotheses there would have been, if they were too many; else 0.
+        overlapping: no choice of instants has the words in the order in which they were sent.
+        moving: what was sent since the axis was last at rest, as far as it was not given up before.
         instants: those of the hypothesis that went furthest, or of one that is left.
         fired_anywhere: rules that fired in the hypothesis that went furthest, or in any that is left.
     """
@@ -60,14 +62,16 @@ class Search:
     unexplained: SeenImage | None = None
     shown: list[ImageWords] = field(default_factory=list)
     after: Transmission | None = None
-    many: bool = False
+    many: int = 0
+    overlapping: bool = False
+    moving: int = 0
     instants: tuple[int, ...] = ()
     fired_anywhere: set[str] = field(default_factory=set)
 
     @property
     def explains_all(self) -> bool:
         """Whether some hypothesis explains every read."""
-        return self.unexplained is None and not self.many
+        return self.unexplained is None and not self.many and not self.overlapping
 
     @property
     def fired(self) -> set[str]:
@@ -85,7 +89,8 @@ def search(
     """Look for the instants that explain a scene.
 
     The module's state before its first configuration is unknown: reads count from its arrival. What no
-    configuration resets, the captured value and the encoder's count, is taken from the first read after it.
+    configuration resets, the captured value and the encoder's count, is taken from the first read after it. A
+    scene that begins with a known state has it from there on.
 
     Args:
         model: makes the model, powered up.
@@ -94,21 +99,28 @@ def search(
     """
     found = Search()
     turns = _turns(moments)
-    begin = next((n for n, (sent, _) in enumerate(turns) if sent.words and sent.words[0] < 0), len(turns))
+    known = moments[0] if moments and isinstance(moments[0], KnownState) else None
+    begin = 0 if known else _configured_at(turns)
     if begin == len(turns):
         return found
-    live = [Branch(model(), turns[0][0].window.low_ns)]
+    if known:
+        live = [Branch(model(), known.window.high_ns).resume(known)]
+        known_ns = known.window.high_ns
+    else:
+        live = [Branch(model(), turns[0][0].window.low_ns)]
+        known_ns = turns[begin][0].window.high_ns + 2 * timing.lag_ns
     waiting: list[SeenImage] = []
-    adopted = False
+    adopted = known is not None
     for place, (sent, seen) in enumerate(turns):
         instants = (
             _instants(sent, timing, single=place <= begin) if given is None else given[place : place + 1]
         )
         live = _spread(live, sent, instants, _earliest(waiting, sent, timing), found, most)
+        found.after = sent
+        found.moving += 1
         if not live:
             return found
         if place >= begin:
-            known_ns = turns[begin][0].window.high_ns + 2 * timing.lag_ns
             waiting += [each for each in seen if each.window.low_ns >= known_ns]
         if not adopted and waiting and place > begin:
             adopted = _adopt(live, waiting)
@@ -116,18 +128,28 @@ def search(
         live, waiting = _sift(live, waiting, limit, sent, timing, found)
         if not live:
             return found
+        if all(each.rests for each in live):
+            found.moving = 0
         since_ns = min((each.window.low_ns for each in waiting), default=limit or NEVER)
-        live = _merged(live, since_ns - timing.lag_ns - 4 * GRID_NS)
+        live = _merged(live, since_ns - timing.lag_ns - 4 * GRID_NS, limit)
     found.left, found.instants = live, live[0].instants
     found.fired_anywhere = set().union(*(each.fired for each in live))
     return found
+
+
+def _configured_at(turns: Sequence[tuple[Transmission, list[SeenImage]]]) -> int:
+    """Return the number of the first turn that configures; how many there are if none does."""
+    return next((n for n, (sent, _) in enumerate(turns) if sent.words and sent.words[0] < 0), len(turns))
 
 
 def _turns(moments: Sequence[Moment]) -> list[tuple[Transmission, list[SeenImage]]]:
     """Return each moment that was sent with the reads up to the next one."""
     turns: list[tuple[Transmission, list[SeenImage]]] = []
     for each in moments:
-        if isinstance(each, Transmission):
+        if isinstance(each, KnownState):
+            now = Window(each.window.high_ns, each.window.high_ns)
+            turns.append((Transmission(now, each.sent), []))
+        elif isinstance(each, Transmission):
             turns.append((each, []))
         elif turns:
             turns[-1][1].append(each)
@@ -162,7 +184,7 @@ def _spread(
 ) -> list[Branch]:
     """Return a branch for each instant at which a moment may act; none if they are too many."""
     if len(live) * len(instants) > most:
-        found.many = True
+        found.many = len(live) * len(instants)
         return []
     children: list[Branch] = []
     for branch in live:
@@ -174,6 +196,7 @@ def _spread(
                 children.append((branch if instant == mine[-1] else branch.child(keep_from)).act(sent))
         except _BROKEN:
             continue
+    found.overlapping = not children
     found.most = max(found.most, len(children))
     found.runs += len(children)
     return children
@@ -192,7 +215,7 @@ def _sift(
     for seen in due:
         kept = [each for each in live if _explains(each, seen, timing)]
         if not kept:
-            found.unexplained, found.after = seen, sent
+            found.unexplained = seen
             found.fired_anywhere = set().union(*(each.fired for each in live))
             found.instants = live[0].instants
             found.shown = live[0].shown(seen.window.low_ns - timing.lag_ns, seen.window.high_ns)
@@ -200,7 +223,7 @@ def _sift(
         live = kept
         found.reads += 1
         if len(live) > 1 and found.reads % MERGE_READS == 0:
-            live = _merged(live, seen.window.low_ns - timing.lag_ns - 4 * GRID_NS)
+            live = _merged(live, seen.window.low_ns - timing.lag_ns - 4 * GRID_NS, limit)
     return live, waiting[len(due) :]
 
 
@@ -217,14 +240,17 @@ def _explains(branch: Branch, seen: SeenImage, timing: Timing) -> bool:
         return False
 
 
-def _merged(live: list[Branch], since_ns: int) -> list[Branch]:
+def _merged(live: list[Branch], since_ns: int, limit: int | None) -> list[Branch]:
     """Return one branch for each state, with the rules that fired in all.
 
     Args:
         since_ns: images from here on may still be asked for.
+        limit: what is sent next may act from here on, so that none may have gone further.
     """
     states: dict[Any, Branch] = {}
     now_ns = max(branch.now_ns for branch in live)
+    if limit is not None and now_ns > limit:
+        return live
     for branch in live:
         branch.advance(now_ns)
         kept = states.setdefault(branch.state(since_ns), branch)

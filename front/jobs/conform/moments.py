@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, TypeAlias
 
+from ...io_images.amci3601 import ALL_INPUTS
 from ...io_images.image import WORD_MAX, WORD_MIN, WORDS
 
 ImageWords: TypeAlias = tuple[int, ...]
@@ -13,6 +14,15 @@ ImageWords: TypeAlias = tuple[int, ...]
 
 MOMENTS_MAX = 2_000_000
 """Most moments of a file."""
+
+
+def words_text(words: ImageWords) -> str:
+    """Return words as the manual writes them: status and commands in hexadecimal.
+
+    >>> words_text((-31684, 60, 0, 500, 0, 0, 0, 0))
+    '843Ch 003Ch 0 500 0 0 0 0'
+    """
+    return " ".join([f"{word & 0xFFFF:04X}h" for word in words[:2]] + [str(word) for word in words[2:]])
 
 
 class Window(NamedTuple):
@@ -42,7 +52,24 @@ class SeenImage(NamedTuple):
     words: ImageWords
 
 
-Moment: TypeAlias = Transmission | SeenImage
+class KnownState(NamedTuple):
+    """An image at rest in command mode, which shows the module's state: a scene may begin with it.
+
+    Attributes:
+        words: the input words.
+        sent: the output words in effect, without a command bit.
+        configuration: the words of the accepted configuration; zero words if there is none.
+        inputs: mask of `InputBit`, the energized inputs.
+    """
+
+    window: Window
+    words: ImageWords
+    sent: ImageWords
+    configuration: ImageWords
+    inputs: int
+
+
+Moment: TypeAlias = Transmission | SeenImage | KnownState
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +122,9 @@ def to_rows(moments: Iterable[Moment]) -> list[list[Any]]:
 def _row(moment: Moment) -> list[Any]:
     if isinstance(moment, SeenImage):
         return ["read", *moment.window, *moment.words]
+    if isinstance(moment, KnownState):
+        given = (*moment.words, *moment.sent, *moment.configuration)
+        return ["state", *moment.window, *given, moment.inputs]
     if moment.words is None:
         return ["inputs", *moment.window, moment.inputs]
     return ["write", *moment.window, *moment.words]
@@ -112,7 +142,7 @@ def from_rows(rows: Sequence[Any]) -> list[Moment]:
 
 
 def _moment(number: int, row: Any) -> Moment:
-    sizes = {"read": 3 + WORDS, "write": 3 + WORDS, "inputs": 4}
+    sizes = {"read": 3 + WORDS, "write": 3 + WORDS, "inputs": 4, "state": 4 + 3 * WORDS}
     kind = row[0] if isinstance(row, list) and row and isinstance(row[0], str) else ""
     if kind not in sizes or sizes[kind] != len(row) or not all(type(each) is int for each in row[1:]):
         raise ValueError(
@@ -125,8 +155,11 @@ def _moment(number: int, row: Any) -> Moment:
         )
     if kind == "read":
         return SeenImage(window, tuple(row[3:]))
+    if kind == "state":
+        shown, sent, configuration = (tuple(row[at : at + WORDS]) for at in range(3, len(row) - 1, WORDS))
+        return KnownState(window, shown, sent, configuration, row[-1] & ALL_INPUTS)
     return (
-        Transmission(window, None, row[3] & 0x3F)
+        Transmission(window, None, row[3] & ALL_INPUTS)
         if kind == "inputs"
         else Transmission(window, tuple(row[3:]))
     )

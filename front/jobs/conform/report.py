@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,32 +12,59 @@ from ...io_images.amci3601 import RULES, status_names
 from ...io_images.doors import json_value
 from ...io_images.input_files import read_input_text
 from ...io_images.text_limits import TextKind
-from .moments import ImageWords, PlayedScene, Timing, from_rows, to_rows
+from .moments import ImageWords, PlayedScene, Timing, from_rows, to_rows, words_text
+from .plan import BUILT_IN, ScenePlan, load_plan
+from .rules_apart.scales import FittedScale
 from .verdicts import UNDECIDED, ConformResult, ConformVerdict, Difference
 
 FORMAT = "scanrack conform 1"
 
+MOST_SCENES = 40
+"""More scenes than these are listed as far as they are not as the manual."""
 
-def as_object(
-    plan: str, firmware: str, timing: Timing, played: Sequence[PlayedScene], result: ConformResult
-) -> dict[str, Any]:
+
+@dataclass(frozen=True, slots=True)
+class Recorded:
+    """What scenes are of, without a name of the owner's.
+
+    Attributes:
+        slot: of the module.
+        controller: product and revision of the controller; "" if they are not known.
+        date: by the clock of the recording; "" if it has none.
+        plan: name of the plan; "" for a trace.
+    """
+
+    firmware: str
+    timing: Timing
+    scenes: Sequence[PlayedScene]
+    slot: int = 1
+    controller: str = ""
+    date: str = ""
+    plan: str = ""
+
+    @property
+    def reads(self) -> int:
+        """How many images were read."""
+        return sum(each.reads for each in self.scenes)
+
+
+def as_object(recorded: Recorded, result: ConformResult) -> dict[str, Any]:
     """Return the result as an object of a JSON file."""
     return {
         "format": FORMAT,
-        "plan": plan,
-        "firmware": firmware,
-        "timing": asdict(timing),
+        **{name: getattr(recorded, name) for name in ("plan", "firmware", "slot", "controller", "date")},
+        "timing": asdict(recorded.timing),
         "scenes": [asdict(each) for each in result.scenes],
         "rules": {rule: asdict(each) for rule, each in result.rules.items()},
         "readings": {number: asdict(each) for number, each in result.readings.items()},
         "moments": [
-            {"scene": each.name, "note": each.note, "rows": to_rows(each.moments)} for each in played
+            {"scene": each.name, "note": each.note, "rows": to_rows(each.moments)} for each in recorded.scenes
         ],
     }
 
 
-def load_played(path: Path) -> tuple[str, Timing, list[PlayedScene]]:
-    """Read the scenes of a result again: firmware, timing, scenes.
+def load_played(path: Path) -> Recorded:
+    """Read what a result is of.
 
     Raises:
         ValueError: it is no result, or damaged.
@@ -50,7 +78,8 @@ def load_played(path: Path) -> tuple[str, Timing, list[PlayedScene]]:
             PlayedScene(str(each["scene"]), from_rows(each["rows"]), str(each["note"]))
             for each in whole["moments"]
         ]
-        return str(whole["firmware"]), timing, scenes
+        texts = {name: str(whole.get(name, "")) for name in ("controller", "date", "plan")}
+        return Recorded(str(whole["firmware"]), timing, scenes, _whole(whole.get("slot", 1)), **texts)
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror}") from error
     except (KeyError, TypeError, AttributeError) as error:
@@ -67,16 +96,22 @@ def _whole(value: Any) -> int:
 
 def lines(result: ConformResult, reads: int) -> Iterator[str]:
     """Return the result as text."""
-    for scene in result.scenes:
+    shown = result.scenes
+    if len(shown) > MOST_SCENES:
+        shown = [each for each in shown if each.verdict is not ConformVerdict.AS_MANUAL]
+        yield f"{len(result.scenes) - len(shown):,} scenes are as the manual"
+    for scene in shown:
         yield f"{scene.name}: {scene.verdict}" + (
             f", {scene.why}" if scene.why else f", {scene.reads:,} reads"
         )
         if scene.difference is not None:
-            yield from _difference_lines(scene.difference)
+            yield from (f"    {each}" for each in difference_lines(scene.difference))
         for number in scene.readings:
             yield f"    explained by another reading: {number}: {result.readings[number].why}"
         if scene.rules:
             yield f"    explained without {', '.join(scene.rules)}"
+        for scale in scene.scales:
+            yield f"    explained by another scale: {scale.sentence}"
     yield ""
     yield from _counts("rules", {rule: each.verdict for rule, each in result.rules.items()})
     for rule, found in result.rules.items():
@@ -90,22 +125,74 @@ def lines(result: ConformResult, reads: int) -> Iterator[str]:
 
 
 def _counts(what: str, verdicts: dict[str, ConformVerdict]) -> Iterator[str]:
-    counts = {verdict: sum(each is verdict for each in verdicts.values()) for verdict in ConformVerdict}
+    counts = counted(verdicts.values())
     yield f"{what}: " + ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
 
 
-def _difference_lines(found: Difference) -> Iterator[str]:
-    yield f"    {found.at_ns / 1e6:.1f} ms after the words {_words(found.sent)}"
-    yield f"    read   {_image(found.read)}"
-    yield f"    model  {_image(found.shown[0])}"
+def counted(verdicts: Iterable[ConformVerdict]) -> dict[ConformVerdict, int]:
+    """Return how many there are of each verdict."""
+    found = Counter(verdicts)
+    return {verdict: found[verdict] for verdict in ConformVerdict}
+
+
+def difference_lines(found: Difference) -> Iterator[str]:
+    """Return the first read that differs, and what the model shows."""
+    yield f"{found.at_ns / 1e6:.1f} ms after the words {words_text(found.sent)}"
+    yield f"read   {_image(found.read)}"
+    yield f"model  {_image(found.shown[0])}"
     if found.shown[1] != found.shown[0]:
-        yield f"    to     {_image(found.shown[1])}"
-
-
-def _words(words: ImageWords) -> str:
-    return " ".join([f"{word & 0xFFFF:04X}h" for word in words[:2]] + [str(word) for word in words[2:]])
+        yield f"to     {_image(found.shown[1])}"
 
 
 def _image(words: ImageWords) -> str:
     names = " ".join(status_names(words[0] & 0xFFFF, words[1] & 0xFFFF))
-    return f"{_words(words)}  {names}"
+    return f"{words_text(words)}  {names}"
+
+
+def next_steps(recorded: Recorded, result: ConformResult) -> Iterator[str]:
+    """Yield what to try next, a sentence each."""
+    for scene in result.scenes:
+        if scene.verdict is ConformVerdict.DIFFERS and not (scene.readings or scene.rules or scene.scales):
+            again = f"Play it again with --scene '{scene.name}'. " if recorded.plan else ""
+            yield (
+                f"{scene.name}: nothing known explains it. {again}Does a program write the words, too, is an "
+                f"input wired, is the firmware {recorded.firmware}?"
+            )
+    widest = max((each.high - each.low for each in fitted_scales(result)), default=0)
+    if widest > WIDE_FACTOR:
+        yield "A long move at constant rates, such as the scene 'a longer move' of hour, narrows the factor."
+    if any(scene.verdict is ConformVerdict.OPEN for scene in result.scenes) and recorded.timing.scan_ns:
+        yield "Scenes are open: a counter of scans in the program decides more, see --print-counter."
+    if recorded.plan == "quick":
+        yield "Play the plan hour: it settles rules that are not in quick."
+    if recorded.plan in BUILT_IN:
+        yield from _unplayed(load_plan(recorded.plan), {each.name for each in recorded.scenes})
+    if result.differs:
+        yield "Send conform.json: it has every word and image, and none of your names."
+
+
+WIDE_FACTOR = 0.02
+"""Uncertainty of a factor from low to high, beyond which a longer move is suggested."""
+
+_HOW = {"inputs": "wire inputs and give --wire", "encoder": "give --encoder with one that stands still"}
+
+
+def _unplayed(plan: ScenePlan, played: set[str]) -> Iterator[str]:
+    for need, how in _HOW.items():
+        names = [each.name for each in plan.scenes if need in each.needs and each.name not in played]
+        if names:
+            yield f"To play {', '.join(names)}: {how}."
+
+
+def fitted_scales(result: ConformResult) -> list[FittedScale]:
+    """Return the factors that the scenes leave; scenes that contradict each other keep their own."""
+    found: list[FittedScale] = []
+    for scale in (each for scene in result.scenes for each in scene.scales):
+        for place, other in enumerate(found):
+            both = other.within(scale)
+            if both is not None:
+                found[place] = both
+                break
+        else:
+            found.append(scale)
+    return found

@@ -18,12 +18,13 @@ from enum import StrEnum
 from functools import reduce
 from operator import or_
 
-from ...io_images.amci3601 import RULES, Firmware
+from ...io_images.amci3601 import RULES, Firmware, StatusMsw
 from ...runtime.modules.amci3601.altered import Alteration, Altered3601
 from ...runtime.modules.amci3601.module import Amci3601
 from .hypotheses import MOST, Search, search
-from .moments import ImageWords, PlayedScene, SeenImage, Timing, Transmission
+from .moments import ImageWords, PlayedScene, SeenImage, Timing, Transmission, words_text
 from .rules_apart.rivals import RIVALS
+from .rules_apart.scales import FittedScale, fitted
 from .rules_apart.without import STATEMENTS, without
 
 
@@ -36,8 +37,7 @@ class ConformVerdict(StrEnum):
     NOT_IN_PLAN = "not in this plan"
 
 
-WIDE_MS = 10.0
-"""Windows beyond this are those of a path without a counter of scans."""
+MOVING = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value
 
 UNDECIDED = (ConformVerdict.OPEN, ConformVerdict.NOT_IN_PLAN)
 """Verdicts that a later scene may replace."""
@@ -77,6 +77,7 @@ class SceneVerdict:
         why: the reason, if it is open.
         readings: readings whose rival alone explains it.
         rules: rules without which a module explains it.
+        scales: factors with which a module explains it.
     """
 
     name: str
@@ -87,6 +88,7 @@ class SceneVerdict:
     difference: Difference | None = None
     readings: list[str] = field(default_factory=list)
     rules: list[str] = field(default_factory=list)
+    scales: list[FittedScale] = field(default_factory=list)
 
 
 @dataclass(slots=True)
@@ -151,14 +153,17 @@ class Judge:
         verdict = SceneVerdict(played.name, ConformVerdict.OPEN, found.reads, found.most, played.note)
         self.result.scenes.append(verdict)
         if found.many:
-            verdict.why = _too_many(played)
+            verdict.why = _too_many(found, played, self._timing)
+        elif found.overlapping:
+            verdict.why = f"{_sent(found.after)} can't have acted after what was sent before: wrong times"
         elif found.unexplained is not None:
             verdict.verdict, verdict.difference = ConformVerdict.DIFFERS, _difference(found)
             self._explain(played, verdict, found)
         elif not found.reads:
             verdict.why = played.note or "no read after its configuration"
         else:
-            verdict.verdict = ConformVerdict.AS_MANUAL
+            if not played.note:
+                verdict.verdict = ConformVerdict.AS_MANUAL
             self._confirm(played, found)
         self._note_fired(verdict, found)
         return verdict
@@ -257,6 +262,13 @@ class Judge:
             if self._may_explain(played, without_it, suspect, found):
                 verdict.rules.append(name)
                 self._differs(self.result.rules[name], played.name, without_it.sentence)
+        if not verdict.rules and _moves(found):
+            self._fit(played, verdict)
+
+    def _fit(self, played: PlayedScene, verdict: SceneVerdict) -> None:
+        for scale in fitted(lambda alteration: self._search(played, alteration)):
+            verdict.scales.append(scale)
+            self._differs(self.result.rules[scale.rule], played.name, scale.sentence)
 
     def _may_explain(
         self, played: PlayedScene, alteration: Alteration, suspect: _Trail, found: Search
@@ -300,14 +312,30 @@ class _Trail:
         return True
 
 
-def _too_many(played: PlayedScene) -> str:
-    """Return why a scene has too many hypotheses: the widest window in which words may have acted."""
-    widths = [
-        each.window.high_ns - each.window.low_ns for each in played.moments if isinstance(each, Transmission)
-    ]
-    widest_ms = max(widths, default=0) / 1e6
-    counter = "; a counter of scans narrows them, see --rung" if widest_ms > WIDE_MS else ""
-    return f"too many hypotheses: words acted in windows of up to {widest_ms:.1f} ms{counter}"
+def _moves(found: Search) -> bool:
+    """Return whether the axis moves around the first read that differs, by the module or by the model."""
+    assert found.unexplained is not None
+    return any(words[0] & MOVING for words in (found.unexplained.words, *found.shown))
+
+
+def _too_many(found: Search, played: PlayedScene, timing: Timing) -> str:
+    """Return why a scene has too many hypotheses: where, what acted before, and what leaves fewer."""
+    sent = found.after
+    assert sent is not None
+    at_ns = sent.window.low_ns - played.moments[0].window.low_ns
+    width_ns = sent.window.high_ns - sent.window.low_ns + timing.lag_ns
+    fewer = "a counter of scans, see --print-counter," if timing.scan_ns else "a longer wait at rest before"
+    return (
+        f"too many hypotheses: {found.many:,} after {at_ns / 1e9:.3f} s, with {_sent(sent)}, which may act "
+        f"within {width_ns / 1e6:.1f} ms; it is number {found.moving} since the axis was at rest; "
+        f"{fewer} leaves fewer"
+    )
+
+
+def _sent(sent: Transmission | None) -> str:
+    if sent is None or sent.words is None:
+        return "the inputs"
+    return f"the words {words_text(sent.words)}"
 
 
 def _shown_in(played: PlayedScene) -> int:

@@ -11,6 +11,7 @@ from types import MappingProxyType
 from ...io_images.amci3601 import InputBit
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.faults import CpuFault
+from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.rack import Card, Rack
 from ...runtime.loop.scan import CpuMode, ScanLogic
 from ...traces.compare import Tolerance
@@ -76,8 +77,18 @@ class Replay:
             self._orders = TagOrders(self._score, recording.events)
             self.notes += self._orders.notes
 
-    def run(self, allowed: Tolerance, *, to_the_end: bool, observed: Observer = unobserved) -> Follower:
+    def run(
+        self,
+        allowed: Tolerance,
+        *,
+        to_the_end: bool,
+        observed: Observer = unobserved,
+        recorders: Sequence[ScanListener] = (),
+    ) -> Follower:
         """Replay to the first difference, or to the end; return the follower with the comparison.
+
+        Args:
+            recorders: hear every scan that is replayed.
 
         A program that raises or hangs ends it, too, with a note.
 
@@ -87,7 +98,7 @@ class Replay:
         """
         follower = Follower(self._recording, self.rack.memory, self._images, tolerance=allowed)
         logic = self._logic if self._orders is None else self._orders.program(self._logic)
-        cpu = build_playback(self._spec, self._score, logic, self.rack, listeners=[follower])
+        cpu = build_playback(self._spec, self._score, logic, self.rack, listeners=[follower, *recorders])
         orders = None if self._orders is None else self._orders.give(cpu, self.rack, logic)
         if not to_the_end:
             follower.stop = cpu.stop

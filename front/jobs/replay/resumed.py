@@ -27,7 +27,6 @@ from ...io_images.amci3601 import (
 )
 from ...io_images.image import Image, signed_word
 from ...io_images.thousands import join_reported
-from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.events import Event
 from ...runtime.loop.module import Module
 from ...runtime.modules.amci3601.axis_protocol import BlendProgram
@@ -71,6 +70,23 @@ def configuration_in(shown: Words) -> tuple[int, ...] | None:
     return _CONFIGURES | shown[0] & _ECHO, *shown[1:4], 0, 0, 0, 0
 
 
+def configuration_words(text: str | None) -> list[int] | None:
+    """Return the words of `843Ch 003Ch 0 500`: decimal, or hexadecimal with an h; missing ones are 0.
+
+    Raises:
+        ValueError: one is no number of 16 bits, or there are more than eight.
+    """
+    if text is None:
+        return None
+    try:
+        found = [
+            int(each[:-1], 16) if each[-1] in "hH" else int(each) for each in text.replace(",", " ").split()
+        ]
+        return list(Image(found))
+    except ValueError as error:
+        raise ValueError(f"--configuration {text}: {error}; give words such as 843Ch 003Ch 0 500") from None
+
+
 @dataclass(frozen=True, slots=True)
 class StartState:
     """A state that was taken from an image."""
@@ -95,6 +111,8 @@ class ResumedModule:
     Attributes:
         taken: the states that were taken, in order; from the next row on the module itself is shown.
         unknown: rows in which the recording is shown, by the reason.
+        why: the reason of the present row; "" if the module itself is shown.
+        rests: whether the present row shows all of the state, as the one before it.
     """
 
     def __init__(
@@ -118,10 +136,16 @@ class ResumedModule:
         self._blend: BlendProgram | None = None
         self._minimum = 0
         self._blend_known = self._minimum_known = False
-        self._why = NOT_AT_REST
+        self.why = self._why = NOT_AT_REST
         self._before: tuple[bytes, bytes] = b"", b""  # sent and shown in the row before
+        self.rests = False
         self.taken: list[StartState] = []
         self.unknown: Counter[str] = Counter()
+
+    @property
+    def configuration(self) -> Words | None:
+        """The words of the configuration in effect, as far as it is known."""
+        return self._words
 
     @property
     def linked(self) -> bool:
@@ -148,15 +172,19 @@ class ResumedModule:
             self._keep_programs()
             self._known, self._why = False, why
         self._note(shown, command)
+        same = (sent, raw[:8]) == (self._before[0], self._before[1][:8])
+        self.rests = is_new and same and self._at_rest(shown, command)
         if self._known:
+            self.why = ""
             image = self.module.update(now_ns, outputs)
             if shown[1] & ~words_of(self._before[1])[1] & _CAPTURE and not self._exact_inputs:
                 self._capture(image, shown)
             self._before = sent, raw
             return image
         if is_new:
-            self.unknown[self._why if self._has_configuration(shown) else NO_CONFIGURATION] += 1
-            if (sent, raw[:8]) == (self._before[0], self._before[1][:8]) and self._at_rest(shown, command):
+            self.why = self._why if self._has_configuration(shown) else NO_CONFIGURATION
+            self.unknown[self.why] += 1
+            if self.rests:
                 self._take(now_ns, shown, outputs)
             self._before = sent, raw
         self._image.raw[:] = raw
@@ -254,6 +282,7 @@ class ResumedOperation:
     """The slots of a recording whose 3601 was in operation before its first scan.
 
     Args:
+        simulated: the firmware of each simulated 3601, by slot.
         forced: whether forces were in effect, by row.
         given: configuration words that were in effect at the beginning; None = those that the recording shows
             first.
@@ -267,7 +296,7 @@ class ResumedOperation:
     def __init__(
         self,
         recording: PackedTrace,
-        spec: RackSpec,
+        simulated: Mapping[int, str],
         forced: Sequence[bool],
         given: Words | None = None,
         *,
@@ -276,11 +305,10 @@ class ResumedOperation:
     ) -> None:
         self._recording, self._forced, self._sampled = recording, forced, sampled
         self._given = given if given is None else tuple(Configuration.from_image(Image(given)).to_image())
-        simulated = {slot.number: slot for slot in spec.slot if slot.module == "amci3601"}
         self.slots = [
             slot.number
             for slot in (recording.slots if captured or recording.numbers[0] else ())
-            if slot.number in simulated and self._begins_late(slot.number, simulated[slot.number].firmware)
+            if slot.number in simulated and self._begins_late(slot.number, simulated[slot.number])
         ]
         self._first = {slot: self._first_configuration(slot) for slot in self.slots}
         self.modules: dict[int, ResumedModule] = {}

@@ -24,6 +24,7 @@ from .latches import BrokenRule, Latches
 from .module import Amci3601
 from .operation import Operation
 from .refusals import RefusalRule
+from .scaled_axis import AxisScales, ScaledGenerator
 
 ImageWords: TypeAlias = tuple[int, ...]
 """Eight signed words."""
@@ -50,6 +51,7 @@ class Alteration:
         hears: from the output words to those that count.
         shows: from the input words to those that are shown.
         layer: rules of its own.
+        scales: factors on the rates and speeds of its motions.
     """
 
     sentence: str
@@ -64,6 +66,7 @@ class Alteration:
     hears: Callable[[ImageWords], ImageWords] | None = None
     shows: Callable[[ImageWords], ImageWords] | None = None
     layer: type[AlteredLayer] | None = None
+    scales: AxisScales | None = None
 
     def __deepcopy__(self, _memo: object) -> Alteration:
         return self
@@ -129,6 +132,8 @@ class Altered3601(Amci3601):
     ) -> None:
         self.alteration = alteration
         self._layer_of = partial(alteration.layer or AlteredLayer, alteration)
+        if alteration.scales is not None:
+            self._axis_of = partial(ScaledGenerator, alteration.scales)
         self._heard, self._shown = Image(), Image()
         super().__init__(firmware, machine, alteration.options, diagnostic_wiring=diagnostic_wiring)
 

@@ -65,6 +65,7 @@ class Amci3601:
     """
 
     _layer_of: Callable[..., CommandLayer] = CommandLayer
+    _axis_of: Callable[..., StepGenerator] = StepGenerator
 
     def __init__(
         self,
@@ -96,7 +97,7 @@ class Amci3601:
         self._power_up()
 
     def _power_up(self) -> None:
-        self.axis = StepGenerator(self.machine, diagnostic_wiring=self._diagnostic_wiring)
+        self.axis = self._axis_of(self.machine, diagnostic_wiring=self._diagnostic_wiring)
         self.axis.advance(self._now_ns)
         self.layer = self._layer_of(
             self.axis, self.firmware, self.options, self.events, self._now_ns, self.profile

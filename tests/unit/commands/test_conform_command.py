@@ -59,7 +59,7 @@ class FakeController:
     """A CompactLogix whose requests take a scan of 2 ms; an output is wired to the emergency stop."""
 
     def __init__(self, product: str = "1769-L33ER scanrack", first: int = 0, profile: bool = False) -> None:
-        self.info: Mapping[str, Any] = {"product_name": product}
+        self.info: Mapping[str, Any] = {"product_name": product, "revision": {"major": 32, "minor": 11}}
         self.module = Amci3601()
         self.scans, self._first, self._profile = 1, first, profile
         self._outputs = Image()
@@ -206,6 +206,38 @@ def test_scenes_are_listed_with_what_they_settle() -> None:
     status, said = scanrack("conform hour --list")
     assert status == 0
     assert "relative moves: profiles and Move Complete, both ways; a move of no distance [A-35, A-19]" in said
+
+
+def test_a_page_to_send_has_no_name_of_the_owners(plan: Path, controller: FakeController) -> None:
+    plan.write_text(PLAN.replace(MOVE, "zero for 4 ms").replace('name = "a move"', 'name = "<b>"'), "utf-8")
+    words = (
+        "conform plan.toml --path 10.9.8.7 --counter Scan:2 --wire ESTOP=Local:2:O.Data.0 --html r.html -q"
+    )
+    status, said = scanrack(words)
+    assert status == 0, said
+    page = Path("r.html").read_text("utf-8")
+    for part in (
+        "No difference was seen.",
+        "1769-L33ER scanrack 32.11",
+        "with a counter of scans",
+        " UTC</td>",
+    ):
+        assert part in page
+    assert "To play an encoder: give --encoder" not in page  # the plan is the owner's
+    for name in ("10.9.8.7", "Local:", "<b>", "plan.toml", "script", "http"):
+        assert name not in page.replace('<p class="good"><b>', ""), name
+    status, said = scanrack("conform --judge conform.json --out again.json --html again.html -q")
+    assert (status, said) == (0, "")
+    assert Path("again.html").read_text("utf-8") == page
+
+
+def test_words_of_a_configuration_go_with_a_trace(plan: Path, controller: FakeController) -> None:
+    status, said = scanrack("conform plan.toml --path plc --counter Scan:2 --configuration 843Ch")
+    assert (status, "--configuration goes with --judge: a plan has its own" in said) == (2, True)
+    plan.write_text(PLAN.replace(MOVE, "zero for 4 ms"), "utf-8")
+    assert scanrack("conform plan.toml --path plc --counter Scan:2 -q")[0] == 0
+    status, said = scanrack("conform --judge conform.json --out again.json --configuration 843Ch")
+    assert (status, "--configuration goes with a trace: a result has its own" in said) == (2, True)
 
 
 @pytest.mark.slow

@@ -53,6 +53,7 @@ WORDS = {
     "device pcl601 read name", "device pcl601 set name",
     "device pmc006 read name", "device pmc006 set name", "device identify port",
     "device identify address", "rules ids", "rules bit", "rules firmware", "tags tag", "replay configuration",
+    "conform configuration",
 }  # fmt: skip
 """Parameters of type str that name no file."""
 
@@ -94,6 +95,7 @@ OUTPUTS = {
         "import talk.pcap --out a.mcap --simulated {}", "new.mcap", ("talk.pcap", "a.mcap")
     ),
     "conform out": Output("conform --judge run.mcap -q --out {}", "new.json", ("run.mcap",)),
+    "conform html": Output("conform --judge run.mcap -q --out x.json --html {}", "new.html", ("run.mcap",)),
     "repair output": Output("repair torn.mcap -q --out {}", "new.mcap", ("torn.mcap",)),
     "replay record": Output(
         "replay --into session run.mcap -q --trust --record {}", "new.mcap", ("run.mcap",)

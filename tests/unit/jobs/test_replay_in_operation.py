@@ -68,7 +68,10 @@ def words_before(recording: PackedTrace, first: int, slot: int) -> tuple[int, ..
 
 def replayed(recording: PackedTrace, spec: RackSpec, words: tuple[int, ...] | None) -> Cut:
     resumed = ResumedOperation(
-        recording, spec, forced_rows(score_of(recording)), words and list(Image(words))
+        recording,
+        {each.number: each.firmware for each in spec.slot if each.module == "amci3601"},
+        forced_rows(score_of(recording)),
+        words and list(Image(words)),
     )
     machine = with_stimuli(spec, recording, Stimuli.INPUTS, resumed.active_high)
     slots = [each.number for each in recording.slots if each.is_stepper]

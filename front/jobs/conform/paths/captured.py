@@ -1,15 +1,30 @@
-"""Scenes out of a trace: what a capture of a real controller has, from each configuration to the next."""
+"""Scenes out of a trace: what a capture of a real controller has.
+
+    moves, rest, moves, an input changes, rest, moves, configuration, moves
+           | a scene from this rest |     | a scene  | a scene from its configuration
+
+A trace that begins in operation is judged as it is replayed: from a rest that shows the module's state up to
+where it is lost.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from ....traces.read.reader import Trace, open_trace
-from ..moments import ImageWords, PlayedScene, SeenImage, Transmission, Window
+from ....io_images.amci3601 import ALL_INPUTS, StatusMsw
+from ....io_images.image import WORDS, Image, signed_word
+from ....runtime.modules.amci3601.module import Amci3601
+from ....traces.read.reader import open_trace
+from ....traces.replay import PackedTrace
+from ...captures.words import CAPTURED_AT, SAMPLED, is_sampled
+from ...replay.replaying import forced_rows, score_of
+from ...replay.resumed import ResumedModule, ResumedOperation, configuration_in, words_of
+from ..moments import ImageWords, KnownState, PlayedScene, SeenImage, Transmission, Window
 
-ZERO: ImageWords = (0,) * 8
+MODE_CONFIG = StatusMsw.MODE_CONFIG.value
+ZERO: ImageWords = (0,) * WORDS
 
 
 class CapturedScenes(NamedTuple):
@@ -17,16 +32,20 @@ class CapturedScenes(NamedTuple):
 
     firmware: str
     scenes: list[PlayedScene]
-    notes: list[str]  # the defects of the trace
+    notes: list[str]  # the defects of the trace, and what was assumed
+    captured_at: str  # date and time of the capture, as it is known
 
 
-def scenes_of(path: Path, slot: int) -> CapturedScenes:
-    """Return the firmware that a trace names, its scenes and its defects.
+def scenes_of(path: Path, slot: int, given: Sequence[int] | None = None) -> CapturedScenes:
+    """Return the firmware that a trace names, its scenes, its defects and what is assumed.
 
     A scan is a read of input words; output words that changed were sent between it and the next one.
 
+    Args:
+        given: configuration words in effect at the beginning; None = those that the trace shows first.
+
     Raises:
-        ValueError: it is no trace, or has no words of a 3601 in the slot.
+        ValueError: it is no trace, has no words of a 3601 in the slot, or nothing tells the module's state.
     """
     with open_trace(path) as trace:
         info = next((each for each in trace.head.slots if each.number == slot), None)
@@ -34,28 +53,150 @@ def scenes_of(path: Path, slot: int) -> CapturedScenes:
             raise ValueError(
                 f"{path}: slot {slot} has no words of a 3601; scanrack import --as amci3601 makes them"
             )
-        scenes = list(_scenes(trace, slot))
+        found = scenes_in(PackedTrace.of(trace), trace.head.metadata, slot, given)
+        found.notes[:0] = trace.notes
+        return found
+
+
+def scenes_in(
+    recording: PackedTrace, facts: Mapping[str, str], slot: int, given: Sequence[int] | None = None
+) -> CapturedScenes:
+    """Return the scenes of a recording, see `scenes_of`.
+
+    Args:
+        facts: what the trace says of itself.
+    """
+    firmware = next(each.firmware for each in recording.slots if each.number == slot) or "4.1"
+    captured, sampled = facts.get("source") == "capture", is_sampled(facts)
+    rows = forced_rows(score_of(recording))
+    resumed = ResumedOperation(recording, {slot: firmware}, rows, given, captured=captured, sampled=sampled)
+    module = resumed.around(slot, Amci3601(firmware), exact_inputs=False)
+    follows = module if isinstance(module, ResumedModule) else None
+    since_last = sampled
+    until_next = captured and facts.get("words") != SAMPLED
+    scenes = list(_Scenes(recording, slot, follows, since_last, until_next).found())
+    notes = resumed.notes([] if scenes else [slot]) if follows else []
     if not scenes:
         scenes = [PlayedScene("all", note="the module is never configured, so nothing is known of its state")]
-    return CapturedScenes(info.firmware or "4.1", scenes, trace.notes)
+    return CapturedScenes(firmware, scenes, notes, facts.get(CAPTURED_AT, ""))
 
 
-def _scenes(trace: Trace, slot: int) -> Iterator[PlayedScene]:
-    scene: PlayedScene | None = None
-    outputs, before_ns = ZERO, 0
-    for scan in trace.scans():
-        words = tuple(scan.outputs(slot))
-        seen = SeenImage(Window(before_ns, scan.now_ns), tuple(scan.inputs(slot)))
-        if scene is not None:
-            scene.moments.append(seen)
-        if words != outputs:
-            if words[0] < 0 <= outputs[0]:
+class _Scenes:
+    """The scenes of a slot, in order.
+
+    Args:
+        module: follows the recording and tells where the state is known; None = it was just powered up.
+        since_last: output words that a scan shows first were sent since the one before: a client reads both.
+        until_next: they were sent before the next one, as a PLC does, or in a packet of their own.
+    """
+
+    def __init__(
+        self,
+        recording: PackedTrace,
+        slot: int,
+        module: ResumedModule | None,
+        since_last: bool,
+        until_next: bool,
+    ) -> None:
+        self._times, self._module = recording.times, module
+        self._since_last, self._until_next = since_last, until_next
+        self._inputs, self._outputs = recording.images((slot, "in")), recording.images((slot, "out"))
+        self._configuration = ZERO
+        self._levels = 0
+        self._place: ImageWords | None = None  # of the first rest of a scene, as words
+
+    def found(self) -> Iterator[PlayedScene]:
+        """Yield the scenes."""
+        scene: PlayedScene | None = None
+        sent, known = ZERO, False
+        for row, at_ns in enumerate(self._times):
+            words = _words(self._outputs[row])
+            seen = SeenImage(Window(self._times[row - 1] if row else 0, at_ns), _words(self._inputs[row]))
+            now_known, rests = self._follow(at_ns, sent)
+            if scene is not None and known and not now_known:
+                yield scene
+                scene = None
+            inputs = self._changed(seen)
+            written = [Transmission(self._window(row), words)] if words != sent else []
+            if words[0] < 0 <= sent[0]:
                 if scene is not None:
                     yield scene
-                scene = PlayedScene(f"configuration at {scan.now_ns / 1e9:.3f} s")
-                scene.moments += [Transmission(Window(scan.now_ns, scan.now_ns), ZERO), seen]
-            if scene is not None:
-                scene.moments.append(Transmission(Window(scan.now_ns, scan.now_ns), words))
-        outputs, before_ns = words, scan.now_ns
-    if scene is not None:
-        yield scene
+                scene = self._configured(row, seen)
+                scene.moments += written
+            elif scene is not None:
+                scene.moments += [*inputs, *written, seen] if self._since_last else [*inputs, seen, *written]
+            if rests and not written:
+                if scene is not None and self._place not in (None, seen.words[2:4]):
+                    yield scene
+                    scene = None
+                if scene is None:
+                    scene = self._resumed(seen, sent)
+                self._place = seen.words[2:4]
+            sent, known = words, now_known
+        if scene is not None:
+            yield scene
+
+    def _window(self, row: int) -> Window:
+        """Return when words were sent that a scan shows first."""
+        times, last = self._times, len(self._times) - 1
+        return Window(times[max(row - self._since_last, 0)], times[min(row + self._until_next, last)])
+
+    def _follow(self, at_ns: int, sent: ImageWords) -> tuple[bool, bool]:
+        """Return whether the state is known at a scan, and whether the scan shows all of it."""
+        if self._module is None:
+            return True, False
+        self._module.update(at_ns, Image(sent))
+        if self._module.rests:
+            words = self._module.configuration
+            self._configuration = ZERO if words is None else _signed(words)
+        return not self._module.why, self._module.rests
+
+    def _resumed(self, seen: SeenImage, sent: ImageWords) -> PlayedScene:
+        """Return a scene that begins with the state that an image shows."""
+        state = KnownState(seen.window, seen.words, sent, self._configuration, self._levels)
+        return PlayedScene(f"rest at {seen.window.high_ns / 1e9:.3f} s", [state])
+
+    def _configured(self, row: int, seen: SeenImage) -> PlayedScene:
+        """Return a scene that begins with the configuration after a scan; inputs are as they show later."""
+        now = Window(seen.window.high_ns, seen.window.high_ns)
+        self._place = None
+        scene = PlayedScene(f"configuration at {now.low_ns / 1e9:.3f} s", [Transmission(now, ZERO), seen])
+        for image in self._inputs[row:]:
+            shown = words_of(image)
+            accepted = configuration_in(shown)
+            if accepted is not None:
+                self._configuration = _signed(accepted)
+            elif not shown[0] & MODE_CONFIG and any(self._configuration):
+                self._levels = levels_in(_words(image), self._configuration)
+                if self._levels:
+                    scene.moments.append(Transmission(now, None, self._levels))
+                break
+        return scene
+
+    def _changed(self, seen: SeenImage) -> list[Transmission]:
+        """Return the change of inputs that an image shows."""
+        if seen.words[0] & MODE_CONFIG or not any(self._configuration):
+            return []
+        levels = levels_in(seen.words, self._configuration)
+        if levels == self._levels:
+            return []
+        self._levels = levels
+        return [Transmission(seen.window, None, levels)]
+
+
+def levels_in(shown: ImageWords, configuration: ImageWords) -> int:
+    """Return the energized inputs that an image of command mode shows; an unused one shows none.
+
+    >>> levels_in((0, 0b000010, 0, 0, 0, 0, 0, 0), (-31681, 0b000011, 0, 500, 0, 0, 0, 0))
+    62
+    """
+    used, active_high = configuration[0] & ALL_INPUTS, configuration[1] & ALL_INPUTS
+    return ~(shown[1] ^ active_high) & used
+
+
+def _words(image: bytes) -> ImageWords:
+    return _signed(words_of(image))
+
+
+def _signed(words: Sequence[int]) -> ImageWords:
+    return tuple(map(signed_word, words))

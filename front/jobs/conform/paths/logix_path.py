@@ -83,6 +83,13 @@ def is_real(client: TagClient) -> bool:
     return NOT_REAL not in str(client.info.get("product_name", "")).lower()
 
 
+def product_of(client: TagClient) -> str:
+    """Return product name and revision of a controller, which name no owner."""
+    revision = client.info.get("revision") or {}
+    parts = [str(revision[each]) for each in ("major", "minor") if each in revision]
+    return " ".join([str(client.info.get("product_name", "")), ".".join(parts)]).strip()
+
+
 class LogixPath:
     """A module behind a controller, see `playing.ModulePath`.
 

@@ -1,0 +1,71 @@
+"""A step generator whose rates and speeds are off by a factor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from typing import Any
+
+from typing_extensions import override
+
+from ...kinematics import Profile, Rate, Shape
+from .step_generator import StepGenerator
+
+_AS_PROGRAMMED = Fraction(1)
+
+
+@dataclass(frozen=True, slots=True)
+class AxisScales:
+    """Factors on what command words program, each above 0.
+
+    The starting speed is as configured, and blend profiles are as stored.
+    """
+
+    acceleration: Fraction = _AS_PROGRAMMED
+    deceleration: Fraction = _AS_PROGRAMMED
+    speed: Fraction = _AS_PROGRAMMED
+
+    def sps(self, speed_sps: int) -> int:
+        """Return the speed of the axis in steps/s, from 1, for a programmed one."""
+        return max(1, round(speed_sps * self.speed))
+
+    def profile(self, given: Profile) -> Profile:
+        """Return the profile of the axis for a programmed one."""
+        return replace(
+            given,
+            speed_sps=self.sps(given.speed_sps),
+            acceleration_spmss=given.acceleration_spmss * self.acceleration,
+            deceleration_spmss=given.deceleration_spmss * self.deceleration,
+        )
+
+
+class ScaledGenerator(StepGenerator):
+    """A step generator with factors; see `StepGenerator` for the rest."""
+
+    def __init__(self, scales: AxisScales, *given: Any, **named: Any) -> None:
+        super().__init__(*given, **named)
+        self._scales = scales
+
+    @override
+    def move(self, now_ns: int, distance: int, profile: Profile) -> None:
+        super().move(now_ns, distance, self._scales.profile(profile))
+
+    @override
+    def run(self, now_ns: int, direction: int, profile: Profile, registration: int | None = None) -> None:
+        super().run(now_ns, direction, self._scales.profile(profile), registration)
+
+    @override
+    def change_speed(self, now_ns: int, profile: Profile) -> None:
+        super().change_speed(now_ns, self._scales.profile(profile))
+
+    @override
+    def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: Shape) -> None:
+        super().register(now_ns, steps, deceleration_spmss * self._scales.deceleration, shape)
+
+    @override
+    def stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> None:
+        super().stop(now_ns, deceleration_spmss * self._scales.deceleration, shape)
+
+    @override
+    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
+        return super().steps_to_stop(now_ns, deceleration_spmss * self._scales.deceleration, shape)
