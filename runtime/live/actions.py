@@ -128,7 +128,7 @@ class InjectFault:
 
 @dataclass(frozen=True, slots=True)
 class Breakpoint:
-    """Pause when a rung becomes true (`Main.3`), or when a tag changes."""
+    """Pause when a rung becomes true (`Main.3`), `Main.3 changes`, `Main.3 executes`, or a tag changes."""
 
     at: str
 

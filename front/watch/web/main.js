@@ -20,6 +20,7 @@ await import("./watchtable.js");
 await import("./compare.js");
 await import("./events.js");
 await import("./keys.js");
+await import("./drag.js");
 const { erred } = await import("./causeband.js");
 const { caused } = await import("./failed.js");
 const { explain } = await import("./tag.js");

@@ -8,7 +8,6 @@ import { buildRungs, moveTo, paintRungs } from "./ladder.js";
 import { link } from "./link.js";
 import { isTree, treeOf } from "./routines.js";
 import { buildSteps } from "./steps.js";
-import * as orders from "./orders.js";
 import { onSelect, select, selected } from "./selection.js";
 import { ask } from "./source.js";
 import { tell } from "./notice.js";
@@ -129,11 +128,6 @@ function reveal() {
 export function moveRung(by) {
   const rung = moveTo(sheet, selected.rung, by);
   if (rung) showRung(rung);
-}
-
-export function toggleBreakpoint() {
-  if (!selected.rung) return tell("Select a rung first: click it, or use the arrows.");
-  orders.breakpoint(selected.rung);
 }
 
 function mark({ rung, element }) {

@@ -3,7 +3,7 @@
 import { causes, onCauses } from "./causes.js";
 import { besideLanes, onBeside } from "./besidelanes.js";
 import { AXIS, CURVE, LANE, TOP, below, curve, grid, highOf, lane, numbered, said, tagLane } from "./chart.js";
-import { cursorButton, cursorLayer, moveCursors } from "./cursors.js";
+import { between, cursorButton, cursorLayer, moveCursors } from "./cursors.js";
 import { at, button, el, heading, setAttribute, setFlag, setText } from "./dom.js";
 import { clock, count, timeText } from "./format.js";
 import { keep, kept } from "./kept.js";
@@ -45,7 +45,7 @@ onHello(hello => {
   chosen = kept(key, {});
   signal.replaceChildren();
   at("strip").replaceChildren(
-    heading("Timing", scrubber(), el("span", { class: "tools" }, cursorButton, button("Zoom out", () => zoom(1), { text: "−", class: "sign" }), spanText, button("Zoom in", () => zoom(-1), { text: "+", class: "sign" }))),
+    heading("Timing", scrubber(), el("span", { class: "tools" }, between, cursorButton, button("Zoom out", () => zoom(1), { text: "−", class: "sign" }), spanText, button("Zoom in", () => zoom(-1), { text: "+", class: "sign" }))),
     el("div", { class: "over" }, canvas, fold, cursorLayer), times, el("div", { class: "line" }, choice, details));
   beginTags(hello, changed);
   zoom(0);

@@ -1,5 +1,6 @@
 // The selected tag: its value, writing and forcing it, and why it is as it is.
 
+import { declared, lacksBreak, lacksForce, lacksWrite } from "./actions.js";
 import { chainOf, clearChain } from "./chain.js";
 import { toNext, toPrevious } from "./changes.js";
 import { at, button, el, heading, setFlag, setText } from "./dom.js";
@@ -39,13 +40,12 @@ const nextButton = button("Next change", () => toNext(selected.tag), { text: "â–
 const parts = el("div", { class: "parts" });
 const since = el("p", { class: "since" });
 const answer = el("div", { class: "answer", "aria-live": "polite" });
+const HINTS = new Map([writeButton, forceButton, breakButton].map(each => [each, each.title]));
 let sinceOf = "", asking = false; // what was asked since when
 let answered = null; // the tag of the answer
 const card = el("div", { class: "tag" }, el("div", { class: "line" }, name, type, el("span", { class: "ways" }, previousButton, nextButton)), says, parts, since,
   el("div", { class: "line write" }, entry, writeButton, forceButton, unforceButton),
   el("div", { class: "line" }, whyButton, usesButton, watchButton, stripButton, breakButton), answer);
-
-const declared = tag => run.hello?.tags?.find(each => each.name.toUpperCase() === tag.toUpperCase());
 
 onHello(() => {
   at("tag").replaceChildren(heading("Tag", closeButton), card);
@@ -67,9 +67,9 @@ function show({ tag, names }) {
   if (tag !== answered) answer.replaceChildren(), clearChain();
   answered = tag;
   entry.value = "";
-  permit(tag, known);
+  permit(tag);
   entry.placeholder = known.type === "BOOL" ? "0 or 1" : "value, 16#, 2#";
-  sendWatched(names).then(() => { if (tag === selected.tag) permit(tag, known), paintForced(); });
+  sendWatched(names).then(() => { if (tag === selected.tag) permit(tag), paintForced(); });
   paintForced();
   setText(since, "");
   sinceOf = "";
@@ -102,15 +102,15 @@ function meaningOf(tag) {
   return bit ? [bit.address, bit.section].filter(Boolean).join(", ") : "";
 }
 
-const isImage = tag => /^(Local:\d+:|[IO]:)/i.test(addressOf(tag));
-
-// What can be done with a tag: an image can be forced only; of Python the fields of a class of logic can be set.
-function permit(tag, { writable = run.hello.settable }) {
-  const python = isPython(), allowed = orders.allowed(), image = isImage(tag);
-  entry.disabled = forceButton.disabled = !allowed || !(image || writable);
-  writeButton.disabled = !allowed || !writable || image;
-  breakButton.disabled = !orders.timed() || (python && !image);
-  usesButton.disabled = python;
+// What can't be done with a tag says why.
+function permit(tag) {
+  const lacks = [[writeButton, lacksWrite({ tag })], [forceButton, lacksForce({ tag })], [breakButton, lacksBreak({ tag })]];
+  for (const [button, lack] of lacks) {
+    button.disabled = Boolean(lack);
+    button.title = lack ? `${button.getAttribute("aria-label")}: ${lack}` : HINTS.get(button);
+  }
+  entry.disabled = forceButton.disabled;
+  usesButton.disabled = isPython();
 }
 
 function part(tag) {
@@ -141,7 +141,7 @@ export async function forceSelected(only = false) {
   if (value !== undefined) await orders.force(tag, value);
 }
 
-function why() {
+export function why() {
   answerTo(selected.tag);
 }
 
@@ -192,7 +192,7 @@ const toLine = place => {
   return el("button", { type: "button", click: () => showRung(place) }, `Line ${number}`);
 };
 
-async function uses() {
+export async function uses() {
   const tag = selected.tag, said = await orders.order("xref", { tag });
   if (said && tag === selected.tag) answer.replaceChildren(el("ul", {}, ...(said.hits ?? []).map(hit)));
 }
