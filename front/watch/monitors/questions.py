@@ -45,7 +45,8 @@ def show(monitor: Monitor, page: Page, said: Said) -> Json:
         columns = said.get("columns", 88)
         if type(columns) is not int or columns not in COLUMNS:
             raise ValueError(f"columns {columns!r}: must be {COLUMNS[0]} to {COLUMNS[-1]}")
-        shown, answer = program.catalog.show(_text(said, "routine"), columns)
+        operands = said.get("operands") is True
+        shown, answer = program.catalog.show(_text(said, "routine"), columns, operands=operands)
     elif program.source is not None:
         shown, answer = program.source.show(tuple(monitor.subject.values))
     else:

@@ -3,6 +3,7 @@
 import { WAITS, breakpointsAt } from "./actions.js";
 import { drawing, el, setAttribute, setFlag } from "./dom.js";
 import { shown } from "./format.js";
+import { beginNow, paintNow } from "./now.js";
 import * as orders from "./orders.js";
 import { isClicked } from "./pointer.js";
 import { select } from "./selection.js";
@@ -18,7 +19,9 @@ let rungs = new Map(); // Main.3 -> { row, elements, power, stop }
 export function buildRungs(routine, list, open) {
   rungs = new Map();
   openRoutine = open;
-  return el("ol", { class: list.length > MANY ? "rungs many" : "rungs" }, ...list.map(rung => rowOf(`${routine}.${rung.number}`, rung)));
+  const sheet = el("ol", { class: list.length > MANY ? "rungs many" : "rungs" }, ...list.map(rung => rowOf(`${routine}.${rung.number}`, rung)));
+  beginNow(sheet);
+  return sheet;
 }
 
 function rowOf(ident, { number, svg, comment, file, line }) {
@@ -78,7 +81,8 @@ export function moveTo(sheet, from, by) {
   return here < 0 ? all[by > 0 ? 0 : all.length - 1] : all[Math.min(Math.max(here + by, 0), all.length - 1)];
 }
 
-export function paintRungs({ power, breakpoints }) {
+export function paintRungs({ power, breakpoints, tags }) {
+  paintNow(tags);
   for (const [ident, now] of Object.entries(power ?? {})) {
     const rung = rungs.get(ident);
     if (rung) light(rung, now);
