@@ -108,7 +108,7 @@ class Session:
         stops: Stops | None = None,
         live: bool = False,
         reload: Callable[[str], None] | None = None,
-        prepare: Callable[[int], None] | None = None,
+        prepare: Callable[[int, bool], None] | None = None,
     ) -> None:
         self._cpu, self._hands, self._pacer = cpu, hands, pacer
         self._inbox, self._tell, self._stops = inbox, tell, stops
@@ -378,7 +378,7 @@ class Session:
             raise ValueError(f"scan {order.scan} has not been run yet: the next one is {self._next}")
         if self._prepare is None:
             raise ValueError("this session has no branches")
-        self._prepare(order.scan)
+        self._prepare(order.scan, order.paused)
         self.branch = order.scan
         self.end()
 

@@ -4,10 +4,10 @@ import * as orders from "./orders.js";
 import { showPanel } from "./layout.js";
 import { select } from "./selection.js";
 import { run } from "./state.js";
-import { MOST, tagNames, toggleTag } from "./taglanes.js";
-import { isPython, uses, why } from "./tag.js";
+import { MOST, hasLane, tagNames, toggleTag } from "./taglanes.js";
+import { isPython, uses, want, why } from "./tag.js";
 import { addressOf, isForced, valueOf } from "./values.js";
-import { addToWatch, watchedTags } from "./watchtable.js";
+import { addToWatch, isWatched } from "./watchtable.js";
 
 export const declared = tag => run.hello?.tags?.find(each => each.name.toUpperCase() === tag.toUpperCase());
 
@@ -29,7 +29,7 @@ const unwritable = ({ tag }) => {
 };
 const unforceable = subject => (isImage(subject.tag) ? "" : unwritable(subject));
 const python = () => (isPython() ? "the program is in Python: it has no rungs" : "");
-const full = ({ tag }) => (tagNames().length >= MOST && !tagNames().includes(tag) ? `the strip has room for ${MOST} tags` : "");
+const full = ({ tag }) => (tagNames().length >= MOST && !hasLane(tag) ? `the strip has room for ${MOST} tags` : "");
 
 const first = (...checks) => subject => checks.reduce((found, check) => found || check(subject), "");
 
@@ -52,9 +52,10 @@ export const ACTIONS = [
   onTag("0", "Force off", "force it off", first(notBool, lacksForce), ({ tag }) => orders.force(tag, false)),
   onTag("r", "Remove force", "remove its force", first(closed, ({ tag }) => (isForced(tag) ? "" : "it is not forced")), ({ tag }) => orders.unforce(tag)),
   onTag("w", "Why", "why it is as it is", () => "", ({ tag, names }) => { select({ tag, names: [...new Set([tag, ...names])] }); why(); }),
+  onTag("g", "What would it take", "what it would take to have its other level", first(() => (run.hello.shared ? "a shared page runs nothing" : ""), notBool), ({ tag }) => { select({ tag }); want(); }),
   onTag("u", "Uses", "where it is used", python, ({ tag }) => { select({ tag }); uses(); }),
-  onTag("l", "Lane in the strip", "a lane in the strip", first(notSingle, full), ({ tag }) => toggleTag(tag), { checked: ({ tag }) => tagNames().includes(tag) }),
-  onTag("a", "Into the watch table", "into the watch table", ({ tag }) => (watchedTags().includes(tag) ? "it is there" : ""), ({ tag }) => { addToWatch(tag); showPanel("watch"); }),
+  onTag("l", "Lane in the strip", "a lane in the strip", first(notSingle, full), ({ tag }) => toggleTag(tag), { checked: ({ tag }) => hasLane(tag) }),
+  onTag("a", "Into the watch table", "into the watch table", ({ tag }) => (isWatched(tag) ? "it is there" : ""), ({ tag }) => { addToWatch(tag); showPanel("watch"); }),
   onTag("k", "Break when it changes", "breakpoint: when it changes", lacksBreak, ({ tag }) => orders.breakpoint(tag), { checked: ({ tag }) => run.breakpoints.includes(tag) }),
   ...WAITS.map((wait, place) => onRung("bBx"[place], wait)),
 ];

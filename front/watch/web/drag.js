@@ -2,7 +2,7 @@
 
 import { at, el, setFlag } from "./dom.js";
 import { subjectOf } from "./subject.js";
-import { tagNames, toggleTag } from "./taglanes.js";
+import { hasLane, toggleTag } from "./taglanes.js";
 
 const FAR = 6; // CSS pixels from which on it is a drag
 
@@ -30,7 +30,7 @@ function end(event) {
   from = null;
   ghost.hidden = true;
   setFlag(at("strip"), "data-drop", false);
-  if (dropped && !tagNames().includes(dropped)) toggleTag(dropped);
+  if (dropped && !hasLane(dropped)) toggleTag(dropped);
 }
 
 for (const kind of ["pointerup", "pointercancel"]) document.addEventListener(kind, end, true);

@@ -97,7 +97,7 @@ function paintStop(ident, row, stop, set) {
   const number = ident.split(".").at(-1), words = set.map(([, short]) => short).join(", ");
   setFlag(row, "data-breakpoint", set.length);
   setAttribute(stop, "aria-pressed", String(set.length > 0));
-  setAttribute(stop, "aria-label", `Breakpoint on rung ${number}${words && `, waits for: ${words}`}`);
+  setAttribute(stop, "aria-description", words ? `Waits for: ${words}` : null);
   stop.lastChild.textContent = words;
   stop.title = [`Rung ${number}: ${set.length ? `waits until it ${set.map(each => each[2]).join(", or ")}` : "breakpoint (b); right-click for other ones"}`, stop.dataset.file].filter(Boolean).join("\n");
 }

@@ -28,6 +28,6 @@ function say({ node, states }) {
 }
 
 function said(value, inSeconds) {
-  if (inSeconds && typeof value === "number") return (value / 1000).toFixed(1);
+  if (inSeconds && typeof value === "number") return (value / 1000).toFixed(value % 100 && value < 100 ? 3 : 1);
   return Number.isInteger(value) ? count(value) : shown(value);
 }

@@ -90,7 +90,7 @@ async function open(name) {
   unplace(sheet);
   sheet.replaceChildren(answer.chart ? buildSteps(answer) : answer.rungs ? buildRungs(name, answer.rungs, call) : buildText(found, answer));
   sheet.dataset.kind = found.kind;
-  setFlag(operands, "hidden", Boolean(run.hello.shared) || (!all && !sheet.querySelector("[data-now]")));
+  setFlag(operands, "hidden", Boolean(run.hello.shared) || (!all && !sheet.querySelector(".instruction:has([data-now]):not(:has(.caption))")));
   paintRungs({ power: run.power, breakpoints: run.breakpoints });
   paintText({ power: run.power, tags: run.tags, lines: run.lines });
   mark(selected);
@@ -128,7 +128,8 @@ function reveal() {
   const node = sheet.querySelector(`[data-at="${CSS.escape(wantedRung)}"]`);
   if (!node) return; // the routine is on its way
   wantedRung = null;
-  node.scrollIntoView({ block: "center", behavior: smooth ? "smooth" : "auto" });
+  const cause = node.offsetHeight > at("program").clientHeight / 2 ? node.querySelector("[data-because]") : null; // of a tall rung
+  (cause ?? node).scrollIntoView({ block: "center", behavior: smooth ? "smooth" : "auto" });
 }
 
 export function moveRung(by) {
