@@ -29,7 +29,7 @@ function rowOf(ident, { number, svg, comment, file, line }) {
   const stop = el("button", {
     type: "button", class: "stop", "aria-label": `Breakpoint on rung ${number}`, "aria-pressed": "false", disabled: !orders.timed(),
     "data-file": file ? `${file}:${line}` : null, click: () => toggleBreakpoint(ident),
-  }, String(number), el("small"));
+  }, String(number), el("small", { "aria-hidden": "true" }));
   const row = el("li", { class: "row", "data-at": ident, click: event => clicked(event, ident), keydown: keyed }, stop,
     el("div", { class: "body" }, comment ? el("p", { class: "comment" }, comment) : null, picture));
   const elements = [...picture.querySelectorAll("[data-element]")];
@@ -43,7 +43,6 @@ function rowOf(ident, { number, svg, comment, file, line }) {
 function prepare(group, number) {
   group.setAttribute("role", isCall(group) ? "link" : "button");
   group.setAttribute("tabindex", number === 0 ? "0" : "-1");
-  group.setAttribute("aria-label", group.querySelector("title").textContent);
 }
 
 const isCall = group => group.dataset.instruction === "JSR";
