@@ -122,7 +122,7 @@ def test_a_value_is_written_and_nonsense_refused(page, feeder):
     page.click("//section[@id='watch']//tbody//button[text()='Strokes.ACC']", "xpath")
     page.control("New value").send_keys("16#40")
     page.press("Write")
-    until(lambda: 64 <= int(page.value("Strokes.ACC")) < 70)
+    until(lambda: 64 <= int(page.value("Strokes.ACC") or 0) < 70)
     field = page.control("New value")
     field.clear()
     field.send_keys("many")

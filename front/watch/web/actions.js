@@ -40,9 +40,10 @@ export const lacksBreak = first(untimed, ({ tag }) => (isImage(tag) ? "" : pytho
 export const WAITS = [["", "true", "is true"], [" changes", "changes", "changes"], [" executes", "executes", "executes"]];
 export const breakpointsAt = (ident, list = run.breakpoints) => WAITS.filter(([end]) => list.includes(ident + end));
 
+const unitOf = rung => (run.hello.routines.find(each => rung.startsWith(`${each.name}.`))?.kind === "ladder" ? "rung" : "line");
 const onTag = (key, text, says, lacks, act, more) => ({ key, text: () => text, says, lacks, act, of: "tag", ...more });
 const onRung = (key, [end, , words]) => ({
-  key, of: "rung", text: ({ rung }) => `Break when rung ${rung.split(".").at(-1)} ${words}`, says: `breakpoint: when the rung ${words}`, lacks: first(untimed, python),
+  key, of: "rung", text: ({ rung }) => `Break when ${unitOf(rung)} ${rung.split(".").at(-1)} ${words}`, says: `breakpoint: when the rung ${words}`, lacks: first(untimed, python),
   checked: ({ rung }) => run.breakpoints.includes(rung + end), act: ({ rung }) => orders.breakpoint(rung + end),
 });
 
