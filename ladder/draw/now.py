@@ -56,7 +56,7 @@ STATES: Mapping[str, tuple[State, ...]] = {
     "MC_MoveVelocity": _block(
         "on the way to {Velocity}", "done", _AT, State(".InVelocity", "runs at {Velocity} steps/s", _AT)
     ),
-    "MC_Home": _block("looking for home", "is at home", _TO),
+    "MC_Home": _block("homing", "is at home", _TO),
     "MC_Halt": _block("braking", "has come to rest", _AT),
     "MC_Stop": _block("stopping, holds the axis", "holds the axis", _AT),
     "MC_Reset": _block("resetting errors", "errors are reset"),
@@ -64,7 +64,7 @@ STATES: Mapping[str, tuple[State, ...]] = {
     "MC_GearIn": _block("gearing in", "done", _AT, State(".InGear", "follows the encoder", _AT)),
     "MAM": _motion("moving: {3} at {4}", "complete"),
     "MAJ": _motion("jogging at {3}", "complete"),
-    "MAH": _motion("looking for home", "is at home"),
+    "MAH": _motion("homing", "is at home"),
 }
 """The states of blocks by instruction; those of timers and counters stand beside the title."""
 
