@@ -1,7 +1,7 @@
 """The menu of contacts, blocks and rungs: by right-click, key and long press; dragging one to the strip.
 
-Broken on purpose: `Toggle` that writes the value it has, a menu that keeps the focus, `Main.9 changes` set as
-`Main.9`, a drop that is not looked for: each turns a test red.
+Broken on purpose: `Toggle` that writes the value it has, `Main.9 changes` set as `Main.9`, a drop that is not
+looked for: each turns a test red.
 """
 
 from selenium.webdriver.common.action_chains import ActionChains

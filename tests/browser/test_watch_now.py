@@ -1,6 +1,6 @@
 """What the page says at once: what blocks do, why in view, aliases, what it would take.
 
-Broken on purpose: the seconds of a timer left in ms, the state of a block taken from the last row: red.
+Broken on purpose: the seconds of a timer left in ms, the orders of an answer not given in the branch: red.
 """
 
 import re
