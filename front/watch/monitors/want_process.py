@@ -41,7 +41,7 @@ def answer(path: str, tag: str, wanted: object, scan: int, orders: Orders | None
             known = given if orders is not None else orders_of(trace.events())
             found = list(wanted_in_trace(trace, Path(folder), tag, wanted, scan, known, trust=True))
     except CpuFault as error:
-        return {"refused": f"the CPU has faulted in {error}: ask before that scan"}
+        return {"refused": f"the controller has faulted in {error}: ask before that scan"}
     except (ValueError, TraceError, UntrustedError) as error:
         return {"refused": str(error)}
     return {"scan": scan, "answers": [_described(each) for each in found]}
