@@ -231,8 +231,8 @@ class Play:
             stops=run.program.debugger,
             live=wanted.asked.live,
             reload=editor.load_soon if wanted.editable else None,
-            prepare=lambda scan: self.prepare_branch(
-                scan, hands.given, prepared.editions, prepared.trace, paused=session.state.paused
+            prepare=lambda scan, paused: self.prepare_branch(
+                scan, hands.given, prepared.editions, prepared.trace, paused=paused or session.state.paused
             ),
         )
         if wanted.editable and not wanted.read_only:

@@ -6,11 +6,11 @@ import re
 import secrets
 import tempfile
 import webbrowser
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from contextlib import ExitStack
 from importlib.metadata import version
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 from urllib.parse import parse_qs, quote
 
 from ..jobs.load.loading import LoadedRack
@@ -35,7 +35,20 @@ from .monitors.trace_monitor import Source, TraceMonitor
 from .options import WatchArguments, WatchOptions
 from .play import HOST, KEY_BYTES, Play, listen
 
-Prepare = Callable[[int, Iterable[AppliedAction], ProgramVersions, Path], None]
+
+class Prepare(Protocol):
+    """Prepares branches, see `Play.prepare_branch`."""
+
+    def __call__(
+        self,
+        scan: int,
+        orders: Iterable[AppliedAction],
+        editions: ProgramVersions,
+        parent: Path,
+        *,
+        paused: bool = False,
+    ) -> None:
+        """Prepare one."""
 
 
 UNTRUSTED = (
@@ -131,7 +144,7 @@ def open_beside(path: Path) -> RecordingBeside:
     return RecordingBeside(path)
 
 
-def _no_branch(*_: object) -> None:
+def _no_branch(*_: object, **_more: object) -> None:
     raise ValueError("a recording that is compared with has no branches")
 
 
@@ -172,7 +185,7 @@ class OpenedRecording:
             self._spec,
             self._sources(),
             self._place.scan,
-            lambda scan: self._branch(prepare, scan),
+            lambda scan, paused: self._branch(prepare, scan, paused=paused),
         )
 
     def _sources(self) -> list[Source]:
@@ -186,7 +199,7 @@ class OpenedRecording:
                 found.append(Source(each.scan, job.logic, job.program))
         return sorted(found, key=lambda each: each.first)
 
-    def _branch(self, prepare: Prepare, scan: int) -> None:
+    def _branch(self, prepare: Prepare, scan: int, *, paused: bool) -> None:
         """Prepare a session that repeats the recording up to a scan; ValueError if that is impossible."""
         if self.job is None or self._editions is None:
             raise ValueError("the program may not run here: see --trust")
@@ -203,7 +216,7 @@ class OpenedRecording:
         except OSError as error:
             raise ValueError(f"the programs of a branch can't be written: {reason(error)}") from error
         orders = orders_of(self._trace.events(topics={ORDERS.name, "/events"}))
-        prepare(scan, orders, editions, self._place.path)
+        prepare(scan, orders, editions, self._place.path, paused=paused)
 
     def _check_untouched(self, scan: int) -> None:
         """Refuse a recording of an operated bench, which has no orders.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 from ...io_images.times import seconds
 from ..compiler.observed import LineKey
@@ -39,6 +39,9 @@ from .stretch import ScanInputs, Write
 from .trials import Name, Trials, terminal
 from .watched import Change, shown
 from .watching import WatchedEngine
+
+When = Literal["true", "changes", "executes"]
+"""What of a rung a breakpoint waits for."""
 
 Condition = Callable[["Debugger"], Any] | str
 """A condition of a run: a function of the debugger, or the address of a bit."""
@@ -94,7 +97,7 @@ class Debugger:
         self._remembered = remembered
         self.latest: ScanInputs | None = None
         self.news = 0
-        self._on_rungs: dict[LineKey, bool] = {}
+        self._on_rungs: dict[tuple[LineKey, When], bool | None] = {}  # None: not known before its next scan
         self._on_tags: dict[str, Any] = {}
         self._pictured: int | None = None
         self._use(program, WatchedEngine(program.build(), program.scanner))
@@ -286,7 +289,7 @@ class Debugger:
                 return
             self._pictured = None
             self._settle()
-        engine.note(tuple(self._on_rungs))
+        engine.note(tuple(dict.fromkeys(line for line, _when in self._on_rungs)))
 
     def run_until(self, condition: Condition, limit: int, ms: float = STEP_MS) -> bool:
         """Do scans without a rack until a condition, a breakpoint or the limit; return the condition."""
@@ -301,14 +304,14 @@ class Debugger:
 
     # --- breakpoints
 
-    def break_at(self, routine: str, rung: int) -> None:
-        """Set a breakpoint on a rung that becomes true up to its last instruction.
-
-        In structured text it is met when a line runs, with a true condition, after a scan in which it did
-        not.
+    def break_at(self, routine: str, rung: int, when: When = "true") -> None:
+        """Set a breakpoint on a rung, or on a line of structured text.
 
         Args:
             rung: number of the rung, or of the line.
+            when: it is met when the rung becomes `true` up to its last instruction (a line: when it runs,
+                with a true condition, after a scan in which it did not), when that `changes`, or in each scan
+                that `executes` it.
 
         Raises:
             LadderError: there is no such rung.
@@ -316,7 +319,8 @@ class Debugger:
         self._routine(routine).numbered(rung)
         if not self._remembered and not self._on_rungs:
             self._journal.begin_anew(self._engine.memory, self.scans)
-        self._on_rungs[routine.upper(), rung] = False
+        line = routine.upper(), rung
+        self._on_rungs[line, when] = None if when == "changes" else False
         self._settle()
 
     def break_on(self, tag: str) -> None:
@@ -336,13 +340,15 @@ class Debugger:
             self.stops = ()
             return
         stops = []
-        for (routine, rung), before in self._on_rungs.items():
-            now = self._is_true(routine, rung)
-            self._on_rungs[routine, rung] = now
-            if now and not before:
-                met = self._routine(routine)
-                what = "is true" if met.statements is None else "runs"
-                stops.append(f"{met.name}, {met.unit} {rung} {what}: {met.numbered(rung)}")
+        for (line, when), before in self._on_rungs.items():
+            now = line in self._noted_truths() if when == "executes" else self._is_true(line)
+            self._on_rungs[line, when] = now
+            if (
+                now
+                if when == "executes"
+                else before is not None and now != before and (now or when == "changes")
+            ):
+                stops.append(self._told(line, runs=when == "executes", true=now))
         for tag, before in self._on_tags.items():
             value = self.tags[tag]
             if not same(value, before):
@@ -351,12 +357,23 @@ class Debugger:
         at = self._engine
         self.stops = tuple([BreakpointStop(at.scans - 1, at.now_ns, text) for text in stops])
 
-    def _is_true(self, routine: str, rung: int) -> bool:
+    def _is_true(self, line: LineKey) -> bool:
         engine = self._engine
         if not engine.watching and not engine.broken_off:
-            return engine.true_at_end((routine, rung))
-        truth = self._noted_truths().get((routine, rung), ())
+            return engine.true_at_end(line)
+        truth = self._noted_truths().get(line, ())
         return bool(truth) and truth[-1]
+
+    def _told(self, line: LineKey, *, runs: bool, true: bool) -> str:
+        routine, rung = self._routine(line[0]), line[1]
+        verb = (
+            "runs"
+            if runs or (true and routine.statements is not None)
+            else "is true"
+            if true
+            else "is not true"
+        )
+        return f"{routine.name}, {routine.unit} {rung} {verb}: {routine.numbered(rung)}"
 
     # --- forces
 

@@ -115,7 +115,7 @@ def _box(canvas: _Canvas, box: Box, live: bool) -> None:
     inner = box.width - 2
     left, right = ("┨", "┠") if live else ("┤", "├")
     canvas.write(box.x, box.y - 1, f"┌{box.title.center(inner, '─')}┐")
-    for number, (caption, operand, _) in enumerate(box.lines or (BoxLine("", ""),)):
+    for number, (caption, operand, *_) in enumerate(box.lines or (BoxLine("", ""),)):
         text = f"{caption.ljust(captions)}{operand.rjust(inner - 2 - captions) if captions else operand}"
         edges = (left, right) if number == 0 else ("│", "│")
         canvas.write(box.x, box.y + number, f"{edges[0]} {text.ljust(inner - 2)} {edges[1]}")

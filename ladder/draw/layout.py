@@ -100,7 +100,15 @@ class _Placer:
             return number
         self._wire(x, y, x + GAP - 1, last)
         self.picture.marks.append(
-            Box(x + GAP, y, width - 2 * GAP, element.name, self._ruler.lines(element, room), number)
+            Box(
+                x + GAP,
+                y,
+                width - 2 * GAP,
+                element.name,
+                self._ruler.lines(element, room),
+                number,
+                self._ruler.now(element),
+            )
         )
         self._wire(x + width - GAP, y, x + width - 1, number)
         return number

@@ -9,6 +9,7 @@ An element's group has its sign, its name and the wires after it. The page that 
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -18,6 +19,7 @@ from ..model.tree import Address, Instruction, MemberStep, Operand, Rung, addres
 from .layout import NO_CAPTIONS, place
 from .marks import BoxLine, Picture, Symbol
 from .markup import CELL, Pen, attribute, plain, units
+from .now import WIDE, Told, told_of
 from .ruler import Ruler
 from .shapes import BoxFrame, Curve, Letters, Line, Shape, Value, shape_bottom, shapes_of
 
@@ -55,15 +57,18 @@ def live_rung(
     width: int,
     captions: Mapping[str, Sequence[str]] = NO_CAPTIONS,
     name_of: NameOf = str,
+    *,
+    operands: bool = False,
 ) -> LiveRung:
     """Draw a rung for a page.
 
     Args:
         ident: prefix of its element ids: `Main.3` for rung 3 of routine Main.
         name_of: returns the tag of an address.
+        operands: whether blocks that say what they do show their operands, too.
     """
     instructions = tuple(instructions_of(rung.series))
-    ruler = _ValueRuler(captions, name_of)
+    ruler = _ValueRuler(captions, name_of, operands=operands)
     picture = place(rung, width, ruler)
     groups = [_Group() for _ in range(picture.elements)]
     for mark in picture.marks:
@@ -113,9 +118,27 @@ def _rails(picture: Picture) -> str:
 
 
 class _ValueRuler(Ruler):
-    def __init__(self, captions: Mapping[str, Sequence[str]], name_of: NameOf) -> None:
+    def __init__(self, captions: Mapping[str, Sequence[str]], name_of: NameOf, *, operands: bool) -> None:
         super().__init__(captions)
-        self._name_of = name_of
+        self._name_of, self._operands = name_of, operands
+
+    def _told(self, instruction: Instruction) -> Told | None:
+        return told_of(instruction, self._captions.get(instruction.name, ()), self._name_of)
+
+    @override
+    def now(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
+        told = self._told(instruction) if instruction.name in MEMBERS else None
+        return () if told is None else told.line(0)
+
+    @override
+    def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
+        told = None if instruction.name in MEMBERS else self._told(instruction)
+        if told is None:
+            return super().lines(instruction, room)
+        said = [BoxLine("", " " * WIDE, now=told.line(each)) for each in range(told.lines)]
+        if self._operands:
+            return *said, *super().lines(instruction, room)
+        return BoxLine("", str(instruction.operands[0])), *said
 
     @override
     def value(self, instruction: Instruction) -> str | None:
@@ -144,6 +167,9 @@ class _ValueRuler(Ruler):
         """Yield the tags that an instruction shows or uses."""
         for operand in instruction.operands:
             yield from filter(None, map(self._name_of, addresses_in(operand)))
+        told = self._told(instruction)
+        if told is not None:
+            yield from told.names()
         if instruction.name in MEMBERS:
             shown = (self._name(instruction.operands[0], member) for member in (".PRE", ".ACC", ".DN"))
             yield from filter(None, shown)
@@ -180,10 +206,12 @@ class _Group:
 
 
 def _value(value: Value) -> str:
-    """Return the empty text element for a value: beside a sign, or at the right edge of a box."""
+    """Return the empty text element for a value: beside a sign, in a box, or what a box does."""
     kind, baseline = ("bit value", 11.0) if value.beside else ("value", 4.5)
     at = f'x="{_PEN.x(value.x)}" y="{units((value.y + 0.5) * ROW + baseline)}"'
     anchor = ' text-anchor="end"' if value.ends else ""
+    if value.now:
+        return f'<text class="now" data-now={attribute(json.dumps(value.now))} {at}{anchor}></text>'
     return f'<text class="{kind}" data-name={attribute(value.name)} {at}{anchor}></text>'
 
 

@@ -5,6 +5,7 @@ A mark carries the power of an element, as numbered by `power`.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -40,6 +41,7 @@ class BoxLine(NamedTuple):
     caption: str
     operand: str  # its text, or spaces for its value
     value: str | None = None  # the tag whose value replaces the text, or None
+    now: Sequence[tuple[str, str]] = ()  # conditions and texts of what the block does, see `now`
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +54,7 @@ class Box:
     title: str
     lines: tuple[BoxLine, ...]
     element: int
+    now: Sequence[tuple[str, str]] = ()  # what it does, beside its title; see `BoxLine`
 
 
 @dataclass(frozen=True, slots=True)

@@ -176,6 +176,10 @@ class Ruler:
         parts = [operand] if longest is None else pieces(operand, longest)
         return [BoxLine(caption if at == 0 else "", part) for at, part in enumerate(parts)]
 
+    def now(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
+        """Return what a block does, beside its title: conditions and texts, see `draw.now`."""
+        return ()
+
     def value(self, instruction: Instruction) -> str | None:
         """Return the tag shown beside a contact or a coil, or None."""
         return None

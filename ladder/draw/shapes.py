@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -63,6 +63,7 @@ class Value:
     name: str
     beside: bool  # whether it is small, beside a sign
     ends: bool  # whether it ends at `x`
+    now: Sequence[tuple[str, str]] = ()  # what stands there instead, see `BoxLine`
 
 
 Form = Line | Curve | BoxFrame | Letters | Value
@@ -130,15 +131,18 @@ def _value_of(symbol: Symbol, left: float, right: float) -> Value:
 
 
 def _box(box: Box) -> Iterator[Shape]:
-    rows = max(len(box.lines), 1)
+    rows, end = max(len(box.lines), 1), box.x + box.width - 2
     yield Shape(BoxFrame(box.x, box.y - 0.95, box.width, rows + 1.05), "box", box.element)
-    heading = Letters(box.x + (box.width - len(box.title)) / 2, box.y - HEADING, box.title)
-    yield Shape(heading, "heading")
+    title_x = box.x + (2 if box.now else (box.width - len(box.title)) / 2)
+    yield Shape(Letters(title_x, box.y - HEADING, box.title), "heading")
+    if box.now:
+        yield Shape(Value(end - 0.5, box.y - HEADING, "", beside=False, ends=True, now=box.now), "value")
     captions = caption_width(box.lines)
-    for number, (caption, operand, value) in enumerate(box.lines):
-        y, end = box.y + number, box.x + box.width - 2
+    for y, (caption, operand, value, now) in enumerate(box.lines, box.y):
         yield Shape(Letters(box.x + 2, y, caption), "caption")
-        if value is not None:
+        if now:
+            yield Shape(Value(box.x + 1.5, y, "", beside=False, ends=False, now=now), "value")
+        elif value is not None:
             yield Shape(Value(end - 0.5, y, value, beside=False, ends=True), "value")
         else:
             yield Shape(Letters(end - len(operand) if captions else box.x + 2, y, operand), "operand")

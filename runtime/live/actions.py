@@ -130,7 +130,7 @@ class InjectFault:
 
 @dataclass(frozen=True, slots=True)
 class Breakpoint:
-    """Pause when a rung becomes true (`Main.3`), or when a tag changes."""
+    """Pause when a rung becomes true (`Main.3`), `Main.3 changes`, `Main.3 executes`, or a tag changes."""
 
     at: str
 
@@ -163,6 +163,7 @@ class Branch:
     """Begin a new session that repeats this one up to a scan, and continues on its own."""
 
     scan: int
+    paused: bool = False  # whether it pauses there in any case
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,8 +267,8 @@ def names_in(restart: str) -> tuple[str, ...]:
     return tuple(each.strip() for each in restart.split(",") if each.strip())
 
 
-_LEFT_OUT = ("restart", "keep", "client", "by")
-"""Texts that a message leaves out while they are empty."""
+_LEFT_OUT = ("restart", "keep", "client", "by", "paused")
+"""Fields that a message leaves out while they are empty or false."""
 
 
 def said_of(order: Action) -> dict[str, Any]:
@@ -385,6 +386,7 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "name": (_is_text, _TEXT),
     "text": (_is_draft, f"text of up to {DRAFT_MOST:,} bytes"),
     "base": (_is_text, _TEXT),
+    "paused": (lambda value: isinstance(value, bool), "true or false"),
     "take": (lambda value: isinstance(value, bool), "true or false"),
     "on": (lambda value: value is None or isinstance(value, bool), "true, false or null"),
     "tag": (_is_text, _TEXT),

@@ -53,8 +53,8 @@ class Stops(Protocol):
 
     stops: tuple[Any, ...]
 
-    def break_at(self, routine: str, rung: int) -> None:
-        """Set a breakpoint at a rung; ValueError for an unknown one."""
+    def break_at(self, routine: str, rung: int, when: Any = "true") -> None:
+        """Set a breakpoint at a rung, see `Debugger.break_at`; ValueError for an unknown one."""
 
     def break_on(self, tag: str) -> None:
         """Set a breakpoint on a tag; ValueError for an unknown one."""
@@ -108,7 +108,7 @@ class Session:
         stops: Stops | None = None,
         live: bool = False,
         reload: Callable[[str], None] | None = None,
-        prepare: Callable[[int], None] | None = None,
+        prepare: Callable[[int, bool], None] | None = None,
     ) -> None:
         self._cpu, self._hands, self._pacer = cpu, hands, pacer
         self._inbox, self._tell, self._stops = inbox, tell, stops
@@ -363,7 +363,7 @@ class Session:
         program = self._with_breakpoints()
         rung = _RUNG.fullmatch(at)
         if rung is not None:
-            program.break_at(rung["routine"], int(rung["rung"]))
+            program.break_at(rung["routine"], int(rung["rung"]), rung["when"] or "true")
         else:
             program.break_on(at)
 
@@ -378,7 +378,7 @@ class Session:
             raise ValueError(f"scan {order.scan} has not been run yet: the next one is {self._next}")
         if self._prepare is None:
             raise ValueError("this session has no branches")
-        self._prepare(order.scan)
+        self._prepare(order.scan, order.paused)
         self.branch = order.scan
         self.end()
 
@@ -397,8 +397,8 @@ def _faulted(fault: CpuFault) -> str:
     return f"the CPU has faulted in {fault}: branch from an earlier scan"
 
 
-_RUNG = re.compile(r"(?P<routine>.+)\.(?P<rung>\d+)")
-"""A rung, `Main.3`, which no tag looks like: bits of tags are watched as the tags."""
+_RUNG = re.compile(r"(?P<routine>.+)\.(?P<rung>\d+)(?: (?P<when>changes|executes))?")
+"""A rung, `Main.3` or `Main.3 changes`, which no tag looks like: bits of tags are watched as the tags."""
 
 _ACTS: Mapping[type[Action], Callable[[Session, Any], None]] = {
     actions.Pause: Session._pause,

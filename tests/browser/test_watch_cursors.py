@@ -7,6 +7,14 @@ from watched_page import until
 
 RIGHT = "\ue014"
 BETWEEN = "return document.querySelector('.between').textContent"
+COVERED = """
+const { left, right, top, bottom } = document.querySelector(".between").getBoundingClientRect();
+const named = ["canvas", "button", "input", ".cursor:not([hidden])"].map(each => `#strip ${each}`).join();
+const parts = [...document.querySelectorAll(named)];
+const boxes = parts.map(each => [each.outerHTML.slice(0, 60), each.getBoundingClientRect()]);
+return boxes.filter(([, box]) => box.left < right && left < box.right && box.top < bottom && top < box.bottom)
+  .map(([name]) => name);
+"""
 SCAN = "return Number(document.querySelectorAll('.cursor')[arguments[0]].getAttribute('aria-valuenow'))"
 DRAG = """
 const [to] = arguments, line = document.querySelectorAll(".cursor")[1];
@@ -41,6 +49,7 @@ def test_cursors_say_what_is_between_them_and_snap_to_edges(page, paused):
     page.until_scan(1798, "past")
     body.send_keys("c")
     until(lambda: page.run(BETWEEN) == "2 ms, 1 scan")
+    assert page.run(COVERED) == []  # nothing is drawn or written where it stands
     page.browser.find_elements("css selector", ".cursor")[0].send_keys(RIGHT * 9)
     until(lambda: page.run(BETWEEN) == "20 ms, 10 scans")
     edge = until(lambda: [each for each in page.run(EDGES) if 800 < each < 1799])[0]

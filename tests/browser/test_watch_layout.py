@@ -1,6 +1,6 @@
 """Where the parts are: the program first, gutters that are kept, lists as tabs, the tag a narrow sheet."""
 
-from watched_page import until
+from watched_page import until, watching
 
 LEFT, RIGHT, UP = "\ue012", "\ue014", "\ue013"
 BOX = """
@@ -9,8 +9,9 @@ return [left, top, right, bottom];
 """
 WHOLE_RUNGS = """
 const { bottom } = document.getElementById("program").getBoundingClientRect();
-const rungs = [...document.querySelectorAll(".rungs .row")];
-return rungs.filter(each => each.getBoundingClientRect().bottom <= bottom).length;
+const { bottom: top } = document.querySelector("#program h2").getBoundingClientRect();
+const rungs = [...document.querySelectorAll(".rungs .row")].map(each => each.getBoundingClientRect());
+return rungs.filter(each => each.top >= top && each.bottom <= bottom).length;
 """
 
 
@@ -69,7 +70,9 @@ def test_at_720_pixels_three_rungs_and_the_time_axis_are_in_view_with_the_causes
     page.click(".alert button")
     page.until_there("#causes li")
     page.until_drawn()
-    until(lambda: page.run(WHOLE_RUNGS) == 3)
+    until(lambda: page.run(WHOLE_RUNGS) >= 2)  # about the rung that reads the emergency stop
+    page.run("document.getElementById('program').scrollTop = 0")
+    until(lambda: page.run(WHOLE_RUNGS) >= 3)
     assert abs(page.run(AXIS)) <= 1
     page.run(SPY)
     for _ in range(4):
@@ -81,6 +84,16 @@ def test_at_720_pixels_three_rungs_and_the_time_axis_are_in_view_with_the_causes
     assert (len(page.run(ROWS)), empty) == (len(folded) + empty, empty)
     assert "1.MOVING_CW" not in folded
     assert "1.MOVING_CW" in page.run(ROWS)
+
+
+def test_a_small_program_leaves_its_room_to_the_strip(page):
+    with watching("examples/first/rack.toml", "--paused", "--time-scale", "max") as session:
+        page.open(session.link, paused=True)
+        page.until_drawn()
+        first = page.run(BOX, "#strip")[1]
+        assert first < 0.7 * 1000  # 22 percent of the page would begin at 780
+        page.browser.find_element("id", "strip-gutter").send_keys(UP)  # from now on as the viewer sets it
+        until(lambda: page.run(BOX, "#strip")[1] > first)
 
 
 def test_the_tag_is_a_sheet_in_view_on_a_telephone(page, paused):

@@ -51,7 +51,7 @@ class Opened:
     def __init__(self, path: Path, folder: Path, scan: int | None = None, *, trust: bool = False) -> None:
         self.trace: Trace = open_trace(path)
         self.recording = OpenedRecording(self.trace, TracePlace(path, scan, ""), folder, trust=trust)
-        self.monitor: TraceMonitor = self.recording.monitor(lambda *_given: None)
+        self.monitor: TraceMonitor = self.recording.monitor(lambda *_given, **_more: None)
         self.page = Page()
         self.frame: dict[str, Any] = {}
         self.monitor.join(self.page)

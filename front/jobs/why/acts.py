@@ -17,9 +17,10 @@ from dataclasses import dataclass
 from itertools import permutations
 from typing import Any, Protocol
 
-from ...io_images.times import seconds
+from ...io_images.times import parse_duration, seconds
 from ...ladder.debug import CauseLink
 from ...ladder.debug.watched import shown
+from ...runtime.live import actions
 
 PRESS = "60 ms"
 BETWEEN = "100 ms"
@@ -70,6 +71,7 @@ class Act:
     on: str  # what it is done to: two acts on one thing are never tried together
     do: Callable[[Any], object]
     is_press: bool = False  # of a button
+    orders: tuple[actions.Action | int, ...] = ()  # of a session, and ns between them; none if it has none
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +97,15 @@ class Acts:
             return f"{goal} by itself: wait {after}"
         return f"{goal} {after} after this: {', then '.join(act.text for act in self.found)}"
 
+    def orders(self) -> list[dict[str, Any]] | None:
+        """Return the orders of a session that do it, as messages, and `wait_ns`; None without such orders."""
+        steps: list[actions.Action | int] = []
+        for act in self.found or ():
+            if not act.orders:
+                return None
+            steps += [*act.orders, parse_duration(BETWEEN)]
+        return [{"wait_ns": each} if isinstance(each, int) else actions.said_of(each) for each in steps]
+
     def as_json(self) -> dict[str, object]:
         """Return it as JSON values."""
         acts = None if self.found is None else [act.text for act in self.found]
@@ -110,15 +121,23 @@ def acts_for(bench: Rack, link: CauseLink, tag: str, wanted: object) -> Acts | N
     """
     if not hasattr(os, "fork"):
         return None
-    tries = 0
+    return next(every_act(bench, link, tag, wanted))
+
+
+def every_act(bench: Rack, link: CauseLink, tag: str, wanted: object) -> Iterator[Acts]:
+    """Yield what an owner could do, no set with another one in it; at least one answer."""
+    tries, known = 0, list[set[str]]()
     for chosen in _sets(list(_acts(bench, link))):
-        if tries == MOST_TRIES:
-            break
+        texts = {act.text for act in chosen}
+        if tries == MOST_TRIES or any(each <= texts for each in known):
+            continue
         tries += 1
         found = _tried(bench, chosen, tag, wanted)
         if found is not None:
-            return Acts(tag, wanted, chosen, *found, tries)
-    return Acts(tag, wanted, None, 0, "", tries)
+            known.append(texts)
+            yield Acts(tag, wanted, chosen, *found, tries)
+    if not known:
+        yield Acts(tag, wanted, None, 0, "", tries)
 
 
 def _sets(acts: Sequence[Act]) -> Iterator[tuple[Act, ...]]:
@@ -183,7 +202,8 @@ def _of_links(bench: Rack, link: CauseLink) -> Iterator[Act]:
         if each.kind == "force":
             yield _of_force(each.name)
         elif each.kind == "mode":
-            yield Act("turn the key to run", "the key", lambda bench: bench.run_mode())
+            turn = actions.Mode("run")
+            yield Act("turn the key to run", "the key", lambda bench: bench.run_mode(), orders=(turn,))
         elif each.kind == "operator" and isinstance(each.value, bool):
             yield _of_tag(each.name, not each.value)
         elif each.kind == "incident" and slot is not None:
@@ -193,7 +213,8 @@ def _of_links(bench: Rack, link: CauseLink) -> Iterator[Act]:
 
 
 def _of_force(name: str) -> Act:
-    return Act(f"take the force off {name}", name, lambda bench: bench.unforce(name))
+    order = actions.Unforce(name)
+    return Act(f"take the force off {name}", name, lambda bench: bench.unforce(name), orders=(order,))
 
 
 def _of_link(number: int) -> Act:
@@ -205,7 +226,7 @@ def _of_tag(name: str, value: bool) -> Act:
     def put(bench: Any) -> None:
         bench[name] = value
 
-    return Act(f"set {name} to {shown(value)}", name, put)
+    return Act(f"set {name} to {shown(value)}", name, put, orders=(actions.Write(name, value),))
 
 
 def _of_panels(bench: Rack) -> Iterator[Act]:
@@ -222,11 +243,13 @@ def _of_input(bench: Rack, number: int, name: str) -> Iterator[Act]:
         is_on = bool(bench[f"slot{number}.input.{name}"])
     except ValueError:
         is_on = bool(bench[f"slot{number}.status.IN_{name.upper()}"])
+    off, on = (actions.Press(number, name, each) for each in (False, True))
     if is_on:
-        yield Act(f"open {at}", at, lambda bench: bench.slot[number].set_input(name, False))
+        yield Act(f"open {at}", at, lambda bench: bench.slot[number].set_input(name, False), orders=(off,))
         return
-    yield Act(f"press {at} for {PRESS}", at, lambda bench: bench.slot[number].press(name, PRESS), True)
-    yield Act(f"close {at}", at, lambda bench: bench.slot[number].set_input(name, True))
+    press = (on, parse_duration(PRESS), off)
+    yield Act(f"press {at} for {PRESS}", at, lambda bench: bench.slot[number].press(name, PRESS), True, press)
+    yield Act(f"close {at}", at, lambda bench: bench.slot[number].set_input(name, True), orders=(on,))
 
 
 def _becomes(wanted: object) -> str:

@@ -148,8 +148,8 @@ class Catalog:
         found = {name: address_in(self._resolver, name) for name in names}
         return {name: address for name, address in found.items() if address is not None}
 
-    def show(self, name: str, columns: int) -> tuple[PageRoutine, Json]:
-        """Return a routine's contents, and the answer that draws it.
+    def show(self, name: str, columns: int, *, operands: bool = False) -> tuple[PageRoutine, Json]:
+        """Return a routine's contents, and the answer that draws it; `operands`: see `live_rung`.
 
         Raises:
             ValueError: there is no such routine.
@@ -165,7 +165,7 @@ class Catalog:
         elif routine.statements is not None:
             shown, answer = self._text(routine)
         else:
-            shown, answer = self._rungs(routine, columns)
+            shown, answer = self._rungs(routine, columns, operands=operands)
         return shown, answer | {"addresses": self.addresses(shown.names)}
 
     def _chart(self, routine: Routine, chart: Chart) -> tuple[PageRoutine, Json]:
@@ -191,7 +191,7 @@ class Catalog:
         answer = {"routine": routine.name, "diagram": live.svg}
         return PageRoutine(routine.name, {}, (), live.names), answer
 
-    def _rungs(self, routine: Routine, columns: int) -> tuple[PageRoutine, Json]:
+    def _rungs(self, routine: Routine, columns: int, *, operands: bool) -> tuple[PageRoutine, Json]:
         resolver = Resolver(self._layout, program_of(routine.name))
         names: dict[str, None] = {}
         drawn = []
@@ -202,6 +202,7 @@ class Catalog:
                 columns,
                 self._captions,
                 lambda address: self._name_of(resolver, program_of(routine.name), address),
+                operands=operands,
             )
             names.update(dict.fromkeys(live.names))
             origin = rung.origin

@@ -134,6 +134,7 @@ class EventLog:
                 "name": event.get("name", ""),
                 "text": event.get("text") or _spoken(event),
                 **({"module": event.get("module")} if topic == INDICATORS else {}),
+                **({"order": event["order"]} if "order" in event else {}),
             }
         )
         if len(self._events) > 2 * self._kept:

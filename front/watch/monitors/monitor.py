@@ -143,6 +143,10 @@ class Monitor(ABC):
     def tick(self) -> bool:
         """Do the due work; return whether there is more to do at once."""
 
+    def orders_to(self, scan: int) -> list[tuple[int, str]] | None:
+        """Return the orders of the session before a scan and their texts; None if the recording has them."""
+        return None
+
     @abstractmethod
     def order(self, page: Page, number: object, said: Mapping[str, Any]) -> None:
         """Process an order of a page; ValueError if it is not an order, or orders are refused."""

@@ -16,8 +16,8 @@ from ...runtime.loop.pace import wall_ns
 from ...traces.read.columns import Columns
 from .page import Page
 
-PATIENCE_S, SHARE_PATIENCE_S = 20, 120
-"""Time limits of a question, and of a page to share."""
+PATIENCE_S, WANT_PATIENCE_S, SHARE_PATIENCE_S = 20, 60, 120
+"""Time limits of a question, of what it would take, and of a page to share."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +54,24 @@ class QuestionProcesses:
             given.seek(0)
             begin = partial(launch, f"{__package__}.why_process:main", trace, what, scan, stdin=given)
             self._begin(page, number, begin, PATIENCE_S, command)
+
+    def want(
+        self, page: Page, number: object, trace: str, asked: tuple[str, object, int], orders: object
+    ) -> None:
+        """Ask what it would take for a value; the answer goes to the page.
+
+        Args:
+            asked: the tag, its wanted value, the scan after which something is done.
+            orders: see `want_process`.
+        """
+        tag, wanted, scan = asked
+        command = f"scanrack why {trace} {tag} --at {scan} --want {wanted} --trust"
+        with tempfile.TemporaryFile() as given:
+            pickle.dump(orders, given)
+            given.seek(0)
+            target = f"{__package__}.want_process:main"
+            begin = partial(launch, target, trace, tag, json.dumps(wanted), str(scan), stdin=given)
+            self._begin(page, number, begin, WANT_PATIENCE_S, command)
 
     def share(self, page: Page, number: object, trace: str, scan: int, *, trust: bool, rack: str) -> None:
         """Ask for the page of a recording with a scan shown first; it goes to the page.

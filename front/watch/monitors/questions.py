@@ -46,7 +46,8 @@ def show(monitor: Monitor, page: Page, said: Said) -> Json:
         columns = said.get("columns", 88)
         if type(columns) is not int or columns not in COLUMNS:
             raise ValueError(f"columns {columns!r}: must be {COLUMNS[0]} to {COLUMNS[-1]}")
-        shown, answer = program.catalog.show(_text(said, "routine"), columns)
+        operands = said.get("operands") is True
+        shown, answer = program.catalog.show(_text(said, "routine"), columns, operands=operands)
     elif program.source is not None:
         shown, answer = program.source.show(tuple(monitor.subject.values))
     else:
@@ -236,6 +237,20 @@ def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -
     monitor.elsewhere.why(page, said.get("id"), str(trace), tag, columns_of(rows))
 
 
+def want(monitor: Monitor, page: Page, said: Said) -> None:
+    """Say what an owner could do after the scan of the page so that a tag has a value."""
+    tag, wanted = _own_name(monitor, page, _text(said, "tag")), said.get("value")
+    if not isinstance(wanted, bool | int | float):
+        raise ValueError("value is true, false or a number")
+    trace, row = monitor.subject.timeline.path, monitor.row_of(page)
+    if trace is None or row is None:
+        raise ValueError(f"{tag}: no scan has run yet")
+    scan = int(row["scan"])
+    if monitor.subject.programs.at(page.past).logic is None:
+        raise ValueError(f"{tag}: the program may not run here: see --trust")
+    monitor.elsewhere.want(page, said.get("id"), str(trace), (tag, wanted, scan), monitor.orders_to(scan))
+
+
 def share(monitor: Monitor, page: Page, said: Said) -> None:
     """Make a page of the recording that any browser opens, with the scan of the page shown first."""
     trace, row = monitor.subject.timeline.path, monitor.row_of(page)
@@ -350,6 +365,7 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     "events": events,
     "why": why,
     "since": since,
+    "want": want,
     "xref": xref,
     "find": find,
     "share": share,

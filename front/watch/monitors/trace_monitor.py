@@ -67,7 +67,7 @@ class TraceMonitor(Monitor):
         spec: RackSpec,
         sources: Sequence[Source],
         first: int | None,
-        branch: Callable[[int], None],
+        branch: Callable[[int, bool], None],
     ) -> None:
         machines = tuple(slot.number for slot in spec.slot if slot.has(Trait.MACHINE))
         dtype = row_type(SLOT_BYTES * len(spec.slot), PER_SLOT * len(machines))
@@ -171,7 +171,7 @@ class TraceMonitor(Monitor):
             assert isinstance(order, Branch)
             if order.scan > self._last + 1:
                 raise ValueError(f"scan {order.scan} is not in the recording: the last one is {self._last}")
-            self._branch(order.scan)
+            self._branch(order.scan, order.paused)
             self.over = True
             page.send({"answer": {"id": number, "ok": True, "scan": order.scan}})
             return

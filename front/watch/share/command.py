@@ -132,7 +132,7 @@ def _opened(
     return OpenedRecording(opened, place, Path(folder), trust=trust).monitor(_no_branch)
 
 
-def _no_branch(*_: object) -> None:
+def _no_branch(*_: object, **_more: object) -> None:
     raise ValueError("a shared page has no branches")
 
 

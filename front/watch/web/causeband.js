@@ -1,7 +1,7 @@
 // One line in the state bar: what failed or was asked about, its first cause, and when. A click opens the numbered causes
 // beneath the bar. Live stays live at an error bit of a module, unless the viewer wishes to stop there.
 
-import { causes, claim, onCauses, ordered, takeCauses } from "./causes.js";
+import { causes, claim, onCauses, ordered, rungOf, takeCauses } from "./causes.js";
 import { visit } from "./chain.js";
 import { at, button, el, setAttribute, setFlag, setText } from "./dom.js";
 import { clock, count } from "./format.js";
@@ -13,7 +13,7 @@ import { lookAt } from "./scrub.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 import { askWhy, isPython } from "./tag.js";
-import { nameOf } from "./words.js";
+import { aliasOf, nameOf } from "./words.js";
 
 const CALM_MS = 300; // an error bit that another one follows sooner is not explained
 const SAID_ELSEWHERE = /^scan [\d,]+ \(.*?\): (the program raised LadderFault: (.*?, rung \d+, )?)?/; // of a fault: when and where
@@ -55,7 +55,7 @@ export function erred({ scan, t, slot, bit, tag, text, rule, stopped }) {
   if (stopped && !box.checked) return lookAt("live"); // turned off while it came
   if (failed?.fault) return;
   const where = run.hello.slots.length > 1 ? ` of slot ${slot}` : "";
-  fail({ scan, t, what: `${bit}${where} came on`, cause: text && `${text}${rule ? ` [${rule}]` : ""}`, tag: nameOf(tag), seen: stopped });
+  fail({ scan, t, what: `${aliasOf(tag) ?? `${bit}${where}`} came on`, cause: text && `${text}${rule ? ` [${rule}]` : ""}`, tag: nameOf(tag), seen: stopped });
 }
 
 function fail(found) {
@@ -75,20 +75,26 @@ async function explain(found) {
   found.links = said.chain ?? [];
   found.place ??= found.links.find(link => link.at)?.at;
   if (found.links.length < 2) found.cause = said.text;
-  if (found.seen) show();
+  if (found.seen || open) show();
   paint();
 }
 
-// Numbers the causes of what failed, and shows its rung when the band has its height, which takes it from the program.
+// Numbers the causes of what failed, and shows its rung.
 function show() {
   if (failed.links?.length > 1) taking = true, takeCauses(failed.links), taking = false;
-  const { place } = failed;
-  if (place && run.scan === failed.scan) requestAnimationFrame(() => requestAnimationFrame(() => showRung(place, false)));
+  if (open || run.scan === failed.scan) reveal(failed, ordered(failed.links ?? []));
+}
+
+// Shows the rung of a failure or of a Why when the band has its height, which takes it from the program.
+async function reveal(of, links) {
+  const place = of.place ?? await rungOf(links);
+  if (place && (of === failed || of === claim)) requestAnimationFrame(() => requestAnimationFrame(() => showRung(place, false)));
 }
 
 function toggle() {
   open = !open;
   if (open && failed && !claim) explain(failed), show();
+  else if (open && claim) reveal(claim, causes);
   paint();
 }
 
@@ -155,7 +161,8 @@ const item = cause => el("li", { "data-kind": cause.kind },
   el("button", { type: "button", title: `Look at scan ${count(cause.scan)}`, click: () => visit(cause) },
     el("span", { class: "cause" }, String(cause.number)), el("span", {}, cause.text)));
 
-onCauses(() => {
+onCauses(others => {
+  if (!others) return;
   own = taking;
   showRungs(false);
   paint();

@@ -23,10 +23,10 @@ export function grid(to, times, x, left, from, end, high) {
 }
 
 // A position: the last one of a stretch is that of its last scan, and the way from there to the next one is even.
-export function curve(to, points, range, period, name, x, top, left, colour = colours.curve) {
-  to.label(name, left - 8, top + CURVE / 2 + 4, colours.ink);
+export function curve(to, points, range, period, name, x, top, left, tall, colour = colours.curve) {
+  to.label(name, left - 8, top + tall / 2 + 4, colours.ink);
   if (!points.length) return;
-  const y = scale(to, range, top, left, CURVE);
+  const y = scale(to, range, top, left, tall);
   to.inside(left, top, () => {
     to.begin(colour, 1.5);
     let before = null; // where the pen is; null: nowhere

@@ -33,6 +33,12 @@ async function choose() {
   }
 }
 
+// Compares with a recording of the folder, if it is there.
+export async function compareWith(other) {
+  const { recordings } = await ask("recordings").catch(() => ({ recordings: [] }));
+  if (recordings.includes(other)) await compare(other);
+}
+
 async function compare(other) {
   dialog.close();
   run.other = null;

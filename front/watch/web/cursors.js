@@ -12,8 +12,8 @@ const lines = ["A", "B"].map((name, place) => {
   line.addEventListener("pointerdown", event => { event.preventDefault(); line.focus(); line.setPointerCapture(event.pointerId); });
   return line;
 });
-const between = el("output", { class: "between figure", "aria-label": "Between the cursors", hidden: true });
-export const cursorLayer = el("div", { class: "layer" }, between, ...lines);
+export const between = el("output", { class: "between figure", "aria-label": "Between the cursors", hidden: true });
+export const cursorLayer = el("div", { class: "layer" }, ...lines);
 export const cursorButton = button("Cursors A B", both, { text: "A B", title: "Two cursors with the time between them, or none (c sets one at the scan shown)", "aria-pressed": "false" });
 
 let scans = [], axis = null, edge = () => null; // of A and of B, as far as they are set
@@ -64,11 +64,7 @@ function paint() {
   setAttribute(cursorButton, "aria-pressed", String(scans.length > 0));
   lines.forEach((line, place) => paintLine(line, scans[place]));
   setFlag(between, "hidden", scans.length < 2);
-  if (scans.length < 2 || !axis) return;
-  const [first, last] = [...scans].sort((one, other) => one - other), inside = scan => Math.min(Math.max(axis.x(timeOf(scan)), axis.left), axis.right);
-  between.style.left = `${inside(first)}px`;
-  between.style.width = `${inside(last) - inside(first)}px`;
-  setText(between, said(last - first));
+  if (scans.length === 2) setText(between, said(Math.abs(scans[1] - scans[0])));
 }
 
 function paintLine(line, scan) {

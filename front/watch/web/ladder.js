@@ -1,10 +1,13 @@
 // Rungs: drawn once by the server, lit here. A frame carries one character per element of a rung that changed.
 
-import { drawing, el, setFlag } from "./dom.js";
+import { WAITS, breakpointsAt } from "./actions.js";
+import { drawing, el, setAttribute, setFlag } from "./dom.js";
 import { shown } from "./format.js";
+import { beginNow, paintNow } from "./now.js";
 import * as orders from "./orders.js";
 import { isClicked } from "./pointer.js";
 import { select } from "./selection.js";
+import { namesOf } from "./subject.js";
 import { place } from "./values.js";
 
 const MANY = 60; // rungs; of so many only those in view are laid out
@@ -16,15 +19,17 @@ let rungs = new Map(); // Main.3 -> { row, elements, power, stop }
 export function buildRungs(routine, list, open) {
   rungs = new Map();
   openRoutine = open;
-  return el("ol", { class: list.length > MANY ? "rungs many" : "rungs" }, ...list.map(rung => rowOf(`${routine}.${rung.number}`, rung)));
+  const sheet = el("ol", { class: list.length > MANY ? "rungs many" : "rungs" }, ...list.map(rung => rowOf(`${routine}.${rung.number}`, rung)));
+  beginNow(sheet);
+  return sheet;
 }
 
 function rowOf(ident, { number, svg, comment, file, line }) {
   const picture = drawing(svg);
   const stop = el("button", {
     type: "button", class: "stop", "aria-label": `Breakpoint on rung ${number}`, "aria-pressed": "false", disabled: !orders.timed(),
-    title: [`Rung ${number}: breakpoint (b)`, file && `${file}:${line}`].filter(Boolean).join("\n"), click: () => orders.breakpoint(ident),
-  }, String(number));
+    "data-file": file ? `${file}:${line}` : null, click: () => toggleBreakpoint(ident),
+  }, String(number), el("small", { "aria-hidden": "true" }));
   const row = el("li", { class: "row", "data-at": ident, click: event => clicked(event, ident), keydown: keyed }, stop,
     el("div", { class: "body" }, comment ? el("p", { class: "comment" }, comment) : null, picture));
   const elements = [...picture.querySelectorAll("[data-element]")];
@@ -41,8 +46,6 @@ function prepare(group, number) {
 }
 
 const isCall = group => group.dataset.instruction === "JSR";
-
-const namesOf = group => group.dataset.names ? group.dataset.names.split("\n") : [];
 
 function clicked(event, ident) {
   const group = event.target.closest(".instruction");
@@ -77,18 +80,31 @@ export function moveTo(sheet, from, by) {
   return here < 0 ? all[by > 0 ? 0 : all.length - 1] : all[Math.min(Math.max(here + by, 0), all.length - 1)];
 }
 
-export function paintRungs({ power, breakpoints }) {
+export function paintRungs({ power, breakpoints, tags }) {
+  paintNow(tags);
   for (const [ident, now] of Object.entries(power ?? {})) {
     const rung = rungs.get(ident);
     if (rung) light(rung, now);
   }
   if (breakpoints) {
-    for (const [ident, { row, stop }] of rungs) {
-      const on = breakpoints.includes(ident);
-      setFlag(row, "data-breakpoint", on);
-      stop.setAttribute("aria-pressed", String(on));
-    }
+    for (const [ident, { row, stop }] of rungs) paintStop(ident, row, stop, breakpointsAt(ident, breakpoints));
   }
+}
+
+// A rung's number says for what its breakpoints wait.
+function paintStop(ident, row, stop, set) {
+  const number = ident.split(".").at(-1), words = set.map(([, short]) => short).join(", ");
+  setFlag(row, "data-breakpoint", set.length);
+  setAttribute(stop, "aria-pressed", String(set.length > 0));
+  setAttribute(stop, "aria-description", words ? `Waits for: ${words}` : null);
+  stop.lastChild.textContent = words;
+  stop.title = [`Rung ${number}: ${set.length ? `waits until it ${set.map(each => each[2]).join(", or ")}` : "breakpoint (b); right-click for other ones"}`, stop.dataset.file].filter(Boolean).join("\n");
+}
+
+// Sets a breakpoint that waits until a rung is true, or removes all of it.
+function toggleBreakpoint(ident) {
+  const set = breakpointsAt(ident);
+  for (const [end] of set.length ? set : WAITS.slice(0, 1)) orders.breakpoint(ident + end);
 }
 
 function light(rung, now) {

@@ -67,6 +67,7 @@ function apply() {
     document.documentElement.style.setProperty(`--${name}`, percent);
     setAttribute(at(`${name}-gutter`), "aria-valuenow", Math.round(percent));
   }
+  setFlag(document.documentElement, "data-fits", !Number.isFinite(layout.strip) && (run.hello.routines ?? []).length < 2); // of several ones the sizes differ
   const chosen = layout.panel in PANELS ? layout.panel : "events";
   for (const id of Object.keys(PANELS)) {
     const tab = at(`${id}-tab`);

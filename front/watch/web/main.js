@@ -21,6 +21,7 @@ await import("./compare.js");
 await import("./events.js");
 const panel = await import("./panel.js");
 await import("./keys.js");
+await import("./drag.js");
 const { erred } = await import("./causeband.js");
 const { caused } = await import("./failed.js");
 const { explain } = await import("./tag.js");

@@ -3,13 +3,13 @@
 import { faultPlaces } from "./causeband.js";
 import { markCauses, onCauses } from "./causes.js";
 import { editButton, editor } from "./editing.js";
-import { at, el, heading, setAttribute, setFlag, setText } from "./dom.js";
+import { at, button, el, heading, setAttribute, setFlag, setText } from "./dom.js";
 import { buildDiagram } from "./diagram.js";
+import { keep, kept } from "./kept.js";
 import { buildRungs, moveTo, paintRungs } from "./ladder.js";
 import { link } from "./link.js";
 import { isTree, treeOf } from "./routines.js";
 import { buildSteps } from "./steps.js";
-import * as orders from "./orders.js";
 import { onSelect, select, selected } from "./selection.js";
 import { ask } from "./source.js";
 import { tell } from "./notice.js";
@@ -24,6 +24,9 @@ const sheet = el("div", { class: "sheet", role: "tabpanel", "aria-label": "Routi
 const unknown = el("p", { class: "unknown", role: "status" }, "Power and values of this scan are being worked out.");
 let routine = null, columns = 0, shownAt = "", drawnAt = "", wantedRung = null, smooth = true, generation = 0;
 
+const operands = button("Parameters", () => { keep(key(), { on: operands.getAttribute("aria-pressed") !== "true" }); open(routine.name); }, { title: "Show the parameters of blocks that say what they do", hidden: true });
+
+const key = () => `scanrack parameters ${run.hello.path}`;
 const narrow = matchMedia("(max-width: 999px)");
 
 const columnsNow = () => Math.max(LEAST, Math.min(MOST, Math.floor((sheet.clientWidth - 64) / UNIT)));
@@ -31,7 +34,7 @@ const columnsNow = () => Math.max(LEAST, Math.min(MOST, Math.floor((sheet.client
 onProgram(hello => {
   const routines = hello.routines ?? [];
   const tree = routines.length > 1 && isTree(routines);
-  at("program").replaceChildren(heading("Program", tree ? null : tabs, editButton), editor, unknown, el("div", { class: "book" }, tree ? tabs : null, sheet));
+  at("program").replaceChildren(heading("Program", tree ? null : tabs, el("span", { class: "tools" }, operands, editButton)), editor, unknown, el("div", { class: "book" }, tree ? tabs : null, sheet));
   setFlag(tabs, "data-tree", tree);
   tabs.replaceChildren(...(tree ? treeOf(routines) : routines).map(tabOf));
   tabs.hidden = routines.length < 2;
@@ -65,7 +68,8 @@ async function open(name) {
   if (!found) return;
   routine = found;
   columns = columnsNow();
-  const wish = `${name} ${columns}`;
+  const all = kept(key(), {}).on === true && !run.hello.shared, wish = `${name} ${columns} ${all}`;
+  setAttribute(operands, "aria-pressed", String(all));
   for (const tab of tabs.children) {
     setAttribute(tab, "aria-selected", String(tab.dataset.routine === name));
     tab.tabIndex = tab.dataset.routine === name ? 0 : -1;
@@ -75,7 +79,7 @@ async function open(name) {
   const mine = ++generation;
   let answer;
   try {
-    answer = await ask("show", { routine: name, columns });
+    answer = await ask("show", { routine: name, columns, ...(all ? { operands: true } : {}) });
   } catch (refused) {
     shownAt = "";
     return tell(refused.message);
@@ -87,6 +91,7 @@ async function open(name) {
   unplace(sheet);
   sheet.replaceChildren(answer.diagram ? buildDiagram(answer) : answer.chart ? buildSteps(answer) : answer.rungs ? buildRungs(name, answer.rungs, call) : buildText(found, answer));
   sheet.dataset.kind = found.kind;
+  setFlag(operands, "hidden", Boolean(run.hello.shared) || (!all && !sheet.querySelector(".instruction:has([data-now]):not(:has(.caption))")));
   paintRungs({ power: run.power, breakpoints: run.breakpoints });
   paintText({ power: run.power, tags: run.tags, lines: run.lines });
   mark(selected);
@@ -124,17 +129,13 @@ function reveal() {
   const node = sheet.querySelector(`[data-at="${CSS.escape(wantedRung)}"]`);
   if (!node) return; // the routine is on its way
   wantedRung = null;
-  node.scrollIntoView({ block: "center", behavior: smooth ? "smooth" : "auto" });
+  const cause = node.offsetHeight > at("program").clientHeight / 2 ? node.querySelector("[data-because]") : null; // of a tall rung
+  (cause ?? node).scrollIntoView({ block: "center", behavior: smooth ? "smooth" : "auto" });
 }
 
 export function moveRung(by) {
   const rung = moveTo(sheet, selected.rung, by);
   if (rung) showRung(rung);
-}
-
-export function toggleBreakpoint() {
-  if (!selected.rung) return tell("Select a rung first: click it, or use the arrows.");
-  orders.breakpoint(selected.rung);
 }
 
 function mark({ rung, element }) {

@@ -4,7 +4,7 @@ import { el, setAttribute, setText, svg } from "./dom.js";
 import { count, plain } from "./format.js";
 import { run } from "./state.js";
 
-const HEIGHT = 142, RAIL = 82, SIDE = 34; // CSS pixels
+const HEIGHT = 142, RAIL = 82, STATIONS = 26, SIDE = 34; // CSS pixels
 const ROOM = 0.25; // of the rail, that it grows by where the axis leaves it
 const TURN = 2000; // steps or counts of one turn of the encoder's dial
 
@@ -16,9 +16,10 @@ class Rail {
   constructor(slot) {
     this.slot = slot;
     this.machine = slot.machine;
+    this.above = slot.machine.stations?.length ? 0 : STATIONS;
     this.low = slot.machine.min;
     this.high = slot.machine.max;
-    this.picture = svg("svg", { class: "rail", height: HEIGHT, role: "img", "aria-label": `Axis of slot ${slot.number}` });
+    this.picture = svg("svg", { class: "rail", height: HEIGHT - this.above, role: "img", "aria-label": `Axis of slot ${slot.number}` });
     this.readings = readings(slot.machine.encoder, `${slot.number}.shaft`);
     this.node = el("div", { class: "machine" }, this.picture, this.readings.node);
     // Machines are read at intervals, and once more in a pause: that frame has the same time.
@@ -46,7 +47,7 @@ class Rail {
     if (!wide || wide === this.wide) return;
     this.wide = wide;
     setAttribute(this.picture, "width", wide);
-    setAttribute(this.picture, "viewBox", `0 0 ${wide} ${HEIGHT}`);
+    setAttribute(this.picture, "viewBox", `0 ${this.above} ${wide} ${HEIGHT - this.above}`);
     this.switches = (this.machine.switches ?? []).map(each => ({ spec: each, node: this.switchOf(each) }));
     this.parts = moving();
     this.picture.replaceChildren(

@@ -3,7 +3,7 @@
 import { causes, onCauses } from "./causes.js";
 import { besideLanes, onBeside } from "./besidelanes.js";
 import { AXIS, CURVE, LANE, TOP, below, curve, grid, highOf, lane, numbered, said, tagLane } from "./chart.js";
-import { cursorButton, cursorLayer, moveCursors } from "./cursors.js";
+import { between, cursorButton, cursorLayer, moveCursors } from "./cursors.js";
 import { at, button, el, heading, setAttribute, setFlag, setText } from "./dom.js";
 import { clock, count, timeText } from "./format.js";
 import { keep, kept } from "./kept.js";
@@ -19,6 +19,7 @@ import { bitName } from "./words.js";
 const SPANS = [0.2, 0.5, 1, 2, 5, 10, 20, 60]; // s
 const ROOM = 10, ROOM_PER_AXIS = 4; // lanes for which there is room from the start: nothing moves when bits change first
 const MOST_LANES = 24;
+const MOST_CURVE = 150, BESIDE = 100; // CSS pixels: of a position where there is room; of the heading, the times and the choices
 const ROWS = 240; // edges that are listed
 const LIST_MS = 250, FILL_MS = 200;
 
@@ -34,6 +35,7 @@ const reduced = matchMedia("(prefers-reduced-motion: reduce)");
 const signals = el("div", { class: "signals", role: "group", "aria-label": "Signals" });
 const choice = el("details", { class: "raw", toggle: () => { if (choice.open) choices(); } }, el("summary", {}, "Signals"), signals);
 
+let tall = CURVE; // of a position
 let live = new Lanes([]), past = new Lanes([]), span = 5, listed = 0, chosen = {}, key = "", room = ROOM, axes = [], asking = false, filling = 0, unfolded = false;
 
 onHello(hello => {
@@ -45,7 +47,7 @@ onHello(hello => {
   chosen = kept(key, {});
   signal.replaceChildren();
   at("strip").replaceChildren(
-    heading("Timing", scrubber(), el("span", { class: "tools" }, cursorButton, button("Zoom out", () => zoom(1), { text: "−", class: "sign" }), spanText, button("Zoom in", () => zoom(-1), { text: "+", class: "sign" }))),
+    heading("Timing", scrubber(), el("span", { class: "tools" }, between, cursorButton, button("Zoom out", () => zoom(1), { text: "−", class: "sign" }), spanText, button("Zoom in", () => zoom(-1), { text: "+", class: "sign" }))),
     el("div", { class: "over" }, canvas, fold, cursorLayer), times, el("div", { class: "line" }, choice, details));
   beginTags(hello, changed);
   zoom(0);
@@ -159,8 +161,10 @@ function draw() {
   const shown = lanes(), alive = busy(shown), empty = drawn().filter(name => !alive.includes(name)), names = [...alive, ...(unfolded ? empty : [])];
   const tags = tagNames().map(name => ({ name, points: pointsOf(name) })), wide = canvas.clientWidth;
   const bitsHigh = Math.max(names.length + Math.sign(empty.length), room) * LANE;
-  const high = TOP + axes.length * CURVE + tags.reduce((sum, tag) => sum + highOf(tag.points), 0) + Math.max(bitsHigh, 3 * LANE);
+  const others = TOP + tags.reduce((sum, tag) => sum + highOf(tag.points), 0) + Math.max(bitsHigh, 3 * LANE);
   if (!wide) return;
+  tall = Math.max(CURVE, Math.min(MOST_CURVE, Math.floor((at("strip").clientHeight - BESIDE - others) / axes.length)));
+  const high = others + axes.length * tall;
   const to = pen(canvas, wide, high), left = leftOf(wide), [from, end] = view();
   const axis = axisOf(wide), x = axis.x;
   grid(to, pen(times, wide, AXIS), x, left, from, end, high);
@@ -168,9 +172,9 @@ function draw() {
   const other = run.state === "past" ? besideLanes(...viewed()) : null;
   for (const name of axes) {
     const scale = range(live.curves.get(name) ?? [], past.curves.get(name) ?? [], other?.curves.get(name) ?? []); // one that rests
-    if (other) curve(to, other.points(name, from, end), scale, run.hello.period_ns, "", x, top, left, colours.mark);
-    curve(to, shown.points(name, from, end), scale, run.hello.period_ns, name, x, top, left);
-    top += CURVE;
+    if (other) curve(to, other.points(name, from, end), scale, run.hello.period_ns, "", x, top, left, tall, colours.mark);
+    curve(to, shown.points(name, from, end), scale, run.hello.period_ns, name, x, top, left, tall);
+    top += tall;
   }
   for (const { name, points } of tags) {
     tagLane(to, { points, range: rangeOf(name), stretches: stretchesOf(name, from, end) }, name, x, top, left, x(end));
@@ -208,7 +212,7 @@ function nearestEdge(time, within) {
 // Where a bit is drawn: its top and left, CSS pixels, and the time of a place, ns.
 export function placeOf(bit) {
   const { left, time } = axisOf(canvas.clientWidth), tags = tagNames().reduce((sum, name) => sum + highOf(pointsOf(name)), 0);
-  return { top: TOP + axes.length * CURVE + tags + busy(lanes()).indexOf(bit) * LANE, left, time };
+  return { top: TOP + axes.length * tall + tags + busy(lanes()).indexOf(bit) * LANE, left, time };
 }
 
 const leftOf = wide => (wide < 400 ? 104 : wide < 600 ? 140 : 168); // where time begins, beside the names

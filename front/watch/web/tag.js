@@ -1,5 +1,6 @@
 // The selected tag: its value, writing and forcing it, and why it is as it is.
 
+import { declared, lacksBreak, lacksForce, lacksWrite } from "./actions.js";
 import { chainOf, clearChain } from "./chain.js";
 import { toNext, toPrevious } from "./changes.js";
 import { at, button, el, heading, setFlag, setText } from "./dom.js";
@@ -11,11 +12,12 @@ import { lookAt } from "./scrub.js";
 import { onSelect, select, selected } from "./selection.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
-import { tagNames, toggleTag } from "./taglanes.js";
+import { hasLane, toggleTag } from "./taglanes.js";
 import { brief, treeOf } from "./tree.js";
 import { addressOf, isForced, place, unplace, valueOf } from "./values.js";
 import { addToWatch, sendWatched } from "./watchtable.js";
-import { nameOf } from "./words.js";
+import { answersTo } from "./wanting.js";
+import { named, nameOf } from "./words.js";
 
 const SINCE_MS = 500; // between two questions since when
 const TRIES = 10, AGAIN_MS = 300; // an answer that is worked out is asked for so often, with waits between
@@ -30,6 +32,7 @@ const unforceButton = button("Remove force", () => orders.unforce(selected.tag))
 const writeButton = button("Write", write);
 const breakButton = button("Breakpoint", () => orders.breakpoint(selected.tag), { title: "Pause in the scan in which the tag changes" });
 const whyButton = button("Why", why, { title: "Why the tag is as it is" });
+const wantButton = button("What would it take", want, { title: "What an owner could do so that the tag has its other level, or the value typed above" });
 const usesButton = button("Uses", uses, { title: "Where the tag is read and written" });
 const watchButton = button("Watch", () => addToWatch(selected.tag), { title: "Into the watch table" });
 const stripButton = button("Strip", () => { toggleTag(selected.tag); paintForced(); }, { title: "Into the timing strip, or out of it", "aria-pressed": "false" });
@@ -39,13 +42,12 @@ const nextButton = button("Next change", () => toNext(selected.tag), { text: "�
 const parts = el("div", { class: "parts" });
 const since = el("p", { class: "since" });
 const answer = el("div", { class: "answer", "aria-live": "polite" });
+const HINTS = new Map([writeButton, forceButton, breakButton].map(each => [each, each.title]));
 let sinceOf = "", asking = false; // what was asked since when
 let answered = null; // the tag of the answer
 const card = el("div", { class: "tag" }, el("div", { class: "line" }, name, type, el("span", { class: "ways" }, previousButton, nextButton)), says, parts, since,
   el("div", { class: "line write" }, entry, writeButton, forceButton, unforceButton),
-  el("div", { class: "line" }, whyButton, usesButton, watchButton, stripButton, breakButton), answer);
-
-const declared = tag => run.hello?.tags?.find(each => each.name.toUpperCase() === tag.toUpperCase());
+  el("div", { class: "line" }, whyButton, wantButton, usesButton, watchButton, stripButton, breakButton), answer);
 
 onHello(() => {
   at("tag").replaceChildren(heading("Tag", closeButton), card);
@@ -67,9 +69,9 @@ function show({ tag, names }) {
   if (tag !== answered) answer.replaceChildren(), clearChain();
   answered = tag;
   entry.value = "";
-  permit(tag, known);
+  permit(tag);
   entry.placeholder = known.type === "BOOL" ? "0 or 1" : "value, 16#, 2#";
-  sendWatched(names).then(() => { if (tag === selected.tag) permit(tag, known), paintForced(); });
+  sendWatched(names).then(() => { if (tag === selected.tag) permit(tag), paintForced(); });
   paintForced();
   setText(since, "");
   sinceOf = "";
@@ -102,21 +104,22 @@ function meaningOf(tag) {
   return bit ? [bit.address, bit.section].filter(Boolean).join(", ") : "";
 }
 
-const isImage = tag => /^(Local:\d+:|[IO]:)/i.test(addressOf(tag));
-
-// What can be done with a tag: an image can be forced only; of Python the fields of a class of logic can be set.
-function permit(tag, { writable = run.hello.settable }) {
-  const python = isPython(), allowed = orders.allowed(), image = isImage(tag);
-  entry.disabled = forceButton.disabled = !allowed || !(image || writable);
-  writeButton.disabled = !allowed || !writable || image;
-  breakButton.disabled = !orders.timed() || (python && !image);
-  usesButton.disabled = python;
+// What can't be done with a tag says why.
+function permit(tag) {
+  const lacks = [[writeButton, lacksWrite({ tag })], [forceButton, lacksForce({ tag })], [breakButton, lacksBreak({ tag })]];
+  for (const [button, lack] of lacks) {
+    button.disabled = Boolean(lack);
+    button.title = lack ? `${button.getAttribute("aria-label")}: ${lack}` : HINTS.get(button);
+  }
+  entry.disabled = forceButton.disabled;
+  usesButton.disabled = isPython();
+  setFlag(wantButton, "hidden", Boolean(run.hello.shared));
 }
 
 function part(tag) {
   const value = el("output", { class: "figure" }, "–");
   place(value, tag, brief(shown));
-  const line = el("div", { class: "part" }, el("button", { type: "button", class: "plain", click: () => select({ ...selected, tag, names: [tag] }) }, tag), value);
+  const line = el("div", { class: "part" }, el("button", { type: "button", class: "plain", click: () => select({ ...selected, tag, names: [tag] }) }, nameOf(tag)), value);
   return el("div", {}, line, treeOf(tag));
 }
 
@@ -141,7 +144,7 @@ export async function forceSelected(only = false) {
   if (value !== undefined) await orders.force(tag, value);
 }
 
-function why() {
+export function why() {
   answerTo(selected.tag);
 }
 
@@ -166,8 +169,14 @@ async function answerTo(tag, tries = 1) {
   return said;
 }
 
-// Asks why, of a scan that is being worked out again and again while the answer is wanted. Returns it, or null.
+// Asks why; the answer calls words and bits by their names. Returns it, or null.
 export async function askWhy(fields, wanted, tries = TRIES) {
+  const said = await askAgain(fields, wanted, tries);
+  return said && { ...said, text: named(said.text), chain: said.chain?.map(link => ({ ...link, text: named(link.text) })) };
+}
+
+// Asks of a scan that is being worked out again and again while the answer is wanted.
+async function askAgain(fields, wanted, tries) {
   while (--tries > 0 && !isPython()) {
     try {
       return await ask("why", fields);
@@ -192,7 +201,17 @@ const toLine = place => {
   return el("button", { type: "button", click: () => showRung(place) }, `Line ${number}`);
 };
 
-async function uses() {
+export async function want() {
+  const { tag } = selected, present = valueOf(tag), value = entry.value.trim() || typeof present !== "boolean" ? typed() : !present;
+  if (value === undefined) return;
+  answer.replaceChildren(el("p", { class: "soft" }, "Copies of the rack try it …"));
+  const found = await answersTo(tag, value);
+  if (tag !== selected.tag) return;
+  answer.replaceChildren(...(found ?? []));
+  answer.scrollIntoView({ block: "nearest" });
+}
+
+export async function uses() {
   const tag = selected.tag, said = await orders.order("xref", { tag });
   if (said && tag === selected.tag) answer.replaceChildren(el("ul", {}, ...(said.hits ?? []).map(hit)));
 }
@@ -206,7 +225,7 @@ function paintForced() {
   unforceButton.disabled = !forced || !orders.allowed();
   const stops = run.breakpoints.includes(selected.tag);
   breakButton.setAttribute("aria-pressed", String(stops));
-  stripButton.setAttribute("aria-pressed", String(tagNames().includes(selected.tag)));
+  stripButton.setAttribute("aria-pressed", String(Boolean(selected.tag) && hasLane(selected.tag)));
 }
 
 onPaint(changes => {

@@ -5,6 +5,8 @@ import { keep, kept } from "./kept.js";
 import { tell } from "./notice.js";
 import { ask } from "./source.js";
 import { run } from "./state.js";
+import { isSame } from "./values.js";
+import { nameOf } from "./words.js";
 
 export const MOST = 16;
 
@@ -24,9 +26,12 @@ export function beginTags(hello, changed) {
   if (names.length) send();
 }
 
+export const hasLane = name => names.some(each => isSame(each, name));
+
 export function toggleTag(name) {
-  if (!names.includes(name) && names.length >= MOST) return tell(`The strip has room for ${MOST} tags.`);
-  names = names.includes(name) ? names.filter(each => each !== name) : [...names, name];
+  const has = hasLane(name);
+  if (!has && names.length >= MOST) return tell(`The strip has room for ${MOST} tags.`);
+  names = has ? names.filter(each => !isSame(each, name)) : [...names, nameOf(name)];
   keep(key, names);
   send();
   told(true);

@@ -63,6 +63,9 @@ export const addressOf = name => addresses.get(name) ?? name;
 // Names as which a word or bit is forced: a force has its address.
 export const isForced = (name, forced = run.forced) => name in forced || addressOf(name) in forced;
 
+// Whether two names mean the same: an alias is its address.
+export const isSame = (one, other) => addressOf(one).toUpperCase() === addressOf(other).toUpperCase();
+
 // Remembers the addresses of names.
 export function learn(found = {}) {
   for (const [name, address] of Object.entries(found)) addresses.set(name, address);

@@ -7,8 +7,8 @@ import { ask } from "./source.js";
 import { select, selected } from "./selection.js";
 import { onProgram, run } from "./state.js";
 import { brief, treeOf } from "./tree.js";
-import { again, learn, place, unplace } from "./values.js";
-import { paintAddressed } from "./words.js";
+import { again, isSame, learn, place, unplace } from "./values.js";
+import { nameOf, paintAddressed } from "./words.js";
 
 let rows = []; // { tag, radix }
 let key = "";
@@ -31,6 +31,7 @@ onProgram(hello => {
 export const alsoWatched = []; // names that other parts show
 
 export const watchedTags = () => rows.map(row => row.tag);
+export const isWatched = tag => rows.some(row => isSame(row.tag, tag));
 
 const load = () => kept(key, []).filter(row => typeof row?.tag === "string")
   .map(({ tag, radix }) => ({ tag, radix: RADIXES.includes(radix) ? radix : "decimal" }));
@@ -50,13 +51,13 @@ function rowOf(row) {
   const radix = el("select", { "aria-label": `Radix of ${row.tag}`, change: () => { row.radix = radix.value; keep(key, rows); again(row.tag, value, tree); } },
     ...RADIXES.map(name => el("option", { value: name, selected: name === row.radix }, name)));
   return [el("tr", { class: "tag" },
-    el("th", { scope: "row" }, el("button", { type: "button", class: "plain", title: "Write, force, why", click: () => select({ tag: row.tag }) }, row.tag)),
+    el("th", { scope: "row" }, el("button", { type: "button", class: "plain", title: "Write, force, why", click: () => select({ tag: row.tag }) }, nameOf(row.tag))),
     el("td", { class: "value" }, value), el("td", {}, radix),
     el("td", {}, button(`Remove ${row.tag}`, () => { rows = rows.filter(each => each !== row); keep(key, rows); show(); }, { text: "✕", title: "Out of the table", class: "sign" }))), el("tr", { class: "members" }, el("td", { colspan: 4 }, tree))];
 }
 
 export function addToWatch(tag) {
-  if (!tag || rows.some(row => row.tag.toUpperCase() === tag.toUpperCase())) return;
+  if (!tag || isWatched(tag)) return;
   rows.push({ tag, radix: "decimal" });
   keep(key, rows);
   show();

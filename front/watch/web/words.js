@@ -11,17 +11,23 @@ let slots = new Map(); // number -> { bits, words, values }
 // What a bit is called for scripts: by meaning, or else by address.
 export const bitName = (slot, bit) => bit.name && !bit.address?.startsWith(bit.name) ? `${slot.number}.${bit.name}` : bit.address;
 
+// The program's alias of an address.
+export const aliasOf = address => run.hello.tags?.find(each => each.address === address)?.name;
+
 // The tag's name of an address: the program's alias, or else its meaning; another name stays.
 export function nameOf(address) {
-  const bit = run.hello.slots.flatMap(slot => slot.bits).find(each => each.address === address);
-  return run.hello.tags?.find(each => each.address === address)?.name ?? bit?.meaning ?? address;
+  return aliasOf(address) ?? run.hello.slots.flatMap(slot => slot.bits).find(each => each.address === address)?.meaning ?? address;
 }
+
+// A text with the names of the addresses in it.
+export const named = text => text.replace(/Local:\d+:[IO]\.Data\[\d+\](\.\d+)?|\b[IO]:\d+\.\d+(\/\d+)?/g, nameOf);
 
 const nameOfWord = (slot, output, word) => `Local:${slot.number}:${output ? "O" : "I"}.Data[${word}]`;
 
 function build(hello) {
   slots = new Map(hello.slots.map(slot => [String(slot.number), slot]));
   learn(Object.fromEntries(hello.slots.flatMap(slot => slot.bits.map(bit => [bitName(slot, bit), bit.address]))));
+  learn(Object.fromEntries((hello.tags ?? []).filter(each => each.address).map(each => [each.name, each.address])));
   at("words").replaceChildren(heading("Words and bits"), ...hello.slots.map(slotOf));
 }
 

@@ -6,7 +6,9 @@ import os
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.why.acts import acts_for
+from scanrack.jobs.why.acts import acts_for, every_act
+from scanrack.runtime.live.actions import action_of
+from scanrack.runtime.live.operator_actions import OperatorActions
 from typer.testing import CliRunner
 from why_questions import do, make
 
@@ -42,11 +44,21 @@ def test_the_acts_are_the_planted_ones_and_do_it_again(tmp_path, world, done, ta
     assert (bench.scans, bench[tag]) == before  # the bench itself has not gone on
     again = make(tmp_path, world)
     do(again, done)
-    for act in found.found:
-        act.do(again)
-        again.run_for("100 ms")
+    hands = OperatorActions(again.cpu, again.cpu.rack, None if world == "python" else again._desk)
+    for order in found.orders():  # as those of a session
+        if "wait_ns" in order:
+            again.run_for(f"{order['wait_ns']} ns")
+        else:
+            hands.act(action_of(order), again.cpu.now_ns, again.scans)
     again.run_until(lambda rack: rack[tag] == wanted, within="5 s")
     assert "word" not in str(found)
+
+
+def test_each_answer_lacks_nothing_and_none_has_another_one_in_it(tmp_path):
+    bench = make(tmp_path, "rungs")
+    do(bench, "1s")
+    found = [{act.text for act in each.found} for each in every_act(bench, bench.chain("Run"), "Run", True)]
+    assert found == [{START}, {"close start (slot 2)"}]
 
 
 def test_what_no_owner_can_do_is_said_with_the_number_of_tries(tmp_path):

@@ -76,6 +76,24 @@ def test_a_breakpoint_on_a_rung_is_met_when_it_becomes_true(filling):
     assert filling.scan(5) == ()  # it stays true, which is not news
 
 
+def test_a_breakpoint_waits_for_a_change_of_a_rung_or_for_its_execution(filling):
+    for when in ("changes", "executes"):
+        filling.break_at("Main", 0, when)
+    (stop,) = filling.scan()  # Run has not changed: it is not known what it was before
+    assert stop.text.startswith("Main, rung 0 runs: ")
+    filling.clear_breakpoints()
+    filling.break_at("Main", 0, "changes")
+    assert filling.scan(3) == ()
+    filling.tags.Start = True
+    (stop,) = filling.scan(10)
+    assert (stop.scan, stop.text[:21]) == (4, "Main, rung 0 is true:")
+    filling.tags.Start = False
+    filling.tags.Stop = True
+    (stop,) = filling.scan(10)
+    assert (stop.scan, stop.text[:25]) == (5, "Main, rung 0 is not true:")
+    assert filling.scan(3) == ()
+
+
 @pytest.mark.parametrize(
     ("routine", "rung", "says"),
     [

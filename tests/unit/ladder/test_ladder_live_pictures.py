@@ -1,5 +1,6 @@
 """Rungs that are drawn once and lit from outside: numbered elements, and the power of each."""
 
+import json
 from xml.etree import ElementTree
 
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import strategies as st
 from ladder_programs import rungs
 from scanrack.ladder.draw import live_rung, power, rung_text
 from scanrack.ladder.lowering.text import parse_rung
-from scanrack.ladder.model.tree import Branch, instructions_of
+from scanrack.ladder.model.tree import Address, Branch, Instruction, Rung, instructions_of
 
 SEAL_IN = "[XIC(Start),XIC(Run)]XIO(Stop)OTE(Run);"
 SVG = "{http://www.w3.org/2000/svg}"
@@ -122,3 +123,31 @@ def test_it_is_laid_out_in_the_width_as_characters_are(text, width):
     rung = parse_rung(text)
     root = ElementTree.fromstring(live_rung(rung, "R.0", width, name_of=lambda address: None).svg)
     assert root.get("width") == str(8 * len(rung_text(rung, width)[0]))
+
+
+def states_of(live):
+    return [json.loads(each.get("data-now")) for each in tree_of(live).iter() if each.get("data-now")]
+
+
+def test_a_block_says_what_it_does_with_values_of_its_tags_and_constants():
+    assert states_of(drawn("TON(Fill,3000,0);")) == [[["", "{Fill.ACC:s} of {Fill.PRE:s} s"]]]
+    captions = {"MC_MoveAbsolute": ("Instance", "Axis", "Execute", "Position", "Velocity")}
+    operands = (Address("Out"), Address("Feed"), Address("Go"), -6000, Address("Fast"))
+    rung = Rung((Instruction("MC_MoveAbsolute", operands),))
+    live = live_rung(rung, "R.0", 60, captions)
+    first, second = states_of(live)
+    assert first[1] == ["Out.Busy", "moving to -6,000"]
+    assert second[1] == ["Out.Busy", "at {Feed.Position}, {Fast} steps/s"]
+    assert {"Out.Done", "Feed.Position", "Fast"} <= set(live.names)
+    assert "Velocity" not in live.svg
+    assert "Velocity" in live_rung(rung, "R.0", 60, captions, operands=True).svg
+
+
+def test_a_state_that_the_program_cannot_tell_is_left_out():
+    only, captions = {"Part", "Part.Busy", "Part.Done"}, {"Mine": ("Instance", "Size")}
+    rung = Rung((Instruction("Mine", (Address("Part"), 7)),))
+    live = live_rung(rung, "R.0", 60, captions, lambda each: str(each) if str(each) in only else None)
+    assert states_of(live) == [[["Part.Busy", "busy"], ["Part.Done", "done"], ["", "idle"]]]
+    silent = live_rung(rung, "R.0", 60, captions, lambda _address: None)
+    assert states_of(silent) == []
+    assert "Size" in silent.svg

@@ -97,7 +97,12 @@ def items(draw: st.DrawFn) -> list[dict[str, object]]:
         item["at"] = [draw(st.integers(0, COLUMNS - width)), row]
         least, most = sorted(draw(st.tuples(NUMBERS, NUMBERS).filter(lambda pair: pair[0] != pair[1])))
         values = draw(st.lists(NUMBERS, min_size=3, max_size=3, unique=True))
-        given: dict[str, object] = {"least": least, "most": most, "positions": ["a", "b", "c"], "values": values}
+        given: dict[str, object] = {
+            "least": least,
+            "most": most,
+            "positions": ["a", "b", "c"],
+            "values": values,
+        }
         given |= {
             "unit": draw(WORDS),
             "decimals": draw(st.integers(0, 6)),

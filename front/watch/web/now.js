@@ -1,0 +1,33 @@
+// What a block does now: the text of the first of its states whose condition holds, with the values of its tags.
+
+import { setText } from "./dom.js";
+import { count, shown } from "./format.js";
+import { valueOf } from "./values.js";
+
+const REFERENCE = /\{([^}]+?)(:s)?\}/g; // {Out.ACC}, in seconds {Out.ACC:s}
+
+let places = []; // { node, states, names }
+
+// Shows what the blocks of a picture do from now on; those of the picture before are left.
+export function beginNow(root) {
+  places = [...root.querySelectorAll("[data-now]")].map(node => {
+    const states = JSON.parse(node.dataset.now);
+    return { node, states, names: new Set(states.flatMap(([when, text]) => [when, ...[...text.matchAll(REFERENCE)].map(each => each[1])])) };
+  });
+  for (const each of places) say(each);
+}
+
+export function paintNow(tags) {
+  const changed = Object.keys(tags ?? {});
+  if (changed.length) for (const each of places) if (changed.some(name => each.names.has(name))) say(each);
+}
+
+function say({ node, states }) {
+  const state = states.find(([when]) => !when || valueOf(when));
+  setText(node, state ? state[1].replace(REFERENCE, (_, name, inSeconds) => said(valueOf(name), inSeconds)) : "");
+}
+
+function said(value, inSeconds) {
+  if (inSeconds && typeof value === "number") return (value / 1000).toFixed(value % 100 && value < 100 ? 3 : 1);
+  return Number.isInteger(value) ? count(value) : shown(value);
+}

@@ -1,0 +1,50 @@
+// What it would take for a tag to have a value: answers, each with a button that runs it as a branch beside the past.
+// The branch pauses when the value is there.
+
+import { compareWith } from "./compare.js";
+import { button, el } from "./dom.js";
+import { timeText } from "./format.js";
+import { tell } from "./notice.js";
+import * as orders from "./orders.js";
+import { ask } from "./source.js";
+import { run } from "./state.js";
+
+const LOOK_MS = 50, PATIENCE_MS = 60000; // for the branch to have repeated the past
+
+// The answers to a question as nodes; null if there are none.
+export async function answersTo(tag, value) {
+  const said = await orders.order("want", { tag, value });
+  return said && [el("p", {}, `After scan ${said.scan.toLocaleString("en")}:`), el("ul", { class: "answers" }, ...said.answers.map(each => el("li", {}, ...rowOf(each, said.scan))))];
+}
+
+// What is done by nobody, or by no order of a page, has no button.
+function rowOf(answer, scan) {
+  if (!answer.orders || !run.hello.branches) return [answer.text];
+  const text = answer.acts.join(", then ") || "wait";
+  return [button(`Try: ${text}`, () => attempt(answer, scan), { text: `${text[0].toUpperCase()}${text.slice(1)}`, title: "Run this as a branch beside the past" }), ` ${timeText(answer.after_ns)} later`];
+}
+
+async function attempt({ orders: steps, after_ns: after, text }, scan) {
+  const parent = run.hello.record?.split("/").pop(), scansOf = ns => Math.ceil(ns / run.hello.period_ns);
+  if (!await orders.order("branch", { scan: scan + 1, paused: true }) || !await arrived(scan)) return;
+  let left = scansOf(after);
+  for (const { wait_ns: wait, do: what, ...fields } of steps) {
+    if (!wait && !await orders.order(what, fields)) return;
+    const scans = Math.min(wait ? scansOf(wait) : 0, left);
+    if (scans && !await orders.step(scans)) return;
+    left -= scans;
+  }
+  if (left > 0 && !await orders.step(left)) return;
+  if (parent) await compareWith(parent);
+  tell(`${text}. This is a branch; it goes on with ▶.`, "told");
+}
+
+// Waits until the branch stands at its scan.
+async function arrived(scan) {
+  for (const end = performance.now() + PATIENCE_MS; performance.now() < end;) {
+    if (run.hello?.kind === "rack" && run.state === "paused" && run.scan === scan) return ask("look", { scan: "live" });
+    await new Promise(done => { setTimeout(done, LOOK_MS); });
+  }
+  tell("The branch has not come to its scan in time.");
+  return null;
+}

@@ -1,0 +1,148 @@
+"""What blocks do now, in words: `moving to 6,000` instead of a box of parameters.
+
+A block has a row per state. The first one whose condition, a BOOL, is on says what the block does. `.ACC` is
+a member of the first operand, `Axis.Position` one of the operand captioned Axis, `2` the third operand.
+A row with a reference that the program does not have is left out.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+from ..model.tree import Address, Instruction, MemberStep, Operand
+
+
+class State(NamedTuple):
+    """A state of a block: its condition, "" for always, and up to two lines.
+
+    `{Position}` stands for a value, `{.ACC:s}` for one of ms in seconds.
+    """
+
+    when: str
+    line: str
+    more: str = ""
+
+
+_ERROR, _IDLE = State(".Error", "error {.ErrorID}"), State("", "idle")
+_TO, _AT = "at {Axis.Position}, {Velocity} steps/s", "at {Axis.Position}"
+_TIMER, _COUNTER = (State("", "{.ACC:s} of {.PRE:s} s"),), (State("", "{.ACC} of {.PRE}"),)
+
+
+def _block(busy: str, done: str, more: str = "", *before: State) -> tuple[State, ...]:
+    return _ERROR, *before, State(".Busy", busy, more), State(".Done", done), _IDLE
+
+
+def _motion(busy: str, done: str) -> tuple[State, ...]:
+    return State("1.ER", "error {1.ERR}"), State("1.IP", busy), State("1.PC", done), _IDLE
+
+
+STATES: Mapping[str, tuple[State, ...]] = {
+    "TON": _TIMER,
+    "TOF": _TIMER,
+    "RTO": _TIMER,
+    "CTU": _COUNTER,
+    "CTD": _COUNTER,
+    "Amci3601": (
+        State("Axis.LinkDown", "the module does not answer"),
+        State("Axis.ErrorStop", "error {Axis.ErrorID}", _AT),
+        State("Axis.Moving", "the axis moves", _AT),
+        State("", "the axis rests", _AT),
+    ),
+    "Configure3601": _block("configuring", "configured"),
+    "MC_MoveAbsolute": _block("moving to {Position}", "is at {Position}", _TO),
+    "MC_MoveRelative": _block("moving by {Distance}", "has moved", _TO),
+    "MC_MoveVelocity": _block(
+        "on the way to {Velocity}", "done", _AT, State(".InVelocity", "runs at {Velocity} steps/s", _AT)
+    ),
+    "MC_Home": _block("homing", "is at home", _TO),
+    "MC_Halt": _block("braking", "has come to rest", _AT),
+    "MC_Stop": _block("stopping, holds the axis", "holds the axis", _AT),
+    "MC_Reset": _block("resetting errors", "errors are reset"),
+    "MC_SetPosition": _block("setting {Position}", "has set {Position}"),
+    "MC_GearIn": _block("gearing in", "done", _AT, State(".InGear", "follows the encoder", _AT)),
+    "MAM": _motion("moving: {3} at {4}", "complete"),
+    "MAJ": _motion("jogging at {3}", "complete"),
+    "MAH": _motion("homing", "is at home"),
+}
+"""The states of blocks by instruction; those of timers and counters stand beside the title."""
+
+_OTHERS = State(".Error", "error"), *_block("busy", "done")[1:]
+"""The states of an add-on instruction with these outputs."""
+
+WIDE = 26
+"""Columns reserved for a line."""
+
+_REFERENCE = re.compile(r"\{([^:}]+)(:s)?\}")
+
+NameOf = Callable[[Address], str | None]
+
+
+class Told(NamedTuple):
+    """The states of a block with the tags of a program: conditions and lines; `{Out.ACC}` is a value."""
+
+    rows: tuple[tuple[str, str, str], ...]
+
+    @property
+    def lines(self) -> int:
+        """Number of lines."""
+        return 1 + any(more for _when, _line, more in self.rows)
+
+    def line(self, number: int) -> list[tuple[str, str]]:
+        """Return conditions and texts of the first line, 0, or the second one, 1."""
+        return [(row[0], row[1 + number]) for row in self.rows]
+
+    def names(self) -> tuple[str, ...]:
+        """Return the tags."""
+        used = [each[1] for row in self.rows for text in row[1:] for each in _REFERENCE.finditer(text)]
+        return tuple(dict.fromkeys([*(row[0] for row in self.rows if row[0]), *used]))
+
+
+def told_of(instruction: Instruction, captions: Sequence[str], name_of: NameOf) -> Told | None:
+    """Return what an instruction says it does; None of one that says nothing."""
+    states = STATES.get(instruction.name, _OTHERS if captions[:1] == ("Instance",) else ())
+    if states is _TIMER and len(instruction.operands) > len(captions):  # of an SLC 500: in its time base
+        states = _COUNTER
+    reader = _Reader(instruction.operands, captions, name_of)
+    rows = tuple(row for row in map(reader.row, states) if row is not None)
+    return Told(rows) if any(when or _REFERENCE.search(line) for when, line, _more in rows) else None
+
+
+class _Reader(NamedTuple):
+    """Reads references to the operands of an instruction."""
+
+    operands: Sequence[Operand]
+    captions: Sequence[str]
+    name_of: NameOf
+
+    def row(self, state: State) -> tuple[str, str, str] | None:
+        """Return a state with names of tags; None if the program lacks one."""
+        try:
+            when = self._value(state.when).strip("{}") if state.when else ""
+            line, more = (
+                _REFERENCE.sub(lambda each: self._value(*each.groups("")), text) for text in state[1:]
+            )
+        except LookupError:
+            return None
+        return when, line, more
+
+    def _value(self, reference: str, unit: str = "") -> str:
+        """Return the reference as one of a tag, or the text of a constant; LookupError if there is none."""
+        stem, _, member = reference.partition(".")
+        if stem and not stem.isdigit() and stem not in self.captions:
+            raise LookupError(reference)
+        operand = self.operands[int(stem) if stem.isdigit() else self.captions.index(stem) if stem else 0]
+        if isinstance(operand, Address):
+            steps = (MemberStep(member),) if member else ()
+            name = self.name_of(Address(operand.name, operand.steps + steps))
+            if name is not None:
+                return f"{{{name}{unit}}}"
+        elif not member:
+            return _constant(operand)
+        raise LookupError(reference)
+
+
+def _constant(operand: Operand) -> str:
+    said = str(operand)
+    return f"{int(said):,}" if said.lstrip("-").isdigit() else said
