@@ -25,6 +25,7 @@ from ...runtime.loop.scan import ScanLogic
 from .catalog import Catalog, PythonSource
 from .event_log import LAST_SCAN
 from .lanes import TagLanes, ValueHistory
+from .program_file import digest
 from .program_replica import ProgramReplica, SnapshotStore
 from .timeline import Timeline
 
@@ -58,6 +59,17 @@ class Stretch:
         ladder = self.logic if isinstance(self.logic, LadderLogic) else None
         self.catalog = None if ladder is None else Catalog(ladder)
         self.source = None if ladder is not None or self.file is None else PythonSource(self.file)
+
+    @property
+    def ladder(self) -> LadderLogic:
+        """The ladder program; there must be one."""
+        assert isinstance(self.logic, LadderLogic)
+        return self.logic
+
+    @cached_property
+    def digest(self) -> str:
+        """What identifies the contents of its file; see `online`."""
+        return "" if self.file is None else digest(self.file.read_bytes())
 
     @cached_property
     def live(self) -> ProgramReplica | None:

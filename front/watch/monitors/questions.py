@@ -14,6 +14,7 @@ from ..history.lanes import MOST_LANES
 from ..history.stretch import Stretch
 from ..history.strip import piece_of
 from ..history.timeline import columns_of
+from . import drafts
 from .chain_answer import chain_of, chain_of_fault, links_of
 from .comparison import Comparison, recordings_beside
 from .hello import addresses_of
@@ -354,6 +355,9 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     "compare": compare,
     "difference": difference,
     "beside": beside,
+    "words": drafts.words,
+    "rungs": drafts.rungs,
+    "would": drafts.would,
 }
 """The questions by name; one that returns None is answered later."""
 

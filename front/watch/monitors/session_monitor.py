@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from typing_extensions import override
 
@@ -26,21 +26,13 @@ from .monitor import Monitor, SessionFacts, Subject
 from .page import Page
 from .picture import late_scans, speed_reached
 from .questions import QUESTIONS
+from .stretched import SessionProgram
 from .troubles import ErrorBit, ErrorWatch
 
 Json = dict[str, Any]
 
 SPEED_ROWS = 512
 """Rows over which the speed is measured."""
-
-
-class SessionProgram(NamedTuple):
-    """A program of the session."""
-
-    first: int
-    place: str  # folder of a copy of its files
-    rack: str  # the rack file in it, `path[:function]`
-    program: str  # the program in it, `path[:function]`
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +96,7 @@ class SessionMonitor(Monitor):
         self._orders = 0
         self._asked: dict[int, tuple[Page, object]] = {}  # page, number of its order
         self._mistake: Json | None = None
+        self._online: Json | None = None  # the state of edited rungs
         self._preview: Json | None = None  # of a saved program that waits to be taken over
         self._indexer: Indexer | None = None
         self._indexed = False
@@ -111,6 +104,7 @@ class SessionMonitor(Monitor):
         ring.asked += 1  # initial values, and the state
 
     def _add(self, ran: SessionProgram) -> None:
+        self.ran = ran
         job = self._loader.job(ran)
         self.subject.programs.add(ran.first, job.logic, job.program)
 
@@ -142,6 +136,8 @@ class SessionMonitor(Monitor):
             page.send({"mistake": self._mistake})
         if self._preview is not None:
             page.send({"preview": self._preview})
+        if self._online is not None:
+            page.send({"online": self._online})
         if self._setup.started:
             page.send({"note": "The monitor was started again; the scans went on without it."})
 
@@ -233,6 +229,10 @@ class SessionMonitor(Monitor):
         self._preview = told
         self.send_all({"preview": told})
 
+    def _take_online(self, told: Json) -> None:
+        self._online = told
+        self.send_all({"online": told})
+
     def _take_branch(self, told: Json) -> None:
         """Begin again: the rack takes another course from a past scan on."""
         self._setup = replace(
@@ -253,6 +253,7 @@ class SessionMonitor(Monitor):
         self._indexer, self._indexed = None, False
         self.latest, self._late, self._missed = None, 0, 0
         self._rows_at, self._snapshots_at = told["rows"], told["snapshots"]
+        self._online = None
         for page in self.pages:
             page.past = None
             self.greet(page)
@@ -326,6 +327,7 @@ _TAKE: Mapping[str, Callable[[SessionMonitor, Any], None]] = {
     "edited": SessionMonitor._take_edit,
     "mistake": SessionMonitor._take_mistake,
     "preview": SessionMonitor._take_preview,
+    "online": SessionMonitor._take_online,
     "note": lambda monitor, text: monitor.send_all({"note": text}),
 }
 """Messages of the scan process by their key."""
