@@ -431,7 +431,7 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "restart": (lambda value: value == "" or _is_text(value), _TEXT),
     "name": (_is_text, _TEXT),
     "text": (_is_draft, f"text of up to {DRAFT_MOST:,} bytes"),
-    "base": (_is_text, _TEXT),
+    "base": (lambda value: value == "" or _is_text(value), _TEXT),
     "step": (lambda value: value in STEPS, ", ".join(STEPS)),
     "rungs": (_are_rungs, f"up to {DRAFT_MOST:,} bytes of [routine, number, texts]"),
     "tags": (_are_tags, "a list of [name, type, program]"),

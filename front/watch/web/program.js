@@ -5,6 +5,7 @@ import { markCauses, onCauses } from "./causes.js";
 import { editButton, editor } from "./editing.js";
 import { at, el, heading, setAttribute, setFlag, setText } from "./dom.js";
 import { buildRungs, moveTo, paintRungs } from "./ladder.js";
+import { decorate } from "./rungedit.js";
 import { link } from "./link.js";
 import { isTree, treeOf } from "./routines.js";
 import { buildSteps } from "./steps.js";
@@ -86,6 +87,7 @@ async function open(name) {
   unplace(sheet);
   sheet.replaceChildren(answer.chart ? buildSteps(answer) : answer.rungs ? buildRungs(name, answer.rungs, call) : buildText(found, answer));
   sheet.dataset.kind = found.kind;
+  decorate(sheet, name, answer.rungs, columns);
   paintRungs({ power: run.power, breakpoints: run.breakpoints });
   paintText({ power: run.power, tags: run.tags, lines: run.lines });
   mark(selected);
