@@ -303,7 +303,8 @@ class Editor:
         return lambda: {"saved": True}, self._takeover(draft.restart)
 
     def _typed(self, draft: Draft) -> Callable[[], Json]:
-        return self._previewed(draft.text, draft.restart, lambda: self._of_text(draft.text))
+        load = partial(self._of_text, draft.text)
+        return self._previewed(draft.text, draft.restart, load, effects=draft.effects)
 
     def _preview_saved(self) -> None:
         """Show what a saved file would do; it waits until a page takes it over."""
@@ -315,13 +316,16 @@ class Editor:
 
         self._hand_over(tell)
 
-    def _previewed(self, text: str, restart: str, load: Callable[[], LoadedRack]) -> Callable[[], Json]:
+    def _previewed(
+        self, text: str, restart: str, load: Callable[[], LoadedRack], *, effects: bool = True
+    ) -> Callable[[], Json]:
         """Load an edited text; return what previews it between two scans."""
         program, texts = self._job.program, (self._running_text(), text)
         try:
             job = self._usable(load(), restart)
             running, known = self._known_version()
-            findings, effects = new_findings(findings_of(job), known), _effects(running, job)
+            findings = new_findings(findings_of(job), known)
+            changes = _effects(running, job) if effects else ()
         except (ValueError, OSError) as error:
             refused = preview_of(program, texts, mistakes=mistakes_of(error, program))
             return lambda: {"preview": refused}
@@ -331,7 +335,7 @@ class Editor:
                 edit = self._run.program.planned(self._run.cpu, job, names_in(restart))
             except ValueError as error:
                 return {"preview": preview_of(program, texts, mistakes=mistakes_of(error, program))}
-            return {"preview": preview_of(program, texts, edit=edit, findings=findings, effects=effects)}
+            return {"preview": preview_of(program, texts, edit=edit, findings=findings, effects=changes)}
 
         return shown
 

@@ -176,6 +176,7 @@ class Draft:
     base: str  # digest of the text that was edited
     restart: str = ""  # see `Reload`
     take: bool = False  # save it, and continue with it
+    effects: bool = False  # also say what it can change in any run, which takes seconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -435,6 +436,7 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "step": (lambda value: value in STEPS, ", ".join(STEPS)),
     "rungs": (_are_rungs, f"up to {DRAFT_MOST:,} bytes of [routine, number, texts]"),
     "tags": (_are_tags, "a list of [name, type, program]"),
+    "effects": (lambda value: isinstance(value, bool), "true or false"),
     "take": (lambda value: isinstance(value, bool), "true or false"),
     "on": (lambda value: value is None or isinstance(value, bool), "true, false or null"),
     "tag": (_is_text, _TEXT),

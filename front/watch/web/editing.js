@@ -175,8 +175,17 @@ const isTooLong = () => new TextEncoder().encode(JSON.stringify(field.value)).le
 
 async function preview() {
   if (isTooLong()) return tell(`The text is too long to be edited here: up to ${BYTES_MOST} bytes.`);
-  const mine = ++asked, said = await orders.order("draft", { text: field.value, base });
-  if (mine === asked && said) show(said.preview);
+  const mine = ++asked, text = field.value, said = await orders.order("draft", { text, base });
+  if (mine !== asked || !said) return;
+  show(said.preview);
+  const { mistakes, rows, file } = said.preview;
+  if (mistakes.length || !rows.length || file.endsWith(".py")) return;
+  const busy = el("p", { class: "busy", role: "status" }, "What can differ in any run is being worked out");
+  shown.append(busy);
+  const more = await orders.order("draft", { text, base, effects: true });
+  if (mine !== asked) return;
+  busy.remove();
+  if (more) shown.append(groupsOf(more.preview.groups.slice(said.preview.groups.length)));
 }
 
 async function take(restart = "") {
@@ -208,8 +217,10 @@ function show(preview) {
     rows.length ? el("ol", { class: "diff", tabindex: "0", "aria-label": "Differences" }, ...rows.flatMap(row => [rowOf(row), ...notes.filter(note => isAt(note, row)).map(noteOf)])) : "",
     more ? el("p", { class: "soft" }, `${more} further lines differ`) : "",
     keeps ? el("p", { class: "keeps" }, `${keeps[0].toUpperCase()}${keeps.slice(1)}.`) : "",
-    groups.length ? el("dl", { class: "resets" }, ...groups.flatMap(groupOf)) : "");
+    groupsOf(groups));
 }
+
+const groupsOf = groups => groups.length ? el("dl", { class: "resets" }, ...groups.flatMap(groupOf)) : "";
 
 function verdict({ mistakes, rows, restart }) {
   const count = mistakes.length;
@@ -224,7 +235,18 @@ const TITLES = {
 
 const titleOf = name => TITLES[name] ?? name[0].toUpperCase() + name.slice(1);
 
-const groupOf = ({ title: name, names }) => [el("dt", {}, titleOf(name)), el("dd", {}, names.join(", "))];
+const groupOf = ({ title: name, names }) => [el("dt", {}, titleOf(name)), el("dd", {}, byTag(names).join(", "))];
+
+// The members of one tag stand behind it: Fill (ACC, DN).
+function byTag(names) {
+  const tags = new Map();
+  for (const name of names) {
+    const [, tag, member] = /^((?:\\[^.]+\.)?\w+)\.([\w.[\]]+)$/.exec(name) ?? [name, name, ""];
+    if (!tags.has(tag)) tags.set(tag, []);
+    if (member) tags.get(tag).push(member);
+  }
+  return [...tags].map(([tag, members]) => members.length > 1 ? `${tag} (${members.join(", ")})` : members.length ? `${tag}.${members[0]}` : tag);
+}
 
 function rowOf({ sign, old, new: number, text }) {
   if (text === null) return el("li", { class: "gap" }, "⋯");
