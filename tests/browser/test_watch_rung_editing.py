@@ -184,11 +184,11 @@ def test_rungs_come_and_go_and_a_mistake_has_its_place(page, rack):
         type_keys(page, Keys.ENTER)
         until_text(page, ";")
         type_keys(page, "xic n", Keys.ENTER)
-        until(lambda: drawn(page) == ["XIC(n);"])
+        until(lambda: drawn(page) == ["XIC(N);"])
         until(lambda: page.run(TEXT, ".draft .note[data-kind='mistake']"))
         assert page.run("return document.querySelector('[data-mistake]').dataset.instruction") == "XIC"
         type_keys(page, Keys.BACKSPACE, "otl lamp", Keys.ENTER)
-        until_text(page, "OTL(lamp);")
+        until_text(page, "OTL(Lamp);")
         type_keys(page, Keys.ARROW_DOWN)
         with_key(page, CTRL, Keys.DELETE)
         until(lambda: page.run("return document.querySelector('[data-edited=d]')?.dataset.at") == "Main.1")

@@ -16,6 +16,7 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from shutil import copytree
+from types import CellType
 from typing import Any, NamedTuple
 
 from ...jobs.trust.attachments import load_files
@@ -26,6 +27,7 @@ from ...ladder.model.tags import Leaf, tag_in
 from ...ladder.run.edit import carry_over
 from ...ladder.state.memory import Memory, same
 from ...ladder.state.snapshots import restore, snapshot
+from ...ladder.state.tag_bytes import TagBytes
 from ...runtime.live.ring import Rows
 from ..history.program_file import rewrite
 from ..history.program_replica import ProgramReplica, SnapshotStore
@@ -98,21 +100,24 @@ def differences(given: Stretched, old: LadderLogic, new: LadderLogic) -> list[Di
     carry_over(*engines)
     values = given.values, snapshot(engines[1].memory)
     runs = [_replica(given, *each) for each in zip((old, new), values, strict=True)]
-    pairs = _pairs(*(each.engine.memory for each in runs))
+    memories = [each.engine.memory for each in runs]
+    pairs = _pairs(*memories)
+    other = memories[1].cells
+    cells = [(ident, cell, other[ident]) for ident, cell in memories[0].cells.items() if ident in other]
     found: dict[str, Difference] = {}
     seen: set[str] = set()
     walks = (each.walk(first, last) for each in runs)
     for scan, _ in enumerate(zip(*walks, strict=False), first):
-        before, after = (snapshot(each.engine.memory) for each in runs)
-        unequal = {ident for ident, value in before.items() if after.get(ident, value) != value}
-        if unequal <= seen and scan < last:
+        unequal = {
+            ident for ident, *both in cells if ident not in seen and _contents(both[0]) != _contents(both[1])
+        }
+        if not unequal and scan < last:
             continue
         seen |= unequal
-        for path, leaf, other in pairs:
+        for path, leaf, twin in pairs:
             for index in range(leaf.size):
                 name = f"{path}[{index}]" if leaf.size > 1 else path
-                memories = [each.engine.memory for each in runs]
-                both = memories[0].read(leaf, index), memories[1].read(other, index)
+                both = memories[0].read(leaf, index), memories[1].read(twin, index)
                 if name not in found and not same(*both):
                     found[name] = Difference(name, leaf.output, scan)
     return list(found.values())
@@ -124,6 +129,11 @@ def _replica(given: Stretched, program: LadderLogic, values: Mapping[str, Any]) 
     for record in (Inputs(given.first - 1, (), given.forces, None, 0), *given.inputs):
         kept.take(record)
     return ProgramReplica(program, given.slots, KnownRows(given.rows), kept)
+
+
+def _contents(cell: CellType) -> Any:
+    value = cell.cell_contents
+    return value.saved() if isinstance(value, TagBytes) else value
 
 
 def _pairs(old: Memory, new: Memory) -> list[tuple[str, Leaf, Leaf]]:

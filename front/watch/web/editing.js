@@ -31,17 +31,18 @@ const stepButtons = new Map(Object.entries(STEPS).map(([name, [title]]) => [name
 const undoButton = button("Undo", draft.undo, { text: "↶", title: "Undo (Ctrl+Z)", class: "sign" });
 const redoButton = button("Redo", draft.redo, { text: "↷", title: "Redo (Ctrl+Y)", class: "sign" });
 const others = el("div", { class: "soft" });
+const hint = el("p", { class: "soft hint" }, "Type XIC Start and Enter. Arrows move, [ makes a branch and , a leg, Shift selects, Enter is a new rung.");
 const bar = el("div", { class: "editing rungbar", role: "group", "aria-label": "Edit rungs", hidden: true, keydown: barKeyed },
   el("div", { class: "line" }, ...stepButtons.values(), undoButton, redoButton,
     button("New rung", newRung, { text: "+ Rung", title: "New rung (Enter)" }), button("Delete rung", deleteRung, { text: "− Rung", title: "Delete the rung (Ctrl+Delete)" }),
     button("Text", () => { close(); openText(); }, { title: "Edit the text of the file" }), button("Close edit", close, { text: "Close", title: "Leave the edit: it stays here" })),
-  draft.verdict, others, draft.would,
-  el("p", { class: "soft hint" }, "Type XIC Start and Enter. Arrows move, [ makes a branch and , a leg, Shift selects, Enter is a new rung."));
+  draft.verdict, others, draft.would, hint);
 
 draft.onDraft(() => {
   for (const [name, node] of stepButtons) node.disabled = !STEPS[name][1](draft.draft);
   undoButton.disabled = !draft.canUndo();
   redoButton.disabled = !draft.canRedo();
+  setFlag(hint, "hidden", draft.draft.rungs.size > 0 || draft.draft.stage !== "");
   others.replaceChildren(...draft.draft.mistakes.map(each => el("p", { class: "note", "data-kind": "mistake" }, each)));
   if (draft.draft.stage && bar.hidden && orders.allowed() && panel.hidden) showBar(true);
 });

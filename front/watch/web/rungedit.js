@@ -13,7 +13,8 @@ const EMPTY = ";";
 const FIRST = -1; // before the first rung
 
 let sheet = null, routine = "", running = new Map(); // text of each running rung by key
-let begins = null;
+let rows = new Map(), drafts = new Map(); // of running rungs by key, and of edited ones by key and index: a large program has many
+let begins = null, deleted = [];
 let on = false, clipboard = "", wanted = false; // whether the caret gets the focus once it can be drawn
 let at = null; // { key, index, place, anchor }: the rung that is edited, and the places of the caret and of its other end
 
@@ -49,6 +50,13 @@ export function decorate(node, name, rungs, columns) {
   }
   [sheet, routine] = [node, name];
   running = new Map((rungs ?? []).map(each => [keyOf(name, each.number), each.text]));
+  rows = new Map();
+  for (const row of node.querySelectorAll(".rungs > .row[data-at]")) {
+    const key = keyOf(name, row.dataset.at.slice(row.dataset.at.lastIndexOf(".") + 1));
+    Object.assign(row.dataset, { key, index: 0 });
+    rows.set(key, row);
+  }
+  drafts = new Map();
   setColumns(columns);
   if (on && at && at.key.split("\n")[0] !== name) at = null;
   if (on && !isLocked()) look(at?.key, textOf(at) ?? EMPTY);
@@ -58,7 +66,6 @@ export function decorate(node, name, rungs, columns) {
 
 const textOf = where => where && (draft.rungs.get(where.key)?.[where.index] ?? (where.index === 0 ? running.get(where.key) : undefined));
 const checkedOf = where => draft.checked.get(`${where.key}\n${where.index}`);
-const isEdited = (key, index) => index > 0 || !draft.rungs.has(key) || draft.rungs.get(key)[0] !== running.get(key);
 
 // --- the picture
 
@@ -67,12 +74,14 @@ onDraft(redraw);
 function redraw() {
   if (!sheet) return;
   const list = sheet.querySelector(".rungs"), focused = [input, text].find(each => each === document.activeElement);
-  for (const row of sheet.querySelectorAll(".draft")) { unplace(row); row.remove(); }
-  for (const row of sheet.querySelectorAll(".row[data-at]")) {
-    row.dataset.key = keyOf(routine, row.dataset.at.slice(row.dataset.at.lastIndexOf(".") + 1));
-    row.dataset.index = 0;
-    delete row.dataset.edited;
+  for (const row of drafts.values()) {
+    unplace(row);
+    row.remove();
+    if (rows.has(row.dataset.key)) delete rows.get(row.dataset.key).dataset.edited;
   }
+  for (const key of deleted) delete rows.get(key)?.dataset.edited;
+  drafts = new Map();
+  deleted = [];
   setFlag(sheet, "data-editing", on);
   if (on && list && !isLocked()) {
     for (const [key, texts] of draft.rungs) if (key.startsWith(`${routine}\n`)) rowsOf(list, key, texts);
@@ -81,12 +90,14 @@ function redraw() {
 }
 
 function rowsOf(list, key, texts) {
-  const own = list.querySelector(`.row[data-key="${CSS.escape(key)}"]`);
+  const own = rows.get(key);
+  if (own && !texts.length) deleted.push(key);
   if (own) own.dataset.edited = !texts.length ? "d" : texts[0] === running.get(key) ? "" : "r";
   let behind = own;
   texts.forEach((said, index) => {
     if (own && index === 0 && said === running.get(key)) return;
     const row = rowOf(key, index, said, own && index === 0 ? "e" : "i");
+    drafts.set(`${key}\n${index}`, row);
     behind ? behind.after(row) : list.prepend(row);
     behind = row;
   });
@@ -117,7 +128,7 @@ function asked(said) {
 
 // --- the caret
 
-const rowAt = where => sheet?.querySelector(`.row[data-key="${CSS.escape(where.key)}"][data-index="${where.index}"]${draft.rungs.has(where.key) && isEdited(where.key, where.index) ? ".draft" : ":not(.draft)"}`);
+const rowAt = where => drafts.get(`${where.key}\n${where.index}`) ?? (where.index === 0 && !deleted.includes(where.key) ? rows.get(where.key) : undefined);
 
 function go(key, index, where, anchor = where) {
   const far = !at || at.key !== key || at.index !== index;
@@ -223,7 +234,7 @@ function splice(range, piece, inward = 0) {
 const selection = () => between(textOf(at), at.place, at.anchor);
 
 function insert(typed) {
-  const piece = pieceOf(typed, draft.words.instructions);
+  const piece = pieceOf(typed, draft.words.instructions, tagsNow());
   input.value = "";
   widen();
   offers.close();

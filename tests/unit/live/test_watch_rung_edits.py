@@ -1,4 +1,4 @@
-"""Edited rungs over the socket: checked, bounded, tried on the last scans, tested and untested; who may not edit.
+"""Edited rungs over the socket: checked, bounded, tried on the last scans, tested and untested; who may edit.
 
 Broken on purpose: a draft of another program that is taken, a read-only session that answers, effects of the
 running program on itself, an untest that leaves the edited program.
