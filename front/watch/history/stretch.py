@@ -18,6 +18,7 @@ from ...io_images.addresses import Address, parse_address
 from ...io_images.module_words import ModuleWords
 from ...jobs.why.source.class_names import Names
 from ...ladder import LadderLogic
+from ...ladder.lowering.edited import RungIndex
 from ...ladder.python.online.fields import Fields
 from ...ladder.python.sequences import Logic
 from ...runtime.loop.faults import Fault
@@ -59,6 +60,11 @@ class Stretch:
         ladder = self.logic if isinstance(self.logic, LadderLogic) else None
         self.catalog = None if ladder is None else Catalog(ladder)
         self.source = None if ladder is not None or self.file is None else PythonSource(self.file)
+
+    @cached_property
+    def rung_index(self) -> RungIndex:
+        """What edits of its rungs are checked against."""
+        return RungIndex(self.ladder)
 
     @property
     def ladder(self) -> LadderLogic:

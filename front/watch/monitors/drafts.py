@@ -32,7 +32,7 @@ MOST_SCANS = 20_000
 def words(monitor: Monitor, _page: Page, _said: Said) -> Json:
     """Return what a rung may be made of, and what identifies the program that is edited."""
     program, _catalog = _edited(monitor)
-    logic = program.ladder
+    logic, _ = program.ladder, program.rung_index  # made before the first edit
     instructions = [
         {
             "name": each.name,
@@ -57,7 +57,8 @@ def rungs(monitor: Monitor, _page: Page, said: Said) -> Json:
     if draft.base != program.digest:
         raise ValueError("the program was edited meanwhile: edit the one that runs now")
     edits = [RungEdit(*each) for each in draft.rungs]
-    found = EditedProgram(program.ladder, edits, [NewTag(*each) for each in draft.tags])
+    tags = [NewTag(*each) for each in draft.tags]
+    found = EditedProgram(program.ladder, edits, tags, program.rung_index)
     drawn = [_drawn(catalog, each, columns) for each in found.rungs]
     missing = [{"name": each.name, "program": each.program, "types": each.types} for each in found.missing]
     return {"rungs": drawn, "missing": missing, "mistakes": found.mistakes, "right": found.is_right}
