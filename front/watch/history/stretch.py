@@ -75,7 +75,10 @@ class Stretch:
     @cached_property
     def digest(self) -> str:
         """What identifies the contents of its file; see `online`."""
-        return "" if self.file is None else digest(self.file.read_bytes())
+        try:
+            return "" if self.file is None else digest(self.file.read_bytes())
+        except OSError:
+            return ""
 
     @cached_property
     def live(self) -> ProgramReplica | None:

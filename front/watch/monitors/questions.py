@@ -47,6 +47,8 @@ def show(monitor: Monitor, page: Page, said: Said) -> Json:
         if type(columns) is not int or columns not in COLUMNS:
             raise ValueError(f"columns {columns!r}: must be {COLUMNS[0]} to {COLUMNS[-1]}")
         shown, answer = program.catalog.show(_text(said, "routine"), columns)
+        if monitor.about.kind == "rack":
+            answer["base"] = program.digest
     elif program.source is not None:
         shown, answer = program.source.show(tuple(monitor.subject.values))
     else:

@@ -27,7 +27,7 @@ export const canRedo = () => undone.length > 0;
 // Begins to edit; throws why the program's rungs are not edited.
 export async function begin() {
   draft.words = await ask("words");
-  draft.base = draft.words.base;
+  if (!isLocked()) draft.base = draft.words.base;
   check();
 }
 

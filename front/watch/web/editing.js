@@ -44,8 +44,14 @@ draft.onDraft(() => {
   redoButton.disabled = !draft.canRedo();
   setFlag(hint, "hidden", draft.draft.rungs.size > 0 || draft.draft.stage !== "");
   others.replaceChildren(...draft.draft.mistakes.map(each => el("p", { class: "note", "data-kind": "mistake" }, each)));
-  if (draft.draft.stage && bar.hidden && orders.allowed() && panel.hidden) showBar(true);
+  if (draft.draft.stage && bar.hidden && orders.allowed() && panel.hidden) resume();
 });
+
+// An edit that another page, or this one before it was loaded again, has accepted.
+async function resume() {
+  showBar(true);
+  await draft.begin().catch(refused => tell(refused.message));
+}
 
 function barKeyed(event) {
   if (!(event.ctrlKey || event.metaKey) || !"zy".includes(event.key.toLowerCase())) return;

@@ -87,7 +87,7 @@ async function open(name) {
   unplace(sheet);
   sheet.replaceChildren(answer.chart ? buildSteps(answer) : answer.rungs ? buildRungs(name, answer.rungs, call) : buildText(found, answer));
   sheet.dataset.kind = found.kind;
-  decorate(sheet, name, answer.rungs, columns);
+  decorate(sheet, name, answer, columns);
   paintRungs({ power: run.power, breakpoints: run.breakpoints });
   paintText({ power: run.power, tags: run.tags, lines: run.lines });
   mark(selected);

@@ -12,7 +12,7 @@ import { place, unplace } from "./values.js";
 const EMPTY = ";";
 const FIRST = -1; // before the first rung
 
-let sheet = null, routine = "", running = new Map(); // text of each running rung by key
+let sheet = null, routine = "", program = "", running = new Map(); // text of each running rung by key
 let rows = new Map(), drafts = new Map(); // of running rungs by key, and of edited ones by key and index: a large program has many
 let begins = null, deleted = [];
 let on = false, clipboard = "", wanted = false; // whether the caret gets the focus once it can be drawn
@@ -43,12 +43,12 @@ export function begin(rung) {
 }
 
 // Called when a routine has been drawn.
-export function decorate(node, name, rungs, columns) {
+export function decorate(node, name, { rungs, base }, columns) {
   if (sheet !== node) {
     node.addEventListener("click", clicked, true);
     node.addEventListener("keydown", entered, true);
   }
-  [sheet, routine] = [node, name];
+  [sheet, routine, program] = [node, name, base];
   running = new Map((rungs ?? []).map(each => [keyOf(name, each.number), each.text]));
   rows = new Map();
   for (const row of node.querySelectorAll(".rungs > .row[data-at]")) {
@@ -59,10 +59,13 @@ export function decorate(node, name, rungs, columns) {
   drafts = new Map();
   setColumns(columns);
   if (on && at && at.key.split("\n")[0] !== name) at = null;
-  if (on && !isLocked()) look(at?.key, textOf(at) ?? EMPTY);
+  if (isOpen()) look(at?.key, textOf(at) ?? EMPTY);
   redraw();
   begins?.();
 }
+
+// Whether the rungs that are shown can be edited: not those of an earlier program, and none in test.
+const isOpen = () => on && !isLocked() && program === draft.base;
 
 const textOf = where => where && (draft.rungs.get(where.key)?.[where.index] ?? (where.index === 0 ? running.get(where.key) : undefined));
 const checkedOf = where => draft.checked.get(`${where.key}\n${where.index}`);
@@ -83,7 +86,7 @@ function redraw() {
   drafts = new Map();
   deleted = [];
   setFlag(sheet, "data-editing", on);
-  if (on && list && !isLocked()) {
+  if (list && isOpen()) {
     for (const [key, texts] of draft.rungs) if (key.startsWith(`${routine}\n`)) rowsOf(list, key, texts);
   }
   setCaret(focused);
@@ -140,7 +143,7 @@ function go(key, index, where, anchor = where) {
 
 // Draws the caret at its place; the text of its rung stands below the picture.
 function setCaret(focused) {
-  const row = on && at && !isLocked() ? rowAt(at) : null, said = textOf(at), svg = row?.querySelector("svg.rung"), gaps = row && checkedOf(at)?.gaps;
+  const row = at && isOpen() ? rowAt(at) : null, said = textOf(at), svg = row?.querySelector("svg.rung"), gaps = row && checkedOf(at)?.gaps;
   if (!row || said === undefined) { caret.remove(); below.remove(); mark.remove(); return; }
   const body = row.querySelector(".body");
   body.append(below);
@@ -176,7 +179,7 @@ function pointIn(svg, body) {
 }
 
 function clicked(event) {
-  const row = on && !isLocked() && event.target.closest(".row[data-key]"), svg = row && event.target.closest("svg.rung");
+  const row = isOpen() && event.target.closest(".row[data-key]"), svg = row && event.target.closest("svg.rung");
   if (!svg) return;
   event.stopPropagation();
   const { key, index } = row.dataset, number = Number(event.target.closest(".instruction")?.dataset.element.split(".").at(-1) ?? NaN);
@@ -202,7 +205,7 @@ function choose(key, index, number) {
 
 // Enter on an instruction of the picture edits it.
 function entered(event) {
-  const group = on && event.target.closest(".instruction"), row = group && group.closest(".row[data-key]");
+  const group = isOpen() && event.target.closest(".instruction"), row = group && group.closest(".row[data-key]");
   if (!row || !["Enter", "F2"].includes(event.key)) return;
   event.preventDefault();
   event.stopPropagation();
@@ -262,7 +265,7 @@ function remove(forward) {
 }
 
 export function newRung() {
-  if (isLocked()) return;
+  if (!isOpen()) return;
   const last = [...running.keys()].at(-1) ?? keyOf(routine, FIRST), where = at ?? { key: last, index: 0 };
   const index = where.key === keyOf(routine, FIRST) && !draft.rungs.has(where.key) ? 0 : where.index + 1;
   put(texts => { texts.splice(index, 0, EMPTY); }, where);
