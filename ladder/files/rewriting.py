@@ -61,7 +61,7 @@ def rewritten(text: str, edits: Iterable[RungEdit], tags: Sequence[NewTag] = ())
     for program in dict.fromkeys(each.program for each in tags):
         at = places.tags.get(program.upper())
         if at is None:
-            raise LadderError(f"there is no program {program}")
+            raise LadderError(f"the file has no program {program}")
         own = [f"TAG {each.name} : {each.type}" for each in tags if each.program == program]
         changes.append((at, at, own))
     for first, end, new in sorted(changes, key=lambda change: change[:2], reverse=True):
