@@ -312,6 +312,7 @@ def systems(folder, *rungs):
     ]
     (folder / "xy.L5X").write_text(files.machine(*rungs, tags=tags), encoding="utf-8")
     controller = import_l5x(folder / "xy.L5X").controller
+    assert controller is not None
     for engine in (controller.compile(), controller.interpret()):
         engine.tags["P"], engine.tags["Q"] = [6.0, 8.0], [4.5, 6.0]
         yield engine

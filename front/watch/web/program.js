@@ -4,6 +4,7 @@ import { faultPlaces } from "./causeband.js";
 import { markCauses, onCauses } from "./causes.js";
 import { editButton, editor } from "./editing.js";
 import { at, el, heading, setAttribute, setFlag, setText } from "./dom.js";
+import { buildDiagram } from "./diagram.js";
 import { buildRungs, moveTo, paintRungs } from "./ladder.js";
 import { decorate } from "./rungedit.js";
 import { link } from "./link.js";
@@ -85,7 +86,7 @@ async function open(name) {
   learn(answer.addresses);
   const focused = sheet.contains(document.activeElement) ? document.activeElement.dataset.element : undefined;
   unplace(sheet);
-  sheet.replaceChildren(answer.chart ? buildSteps(answer) : answer.rungs ? buildRungs(name, answer.rungs, call) : buildText(found, answer));
+  sheet.replaceChildren(answer.diagram ? buildDiagram(answer) : answer.chart ? buildSteps(answer) : answer.rungs ? buildRungs(name, answer.rungs, call) : buildText(found, answer));
   sheet.dataset.kind = found.kind;
   decorate(sheet, name, answer, columns);
   paintRungs({ power: run.power, breakpoints: run.breakpoints });

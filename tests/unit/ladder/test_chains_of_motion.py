@@ -70,4 +70,5 @@ ROWS = {
 def test_a_chain_of_motion(rung, done, tag, text, chain):
     debugger = after(parse_program(f"{TAGS}{JOG}\n{rung}\nEND\n"), done)
     link = debugger.chain(tag)
+    assert link is not None
     assert (link.text, text_of(link)) == (text, chain)
