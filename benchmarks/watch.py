@@ -46,7 +46,8 @@ from scanrack.watch.history.watched_machines import PER_SLOT, MachineFigures
 from scanrack.watch.history.watched_program import LadderNotes
 from scanrack.watch.monitor_supervisor import MonitorSupervisor
 from scanrack.watch.monitors.monitor import SessionFacts
-from scanrack.watch.monitors.session_monitor import SessionProgram, Setup
+from scanrack.watch.monitors.session_monitor import Setup
+from scanrack.watch.monitors.stretched import SessionProgram
 from websockets.asyncio.client import connect
 
 FEEDER = Path(__file__).parents[1] / "examples" / "feeder" / "feeder.toml"

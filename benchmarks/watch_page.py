@@ -12,9 +12,10 @@ The feeder in real time, scans of 2 ms, one page of 1600 by 1000:
     processor  share of a core: the monitor with the page and without, the scan process, Chromium; in turns,
                medians of three
     far        from the slider to the picture of any of 300,000 scans, in a session at full speed that pauses
+    edit       from a changed rung of a program of 1,000 to its verdict and its picture; 50 ms are wanted
 
-What is shown is checked: each click has its picture, each scrub shows its scan. Without a browser or a
-driver the benchmark says so and ends.
+What is shown is checked: each click has its picture, each scrub shows its scan, each edit its
+mistakes. Without a browser or a driver the benchmark says so and ends.
 """
 
 from __future__ import annotations
@@ -53,6 +54,32 @@ for (let click = 0; click < clicks; click++) {
 }
 done(took);
 """
+
+EDITS = """
+const [count, done] = arguments;
+async function edits() {
+const took = [];
+const { begin, change, draft, keyOf, verdict } = await import("/draft.js");
+await begin();
+const rested = () => new Promise(later => setTimeout(later, 30));
+for (let edit = 0; edit < count; edit++) {
+  const rung = 7 * edit, wrong = edit % 2, key = keyOf("Main", rung);
+  const start = performance.now();
+  const text = `XIC(A${rung})XIC(${wrong ? "N" : "New"})OTE(A${rung + 1});`;
+  change(rungs => { rungs.clear(); rungs.set(key, [text]); });
+  if (verdict.dataset.kind !== "busy") throw new Error("the old verdict stays");
+  while (verdict.dataset.kind === "busy") await new Promise(soon => setTimeout(soon, 1));
+  took.push(performance.now() - start);
+  const { svg, mistakes } = draft.checked.get(`${key}\\n0`);
+  const fits = svg && mistakes.length === wrong && draft.right === !wrong;
+  if (!fits) throw new Error(`${JSON.stringify(mistakes)} of edit ${edit}`);
+  await rested();
+}
+return took;
+}
+edits().then(done, failed => done(String(failed)));
+"""
+"""Changes rungs; gives the times, ms, from each change to its verdict."""
 
 SCRUBS = """
 const [count, done] = arguments, took = [], root = document.documentElement;
@@ -147,10 +174,35 @@ def main(arguments: list[str]) -> int:
         browser = open_browser(Path(profile))
         try:
             measure(Look(browser), seconds, clicks, scrubs)
+            measure_edits(Look(browser), 1_000, 6 if given.smoke else 40)
             measure_far(Look(browser), 2_000 if given.smoke else given.scans, scrubs)
         finally:
             browser.quit()
     return 0
+
+
+def measure_edits(look: Look, rungs: int, edits: int) -> None:
+    """Edit rungs of a large program in the page, with a new tag or a mistake each."""
+    with tempfile.TemporaryDirectory() as folder:
+        rack = Path(folder) / "rack.toml"
+        rack.write_text(
+            'name = "large"\nprogram = "large.rung"\nscan_ms = 50\nwatchdog_ms = 0\n'
+            '[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n'
+        )
+        tags = "".join(f"TAG A{number} : BOOL\nTAG T{number} : TIMER\n" for number in range(rungs + 8))
+        lines = (
+            f"[XIC(A{number}),XIC(T{number}.DN)]XIO(A{number + 7})TON(T{number},1000,0)OTE(A{number + 1});\n"
+            for number in range(rungs)
+        )
+        text = f"PROGRAM Large\nTAG N : DINT\n{tags}ROUTINE Main\n{''.join(lines)}END\n"
+        (Path(folder) / "large.rung").write_text(text)
+        with watching(rack) as session:
+            look.open(session.link)
+            look.until_drawn()
+            look.browser.set_script_timeout(120)
+            took = look.browser.execute_async_script(EDITS, edits)
+            assert isinstance(took, list), took
+            said(f"edit of {rungs:,} rungs", took, "ms")
 
 
 def measure(look: Look, seconds: float, clicks: int, scrubs: int) -> None:

@@ -12,7 +12,7 @@ from ..jobs.run.running import JobRun
 from ..runtime.live.actions import Edit
 from ..runtime.live.ring import Ring
 from .monitor_supervisor import MonitorSupervisor
-from .monitors.session_monitor import SessionProgram
+from .monitors.stretched import SessionProgram
 
 
 def programs_of(

@@ -7,7 +7,8 @@
 A ladder program keeps the values of its tags, as in an online edit. A class of Python logic keeps its fields,
 and its sequences continue, see `ladder.python.online`; a Python function is loaded again. The page shows a
 mistake with its file and line, and the running program continues. A text that a page has edited is previewed,
-and saved only when the page takes it over; so is a saved file if the session wants previews.
+and saved only when the page takes it over; so is a saved file if the session wants previews. `online` has
+edits of rungs in their picture.
 An edit is an order of its own, recorded with the program's files: see `jobs.record.program_versions`.
 """
 
@@ -18,7 +19,7 @@ import threading
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from hashlib import sha256
+from functools import partial
 from os.path import realpath
 from pathlib import Path
 from typing import NamedTuple
@@ -30,8 +31,10 @@ from ..jobs.run.running import JobRun
 from ..jobs.trust.attachments import load_files, program_name
 from ..ladder import LadderLogic
 from ..ladder.python.sequences import Logic
-from ..runtime.live.actions import ALL, DRAFT_MOST, Draft, Edit, Source, names_in
+from ..runtime.live.actions import ALL, DRAFT_MOST, Draft, Edit, Online, Source, ToEditor, names_in
 from ..runtime.live.session import Reply
+from .history.program_file import digest, save, why_not
+from .online import OnlineEdit
 from .preview import Json, findings_of, mistake_of, mistakes_of, new_findings, preview_of
 
 ASKED_MOST = 8
@@ -70,8 +73,10 @@ class Editor:
     ) -> None:
         self._job, self._rack, self._run, self._editions = job, rack, run, editions
         self._hand_over, self._tell, self._manner = hand_over, tell, manner
-        self._asked: deque[tuple[Source | Draft, Reply]] = deque()
+        self._asked: deque[tuple[ToEditor, Reply]] = deque()
         self._folders: set[Path] = set()  # of copies that were loaded
+        self._online = OnlineEdit(program_name(job), self._accepted)
+        self._ready: tuple[ProgramVersion, LoadedRack] | None = None  # an accepted program, not used yet
         self._known: tuple[int, LoadedRack, list[Json]] | None = None
         self._ending, self._wake = threading.Event(), threading.Event()
         self._wanted = False
@@ -94,8 +99,8 @@ class Editor:
         self._restart, self._wanted = restart, True
         self._wake.set()
 
-    def ask(self, order: Source | Draft, reply: Reply) -> None:
-        """Answer beside the scans: the text of the program, or the preview of an edited one.
+    def ask(self, order: ToEditor, reply: Reply) -> None:
+        """Answer beside the scans: the text of the program, the preview of an edited one, or a step.
 
         Raises:
             ValueError: too many wait.
@@ -156,6 +161,8 @@ class Editor:
             self._tell({"mistake": mistake_of(error, self._job.program)})
             return None
         self._editions.keep(number, edition, job)
+        self._online.settle(edition)
+        self._tell({"online": self._online.told(edition, self._on_disk())})
         return Edit(number, edition.program, restart)
 
     def _loaded(self) -> LoadedRack:
@@ -179,14 +186,74 @@ class Editor:
             )
         return job
 
+    # --- edited rungs
+
+    def _step(self, order: Online) -> tuple[Callable[[], Json], Takeover | None]:
+        """Take a step with edited rungs; return the answer, and what exchanges the program."""
+        debugger, running = self._run.program.debugger, self._running
+        lacks = why_not(self._job.program)
+        if debugger is None or lacks:
+            raise ValueError(lacks or "the program has no rungs")
+        stage = self._online.stage
+        wanted = self._online.take(order, running, debugger.program)
+        note = self._save(running) if order.step == "save" else ""
+        then: Takeover | None = None
+        if wanted.files != running.files:
+            try:
+                job = self._loaded_version(wanted)
+            except ValueError:
+                self._online.stage = stage
+                raise
+            then = partial(self._order, wanted, job, "")
+
+        def answer() -> Json:
+            state = self._online.told(wanted, self._on_disk())
+            self._tell({"online": state})
+            if note:
+                self._tell({"note": note})
+            return state
+
+        return answer, then
+
+    def _accepted(self, data: bytes) -> ProgramVersion:
+        self._ready = self._with(data)
+        self._usable(self._ready[1], "")
+        return self._ready[0]
+
+    def _loaded_version(self, version: ProgramVersion) -> LoadedRack:
+        """Return the program of a version with a copy, which no engine has used yet."""
+        ready, self._ready = self._ready, None
+        if ready is not None and ready[0] is version:
+            return ready[1]
+        return self._usable(self._load_copy(version), "")
+
+    def _save(self, running: ProgramVersion) -> str:
+        """Write the file of the program that runs; return what became of the old one."""
+        program, data = self._job.program, running.files[program_name(self._job)]
+        if self._stamped() != self._stamp:
+            raise ValueError(f"{program.name} was changed by another program: reload it first")
+        if data == self._on_disk():
+            return f"{program.name} has these rungs already."
+        kept = save(program, data)
+        self._stamp = self._stamped()
+        return f"Saved in {program.name}; the old file is {kept.name}."
+
+    def _on_disk(self) -> bytes | None:
+        try:
+            return self._job.program.read_bytes()
+        except OSError:
+            return None
+
     # --- previews
 
-    def _answer(self, order: Source | Draft, reply: Reply) -> None:
+    def _answer(self, order: ToEditor, reply: Reply) -> None:
         """Answer a page between two scans; the work is done here, beside them."""
         then: Takeover | None = None
         try:
             if isinstance(order, Source):
                 answer = self._source()
+            elif isinstance(order, Online):
+                answer, then = self._step(order)
             else:
                 self._check(order)
                 answer, then = self._saved(order) if order.take else (self._typed(order), None)
@@ -213,7 +280,12 @@ class Editor:
             why = "a page edits Python only with --trust, since it runs here"
         elif program.suffix not in TYPED_SUFFIXES:
             why = f"a page does not edit {program.suffix} files"
-        told = {"file": program.name, "text": text if not why else "", "base": _digest(text), "lacks": why}
+        told = {
+            "file": program.name,
+            "text": text if not why else "",
+            "base": digest(text.encode()),
+            "lacks": why,
+        }
         return lambda: told
 
     def _check(self, draft: Draft) -> None:
@@ -221,7 +293,7 @@ class Editor:
         lacks = self._source()()["lacks"]
         if lacks:
             raise ValueError(lacks)
-        if _digest(self._saved_text()) != draft.base:
+        if digest(self._saved_text().encode()) != draft.base:
             raise ValueError(f"{self._job.program.name} was changed by another program: reload it, then edit")
 
     def _saved(self, draft: Draft) -> tuple[Callable[[], Json], Takeover]:
@@ -231,7 +303,8 @@ class Editor:
         return lambda: {"saved": True}, self._takeover(draft.restart)
 
     def _typed(self, draft: Draft) -> Callable[[], Json]:
-        return self._previewed(draft.text, draft.restart, lambda: self._of_text(draft.text))
+        load = partial(self._of_text, draft.text)
+        return self._previewed(draft.text, draft.restart, load, effects=draft.effects)
 
     def _preview_saved(self) -> None:
         """Show what a saved file would do; it waits until a page takes it over."""
@@ -243,13 +316,16 @@ class Editor:
 
         self._hand_over(tell)
 
-    def _previewed(self, text: str, restart: str, load: Callable[[], LoadedRack]) -> Callable[[], Json]:
+    def _previewed(
+        self, text: str, restart: str, load: Callable[[], LoadedRack], *, effects: bool = True
+    ) -> Callable[[], Json]:
         """Load an edited text; return what previews it between two scans."""
         program, texts = self._job.program, (self._running_text(), text)
         try:
             job = self._usable(load(), restart)
             running, known = self._known_version()
-            findings, effects = new_findings(findings_of(job), known), _effects(running, job)
+            findings = new_findings(findings_of(job), known)
+            changes = _effects(running, job) if effects else ()
         except (ValueError, OSError) as error:
             refused = preview_of(program, texts, mistakes=mistakes_of(error, program))
             return lambda: {"preview": refused}
@@ -259,15 +335,22 @@ class Editor:
                 edit = self._run.program.planned(self._run.cpu, job, names_in(restart))
             except ValueError as error:
                 return {"preview": preview_of(program, texts, mistakes=mistakes_of(error, program))}
-            return {"preview": preview_of(program, texts, edit=edit, findings=findings, effects=effects)}
+            return {"preview": preview_of(program, texts, edit=edit, findings=findings, effects=changes)}
 
         return shown
 
     def _of_text(self, text: str) -> LoadedRack:
         """Load the running files with another text of the program, from a copy of them."""
+        return self._with(text.encode())[1]
+
+    def _with(self, data: bytes) -> tuple[ProgramVersion, LoadedRack]:
+        """Return the running version with other contents of the program's file, and load it."""
         edition = self._running
-        files = {**edition.files, program_name(self._job): text.encode()}
+        files = {**edition.files, program_name(self._job): data}
         copy = self._editions.with_copy(replace(edition, files=files))
+        return copy, self._load_copy(copy)
+
+    def _load_copy(self, copy: ProgramVersion) -> LoadedRack:
         assert copy.place is not None
         forget([self._job.program.parent.resolve(), *self._folders])
         job = load_files(copy.place, copy.rack, copy.program)
@@ -304,10 +387,6 @@ def _effects(running: LoadedRack, edited: LoadedRack) -> tuple[Group, ...]:
     if not isinstance(running.logic, LadderLogic) or not isinstance(edited.logic, LadderLogic):
         return ()
     return effects_of(running.logic, edited.logic)
-
-
-def _digest(text: str) -> str:
-    return sha256(text.encode()).hexdigest()
 
 
 def _refused(error: Exception) -> Callable[[], Json]:

@@ -13,7 +13,8 @@ from typing import Protocol
 from ..jobs.trust.launcher import TimeoutExpired, launch
 from ..runtime.live.ring import Ring
 from ..runtime.loop.pace import wall_ns
-from .monitors.session_monitor import SessionProgram, Setup
+from .monitors.session_monitor import Setup
+from .monitors.stretched import SessionProgram
 
 MAIN = f"{__package__}.session_process:main"
 """Main function of a monitor process; the program's own main module could do anything."""

@@ -58,6 +58,7 @@ class _Placer:
         for number, line in enumerate(block.lines):
             ends = number == len(block.lines) - 1
             last = self._line(line, block.room, last, first=number == 0, ends=ends)
+        self.picture.gaps.append((self.picture.width, self.picture.right[-1]))
 
     def _line(self, line: LineLayout, room: int | None, last: int, *, first: bool, ends: bool) -> int:
         picture = self.picture
@@ -82,6 +83,7 @@ class _Placer:
     def _elements(self, elements: Series, x: int, y: int, last: int, room: int | None) -> tuple[int, int]:
         """Place elements in a line; return the next free column and the last element."""
         for element in elements:
+            self.picture.gaps.append((x, y))
             last = self._element(element, x, y, last, room)
             x += self._ruler.size(element, room).width
         return x, last
@@ -158,6 +160,8 @@ class _Placer:
             self._wire(at, y + row, end, last)
             if number < below:
                 self.picture.continued.append((end + 1, y + row))
+            else:
+                self.picture.gaps.append((at, y + row))
 
 
 def _leading_inputs(series: Series) -> int:

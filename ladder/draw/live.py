@@ -44,11 +44,16 @@ NameOf = Callable[[Address], str | None]
 
 @dataclass(frozen=True, slots=True)
 class LiveRung:
-    """A rung for a page: its SVG, its number of elements, and the tags that it shows or uses."""
+    """A rung for a page: its SVG, its number of elements, and the tags that it shows or uses.
+
+    `gaps` are the places in the SVG where an element may be inserted, in the order of the rung's text: before
+    each element of a series, and after its last one.
+    """
 
     svg: str
     elements: int
     names: tuple[str, ...]
+    gaps: tuple[tuple[float, float], ...] = ()
 
 
 def live_rung(
@@ -85,7 +90,8 @@ def live_rung(
             title = f"<title>{plain(str(instructions[number]))}</title>"
         parts.append(f"<g{attributes}>{title}{group.markup()}</g>")
     names = dict.fromkeys(name for each in instructions for name in ruler.names(each))
-    return LiveRung(_document(picture, ident, str(rung), "".join(parts)), len(groups), tuple(names))
+    gaps = tuple(((x + EDGE) * CELL, (y + 0.5) * ROW) for x, y in picture.gaps)
+    return LiveRung(_document(picture, ident, str(rung), "".join(parts)), len(groups), tuple(names), gaps)
 
 
 def _reach(symbol: Symbol) -> Shape:

@@ -81,6 +81,7 @@ class Picture:
     left: list[int] = field(default_factory=list)  # rows of the wires that start at the left rail
     right: list[int] = field(default_factory=list)  # rows of the wires that end at the right one
     continued: list[tuple[int, int]] = field(default_factory=list)  # (x, y) of the marks at a line break
+    gaps: list[tuple[int, int]] = field(default_factory=list)  # (x, y) where an element may be inserted
     power: str | None = None  # of each element, as `power` returns it; None if unknown
 
     def live(self, element: int) -> bool:

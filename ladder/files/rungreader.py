@@ -59,19 +59,21 @@ def load_library(name: str) -> Library:
 
 _NAME = r"[A-Za-z_]\w*"
 _LIBRARY = re.compile(rf"LIBRARY\s+({_NAME})", re.IGNORECASE)
-_PROGRAM = re.compile(rf"PROGRAM\s+({_NAME})(?:\s+MAIN\s+({_NAME}))?(?:\s+FAULT\s+({_NAME}))?", re.IGNORECASE)
-_CONTROLLER = re.compile(rf"CONTROLLER\s+({_NAME})", re.IGNORECASE)
+PROGRAM_HEAD = re.compile(
+    rf"PROGRAM\s+({_NAME})(?:\s+MAIN\s+({_NAME}))?(?:\s+FAULT\s+({_NAME}))?", re.IGNORECASE
+)
+CONTROLLER_HEAD = re.compile(rf"CONTROLLER\s+({_NAME})", re.IGNORECASE)
 _TASK = re.compile(
     rf"TASK\s+({_NAME})\s*:\s*(?:(CONTINUOUS|EVENT)|PERIODIC\s+({TIME}))"
     rf"(?:\s+PRIORITY\s+(\d+))?(\s+PREEMPT)?(?:\s+RUNS\s+({_NAME}(?:\s*,\s*{_NAME})*))?",
     re.IGNORECASE,
 )
-_END_PROGRAM = re.compile(r"END\s+PROGRAM", re.IGNORECASE)
+END_PROGRAM = re.compile(r"END\s+PROGRAM", re.IGNORECASE)
 _DIALECT = re.compile(r"DIALECT\s+(\w+)", re.IGNORECASE)
 _ALLOW = re.compile(r"ALLOW\s+(.+)", re.IGNORECASE)
 _CHARTS = re.compile(r"CHARTS\s+(\w+)\s+(\w+)\s+(\w+)", re.IGNORECASE)
 _TYPE = re.compile(rf"TYPE\s+({_NAME})\s*\((.*)\)", re.IGNORECASE)
-_TAG = re.compile(
+TAG_LINE = re.compile(
     rf"TAG\s+([IO]:\d{{1,3}}|{TAG_NAME})\s*:\s*({_NAME})\s*(?:\[([\d,\s]+)\])?\s*(?::=\s*(.+))?",
     re.IGNORECASE,
 )
@@ -79,14 +81,14 @@ _SLOT = re.compile(rf"SLOT\s+({_NAME})\s*:\s*(\d{{1,5}})", re.IGNORECASE)
 _ALIAS = re.compile(rf"ALIAS\s+({TAG_NAME})\s*:\s*(\S+)(?:\s+AS\s+({_NAME}))?", re.IGNORECASE)
 _STUB = re.compile(rf"STUB\s+(\\?{_NAME}(?:\.{_NAME})*)\s*:\s*(\S.*)", re.IGNORECASE)
 _USE = re.compile(rf"USE\s+({_NAME})", re.IGNORECASE)
-_INSTRUCTION = re.compile(rf"INSTRUCTION\s+({_NAME})", re.IGNORECASE)
+INSTRUCTION_HEAD = re.compile(rf"INSTRUCTION\s+({_NAME})", re.IGNORECASE)
 _PARAMETER = re.compile(
     rf"({'|'.join(way.value for way in ParameterMode)})\s+({_NAME})\s*:\s*({_NAME})\s*"
     r"(?:\[([\d,\s]+)\])?(\s+REQUIRED)?(?:\s+AT\s+([^\s:=]+))?\s*(?::=\s*(.+))?",
     re.IGNORECASE,
 )
-_END_INSTRUCTION = re.compile(r"END\s+INSTRUCTION", re.IGNORECASE)
-_ROUTINE = re.compile(rf"ROUTINE\s+({_NAME})(?:\s+(ST|SFC))?", re.IGNORECASE)
+END_INSTRUCTION = re.compile(r"END\s+INSTRUCTION", re.IGNORECASE)
+ROUTINE_HEAD = re.compile(rf"ROUTINE\s+({_NAME})(?:\s+(ST|SFC))?", re.IGNORECASE)
 _DECLARES = re.compile(r"(?:USE|TYPE|INSTRUCTION|TAG|SLOT|ALIAS|STUB)\s+[A-Za-z_]", re.IGNORECASE)
 """Beginning of a declaration line; no statement begins this way."""
 
@@ -138,9 +140,9 @@ class Reader:
 
     def program(self) -> Program | Controller:
         """Read a program or a controller."""
-        if _CONTROLLER.fullmatch(self._peek() or ""):
+        if CONTROLLER_HEAD.fullmatch(self._peek() or ""):
             return self._controller()
-        head = self._next(_PROGRAM, "PROGRAM name or CONTROLLER name")
+        head = self._next(PROGRAM_HEAD, "PROGRAM name or CONTROLLER name")
         dialect = self._dialect()
         program = Program(
             head.group(1), main=head.group(2), fault=head.group(3), allow=self._allowed(), dialect=dialect
@@ -185,17 +187,17 @@ class Reader:
         return ChartOptions(ExecutionControl(control), RestartPosition(restart), LastScan(last_scan))
 
     def _controller(self) -> Controller:
-        head = self._next(_CONTROLLER, "CONTROLLER name")
+        head = self._next(CONTROLLER_HEAD, "CONTROLLER name")
         controller = Controller(head.group(1), allow=self._allowed())
         controller.chart_options = self._chart_options()
         while (line := self._peek()) is not None:
-            if found := _PROGRAM.fullmatch(line):
+            if found := PROGRAM_HEAD.fullmatch(line):
                 self._at += 1
                 self._block(controller.program(found.group(1), main=found.group(2), fault=found.group(3)))
             elif found := _TASK.fullmatch(line):
                 controller.add_task(self._task(found, _comment_of(self._lines[self._at])))
                 self._at += 1
-            elif _ROUTINE.fullmatch(line):
+            elif ROUTINE_HEAD.fullmatch(line):
                 self._fail("PROGRAM: in a controller a routine is in a program")
             else:
                 self._declaration(controller)
@@ -204,9 +206,9 @@ class Reader:
 
     def _block(self, program: Program) -> None:
         self._in_program = True
-        while (line := self._peek()) and not _END_PROGRAM.fullmatch(line):
+        while (line := self._peek()) and not END_PROGRAM.fullmatch(line):
             self._declaration(program)
-        self._next(_END_PROGRAM, "END PROGRAM")
+        self._next(END_PROGRAM, "END PROGRAM")
         self._in_program = False
 
     def _task(self, found: re.Match[str], comment: str) -> Task:
@@ -229,7 +231,7 @@ class Reader:
     def structured(self, name: str) -> Program:
         """Read structured text after optional declarations; `name` is the default for PROGRAM."""
         start = self._skip_comments(0)
-        head = _PROGRAM.fullmatch(self._line_at(start))
+        head = PROGRAM_HEAD.fullmatch(self._line_at(start))
         program = Program(head.group(1) if head else re.sub(r"\W", "_", name))
         self._flat(program, start + 1 if head else start, MAIN)
         program.take_stubs(self._given)
@@ -262,7 +264,7 @@ class Reader:
             self._declaration(program)
 
     def _line_at(self, number: int) -> str:
-        return _without_comment(self._lines[number]) if number < len(self._lines) else ""
+        return without_comment(self._lines[number]) if number < len(self._lines) else ""
 
     def _skip_comments(self, number: int) -> int:
         """Return the first line from `number` on that is neither blank nor inside a comment."""
@@ -273,7 +275,7 @@ class Reader:
     def _peek(self) -> str | None:
         """Return the next line with content, without its comment."""
         while self._at < len(self._lines):
-            line = _without_comment(self._lines[self._at])
+            line = without_comment(self._lines[self._at])
             if line:
                 return line
             self._at += 1
@@ -308,7 +310,7 @@ class Reader:
         if self._definition(line):
             program.use(*self._add_ons.values())
             return
-        if found := _TAG.fullmatch(line):
+        if found := TAG_LINE.fullmatch(line):
             kind, dims = self._type(found.group(2)), self._dims(found.group(3))
             program.add(Tag(found.group(1), kind, dims, self._initial(found.group(4), kind), comment))
         elif found := _SLOT.fullmatch(line):
@@ -323,7 +325,7 @@ class Reader:
         elif found := _ALIAS.fullmatch(line):
             bound = self._structure(found.group(3)) if found.group(3) else None
             program.add(Alias(found.group(1), parse_address(found.group(2)), comment, bound))
-        elif isinstance(program, Program) and (found := _ROUTINE.fullmatch(line)):
+        elif isinstance(program, Program) and (found := ROUTINE_HEAD.fullmatch(line)):
             program.add_routine(self._routine(found))
             return
         else:
@@ -339,7 +341,7 @@ class Reader:
             members = tuple(self._member(each) for each in _split(found.group(2)))
             with self._at_line(self._at):
                 self._types[found.group(1)] = Structure(found.group(1), members)
-        elif found := _INSTRUCTION.fullmatch(line):
+        elif found := INSTRUCTION_HEAD.fullmatch(line):
             self._instruction(found.group(1))
             return True
         else:
@@ -362,8 +364,8 @@ class Reader:
         self._at += 1
         parameters: list[Parameter] = []
         routines: list[Routine] = []
-        while (line := self._peek()) and not _END_INSTRUCTION.fullmatch(line):
-            if found := _ROUTINE.fullmatch(line):
+        while (line := self._peek()) and not END_INSTRUCTION.fullmatch(line):
+            if found := ROUTINE_HEAD.fullmatch(line):
                 if found.group(1).upper() not in map(str.upper, ROUTINES):
                     self._fail(f"one of the routines {', '.join(ROUTINES)}", found.group(1))
                 routines.append(self._routine(found))
@@ -444,7 +446,7 @@ class Reader:
             return Routine(head.group(1), tuple(self._rungs()))
         start = self._at
         while (
-            _without_comment(self._lines[self._at] if self._at < len(self._lines) else "END").upper() != "END"
+            without_comment(self._lines[self._at] if self._at < len(self._lines) else "END").upper() != "END"
         ):
             self._at += 1
         if self._at == len(self._lines):
@@ -512,7 +514,8 @@ def _cut_comment(line: str) -> str:
     return code.group()
 
 
-def _without_comment(line: str) -> str:
+def without_comment(line: str) -> str:
+    """Return a line without its comment and the space around it."""
     return _cut_comment(line).strip()
 
 

@@ -123,11 +123,8 @@ def _not_ideal(lowered: LoweredProgram) -> Iterator[Problem]:
 def _repeated(lowered: LoweredProgram, allowed: frozenset[str]) -> Iterator[Problem]:
     seen: dict[object, Site] = {}
     for routine, line, step in _all_steps(lowered, copies=False):
-        for use, operand in zip(step.uses, step.operands, strict=False):
-            if use not in _EXCLUSIVE or _EXCLUSIVE[use][0] in allowed:
-                continue
-            place = _identity(use, step.name, operand)
-            if place is None:
+        for use, operand, place in exclusive_places(step):
+            if _EXCLUSIVE[use][0] in allowed:
                 continue
             if place in seen:
                 _, what, remedy = _EXCLUSIVE[use]
@@ -135,6 +132,14 @@ def _repeated(lowered: LoweredProgram, allowed: frozenset[str]) -> Iterator[Prob
                 yield _problem(routine, line, text, remedy, "repeated-coil")
             else:
                 seen[place] = _site(routine, line)
+
+
+def exclusive_places(step: LoweredStep) -> Iterator[tuple[Use, Place | Group, object]]:
+    """Yield the operands of an instruction whose places should have one such use, with a key of the place."""
+    for use, operand in zip(step.uses, step.operands, strict=False):
+        place = _identity(use, step.name, operand) if use in _EXCLUSIVE else None
+        if place is not None and isinstance(operand, Place | Group):
+            yield use, operand, place
 
 
 def _identity(use: Use, name: str, operand: object) -> object:

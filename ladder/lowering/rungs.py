@@ -121,7 +121,7 @@ class Lowering:
         self._to_check.clear()
 
     def _one(self, routine: Routine) -> None:
-        self._site = Site(self._program or self.lowered.name, routine.name, unit=routine.unit)
+        self.begin(routine)
         if routine.chart is not None:
             self._chart(routine)
             return
@@ -133,7 +133,7 @@ class Lowering:
         labels: dict[str, int] = {}
         parameters: tuple[Place, ...] | None = None
         for number, rung in enumerate(routine.rungs):
-            line = self._line(number, rung)
+            line = self.line(number, rung)
             lines.append(line)
             for step in steps_of(line.nodes):
                 if step.name == "LBL" and step.operands:
@@ -153,6 +153,10 @@ class Lowering:
         for name, block in chart.bodies():
             self._one(Routine(name, (), statements=block))
 
+    def begin(self, routine: Routine) -> None:
+        """Start a routine under its full name."""
+        self._site = Site(self._program or self.lowered.name, routine.name, unit=routine.unit)
+
     def report(self, text: str, remedy: str, instruction: str = "", tag: str = "") -> None:
         """Add a problem of the current rung, of its instruction, or of a tag that is missing."""
         site = replace(self._site, instruction=instruction, tag=tag)
@@ -171,7 +175,8 @@ class Lowering:
         self._site = Site(at.program, at.routine, number, "", at.unit, origin.file, origin.line)
         self._rung_text = text
 
-    def _line(self, number: int, rung: Rung) -> LoweredLine:
+    def line(self, number: int, rung: Rung) -> LoweredLine:
+        """Lower a rung of the current routine."""
         deep = too_deep(rung.series)
         self.at(number, rung.origin, "" if deep else str(rung))
         if deep:

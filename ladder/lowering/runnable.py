@@ -231,7 +231,7 @@ class LadderLogic(ABC):
             return None if tag is None else type_at(tag, address)
 
         specs = specs_of(self.add_ons, self.stubs)
-        guesses = Guesses(missing, known_type, self._operands_of, specs, self.structures())
+        guesses = Guesses(missing, known_type, self.operands_of, specs, self.structures())
         guesses.read_all((part.name, routine) for part in parts for routine in part.routines)
         self.declared_missing = [
             Tag(each.name, each.type(re.sub(r"\W", "_", f"{each.name}_type")), each.dims)
@@ -240,7 +240,8 @@ class LadderLogic(ABC):
         for tag in self.declared_missing:
             self.add(tag)
 
-    def _operands_of(self, name: str) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
+    def operands_of(self, name: str) -> tuple[tuple[DataType, tuple[int, ...]], ...]:
+        """Return types and dimensions of the operands of an add-on's call; none for another instruction."""
         definition = self.add_ons.get(name.upper())
         if definition is None or name.upper() in self.stubs:
             return ()

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, asdict, dataclass, fields
 from itertools import chain
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeGuard
 
 from ...io_images.doors import json_value
 from ..loop.incidents import FaultKind
@@ -179,7 +179,21 @@ class Draft:
     base: str  # digest of the text that was edited
     restart: str = ""  # see `Reload`
     take: bool = False  # save it, and continue with it
+    effects: bool = False  # also say what it can change in any run, which takes seconds
 
+
+@dataclass(frozen=True, slots=True)
+class Online:
+    """Take a step with edited rungs: accept, test, untest, assemble, reopen, cancel or save."""
+
+    step: str
+    base: str = ""  # digest of the program's file that was edited; with accept
+    rungs: tuple[tuple[str, int, tuple[str, ...]], ...] = ()  # routine, number, and what stands in its place
+    tags: tuple[tuple[str, str, str], ...] = ()  # new ones: name, type, program
+
+
+ToEditor = Source | Draft | Online
+"""What the editor of a session answers, beside the scans."""
 
 Action = (
     Mode
@@ -200,6 +214,7 @@ Action = (
     | Branch
     | Source
     | Draft
+    | Online
 )
 
 ACTIONS: Mapping[str, type[Action]] = {
@@ -220,7 +235,7 @@ ACTIONS: Mapping[str, type[Action]] = {
 }
 """The orders that a page may give, by name."""
 
-TYPED: Mapping[str, type[Action]] = {"source": Source, "draft": Draft}
+TYPED: Mapping[str, type[Action]] = {"source": Source, "draft": Draft, "online": Online}
 """What a page may say of the program's text, by name; a recording has the edits that come of it."""
 
 RECORDED: Mapping[str, type[Action]] = {**ACTIONS, "edit": Edit, "store": Store}
@@ -266,6 +281,9 @@ def names_in(restart: str) -> tuple[str, ...]:
     """
     return tuple(each.strip() for each in restart.split(",") if each.strip())
 
+
+_LISTS = ("late_words", "rungs", "tags")
+"""Fields that are lists."""
 
 _LEFT_OUT = ("restart", "keep", "client", "by", "paused")
 """Fields that a message leaves out while they are empty or false."""
@@ -368,6 +386,38 @@ def _is_hex(value: object) -> bool:
     return all(each in "0123456789abcdef" for each in value)
 
 
+def _are_rungs(value: object) -> bool:
+    return _is_short(value) and all(map(_is_rung, value))
+
+
+def _is_rung(value: object) -> bool:
+    if not isinstance(value, (list, tuple)) or len(value) != 3:
+        return False
+    routine, number, texts = value
+    if not _is_text(routine) or not _whole(-1, MOST_EDITS)(number) or not isinstance(texts, (list, tuple)):
+        return False
+    return all(isinstance(each, str) and each.isprintable() for each in texts)
+
+
+def _are_tags(value: object) -> bool:
+    return _is_short(value) and all(
+        isinstance(each, (list, tuple)) and list(map(type, each)) == [str] * 3 and "".join(each).isprintable()
+        for each in value
+    )
+
+
+def _is_short(value: object) -> TypeGuard[Sequence[object]]:
+    """Whether this is a list that is as short as the text of a draft."""
+    if not isinstance(value, (list, tuple)):
+        return False
+    return len(json.dumps(value, ensure_ascii=False).encode()) <= DRAFT_MOST
+
+
+def _frozen(value: object) -> Any:
+    return tuple(map(_frozen, value)) if isinstance(value, (list, tuple)) else value
+
+
+STEPS = ("accept", "test", "untest", "assemble", "reopen", "cancel", "save")
 _KINDS = tuple(each.value for each in FaultKind if each is not FaultKind.PROGRAM_MODE)
 _MODES = ("run", "program", "test")
 _TEXT = f"text of 1 to {TEXT_MOST} printable characters"
@@ -385,7 +435,11 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "restart": (lambda value: value == "" or _is_text(value), _TEXT),
     "name": (_is_text, _TEXT),
     "text": (_is_draft, f"text of up to {DRAFT_MOST:,} bytes"),
-    "base": (_is_text, _TEXT),
+    "base": (lambda value: value == "" or _is_text(value), _TEXT),
+    "step": (lambda value: value in STEPS, ", ".join(STEPS)),
+    "rungs": (_are_rungs, f"up to {DRAFT_MOST:,} bytes of [routine, number, texts]"),
+    "tags": (_are_tags, "a list of [name, type, program]"),
+    "effects": (lambda value: isinstance(value, bool), "true or false"),
     "paused": (lambda value: isinstance(value, bool), "true or false"),
     "take": (lambda value: isinstance(value, bool), "true or false"),
     "on": (lambda value: value is None or isinstance(value, bool), "true, false or null"),
@@ -406,9 +460,9 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
 
 def _checked(order: str, key: str, value: object) -> Any:
     is_allowed, allowed = _ALLOWED[key]
-    if (isinstance(value, (dict, list)) and key != "late_words") or not is_allowed(value):
+    if isinstance(value, dict) or (isinstance(value, list) and key not in _LISTS) or not is_allowed(value):
         raise ValueError(f"{order}: {key} {_shown(value)} is not allowed: {allowed}")
-    return tuple(value) if isinstance(value, list) else value
+    return _frozen(value)
 
 
 def _shown(value: object) -> str:

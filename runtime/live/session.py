@@ -119,7 +119,7 @@ class Session:
         self.give: Callable[[], None] = lambda: None
         self.on_fault: Callable[[CpuFault], object] = lambda _fault: None
         self.takeovers: deque[Callable[[], Action | None]] = deque()
-        self.edit: Callable[[actions.Source | actions.Draft, Reply], None] | None = None
+        self.edit: Callable[[actions.ToEditor, Reply], None] | None = None
         self.branch: int | None = None
         self._repeats = False
         self._until: int | None = None
@@ -239,7 +239,7 @@ class Session:
                 said = parsed(self._inbox.take())
                 number = said["id"]
                 order = action_of(said["order"], GIVEN)
-                if isinstance(order, actions.Source | actions.Draft):
+                if isinstance(order, actions.ToEditor):
                     self._ask_editor(order, number)
                     continue
                 self.obey(order, at_ns, scan)
@@ -255,7 +255,7 @@ class Session:
                     return
                 self._tell({"answer": answer})
 
-    def _ask_editor(self, order: actions.Source | actions.Draft, number: object) -> None:
+    def _ask_editor(self, order: actions.ToEditor, number: object) -> None:
         if self.edit is None:
             raise ValueError("this program can't be edited while it runs")
         self.edit(order, lambda told: self._tell({"answer": {"id": number, **told}}))

@@ -19,7 +19,8 @@ from scanrack.traces import open_trace
 from scanrack.watch.monitors.monitor import Monitor, SessionFacts
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.questions import ask
-from scanrack.watch.monitors.session_monitor import SessionMonitor, SessionProgram, Setup
+from scanrack.watch.monitors.session_monitor import SessionMonitor, Setup
+from scanrack.watch.monitors.stretched import SessionProgram
 from scanrack.watch.recorded_session import OpenedRecording, TracePlace
 
 pytestmark = pytest.mark.slow

@@ -16,7 +16,7 @@ from ...ladder.debug.crossref import CrossReference
 from ...ladder.debug.replay import Truths
 from ...ladder.debug.tag_values import tag_values
 from ...ladder.debug.watching import WatchedEngine
-from ...ladder.draw import captions_of, live_chart, live_diagram, live_rung, power
+from ...ladder.draw import LiveRung, captions_of, live_chart, live_diagram, live_rung, power
 from ...ladder.lowering.checks import calls_of
 from ...ladder.model.chart import Chart
 from ...ladder.model.drawing import Drawing
@@ -192,18 +192,10 @@ class Catalog:
         return PageRoutine(routine.name, {}, (), live.names), answer
 
     def _rungs(self, routine: Routine, columns: int, *, operands: bool) -> tuple[PageRoutine, Json]:
-        resolver = Resolver(self._layout, program_of(routine.name))
         names: dict[str, None] = {}
         drawn = []
         for number, rung in enumerate(routine.rungs):
-            live = live_rung(
-                rung,
-                f"{routine.name}.{number}",
-                columns,
-                self._captions,
-                lambda address: self._name_of(resolver, program_of(routine.name), address),
-                operands=operands,
-            )
+            live = self.draw(rung, routine.name, f"{routine.name}.{number}", columns, operands=operands)
             names.update(dict.fromkeys(live.names))
             origin = rung.origin
             drawn.append(
@@ -218,6 +210,13 @@ class Catalog:
             )
         shown = PageRoutine(routine.name, dict(enumerate(routine.rungs)), (), tuple(names))
         return shown, {"routine": routine.name, "rungs": drawn}
+
+    def draw(self, rung: Rung, routine: str, ident: str, columns: int, *, operands: bool = True) -> LiveRung:
+        """Draw a rung of a routine; `ident` is the prefix of its elements."""
+        program = program_of(routine)
+        resolver = Resolver(self._layout, program)
+        names = lambda address: self._name_of(resolver, program, address)  # noqa: E731
+        return live_rung(rung, ident, columns, self._captions, names, operands=operands)
 
     def _text(self, routine: Routine) -> tuple[PageRoutine, Json]:
         names: dict[str, None] = {}

@@ -18,6 +18,7 @@ from ...io_images.addresses import Address, parse_address
 from ...io_images.module_words import ModuleWords
 from ...jobs.why.source.class_names import Names
 from ...ladder import LadderLogic
+from ...ladder.lowering.edited import RungIndex
 from ...ladder.python.online.fields import Fields
 from ...ladder.python.sequences import Logic
 from ...runtime.loop.faults import Fault
@@ -25,6 +26,7 @@ from ...runtime.loop.scan import ScanLogic
 from .catalog import Catalog, PythonSource
 from .event_log import LAST_SCAN
 from .lanes import TagLanes, ValueHistory
+from .program_file import digest
 from .program_replica import ProgramReplica, SnapshotStore
 from .timeline import Timeline
 
@@ -58,6 +60,25 @@ class Stretch:
         ladder = self.logic if isinstance(self.logic, LadderLogic) else None
         self.catalog = None if ladder is None else Catalog(ladder)
         self.source = None if ladder is not None or self.file is None else PythonSource(self.file)
+
+    @cached_property
+    def rung_index(self) -> RungIndex:
+        """What edits of its rungs are checked against."""
+        return RungIndex(self.ladder)
+
+    @property
+    def ladder(self) -> LadderLogic:
+        """The ladder program; there must be one."""
+        assert isinstance(self.logic, LadderLogic)
+        return self.logic
+
+    @cached_property
+    def digest(self) -> str:
+        """What identifies the contents of its file; see `online`."""
+        try:
+            return "" if self.file is None else digest(self.file.read_bytes())
+        except OSError:
+            return ""
 
     @cached_property
     def live(self) -> ProgramReplica | None:

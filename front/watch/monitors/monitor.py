@@ -32,6 +32,7 @@ from .hello import incidents_of, slots_of
 from .page import Page
 from .picture import Places, changed, mode_of
 from .question_process import QuestionProcesses
+from .stretched import SessionProgram
 
 Json = dict[str, Any]
 
@@ -135,6 +136,7 @@ class Monitor(ABC):
         self.elsewhere = QuestionProcesses()
         self.opener: Callable[[Path], Any] | None = None  # opens another recording to compare with
         self.latest: Row | None = None  # the row of the latest scan; None before the first
+        self.ran: SessionProgram | None = None  # the files of the program that runs; None of a recording
         self.over = False  # whether the server is to end
 
     # --- differences between a session and a recording

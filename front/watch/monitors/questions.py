@@ -14,6 +14,7 @@ from ..history.lanes import MOST_LANES
 from ..history.stretch import Stretch
 from ..history.strip import piece_of
 from ..history.timeline import columns_of
+from . import drafts
 from .chain_answer import chain_of, chain_of_fault, links_of
 from .comparison import Comparison, recordings_beside
 from .hello import addresses_of
@@ -48,6 +49,8 @@ def show(monitor: Monitor, page: Page, said: Said) -> Json:
             raise ValueError(f"columns {columns!r}: must be {COLUMNS[0]} to {COLUMNS[-1]}")
         operands = said.get("operands") is True
         shown, answer = program.catalog.show(_text(said, "routine"), columns, operands=operands)
+        if monitor.about.kind == "rack":
+            answer["base"] = program.digest
     elif program.source is not None:
         shown, answer = program.source.show(tuple(monitor.subject.values))
     else:
@@ -374,6 +377,9 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     "difference": difference,
     "beside": beside,
     **PANEL_QUESTIONS,
+    "words": drafts.words,
+    "rungs": drafts.rungs,
+    "would": drafts.would,
 }
 """The questions by name; one that returns None is answered later."""
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from typing_extensions import override
 
@@ -29,6 +29,7 @@ from .page import Page
 from .panel_questions import show_panel
 from .picture import late_scans, speed_reached
 from .questions import QUESTIONS
+from .stretched import SessionProgram
 from .troubles import ErrorBit, ErrorWatch
 
 Json = dict[str, Any]
@@ -39,15 +40,6 @@ SPEED_ROWS = 512
 
 PANEL_TICKS = 15
 """Frames between two checks of the panel's file."""
-
-
-class SessionProgram(NamedTuple):
-    """A program of the session."""
-
-    first: int
-    place: str  # folder of a copy of its files
-    rack: str  # the rack file in it, `path[:function]`
-    program: str  # the program in it, `path[:function]`
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +104,7 @@ class SessionMonitor(Monitor):
         self._orders = 0
         self._asked: dict[int, tuple[Page, object]] = {}  # page, number of its order
         self._mistake: Json | None = None
+        self._online: Json | None = None  # the state of edited rungs
         self._preview: Json | None = None  # of a saved program that waits to be taken over
         self._indexer: Indexer | None = None
         self._indexed = False
@@ -119,6 +112,7 @@ class SessionMonitor(Monitor):
         ring.asked += 1  # initial values, and the state
 
     def _add(self, ran: SessionProgram) -> None:
+        self.ran = ran
         job = self._loader.job(ran)
         self.subject.programs.add(ran.first, job.logic, job.program)
 
@@ -150,6 +144,8 @@ class SessionMonitor(Monitor):
             page.send({"mistake": self._mistake})
         if self._preview is not None:
             page.send({"preview": self._preview})
+        if self._online is not None:
+            page.send({"online": self._online})
         if self._setup.started:
             page.send({"note": "The monitor was started again; the scans went on without it."})
 
@@ -252,6 +248,10 @@ class SessionMonitor(Monitor):
         self._preview = told
         self.send_all({"preview": told})
 
+    def _take_online(self, told: Json) -> None:
+        self._online = told
+        self.send_all({"online": told})
+
     def _take_branch(self, told: Json) -> None:
         """Begin again: the rack takes another course from a past scan on."""
         self._setup = replace(
@@ -272,6 +272,7 @@ class SessionMonitor(Monitor):
         self._indexer, self._indexed = None, False
         self.latest, self._late, self._missed = None, 0, 0
         self._rows_at, self._snapshots_at = told["rows"], told["snapshots"]
+        self._online = None
         for page in self.pages:
             page.past = None
             self.greet(page)
@@ -355,6 +356,7 @@ _TAKE: Mapping[str, Callable[[SessionMonitor, Any], None]] = {
     "edited": SessionMonitor._take_edit,
     "mistake": SessionMonitor._take_mistake,
     "preview": SessionMonitor._take_preview,
+    "online": SessionMonitor._take_online,
     "note": lambda monitor, text: monitor.send_all({"note": text}),
 }
 """Messages of the scan process by their key."""

@@ -1,27 +1,100 @@
-// Edits of the program: a text that is typed here, or a saved file that waits. Each is shown before it is taken over:
-// what differs, its mistakes at their lines, what begins anew.
+// Edits of the program: rungs in their picture, a text that is typed here, or a saved file that waits. Each is shown
+// before it is taken over: what differs, its mistakes at their lines, what begins anew.
 
+import { completing, matching } from "./completing.js";
 import { button, el, setFlag, setText } from "./dom.js";
+import * as draft from "./draft.js";
 import { hush, tell } from "./notice.js";
 import * as orders from "./orders.js";
-import { onHello, onProgram } from "./state.js";
+import { begin, deleteRung, edit, newRung } from "./rungedit.js";
+import { selected } from "./selection.js";
+import { onHello, onProgram, run } from "./state.js";
 
 const ROWS = 18; // lines of the field
 const BYTES_MOST = 60000; // of a text as JSON
 const KEYS_MS = 600; // a text is previewed when nothing has been typed for so long
 
-export const editButton = button("Edit", open, { title: "Edit the program's text", hidden: true });
+export const editButton = button("Edit", open, { title: "Edit the program", hidden: true });
+
+// --- rungs in their picture
+
+const STEPS = { // of an edit: what it does, and when it can be taken
+  accept: ["Check the edit and load it beside the running program", ({ right, changed, stage, rungs }) => right && changed && rungs.size > 0 && stage !== "testing"],
+  test: ["Run the edited rungs", ({ stage, changed, rungs }) => stage === "accepted" && !(changed && rungs.size)],
+  untest: ["Run the old rungs again", ({ stage }) => stage === "testing"],
+  assemble: ["Make the edit the program", ({ stage, changed, rungs }) => stage === "testing" || (stage === "accepted" && !(changed && rungs.size))],
+  cancel: ["Drop the edit", ({ stage, rungs }) => rungs.size > 0 || stage === "accepted" || stage === "testing"],
+  save: ["Write the program's file; the old one is kept", ({ stage, unsaved }) => unsaved && (stage === "" || stage === "assembled")],
+};
+const named = name => name[0].toUpperCase() + name.slice(1);
+const stepButtons = new Map(Object.entries(STEPS).map(([name, [title]]) => [name, button(`${named(name)} edits`, () => draft.step(name), { text: named(name), title })]));
+const undoButton = button("Undo", draft.undo, { text: "↶", title: "Undo (Ctrl+Z)", class: "sign" });
+const redoButton = button("Redo", draft.redo, { text: "↷", title: "Redo (Ctrl+Y)", class: "sign" });
+const others = el("div", { class: "soft" });
+const hint = el("p", { class: "soft hint" }, "Type XIC Start and Enter. Arrows move, [ makes a branch and , a leg, Shift selects, Enter is a new rung.");
+const bar = el("div", { class: "editing rungbar", role: "group", "aria-label": "Edit rungs", hidden: true, keydown: barKeyed },
+  el("div", { class: "line" }, ...stepButtons.values(), undoButton, redoButton,
+    button("New rung", newRung, { text: "+ Rung", title: "New rung (Enter)" }), button("Delete rung", deleteRung, { text: "− Rung", title: "Delete the rung (Ctrl+Delete)" }),
+    button("Text", () => { close(); openText(); }, { title: "Edit the text of the file" }), button("Close edit", close, { text: "Close", title: "Leave the edit: it stays here" })),
+  draft.verdict, others, draft.would, hint);
+
+draft.onDraft(() => {
+  for (const [name, node] of stepButtons) node.disabled = !STEPS[name][1](draft.draft);
+  undoButton.disabled = !draft.canUndo();
+  redoButton.disabled = !draft.canRedo();
+  setFlag(hint, "hidden", draft.draft.rungs.size > 0 || draft.draft.stage !== "");
+  others.replaceChildren(...draft.draft.mistakes.map(each => el("p", { class: "note", "data-kind": "mistake" }, each)));
+  if (draft.draft.stage && bar.hidden && orders.allowed() && panel.hidden) resume();
+});
+
+// An edit that another page, or this one before it was loaded again, has accepted.
+async function resume() {
+  showBar(true);
+  await draft.begin().catch(refused => tell(refused.message));
+}
+
+function barKeyed(event) {
+  if (!(event.ctrlKey || event.metaKey) || !"zy".includes(event.key.toLowerCase())) return;
+  event.preventDefault();
+  event.key.toLowerCase() === "y" || event.shiftKey ? draft.redo() : draft.undo();
+}
+
+function showBar(on) {
+  setFlag(bar, "hidden", !on);
+  setFlag(editButton, "hidden", on || !orders.allowed());
+  edit(on);
+}
+
+function close() {
+  showBar(false);
+  editButton.focus();
+}
+
+// Rungs are edited in their picture, any other routine as text.
+async function open() {
+  const { routines } = run.hello, name = document.querySelector("#program [data-routine][aria-selected='true']")?.dataset.routine;
+  if ((routines.find(each => each.name === name) ?? routines[0]).kind !== "ladder" || !await draft.begin().then(() => true, refused => refused.message.includes("edited in their picture") || refused.message.includes("no rungs") ? false : tell(refused.message))) return openText();
+  showBar(true);
+  begin(selected.rung);
+}
+
+// --- text
+
 const title = el("h3");
-const field = el("textarea", { "aria-label": "Text of the program", rows: ROWS, spellcheck: "false", autocomplete: "off", wrap: "off", input: typed, keydown: keyed });
+const marks = el("div", { class: "marks", "aria-hidden": "true" });
+const field = el("textarea", { "aria-label": "Text of the program", rows: ROWS, spellcheck: "false", autocomplete: "off", wrap: "off", input: () => { words.show(); typed(); }, keydown: keyed, scroll: paintMarks });
 const shown = el("div", { class: "shown", "aria-live": "polite" });
 const takeButton = button("Take over", () => take(), { title: "Continue with it from the next scan on" });
 const anewButton = button("Take over anew", () => take(restarts.join(",")), { title: "Continue with it; these sequences begin anew", hidden: true });
 const backButton = button("Back", back, { title: "Leave the running program as it is" });
-export const editor = el("div", { class: "editing", role: "group", "aria-label": "Edit", hidden: true },
-  title, field, el("div", { class: "line" }, takeButton, anewButton, backButton), shown);
+const words = completing(field, offered);
+const panel = el("div", { class: "editing", role: "group", "aria-label": "Edit", hidden: true },
+  title, el("div", { class: "page" }, marks, field), words.list, el("div", { class: "line" }, takeButton, anewButton, backButton), shown);
+
+export const editor = el("div", {}, bar, panel);
 
 let base = null; // of a typed text: what it is an edit of; null of a saved file
-let restarts = [], timer = 0, asked = 0;
+let restarts = [], timer = 0, asked = 0, noted = [];
 
 onHello(() => { if (base === null) back(); });
 onProgram(hello => {
@@ -29,7 +102,7 @@ onProgram(hello => {
   setFlag(editButton, "hidden", !orders.allowed() || !names.length);
 });
 
-async function open() {
+async function openText() {
   const source = await orders.order("source");
   if (!source) return;
   if (source.lacks) return tell(`${source.lacks[0].toUpperCase()}${source.lacks.slice(1)}. Or save the file: it is taken over at once.`);
@@ -46,7 +119,7 @@ async function open() {
 function present(file, typing) {
   setText(title, typing ? `Edit ${file}` : `${file} was saved, and waits`);
   setFlag(field, "hidden", !typing);
-  setFlag(editor, "hidden", false);
+  setFlag(panel, "hidden", false);
   setFlag(editButton, "hidden", true);
 }
 
@@ -60,27 +133,48 @@ export function waits(preview) {
 
 // The edit has been taken over.
 export function taken() {
-  if (!editor.hidden) back();
+  if (!panel.hidden) back();
 }
 
 function back() {
   base = null;
   clearTimeout(timer);
   asked++;
-  setFlag(editor, "hidden", true);
+  setFlag(panel, "hidden", true);
   setFlag(editButton, "hidden", !orders.allowed());
   shown.replaceChildren();
 }
 
 function typed() {
   clearTimeout(timer);
+  asked++;
   permit(false);
+  shown.replaceChildren(el("p", { class: "verdict", "data-kind": "busy" }, "It is being checked."));
+  noted = [];
+  paintMarks();
   timer = setTimeout(preview, KEYS_MS);
+}
+
+// Mistakes stand at their lines in the field, too.
+function paintMarks() {
+  const { lineHeight, paddingTop } = getComputedStyle(field), high = parseFloat(lineHeight);
+  marks.replaceChildren(...noted.filter(each => each.line).map(({ kind, line, text }) => {
+    const mark = el("div", { "data-kind": kind, "data-line": line }, text);
+    mark.style.top = `${(line - 1) * high + parseFloat(paddingTop) + 1 - field.scrollTop}px`;
+    return mark;
+  }));
+}
+
+function offered(before) {
+  const [, rest, word] = /^(.*?)([\w.:\\]*)$/s.exec(before);
+  if (word.length < 2) return null;
+  return { from: rest.length, found: matching(word, (run.hello.tags ?? []).map(each => ({ text: each.name.replace(/^\\[^.]+\./, ""), says: each.type }))) };
 }
 
 // Tab goes on to the next control; Escape leaves the field, not the edit.
 function keyed(event) {
   event.stopPropagation();
+  if (words.keyed(event)) return;
   if (event.key === "Escape") backButton.focus();
 }
 
@@ -88,8 +182,17 @@ const isTooLong = () => new TextEncoder().encode(JSON.stringify(field.value)).le
 
 async function preview() {
   if (isTooLong()) return tell(`The text is too long to be edited here: up to ${BYTES_MOST} bytes.`);
-  const mine = ++asked, said = await orders.order("draft", { text: field.value, base });
-  if (mine === asked && said) show(said.preview);
+  const mine = ++asked, text = field.value, said = await orders.order("draft", { text, base });
+  if (mine !== asked || !said) return;
+  show(said.preview);
+  const { mistakes, rows, file } = said.preview;
+  if (mistakes.length || !rows.length || file.endsWith(".py")) return;
+  const busy = el("p", { class: "busy", role: "status" }, "What can differ in any run is being worked out");
+  shown.append(busy);
+  const more = await orders.order("draft", { text, base, effects: true });
+  if (mine !== asked) return;
+  busy.remove();
+  if (more) shown.append(groupsOf(more.preview.groups.slice(said.preview.groups.length)));
 }
 
 async function take(restart = "") {
@@ -112,6 +215,8 @@ function show(preview) {
   permit(true, preview);
   const { mistakes, findings, rows, groups, keeps, more } = preview;
   const notes = [...mistakes.map(each => ({ ...each, kind: "mistake" })), ...findings.map(each => ({ ...each, kind: "finding" }))];
+  noted = base === null ? [] : notes;
+  paintMarks();
   const isAt = (note, row) => row.text !== null && (note.old ? row.old === note.old && (row.sign === "-" || row.sign === " ") : note.line && row.new === note.line);
   shown.replaceChildren(
     verdict(preview),
@@ -119,8 +224,10 @@ function show(preview) {
     rows.length ? el("ol", { class: "diff", tabindex: "0", "aria-label": "Differences" }, ...rows.flatMap(row => [rowOf(row), ...notes.filter(note => isAt(note, row)).map(noteOf)])) : "",
     more ? el("p", { class: "soft" }, `${more} further lines differ`) : "",
     keeps ? el("p", { class: "keeps" }, `${keeps[0].toUpperCase()}${keeps.slice(1)}.`) : "",
-    groups.length ? el("dl", { class: "resets" }, ...groups.flatMap(groupOf)) : "");
+    groupsOf(groups));
 }
+
+const groupsOf = groups => groups.length ? el("dl", { class: "resets" }, ...groups.flatMap(groupOf)) : "";
 
 function verdict({ mistakes, rows, restart }) {
   const count = mistakes.length;
@@ -135,7 +242,18 @@ const TITLES = {
 
 const titleOf = name => TITLES[name] ?? name[0].toUpperCase() + name.slice(1);
 
-const groupOf = ({ title: name, names }) => [el("dt", {}, titleOf(name)), el("dd", {}, names.join(", "))];
+const groupOf = ({ title: name, names }) => [el("dt", {}, titleOf(name)), el("dd", {}, byTag(names).join(", "))];
+
+// The members of one tag stand behind it: Fill (ACC, DN).
+function byTag(names) {
+  const tags = new Map();
+  for (const name of names) {
+    const [, tag, member] = /^((?:\\[^.]+\.)?\w+)\.([\w.[\]]+)$/.exec(name) ?? [name, name, ""];
+    if (!tags.has(tag)) tags.set(tag, []);
+    if (member) tags.get(tag).push(member);
+  }
+  return [...tags].map(([tag, members]) => members.length > 1 ? `${tag} (${members.join(", ")})` : members.length ? `${tag}.${members[0]}` : tag);
+}
 
 function rowOf({ sign, old, new: number, text }) {
   if (text === null) return el("li", { class: "gap" }, "⋯");

@@ -26,6 +26,7 @@ const { erred } = await import("./causeband.js");
 const { caused } = await import("./failed.js");
 const { explain } = await import("./tag.js");
 const { taken, waits } = await import("./editing.js");
+const { heard } = await import("./draft.js");
 const { keyOf, wanted } = await import("./link.js");
 const { lookAt } = await import("./scrub.js");
 const { showRung } = await import("./program.js");
@@ -45,6 +46,8 @@ function hear(message) {
     panel.take(message.panel);
   } else if (message.error) {
     erred(message.error);
+  } else if (message.online) {
+    heard(message.online);
   } else if ("preview" in message) {
     waits(message.preview);
   } else if (message.edited) {

@@ -7,6 +7,7 @@ import { at, button, el, heading, setAttribute, setFlag, setText } from "./dom.j
 import { buildDiagram } from "./diagram.js";
 import { keep, kept } from "./kept.js";
 import { buildRungs, moveTo, paintRungs } from "./ladder.js";
+import { decorate } from "./rungedit.js";
 import { link } from "./link.js";
 import { isTree, treeOf } from "./routines.js";
 import { buildSteps } from "./steps.js";
@@ -92,6 +93,7 @@ async function open(name) {
   sheet.replaceChildren(answer.diagram ? buildDiagram(answer) : answer.chart ? buildSteps(answer) : answer.rungs ? buildRungs(name, answer.rungs, call) : buildText(found, answer));
   sheet.dataset.kind = found.kind;
   setFlag(operands, "hidden", Boolean(run.hello.shared) || (!all && !sheet.querySelector(".instruction:has([data-now]):not(:has(.caption))")));
+  decorate(sheet, name, answer, columns);
   paintRungs({ power: run.power, breakpoints: run.breakpoints });
   paintText({ power: run.power, tags: run.tags, lines: run.lines });
   mark(selected);

@@ -12,7 +12,8 @@ from live_sessions import FEEDER, LiveSession
 from recordings import chunks_read
 from scanrack.watch.monitors.monitor import SessionFacts
 from scanrack.watch.monitors.page import Page
-from scanrack.watch.monitors.session_monitor import SessionMonitor, SessionProgram, Setup
+from scanrack.watch.monitors.session_monitor import SessionMonitor, Setup
+from scanrack.watch.monitors.stretched import SessionProgram
 
 PRESSED = 50
 

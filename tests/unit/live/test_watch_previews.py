@@ -67,7 +67,7 @@ def test_a_typed_text_is_previewed_and_taken_over_only_then(rack):
         assert (source["file"], source["text"], source["lacks"]) == ("line.rung", RUNGS, "")
         text = RUNGS.replace("TAG Go", "TAG New : DINT\nTAG Go").replace("TON(Fill,1000", "TON(Fill,2000")
         text = text.replace("TAG N : DINT", "TAG N : INT")
-        preview = (await page.ask("draft", text=text, base=source["base"]))["preview"]
+        preview = (await page.ask("draft", text=text, base=source["base"], effects=True))["preview"]
         assert changed(preview) == [
             "+TAG New : DINT",
             "-TAG N : DINT",

@@ -1,0 +1,127 @@
+"""Questions about edited rungs: what is wrong with them, how they look, and what they would have done.
+
+The page has the draft and sends it with each question. It is checked against the running program here, beside
+the scans; the scan process takes it over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ...ladder.lowering.edited import CheckedRung, EditedProgram, Mistake, NewTag, RungEdit, types_of
+from ...ladder.model.spec import Use
+from ...runtime.live.actions import Online, action_of
+from ..history.catalog import COLUMNS, Catalog
+from ..history.program_file import why_not
+from ..history.stretch import Stretch
+from .monitor import Monitor
+from .page import Page
+from .stretched import Stretched
+
+Json = dict[str, Any]
+Said = Mapping[str, Any]
+
+LOOKED_BACK_NS = 10_000_000_000
+"""Time before the latest scan in which an edit is tried."""
+
+MOST_SCANS = 20_000
+"""Most scans of that: a rack may run faster than its clock."""
+
+
+def words(monitor: Monitor, _page: Page, _said: Said) -> Json:
+    """Return what a rung may be made of, and what identifies the program that is edited."""
+    program, _catalog = _edited(monitor)
+    logic, _ = program.ladder, program.rung_index  # made before the first edit
+    instructions = [
+        {
+            "name": each.name,
+            "operands": [str(caption) for caption in each.captions]
+            or [use.name.lower() for use in each.uses],
+            "presets": each.operands.count(Use.PRESET),
+            "bits": bool(each.symbol),
+        }
+        for each in dict.fromkeys(logic.specs.values())
+        if each.in_rungs
+    ]
+    return {"base": program.digest, "instructions": instructions, "types": sorted(types_of(logic))}
+
+
+def rungs(monitor: Monitor, _page: Page, said: Said) -> Json:
+    """Check and draw edited rungs."""
+    program, catalog = _edited(monitor)
+    columns = said.get("columns")
+    if type(columns) is not int or columns not in COLUMNS:
+        raise ValueError(f"columns must be {COLUMNS[0]} to {COLUMNS[-1]}")
+    draft = draft_of(said, ("columns",))
+    if draft.base != program.digest:
+        raise ValueError("the program was edited meanwhile: edit the one that runs now")
+    edits = [RungEdit(*each) for each in draft.rungs]
+    tags = [NewTag(*each) for each in draft.tags]
+    found = EditedProgram(program.ladder, edits, tags, program.rung_index)
+    drawn = [_drawn(catalog, each, columns) for each in found.rungs]
+    missing = [{"name": each.name, "program": each.program, "types": each.types} for each in found.missing]
+    return {"rungs": drawn, "missing": missing, "mistakes": found.mistakes, "right": found.is_right}
+
+
+def _drawn(catalog: Catalog, checked: CheckedRung, columns: int) -> Json:
+    edit = checked.edit
+    told = {
+        "routine": edit.routine,
+        "rung": edit.rung,
+        "text": checked.text,
+        "mistakes": [_told(each) for each in checked.mistakes],
+        "warnings": [_told(each) for each in checked.warnings],
+    }
+    if checked.rung is None:
+        return told
+    live = catalog.draw(checked.rung, edit.routine, f"{edit.routine}.{edit.rung}e{checked.number}", columns)
+    return {**told, "svg": live.svg, "gaps": live.gaps}
+
+
+def _told(mistake: Mistake) -> Json:
+    return {"text": mistake.text, "element": mistake.element, "column": mistake.column}
+
+
+def would(monitor: Monitor, page: Page, said: Said) -> None:
+    """Let a process say what edited rungs would have done in the last 10 s, beside what happened."""
+    program, _catalog = _edited(monitor)
+    draft, row = draft_of(said), monitor.latest
+    ran = monitor.ran
+    if row is None or ran is None:
+        raise ValueError("no scan has run yet")
+    last = int(row["scan"])
+    wanted = last - min(LOOKED_BACK_NS // monitor.subject.spec.scan_ns, MOST_SCANS)
+    place = program.kept.place(max(wanted, program.first))
+    at = place if place is not None else 0 if program.kept.scans else None
+    if at is None or program.kept.scans[at] > last:
+        raise ValueError("the values of the last scans are not known yet")
+    first = program.kept.scans[at]
+    rows = monitor.subject.timeline.between(first, last)
+    inputs = [each for scan, each in program.kept.inputs.items() if first <= scan <= last]
+    given = Stretched(
+        first, program.kept.values(at), program.kept.forces(first), inputs, rows, list(monitor.subject.words),
+        ran, draft.rungs, draft.tags,
+    )  # fmt: skip
+    monitor.elsewhere.effects(page, said.get("id"), given)
+
+
+def draft_of(said: Said, more: Sequence[str] = ()) -> Online:
+    """Return the draft in a question, as an order has it; ValueError if it is none."""
+    left = {key: value for key, value in said.items() if key not in ("id", "do", *more)}
+    order = action_of({"do": "online", "step": "accept", **left}, {"online": Online})
+    assert isinstance(order, Online)
+    return order
+
+
+def _edited(monitor: Monitor) -> tuple[Stretch, Catalog]:
+    """Return the program that runs; ValueError if a page does not edit its rungs."""
+    program = monitor.subject.programs.latest
+    if monitor.about.read_only or monitor.about.kind != "rack":
+        raise ValueError("this session is read-only: nothing is edited")
+    if program.catalog is None or program.file is None:
+        raise ValueError("the program has no rungs")
+    lacks = why_not(program.file)
+    if lacks:
+        raise ValueError(lacks)
+    return program, program.catalog

@@ -1,0 +1,33 @@
+"""What other processes receive of a session: its programs, and stretches of scans."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from ...ladder.debug.forces import Forces
+from ...runtime.live.ring import Rows
+from ..history.watched_program import Inputs
+
+
+class SessionProgram(NamedTuple):
+    """A program of the session."""
+
+    first: int
+    place: str  # folder of a copy of its files
+    rack: str  # the rack file in it, `path[:function]`
+    program: str  # the program in it, `path[:function]`
+
+
+class Stretched(NamedTuple):
+    """Scans that ran, and an edit."""
+
+    first: int
+    values: Mapping[str, Any]  # before the first scan, by identifier
+    forces: Forces
+    inputs: Sequence[Inputs]  # beside the images
+    rows: Rows
+    slots: list[int]
+    ran: SessionProgram
+    rungs: Sequence[tuple[str, int, tuple[str, ...]]]
+    tags: Sequence[tuple[str, str, str]]

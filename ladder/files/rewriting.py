@@ -1,0 +1,130 @@
+"""Edits of rungs in the text of a program file; every other line stays as it was written.
+
+A rung takes whole lines, with the lines of its comment above it. A changed rung keeps its comment; a deleted
+one loses it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from ..lowering.edited import BEFORE_FIRST, NewTag, RungEdit
+from ..model.errors import LadderError
+from ..model.tags import scoped
+from .rungreader import (
+    CONTROLLER_HEAD,
+    END_INSTRUCTION,
+    END_PROGRAM,
+    INSTRUCTION_HEAD,
+    PROGRAM_HEAD,
+    ROUTINE_HEAD,
+    TAG_LINE,
+    without_comment,
+)
+
+
+class _Lines(NamedTuple):
+    """The lines of a rung, from 0: of its comment, its first one, and the one behind it."""
+
+    comment: int
+    first: int
+    end: int
+
+
+@dataclass(slots=True)
+class _Places:
+    """Where things stand in a file."""
+
+    rungs: dict[str, list[_Lines]] = field(default_factory=dict)  # by routine in capitals
+    heads: dict[str, int] = field(default_factory=dict)  # the line behind the head of a routine
+    tags: dict[str, int] = field(default_factory=dict)  # the line for a new tag, by program in capitals
+
+
+def rewritten(text: str, edits: Iterable[RungEdit], tags: Sequence[NewTag] = ()) -> str:
+    """Return the text of a `.rung` file with edited rungs and new tags.
+
+    Args:
+        text: a program that can be read.
+        edits: their texts are in the program's notation, see `EditedProgram`.
+
+    Raises:
+        LadderError: the file has no such rung or program.
+    """
+    lines = text.splitlines()
+    places = _places(lines)
+    changes: list[tuple[int, int, list[str]]] = []
+    for edit in edits:
+        changes.append(_change(lines, places, edit))
+    for program in dict.fromkeys(each.program for each in tags):
+        at = places.tags.get(program.upper())
+        if at is None:
+            raise LadderError(f"the file has no program {program}")
+        own = [f"TAG {each.name} : {each.type}" for each in tags if each.program == program]
+        changes.append((at, at, own))
+    for first, end, new in sorted(changes, key=lambda change: change[:2], reverse=True):
+        lines[first:end] = new
+    newline = "\r\n" if "\r\n" in text else "\n"
+    return newline.join(lines) + newline * text.endswith("\n")
+
+
+def _change(lines: list[str], places: _Places, edit: RungEdit) -> tuple[int, int, list[str]]:
+    """Return the lines that an edit replaces, and the new ones."""
+    name = edit.routine.upper()
+    if edit.rung == BEFORE_FIRST and name in places.heads:
+        return places.heads[name], places.heads[name], list(edit.texts)
+    rungs = places.rungs.get(name, [])
+    if not 0 <= edit.rung < len(rungs):
+        raise LadderError(f"routine {edit.routine} has no rung {edit.rung} in the file")
+    rung = rungs[edit.rung]
+    if not edit.texts:
+        return rung.comment, rung.end, []
+    indent = re.match(r"\s*", lines[rung.first])
+    return rung.first, rung.end, [f"{indent.group() if indent else ''}{text}" for text in edit.texts]
+
+
+def _places(lines: list[str]) -> _Places:
+    """Find routines of rungs, and where declarations end."""
+    places, program, number, inside = _Places(), "", 0, False
+    is_controller = False
+    while number < len(lines):
+        line = without_comment(lines[number])
+        number += 1
+        if INSTRUCTION_HEAD.fullmatch(line) or END_INSTRUCTION.fullmatch(line):
+            inside = not END_INSTRUCTION.fullmatch(line)
+        elif inside:
+            continue
+        elif CONTROLLER_HEAD.fullmatch(line):
+            is_controller = True
+        elif is_controller and (found := PROGRAM_HEAD.fullmatch(line)):
+            program = found.group(1)
+            places.tags[program.upper()] = number
+        elif END_PROGRAM.fullmatch(line):
+            program = ""
+        elif TAG_LINE.fullmatch(line) or (PROGRAM_HEAD.fullmatch(line) and not is_controller):
+            places.tags[program.upper()] = number
+        elif found := ROUTINE_HEAD.fullmatch(line):
+            name = scoped(program, found.group(1)).upper()
+            places.heads[name] = number
+            if not found.group(2):
+                places.rungs[name] = list(_rungs(lines, number))
+                number = places.rungs[name][-1].end if places.rungs[name] else number
+    return places
+
+
+def _rungs(lines: list[str], number: int) -> Iterator[_Lines]:
+    """Yield the rungs of a routine from the line behind its head on."""
+    comment = first = None
+    for at in range(number, len(lines)):
+        line = without_comment(lines[at])
+        if first is None and line.upper() == "END":
+            return
+        if first is None and not line:
+            comment = at if comment is None and lines[at].strip() else comment
+            continue
+        first = at if first is None else first
+        if line.endswith(";"):
+            yield _Lines(first if comment is None else comment, first, at + 1)
+            comment = first = None
