@@ -15,7 +15,8 @@ from ..model.types import TYPES, Elementary
 from ..state.characters import FUNCTIONS, read_string, store_string
 from ..state.lowered import BROKEN, LoweredProgram, LoweredStep, parameters_of, passes_groups
 from ..state.memory import NOTHING, CompiledAddOnStore, Passed, Store, Value, set_text_in, text_in
-from ..state.regions import ArrayRegion, copy, fill, region_of
+from ..state.regions import ArrayRegion, converted, copy, fill, region_of
+from ..state.rows import copy_row, move_down, shift_bits
 from ..state.tag_bytes import chars, set_chars
 
 if TYPE_CHECKING:
@@ -81,9 +82,13 @@ class Services:
         """Count the return of a recursive routine."""
         self._fault_log.returned()
 
-    def jumped_back(self, site: int) -> None:
-        """Count a backward jump; fault if the scan does not end."""
-        self._fault_log.jumped_back(site)
+    def negative_control(self, site: int, tag: str, length: int, position: int) -> None:
+        """Fault: LEN or POS of a CONTROL is negative."""
+        self._fault_log.negative_control(site, tag, length, position)
+
+    def jumped_back(self, site: int, times: int = 1) -> None:
+        """Count backward jumps; fault if the scan does not end."""
+        self._fault_log.jumped_back(site, times)
 
     def narrow(self, site: int, value: int, width: int, bits: int) -> int:
         """Wrap a number to the computation's width, then to the tag's."""
@@ -169,15 +174,6 @@ class Services:
     ) -> None:
         """Copy bytes between regions; without a store they are in the program's memory."""
         copy((origin or self._memory, source, first), (goal or self._memory, target, at), length)
-
-    def copy_row(self, goal: Any, at: int, origin: Any, first: int, count: int) -> None:
-        """Copy numbers of one type; either side is a list, a view of bytes or the words of an image."""
-        if count <= 0:
-            return
-        row = origin[first : first + count]
-        if isinstance(row, list) and not isinstance(goal, list):
-            row = array(goal.format, row)
-        goal[at : at + count] = row
 
     def fill(
         self, target: ArrayRegion, at: int, length: int, value: Value, goal: Store | None = None
@@ -268,7 +264,8 @@ def services(engine: Engine, regions: Regions, interpreted: Mapping[int, Lowered
     named |= {"array": array, "chars": chars, "set_chars": set_chars, "faults": engine.fault_log}
     named |= {"read_string": read_string, "store_string": store_string, "types": TYPES}
     named |= {f"string_{name}": function for name, function in FUNCTIONS.items()}
-    named["broken"] = BROKEN
+    named |= {"copy_row": copy_row, "move_down": move_down, "shift_bits": shift_bits}
+    named |= {"broken": BROKEN, "converted": converted}
     return named | CALLED
 
 

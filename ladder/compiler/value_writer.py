@@ -302,10 +302,13 @@ class ValueWriter:
                 return Term(text if text[-1].isdigit() else f'float("{text}")', real=True, double=double)
             return Term(str(value) if value >= 0 else f"({value})", value, value)
         assert isinstance(operand, Place)
-        kind = operand.type
+        return self.term_of(self.read(operand), operand.type)
+
+    def term_of(self, text: str, kind: Elementary) -> Term:
+        """Return a value of a type."""
         if kind.is_real or kind.is_double:
-            return Term(self.read(operand), real=True, double=kind.is_double)
-        return Term(self.read(operand), kind.lowest, kind.highest)
+            return Term(text, real=True, double=kind.is_double)
+        return Term(text, kind.lowest, kind.highest)
 
     def narrowed(self, name: str, terms: list[Term], width: int) -> Term:
         """Return an integer operation wrapped to its width."""
@@ -376,6 +379,12 @@ class ValueWriter:
         terms = self.terms(operands, width)
         result = self.operation(name, terms) if width > 0 else self.real_operation(name, terms, width)
         self.store(target, result, width)
+
+    def expression(self, target: Place, expression: Resolved) -> None:
+        """Write lines that store the value of an expression."""
+        self.clear_flags()
+        width = width_of(expression, target)
+        self.store(target, self.term(expression, width), width if width <= 0 else LINT.bits)
 
     def _carry(self, name: str, operands: tuple[Resolved, ...], width: int) -> None:
         mask = (1 << width) - 1

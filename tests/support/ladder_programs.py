@@ -432,6 +432,11 @@ LOGIC = (
     "MUL(Amount,3,Kept);",
     "XIC(On)MOV(Times.ACC,Table[Kept]);",
     "COP(Table[0],Table[1],2);",
+    "XIC(On)FSC(Look,?,?,ALL,Table[Look.POS]=Amount)XIC(Look.FD)ADD(Kept,1,Kept);",
+    "XIC(On)OTU(Look.IN);",
+    "XIC(On)FAL(Fill,?,?,INC,Table[Fill.POS],Shared+Fill.POS);",
+    "XIC(On)FFL(Amount,Table,Queue,?,?);",
+    "XIO(On)FFU(Table,Kept,Queue,?,?);",
 )
 """Rungs that an add-on instruction may consist of."""
 
@@ -467,6 +472,12 @@ DEEP_LOGIC = (
     "TON(Time,?,?)XIC(Time.DN)MOV(1,Kept);",
     "XIC(On)MOV(0,Kept);",
     "EQU(Label,'abc')MOV(2,Label.LEN);",
+    "XIC(Flag)FFL(Kept,Row,Queue,?,?)XIC(Queue.DN)OTU(Queue.EN);",
+    "XIO(Flag)LFU(Row,Total,Queue,?,?);",
+    "XIC(On)BSL(Own.Both,Shift,Flag,?);",
+    "SIZE(Row,0,Kept);",
+    "FSC(Shift,?,?,2,Own.Words[Shift.POS]>Kept);",
+    "ALMA(Level,Kept,Flag,0,0,?,?,?,?)XIC(Level.HInAlarm)OTE(Flag);",
 )
 """Rungs of an add-on instruction that calls another one."""
 
@@ -484,7 +495,10 @@ LOCAL Inner : Mixer
 LOCAL More : Mixer[2] := [{"Kept": 2}]
 LOCAL Kept : DINT := 1
 LOCAL Own : Packet
-LOCAL Other : Packet"""
+LOCAL Other : Packet
+LOCAL Queue : CONTROL := {"LEN": 3}
+LOCAL Shift : CONTROL := {"LEN": 4}
+LOCAL Level : ALARM_ANALOG := {"HLimit": 2.0, "HEnabled": true}"""
 
 
 @st.composite
@@ -507,6 +521,7 @@ def add_ons(draw):
         "LOCAL Time : TIMER",
         "LOCAL Times : COUNTER",
         "LOCAL Table : DINT[3]",
+        *(f'LOCAL {name} : CONTROL := {{"LEN": 3}}' for name in ("Look", "Fill", "Queue")),
         *routine("Logic"),
         *(routine("EnableInFalse") if draw(st.booleans()) else ()),
         *(routine("Prescan") if draw(st.booleans()) else ()),
