@@ -250,10 +250,31 @@ _FILE_OUTPUTS = (
     _joined("ALMA", st.just("Level"), values, *[st.sampled_from(("A", "B", "0"))] * 3, *[unset] * 4),
     _any_of(
         ("OTL", "OTU"),
-        st.sampled_from(("Loop.MO", "Loop.SWM", "Loop.PE", "Loop.DOE", "Alarm.Latched", "Level.LEnabled")),
+        st.sampled_from(
+            (
+                *("Loop.MO", "Loop.SWM", "Loop.PE", "Loop.DOE", "Loop.CA", "Loop.PVT", "Loop.NOZC"),
+                *(
+                    "Alarm.Latched",
+                    "Alarm.AckRequired",
+                    "Alarm.Condition",
+                    "Alarm.OperReset",
+                    "Alarm.OperAck",
+                ),
+                *("Alarm.OperDisable", "Alarm.ProgEnable", "Alarm.OperSuppress", "Alarm.AlarmCountReset"),
+                *("Level.LEnabled", "Level.AckRequired", "Level.OperAckAll", "Level.OperDisable"),
+            )
+        ),
     ),
     _joined(
-        "MOV", values, st.sampled_from(("Loop.SP", "Loop.KI", "Loop.MAXO", "Loop.DB", "Alarm.MinDurationPRE"))
+        "MOV",
+        values,
+        st.sampled_from(
+            (
+                *("Loop.SP", "Loop.KI", "Loop.MAXO", "Loop.DB", "Loop.UPD", "Loop.PVH", "Loop.DVDB"),
+                *("Alarm.MinDurationPRE", "Level.MinDurationPRE", "Level.ROCPeriod", "Level.ROCNegLimit"),
+                *("Level.HLimit", "Level.LLimit", "Level.Deadband", "Level.ROCPosLimit"),
+            )
+        ),
     ),
     st.sampled_from(("MSG(Order)", "OTL(Order.TO)", "OTU(Order.EN)", "OTE(Order.DN)")),
     _any_of(("OTE", "OTU"), st.sampled_from(("Ctl.IN", "Ctl.ER", "Ctl.EN", "Ctl.EU"))),
