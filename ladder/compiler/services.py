@@ -16,19 +16,11 @@ from ..state.characters import FUNCTIONS, read_string, store_string
 from ..state.lowered import BROKEN, LoweredProgram, LoweredStep, parameters_of, passes_groups
 from ..state.memory import NOTHING, CompiledAddOnStore, Passed, Store, Value, set_text_in, text_in
 from ..state.regions import ArrayRegion, converted, copy, fill, region_of
-from ..state.rows import copy_row, move_down, shift_bits
+from ..state.rows import copy_row, first_of, move_down, shift_bits, store_bytes
 from ..state.tag_bytes import chars, set_chars
 
 if TYPE_CHECKING:
     from ..run.engine import Engine
-
-
-_RANGES = {
-    name: (kind.lowest, kind.highest)
-    for name, kind in TYPES.items()
-    if isinstance(kind, Elementary) and kind.is_integer
-}
-_NO_RANGE = 1, 0
 
 
 class Services:
@@ -46,6 +38,13 @@ class Services:
         interpreter = self._engine.interpreter
         interpreter.now_ns, interpreter.frame = self._engine.now_ns, frame
         return interpreter.execute(self._interpreted[site], power)
+
+    def fetched(self, site: int) -> Any:
+        """Return what `Spec.fetch` of an instruction computes."""
+        interpreter, step = self._engine.interpreter, self._interpreted[site]
+        assert step.spec.fetch is not None
+        interpreter.now_ns, interpreter.site = self._engine.now_ns, site
+        return step.spec.fetch(interpreter, *step.operands)
 
     def passed(self, site: int, number: int) -> Passed:
         """Return a structure or an array that an instruction passes, as bytes."""
@@ -213,12 +212,6 @@ class Services:
 
     def answer(self, site: int, value: Value, kind: str) -> Value:
         """Convert a parameter or a returned value to its tag's type."""
-        if value.__class__ is int:
-            low, high = _RANGES.get(kind, _NO_RANGE)
-            if low <= value <= high:
-                return value
-        if kind == "BOOL":
-            return bool(value)
         if kind == "REAL":
             return self.real_result(site, value, value)
         if kind == "LREAL":
@@ -264,7 +257,7 @@ def services(engine: Engine, regions: Regions, interpreted: Mapping[int, Lowered
     named |= {"array": array, "chars": chars, "set_chars": set_chars, "faults": engine.fault_log}
     named |= {"read_string": read_string, "store_string": store_string, "types": TYPES}
     named |= {f"string_{name}": function for name, function in FUNCTIONS.items()}
-    named |= {"copy_row": copy_row, "move_down": move_down, "shift_bits": shift_bits}
+    named |= {each.__name__: each for each in (copy_row, first_of, move_down, shift_bits, store_bytes)}
     named |= {"broken": BROKEN, "converted": converted}
     return named | CALLED
 

@@ -24,6 +24,7 @@ from ..model.operators import BITWISE, FUNCTIONS, RELATIONS
 from ..model.stretches import BITS, Spot, row_strides
 from ..model.tags import OWN, FrameLayout, Leaf
 from ..model.types import DINT, LINT, LREAL, REAL, Elementary
+from ..state.tag_bytes import PUT_TEXT
 from .packed import assign_packed, read_packed
 from .writer import Writer
 
@@ -46,6 +47,36 @@ class Term:
         """Whether it is an integer that never overflows that many bits."""
         half = 1 << bits - 1
         return not self.real and -half <= self.low and self.high < half
+
+
+@dataclass(frozen=True, slots=True)
+class StringPlace:
+    """A STRING in bytes as text for a call: tag, byte, room for characters."""
+
+    tag: str
+    at: str
+    room: int
+
+    def __str__(self) -> str:
+        return f"{self.tag}, {self.at}, {self.room}"
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether the byte is a number or a variable."""
+        return self.at.isdigit() or self.at.isidentifier()
+
+    def read(self, length: str, otherwise: str) -> str:
+        """Return text for its characters, or `otherwise` if LEN is out of range; `length` is a new name."""
+        if self.at.isdigit():
+            at, begin = str(int(self.at) // 4), str(int(self.at) + 4)
+        else:
+            at, begin = f"{self.at} >> 2", f"{self.at} + 4"
+        valid = f"0 <= ({length} := {self.tag}.i[{at}]) <= {self.room}"
+        return f"({self.tag}.B[{begin}:{begin} + {length}].tobytes() if {valid} else {otherwise})"
+
+    def store(self, value: str, length: str) -> str:
+        """Return a line that sets it to characters, in a variable, that fit or are cut off."""
+        return f"{PUT_TEXT}{self.room}({self.tag}.B, {self.at}, {length}, {value})"
 
 
 class ValueWriter:
@@ -423,22 +454,28 @@ class ValueWriter:
             return repr(operand.value.encode("latin-1", errors="replace"))
         assert isinstance(operand, Group)
         place = self.string(operand)
-        return f"chars({place})" if place else f"text{self._in_store(operand)})"
+        if place is None:
+            return f"text{self._in_store(operand)})"
+        return place.read(self.writer.temporary(), f"chars({place})") if place.is_fixed else f"chars({place})"
 
     def set_characters(self, operand: Group, text: str) -> None:
-        """Write an assignment of characters to a string."""
+        """Write an assignment of characters, in a variable, to a string."""
         place = self.string(operand)
-        call = f"set_chars({place}" if place else f"set_text{self._in_store(operand)}"
-        self.writer.line(f"{call}, {text})")
+        if place is None:
+            self.writer.line(f"set_text{self._in_store(operand)}, {text})")
+        else:
+            self.writer.line(
+                place.store(text, f"len({text}) if len({text}) < {place.room} else {place.room}")
+            )
 
-    def string(self, operand: Group) -> str:
-        """Return text for a STRING in bytes: tag, byte, room for characters; "" for others."""
+    def string(self, operand: Group) -> StringPlace | None:
+        """Return the place of a STRING in bytes, None of others."""
         spot = self.writer.layout.byte_spot(operand.path)
         if spot is None:
-            return ""
+            return None
         texts = self.subscripts(first_leaf(operand), operand.indices, operand.text)
         room = operand.layout.leaf(f"{operand.path}.DATA").dims[-1]
-        return f"{spot.ident}, {self.placed(spot, first_leaf(operand), texts)}, {room}"
+        return StringPlace(spot.ident, self.placed(spot, first_leaf(operand), texts), room)
 
     def _in_store(self, operand: Group) -> str:
         """Return text for the arguments that find a string: path, index, store."""

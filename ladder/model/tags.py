@@ -440,7 +440,7 @@ def _identifier(path: str) -> str:
     return f"tag_{wanted}" if wanted[0].isdigit() or wanted.startswith(_FUNCTIONS) else wanted
 
 
-_FUNCTIONS = ("addon_", "jsr_", "string_")
+_FUNCTIONS = ("addon_", "jsr_", "string_", "put_text_")
 """Beginnings of names of functions of the compiled program."""
 
 
@@ -542,66 +542,15 @@ def _declared(member: Member) -> Declaration:
 FRAME, BASE = "frame", "base"
 """Variables of a compiled add-on instruction: the list of its instance, and the offset in it."""
 
-RESERVED = frozenset(
-    [
-        "now",
-        "given",
-        "at",
-        "float",
-        "len",
-        "abs",
-        "min",
-        "array",
-        "region",
-        "subscript",
-        "outside",
-        "negative",
-        "jumped_back",
-        "called",
-        "returned",
-        "narrow",
-        "integer",
-        "cut",
-        "divide",
-        "modulo",
-        "real_result",
-        "real_divide",
-        "real_modulo",
-        "double_result",
-        "double_divide",
-        "double_modulo",
-        "copy",
-        "copy_row",
-        "fill",
-        "text",
-        "set_text",
-        "chars",
-        "faults",
-        "types",
-        "read_string",
-        "store_string",
-        "set_chars",
-        "bytes",
-        "python",
-        "answer",
-        "interpret",
-        "passed",
-        "received",
-        "broken",
-        *CALLED,
-        "program",
-        "rung_done",
-        "scan",
-        FRAME,
-        BASE,
-        "LadderFault",
-        "fault",
-        "mask",
-        "site",
-        "interpret",
-        "stretch",
-        "text_in",
-        "set_text_in",
-    ]
-)
+_WORDS = f"""
+now given at program scan rung_done LadderFault fault mask site stretch region types faults {FRAME} {BASE}
+float len abs min max array bytes broken converted
+subscript outside negative negative_control jumped_back called returned narrow integer cut divide modulo
+real_result real_divide real_modulo double_result double_divide double_modulo
+copy copy_row fill move_down shift_bits store_bytes first_of
+text set_text text_in set_text_in chars set_chars read_string store_string
+python answer interpret fetched passed received
+"""
+
+RESERVED = frozenset((*_WORDS.split(), *CALLED))
 """Identifiers of the compiled program; its temporaries start with two underscores."""

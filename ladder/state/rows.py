@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from array import array
 from typing import Any
 
@@ -54,3 +55,29 @@ def shift_bits(row: Any, at: int, length: int, new: bool, left: bool) -> bool:
     moved = array("i", (whole & (1 << _BITS * words) - 1).to_bytes(_BITS // 8 * words, "little"))
     row[at : at + words] = moved.tolist() if isinstance(row, list) else moved
     return bool(unloaded)
+
+
+def store_bytes(row: Any, at: int, left: int, code: str, size: int, data: bytes) -> None:
+    """Set integers of a type from bytes, as many as there are, up to the end of the array.
+
+    Args:
+        left: number of elements to the end of the array.
+        code: the type's letter in the `struct` module.
+        size: its bytes.
+    """
+    count = min(left, -(-len(data) // size))
+    rest = count * size - len(data)
+    if rest > 0:  # the last element keeps its further bytes
+        data += struct.pack(f"<{code}", row[at + count - 1])[-rest:]
+    if isinstance(row, list):
+        row[at : at + count] = struct.unpack_from(f"<{count}{code}", data)
+    else:
+        row[at : at + count] = array(code, data[: count * size])
+
+
+def first_of(data: bytes, code: str, size: int, before: int) -> int:
+    """Return the first integer of bytes; if they are fewer, its further bytes are those of `before`."""
+    if len(data) < size:
+        data += struct.pack(f"<{code}", before)[len(data) :]
+    first: int = struct.unpack_from(f"<{code}", data)[0]
+    return first
