@@ -54,7 +54,7 @@ class ElementText:
         assert isinstance(operand, (Place, Group))
         self._values, self._writer = rungs.values, rungs.writer
         self.leaf = first_leaf(operand)
-        self.region = region_of(operand)
+        self.region = region_of(operand, extent=True)
         self.type = self.leaf.type
         texts = subscripts_kept(rungs.values, operand)
         self.row = rungs.writer.name(self.leaf)
@@ -121,7 +121,7 @@ def byte_end(rungs: RungWriter, operand: Resolved) -> ByteEnd | None:
         spot = rungs.writer.layout.spot(leaf)
     if spot is None or not spot.view or spot.unit == 1:
         return None
-    region = region_of(operand)
+    region = region_of(operand, extent=True)
     texts = subscripts_kept(values, operand)
     at, width = values.placed(spot, leaf, texts), spot.unit // 8
     if width > 1:

@@ -24,11 +24,11 @@ def _cop(machine: Interpreter, source: Resolved, target: Resolved, length: Resol
 
 
 def _write_cop(rungs: RungWriter, source: Resolved, target: Resolved, length: Resolved) -> None:
-    regions = region_of(source), region_of(target)
     ends = [byte_end(rungs, each) for each in (source, target)]
     if ends[0] is not None and ends[1] is not None:
         _write_bytes(rungs, ends[0], ends[1], length)
         return
+    regions = region_of(source), region_of(target)
     if isinstance(length, Constant) and _write_slices(rungs, *regions, int(length.value)):
         return
     if copied_singly((source, target, length)):
