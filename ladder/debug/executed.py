@@ -137,6 +137,12 @@ class TracedMemory(WatchedMemory):
         return value
 
     @override
+    def elements(self, leaf: Leaf, begin: int, count: int) -> list[Value]:
+        if self.noted is None:
+            return super().elements(leaf, begin, count)
+        return [self.read(leaf, at) for at in range(begin, begin + count)]
+
+    @override
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
         with self.unnoted():
             super().write(leaf, index, value)

@@ -136,7 +136,7 @@ class WatchedEngine(Engine):
         handled = 0 if scheduler is None else scheduler.handled
         self.broken_off = True
         try:
-            super()._do(now_ns, first=first)  # what is observed is that of the scan before
+            Engine._do(self, now_ns, first=first)  # what is observed is that of the scan before
             self.broken_off = scheduler is not None and handled != scheduler.handled
         finally:
             self.scans += 1

@@ -16,10 +16,10 @@ from typing_extensions import override
 
 from ..model.tree import Address, Instruction, MemberStep, Operand, Rung, addresses_in, instructions_of
 from .layout import NO_CAPTIONS, place
-from .marks import BoxLine, Picture
+from .marks import BoxLine, Picture, Symbol
 from .markup import CELL, Pen, attribute, plain, units
 from .ruler import Ruler
-from .shapes import Curve, Letters, Line, Shape, Value, shape_bottom, shapes_of
+from .shapes import BoxFrame, Curve, Letters, Line, Shape, Value, shape_bottom, shapes_of
 
 ROW = 22
 """Units per row, with room for a contact's value below the wire."""
@@ -67,6 +67,8 @@ def live_rung(
     picture = place(rung, width, ruler)
     groups = [_Group() for _ in range(picture.elements)]
     for mark in picture.marks:
+        if isinstance(mark, Symbol):
+            groups[mark.element].add(_reach(mark))
         for shape in shapes_of(mark):
             groups[mark.element if shape.element is None else shape.element].add(shape)
     parts = [_rails(picture)]
@@ -79,6 +81,13 @@ def live_rung(
         parts.append(f"<g{attributes}>{title}{group.markup()}</g>")
     names = dict.fromkeys(name for each in instructions for name in ruler.names(each))
     return LiveRung(_document(picture, ident, str(rung), "".join(parts)), len(groups), tuple(names))
+
+
+def _reach(symbol: Symbol) -> Shape:
+    """Return where a pointer hits a sign: from its name to its value. A box has its frame."""
+    left, label = symbol.x - 0.5, symbol.label_x
+    right = max(left + len(symbol.sign), label + len(symbol.name))
+    return Shape(BoxFrame(min(left, label), symbol.y - 1, right - min(left, label), 2), "hit")
 
 
 def _document(picture: Picture, ident: str, text: str, content: str) -> str:

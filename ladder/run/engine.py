@@ -135,16 +135,16 @@ class Engine:
         for each in self.lowered.opening:
             each(self, first)
         try:
-            self._run_logic(now_ns, first=first)
+            if first:
+                self._first_logic(now_ns)
+            else:
+                self._scan(now_ns)
         except ScanEndedError:
             self.memory.write(self._first_scan, 0, False)
         for close in self.lowered.closing:
             close(self)
 
-    def _run_logic(self, now_ns: int, *, first: bool) -> None:
-        if not first:
-            self._scan(now_ns)
-            return
+    def _first_logic(self, now_ns: int) -> None:
         self._started = True
         if not self._prescanned:
             self.interpreter.prescan()

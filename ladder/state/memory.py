@@ -125,6 +125,15 @@ class Memory:
         found = cell.cell_contents
         return found[index] if leaf.dims else found  # type: ignore[no-any-return]
 
+    def elements(self, leaf: Leaf, begin: int, count: int) -> list[Value]:
+        """Return values of an array that are side by side."""
+        cell = self.cells.get(leaf.ident)
+        if cell is not None:
+            return list(cell.cell_contents[begin : begin + count])
+        values, spot = self._listed(leaf)
+        places = map(spot.at, range(begin, begin + count))
+        return [values.get(spot.view, at) for at in places] if spot.view else [values[at] for at in places]
+
     def write(self, leaf: Leaf, index: int, value: Value) -> None:
         """Set a value of the leaf's type."""
         cell = self.cells.get(leaf.ident)
@@ -238,6 +247,8 @@ class Memory:
         """Return a value for people: a list per dimension, a dict of members, a str of a STRING."""
         if dims:
             length, inner = dims[0], dims[1:]
+            if not inner and isinstance(kind, Elementary):
+                return self.elements(self.layout.leaf(path), at * length, length)
             return [self.dump(path, kind, inner, at * length + number) for number in range(length)]
         if isinstance(kind, Elementary):
             return self.read(self.layout.leaf(path), at)

@@ -33,7 +33,7 @@ Rows = NDArray[np.void]
 """Rows of a ring: scan, flags, now_ns, wall_ns, figures, memory, again."""
 
 
-_ROWS, _MESSAGES, _SNAPSHOTS, _ORDERS, _ASKED = range(5)
+_ROWS, _MESSAGES, _SNAPSHOTS, ORDERS, ASKED = range(5)
 """Numbers in the head: rows written so far, bytes of messages, bytes of snapshots; and two that the monitor
 writes: orders sent so far, snapshots requested.
 """
@@ -71,6 +71,7 @@ class Ring:
     Attributes:
         shape: its dimensions.
         memory: what it is in.
+        head: its numbers, by `ORDERS` and the others; the scan loop looks there after every scan.
         put: writes a row; called after every scan.
     """
 
@@ -97,20 +98,20 @@ class Ring:
         self._mask = shape.rows - 1
         whole = memoryview(memory.map)
         start = _HEAD_BYTES + shape.rows * self._stride
-        self._head = whole[:_HEAD_BYTES].cast("Q")
+        self.head = whole[:_HEAD_BYTES].cast("Q")
         self._rows = whole[_HEAD_BYTES:start]
-        self.messages = Records(self._head, _MESSAGES, whole[start : start + MESSAGE_BYTES])
+        self.messages = Records(self.head, _MESSAGES, whole[start : start + MESSAGE_BYTES])
         start += MESSAGE_BYTES
-        self.snapshots = Records(self._head, _SNAPSHOTS, whole[start : start + SNAPSHOT_BYTES])
+        self.snapshots = Records(self.head, _SNAPSHOTS, whole[start : start + SNAPSHOT_BYTES])
         pad = self._stride - _row_struct(shape, 0).size
-        self.put = _putter(self._head, self._rows, _row_struct(shape, pad), self._mask)
+        self.put = _putter(self.head, self._rows, _row_struct(shape, pad), self._mask)
 
     # --- the monitor
 
     @property
     def written(self) -> int:
         """Rows written so far."""
-        return int(self._head[_ROWS])
+        return int(self.head[_ROWS])
 
     def take(self, since: int) -> RingRows:
         """Return the remaining rows from a place on."""
@@ -128,26 +129,26 @@ class Ring:
     @property
     def orders(self) -> int:
         """Orders sent so far."""
-        return self._head[_ORDERS]
+        return self.head[ORDERS]
 
     @orders.setter
     def orders(self, orders: int) -> None:
-        self._head[_ORDERS] = orders
+        self.head[ORDERS] = orders
 
     @property
     def asked(self) -> int:
         """Snapshots requested so far."""
-        return self._head[_ASKED]
+        return self.head[ASKED]
 
     @asked.setter
     def asked(self, asked: int) -> None:
-        self._head[_ASKED] = asked
+        self.head[ASKED] = asked
 
     def close(self) -> None:
         """Close it. The memory is released when the last process has closed it, or has ended."""
         self.messages.release()
         self.snapshots.release()
-        self._head.release()
+        self.head.release()
         self._rows.release()
         self.memory.close()
 

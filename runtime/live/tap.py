@@ -11,7 +11,7 @@ from ..loop.events import JsonValue
 from ..loop.listeners import QuietListener
 from ..loop.pace import rest, wall_ns
 from ..loop.rack import Rack
-from .ring import Ring
+from .ring import ASKED, ORDERS, Ring
 from .session import Session
 
 FIGURES_NS = 10_000_000
@@ -59,7 +59,8 @@ class Tap(QuietListener):
     session: Session  # obeys orders after each scan; set before the first one
 
     def __init__(self, ring: Ring, rack: Rack, period_ns: int, figures: Figures) -> None:
-        self._ring, self._memory, self._period_ns = ring, rack.memory, period_ns
+        self._ring, self._put, self._head = ring, ring.put, ring.head
+        self._memory, self._period_ns = rack.memory, period_ns
         self._figures = figures
         self.notes: Notes = NoNotes()
         self._latest: tuple[int, ...] = (0,) * ring.shape.figures
@@ -80,9 +81,9 @@ class Tap(QuietListener):
         if wall >= self._due_ns and (scan >= self._due or self.session.state.speed is not None):
             self._due_ns, self._due = wall + FIGURES_NS, scan + FIGURES_SCANS
             self._latest = self._figures.read(now_ns)
-        self._ring.put(scan, flags, now_ns, wall, self._latest, self._memory)
+        self._put(scan, flags, now_ns, wall, self._latest, self._memory)
         self.notes.note(scan)
-        if self._ring.asked != self._seen_asked:
+        if self._head[ASKED] != self._seen_asked:
             self._give(scan + 1)
         self._next = scan + 1
         self._last = scan, now_ns, flags
@@ -118,7 +119,7 @@ class PipeInbox:
     """Orders from a pipe, counted in the ring."""
 
     def __init__(self, ring: Ring, pipe: Connection) -> None:
-        self._ring, self._pipe = ring, pipe
+        self._head, self._pipe = ring.head, pipe
         self._taken = ring.orders
 
     def connect(self, pipe: Connection) -> None:
@@ -128,7 +129,7 @@ class PipeInbox:
     @property
     def pending(self) -> bool:
         """Whether an order is there."""
-        return self._ring.orders != self._taken
+        return self._head[ORDERS] != self._taken
 
     def take(self) -> bytes:
         """Return the next order; ValueError if the monitor died before it could send it."""

@@ -47,5 +47,5 @@ def test_cursors_say_what_is_between_them_and_snap_to_edges(page, paused):
     place = page.run(PLACE, edge * 2_000_000)
     page.run(DRAG, place)  # four pixels beside the edge
     until(lambda: page.run(SCAN, 1) == edge)
-    page.press("Cursors")
+    page.press("Cursors A B")
     assert page.run("return document.querySelectorAll('.cursor:not([hidden])').length") == 0

@@ -4,6 +4,7 @@ import json
 from functools import partial
 
 import pytest
+from axe_peer import axe_findings
 from contrast import contrast
 from watched_page import steadily, until, watching
 
@@ -29,6 +30,7 @@ SCALE = """
 const rung = document.querySelector("svg.rung");
 return rung.clientWidth / rung.viewBox.baseVal.width;
 """
+PRESS = "document.querySelector(arguments[0]).dispatchEvent(new MouseEvent('click', { bubbles: true }))"
 MOVING = """
 const styles = [...document.querySelectorAll("*")].map(each => getComputedStyle(each));
 return styles.filter(each => each.transitionDuration !== "0s" || each.animationName !== "none").length;
@@ -58,6 +60,17 @@ def test_every_control_has_an_accessible_name(opened):
         return [html(each) for each in controls if not each.accessible_name.strip()]
 
     assert steadily(nameless) == []
+
+
+@pytest.mark.parametrize(("wide", "high", "scheme"), [(1280, 720, "light"), (400, 800, "dark")])
+def test_axe_finds_nothing(opened, wide, high, scheme):
+    opened.look(wide, high, scheme=scheme)
+    opened.until_there("svg.rung [data-element='Main.7.2']")
+    opened.run(PRESS, "[data-element='Main.7.2']")
+    opened.until_there("#tag .name")  # the sheet of a tag, and the causes of its value
+    for panel in ("events", "watch", "words"):
+        opened.panel(panel)
+        assert axe_findings(opened) == []
 
 
 def test_the_keyboard_reaches_every_control(opened):

@@ -109,7 +109,7 @@ def test_the_button_of_a_running_rack_writes_the_page_of_its_scan(page, feeder_r
     page.browser.get((tmp_path / "session.html").as_uri())
     page.until_handle("state", "past")
     assert 4000 <= int(page.handle("scan") or 0) < SCANS + 2000
-    assert page.control("Copy the link").is_enabled()
+    assert page.control("Copy link").is_enabled()
 
 
 def test_the_page_of_a_failed_test_opens_on_what_failed(page, feeder_rack, tmp_path):

@@ -23,7 +23,7 @@ from ...ladder.debug.executed import TracedEngine
 from ...ladder.debug.forces import Forces
 from ...ladder.debug.replay import Replayer, Source, Truths
 from ...ladder.debug.stretch import ScanInputs
-from ...ladder.state.snapshots import restore
+from ...ladder.state.snapshots import restore, snapshot
 from ...runtime.live.ring import Rows
 from ...runtime.loop.phases import IDLE_PHASES
 from ...runtime.loop.rack import SLOT_BYTES
@@ -172,6 +172,12 @@ class ProgramReplica(Replayer):
         super().__init__(engine, SessionScans(program, slots, timeline, kept), MOST_REPEATED, CHAPTERS)
         self.is_impure = bool(program.functions)  # whether routines in Python prevent repetition of scans
         self._kept = kept
+
+    def keep(self, scan: int) -> None:
+        """Keep the present values, those before a scan: its questions are answered from there."""
+        place = self._kept.place(scan)
+        if not self.is_impure and (place is None or self._kept.scans[place] < scan):
+            self._kept.take(Values(scan, snapshot(self.engine.memory), 0))
 
     @override
     def show(self, scan: int) -> bool:

@@ -337,6 +337,7 @@ def _is_name(value: object) -> bool:
 
 
 QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
+    "here": lambda _monitor, _page, _said: {},
     "show": show,
     "watch": watch,
     "lanes": lanes,

@@ -25,6 +25,9 @@ from ..history.catalog import PageRoutine, shown_value, value_of
 from ..history.program_replica import ProgramReplica
 from ..history.timeline import Timeline
 
+EVERY = 64
+"""Scans between the values that answers of why begin with."""
+
 ROWS_AT_ONCE = 4096
 """Scans of recorded values that are read at once."""
 
@@ -146,6 +149,8 @@ def take_ladder(
             part, _, name = key.partition("\n")
             lists.note(f"{part}\n{number}\n{name}", scan, value)
         scan += 1
+        if scan % EVERY == 0:
+            replica.keep(scan)
     return scan
 
 
@@ -192,7 +197,7 @@ class LadderWalk:
                     yield f"power\n{key}", value
 
     def _due(self, forces: Mapping[Any, object]) -> Iterable[str]:
-        changed = [place for ident in self._cells for place in self._changed(ident)]
+        changed = self._changed()
         if forces != self._forces:
             self._forces = dict(forces)
             return self._names
@@ -200,20 +205,23 @@ class LadderWalk:
             [*self._always, *(name for place in changed for name in self._names_at.get(place, ()))]
         )
 
-    def _changed(self, ident: str) -> Iterable[tuple[str, int | None]]:
-        """Yield the places of a variable that have changed; None = somewhere in it."""
-        now, before = self._cells[ident].cell_contents, self._contents.get(ident, UNSET)
-        if isinstance(now, TagBytes):
-            now = now.saved()
-        elif isinstance(now, memoryview):
-            now = now.tolist()
-        if now == before:
-            return
-        self._contents[ident] = now[:] if isinstance(now, list) else now
-        yield ident, None
-        if isinstance(now, list):
-            pairs = zip_longest(now, before if isinstance(before, list) else ())
-            yield from ((ident, at) for at, (one, other) in enumerate(pairs) if one != other)
+    def _changed(self) -> list[tuple[str, int | None]]:
+        """Return the places that have changed; None = somewhere in a variable."""
+        contents, found = self._contents, list[tuple[str, int | None]]()
+        for ident, cell in self._cells.items():
+            now, before = cell.cell_contents, contents.get(ident, UNSET)
+            if isinstance(now, TagBytes):
+                now = now.saved()
+            elif isinstance(now, memoryview):
+                now = now.tolist()
+            if now == before:
+                continue
+            contents[ident] = now[:] if isinstance(now, list) else now
+            found.append((ident, None))
+            if isinstance(now, list):
+                pairs = zip_longest(now, before if isinstance(before, list) else ())
+                found += [(ident, at) for at, (one, other) in enumerate(pairs) if one != other]
+        return found
 
 
 def _places(where: Place | Group, memory: Memory) -> set[tuple[str, int | None]]:

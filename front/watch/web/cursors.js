@@ -14,7 +14,7 @@ const lines = ["A", "B"].map((name, place) => {
 });
 const between = el("output", { class: "between figure", "aria-label": "Between the cursors", hidden: true });
 export const cursorLayer = el("div", { class: "layer" }, between, ...lines);
-export const cursorButton = button("Cursors", both, { text: "A B", title: "Two cursors with the time between them, or none (c sets one at the scan shown)", "aria-pressed": "false" });
+export const cursorButton = button("Cursors A B", both, { text: "A B", title: "Two cursors with the time between them, or none (c sets one at the scan shown)", "aria-pressed": "false" });
 
 let scans = [], axis = null, edge = () => null; // of A and of B, as far as they are set
 

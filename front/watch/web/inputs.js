@@ -1,6 +1,6 @@
 // The inputs of a slot, a button each. A hand presses what is a button; what the machine operates it can hold against it.
 
-import { el, setAttribute, setText } from "./dom.js";
+import { el, setAttribute } from "./dom.js";
 import * as orders from "./orders.js";
 import { place } from "./values.js";
 import { bitName } from "./words.js";
@@ -23,21 +23,18 @@ function paintInputs(inputs, levels) {
 class Input {
   constructor(slot, { name, title, kind, rest = false, word, bit }) {
     Object.assign(this, { slot: slot.number, name, rest, byHand: kind === "button", on: false, held: false, timer: 0, springs: false });
-    this.level = el("span", { class: "level" }, "0");
     this.node = el("button", {
       type: "button", class: "input", "aria-label": `Press ${title || name}`, "aria-pressed": "false", "data-kind": kind,
       title: this.byHand ? "Click: press, or let go. Hold: pressed as long as you hold it." : `Operated by a ${kind}. Click: hold it against the machine, or give it back.`,
       disabled: !orders.allowed(), click: () => this.clicked(), pointerdown: () => this.down(), pointerup: () => this.up(), pointerleave: () => this.up(),
-    }, el("i", { class: "led", "aria-hidden": "true" }), el("span", {}, title || name), this.level);
+    }, el("i", { class: "led", "aria-hidden": "true" }), el("span", {}, title || name), el("span", { class: "level" }));
     if (word === undefined) Object.assign(this.node.dataset, { name: `${slot.number}.input.${name}`, value: "0" });
     else place(this.node, bitName(slot, { name, word, bit }), value => { this.show(value); return null; });
   }
 
   show(on) {
     this.on = on;
-    const level = on === null ? "" : on ? "1" : "0"; // null: not known
-    setAttribute(this.node, "data-value", level);
-    setText(this.level, level || "–");
+    setAttribute(this.node, "data-value", on === null ? "" : on ? "1" : "0"); // null: not known
     setAttribute(this.node, "aria-pressed", String(this.byHand ? on !== this.rest : this.held));
   }
 

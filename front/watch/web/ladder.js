@@ -38,7 +38,6 @@ function rowOf(ident, { number, svg, comment, file, line }) {
 function prepare(group, number) {
   group.setAttribute("role", isCall(group) ? "link" : "button");
   group.setAttribute("tabindex", number === 0 ? "0" : "-1");
-  group.setAttribute("aria-label", group.querySelector("title").textContent);
 }
 
 const isCall = group => group.dataset.instruction === "JSR";

@@ -8,7 +8,7 @@ import { share } from "./orders.js";
 import { run } from "./state.js";
 
 const write = button("Write a page to share", save, { text: "Share", title: "Write the recording, with this page, to one file that any browser opens" });
-const copy = button("Copy the link", copied, { text: "Copy link", title: "Copy the link to this scan of this page" });
+const copy = button("Copy link", copied, { title: "Copy the link to this scan of this page" });
 
 export const shareButton = () => run.hello.shared ? copy : write;
 

@@ -3,23 +3,38 @@
 import { read, written } from "./exact.js";
 
 const RETRY_MS = [250, 500, 1000, 2000]; // waits between attempts, the last one over and over
+const SILENT_MS = 2000, GONE_MS = 10000; // without a message: ask whether it is there; take it for lost
 
 const waiting = new Map(); // id -> [resolve, reject]
-let socket = null, next = 1, attempts = 0, listener = null;
+let socket = null, next = 1, attempts = 0, listener = null, heard = 0;
 
 // What the server refuses comes as this error; its message is the server's sentence.
 export class Refused extends Error {}
 
-export function connect(key, heard) {
-  listener = heard;
+export function connect(key, listening) {
+  listener = listening;
   const opened = new WebSocket(`ws://${location.host}/socket`);
   socket = opened;
+  heard = performance.now();
   opened.onopen = () => { opened.send(JSON.stringify({ key })); };
   opened.onmessage = message => hear(read(message.data));
   opened.onclose = event => closed(key, event);
+  opened.gone = () => {
+    opened.gone = opened.onclose = opened.onmessage = null;
+    opened.close();
+    closed(key, {});
+  };
 }
 
+// A network that is cut closes no socket: nothing comes any more, and the picture would look live.
+setInterval(() => {
+  const silent = performance.now() - heard;
+  if (socket?.readyState === WebSocket.OPEN && silent > SILENT_MS && !waiting.size) ask("here").catch(() => {});
+  if (silent > GONE_MS) socket?.gone?.();
+}, 1000);
+
 function hear(message) {
+  heard = performance.now();
   if (message.answer) return answered(message.answer);
   if (message.hello) attempts = 0;
   listener(message);
@@ -33,6 +48,7 @@ function answered(answer) {
 }
 
 function closed(key, event) {
+  socket = null;
   for (const [, reject] of waiting.values()) reject(new Refused("The connection is lost."));
   waiting.clear();
   listener({ lost: event.reason || "The connection to the rack is lost; trying again." });

@@ -37,7 +37,7 @@ const record = figure("Recording", "name", "The trace that is being written");
 const stateSign = el("span", { class: "sign", "aria-hidden": "true" });
 const stateWord = el("span", {});
 const state = el("div", { class: "state", role: "status" }, stateSign, stateWord);
-const rack = el("div", { class: "rack" });
+const rack = el("h1", { class: "rack" });
 
 function build(hello) {
   const name = hello.rack || hello.path;

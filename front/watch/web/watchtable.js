@@ -16,7 +16,7 @@ let key = "";
 const field = el("input", { type: "text", list: "tags", "aria-label": "Tag to watch", placeholder: "Add a tag", autocomplete: "off", spellcheck: "false", keydown: keyed });
 const known = el("datalist", { id: "tags" });
 const body = el("tbody");
-const table = el("table", { class: "watch" }, el("colgroup", {}, ...Array.from({ length: 4 }, () => el("col"))), el("thead", { class: "hidden" }, el("tr", {}, ...["Tag", "Value", "Radix", ""].map(text => el("th", {}, text)))), body);
+const table = el("table", { class: "watch" }, el("colgroup", {}, ...Array.from({ length: 4 }, () => el("col"))), el("thead", { class: "hidden" }, el("tr", {}, ...["Tag", "Value", "Radix", "Remove"].map(text => el("th", {}, text)))), body);
 const empty = el("p", { class: "soft" }, "Tags of your choice stay here.");
 
 onProgram(hello => {

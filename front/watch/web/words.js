@@ -65,7 +65,7 @@ function wordsOf(slot) {
   const row = (word) => el("tr", {}, el("th", { scope: "row" }, String(word)), ...cells(slot, false, word, ins), ...cells(slot, true, word, outs));
   const rows = Array.from({ length: Math.max(ins, outs) }, (_, word) => row(word));
   return el("details", { class: "raw" }, el("summary", {}, "Words"),
-    el("table", {}, el("thead", {}, el("tr", {}, ...["", "in", "", "out", ""].map(text => el("th", {}, text)))), el("tbody", {}, ...rows)));
+    el("table", {}, el("thead", {}, el("tr", {}, ...["", "in", "", "out", ""].map(text => el(text ? "th" : "td", {}, text)))), el("tbody", {}, ...rows)));
 }
 
 function cells(slot, output, word, most) {
