@@ -72,11 +72,11 @@ class StringPlace:
         else:
             at, begin = f"{self.at} >> 2", f"{self.at} + 4"
         valid = f"0 <= ({length} := {self.tag}.i[{at}]) <= {self.room}"
-        return f"({self.tag}.B[{begin}:{begin} + {length}].tobytes() if {valid} else {otherwise})"
+        return f"({self.tag}.bits[{begin}:{begin} + {length}] if {valid} else {otherwise})"
 
     def store(self, value: str, length: str) -> str:
         """Return a line that sets it to characters, in a variable, that fit or are cut off."""
-        return f"{PUT_TEXT}{self.room}({self.tag}.B, {self.at}, {length}, {value})"
+        return f"{PUT_TEXT}{self.room}({self.tag}.bits, {self.at}, {length}, {value})"
 
 
 class ValueWriter:

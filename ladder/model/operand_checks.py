@@ -237,9 +237,7 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     Use.EXPRESSION: OperandCheck(
         is_arithmetic, "an arithmetic expression", "compare with CMP; AND, OR, XOR, NOT take integers"
     ),
-    Use.CONDITION: OperandCheck(
-        _is_test, "a comparison", "write a relation such as a>b, or a>b AND c<=d"
-    ),
+    Use.CONDITION: OperandCheck(_is_test, "a comparison", "write a relation such as a>b, or a>b AND c<=d"),
     Use.TRUTH: OperandCheck(is_logical, "a bit or a condition", "compare it, as in count <> 0"),
     Use.TIMER: OperandCheck(lambda each: _is_structure(each, TIMER), "a TIMER", "declare the tag as TIMER"),
     Use.COUNTER: OperandCheck(
