@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Protocol
 
@@ -19,6 +20,14 @@ if TYPE_CHECKING:  # options import no recordings
 
 ScanRange = tuple[int, int | None]
 """First and last scan, both included; None = to the end."""
+
+
+class UaSecurityWord(StrEnum):
+    """Words of --opc-ua-security; those of `kinds.SECURITIES`."""
+
+    NONE = "none"
+    ENCRYPTED = "encrypted"
+
 
 RangeOption = Annotated[
     list[str] | None,
@@ -41,6 +50,22 @@ ServerOption = Annotated[
         help="Serve the tags to HMIs and scripts: ethernet-ip as a CompactLogix does, opc-ua, modbus-tcp; to "
         "this machine only.",
         show_default=False,
+    ),
+]
+UaSecurityOption = Annotated[
+    UaSecurityWord | None,
+    typer.Option(
+        "--opc-ua-security",
+        help="Of the OPC UA server. encrypted: Basic256Sha256, with a certificate in opcua/ beside the rack.",
+        show_default="none on this machine, else encrypted",
+    ),
+]
+UaUsersOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--opc-ua-users",
+        metavar="FILE",
+        help="Who may use the OPC UA server: lines name:password in a file that only you can read.",
     ),
 ]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]

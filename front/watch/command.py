@@ -57,6 +57,8 @@ def _watch_command(
             "--forces": options.forces,
             "--preview": options.preview,
             "--server": bool(options.server),
+            "--opc-ua-security": options.ua_security is not None,
+            "--opc-ua-users": options.ua_users is not None,
         }
         given = [option for option, is_given in of_racks.items() if is_given]
         with reported_mistakes():
@@ -78,7 +80,7 @@ def _watch_command(
         if options.record is not None:
             check_recording(job, options.record, keep=0 if options.replace else None)
         held = forces_to_hold(job, options.forces)
-        where = addresses(options.server)
+        where = addresses(options.server, options.ua_security, options.ua_users)
         endless = options.scans is None and options.duration is None
         count = None if endless else scans_to_run(job.spec, options.duration, options.scans, endless=True)
     except ValueError as error:

@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ..runtime.live.speeds import MAX, SPEED_LEAST, SPEED_MOST
-from ..terminal.trace_options import ForcesOption, ReplaceOption, ServerOption
+from ..terminal.trace_options import (
+    ForcesOption,
+    ReplaceOption,
+    ServerOption,
+    UaSecurityOption,
+    UaUsersOption,
+)
 
 if TYPE_CHECKING:  # the command is listed without them
     from ..jobs.run.servers.kinds import ServerAddress
@@ -76,6 +82,8 @@ class WatchArguments:
     ] = False
     forces: ForcesOption = False
     server: ServerOption = None
+    ua_security: UaSecurityOption = None
+    ua_users: UaUsersOption = None
     trust: Annotated[
         bool, typer.Option("--trust", help="Run Python that came with a trace, or is typed in the page.")
     ] = False

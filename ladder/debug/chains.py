@@ -15,6 +15,7 @@ from .causes import Cause, Causes, CellChange
 from .cells import Cell, cells_of
 from .executed import StepRun
 from .links import CauseLink, Operand, linked
+from .motions import COMPLETE, Motions, said_of
 from .never import NO_BLOCKS, AtRest, Blocks, Never, at_rest_unknown
 from .watched import shown
 
@@ -133,13 +134,18 @@ class Chains:
         return known
 
     def _link(self, origin: CellChange, name: str) -> CauseLink:
-        write, scan = origin.write, origin.scan
+        scan, motions = origin.scan, Motions(self.lowered, self.causes)
         now_ns = self.causes.now_ns(scan)
-        if write is None or self._is_set(origin):
+        if origin.write is None or self._is_set(origin):
             return self._of_outside(origin, name, now_ns)
+        if origin.write.by is None:
+            origin = motions.attributed(origin)
+        write = origin.write
+        assert write is not None
         value = _value(origin.cell, write.after)
         if write.by is None:
-            return self._of_nobody(origin, name, value, now_ns)
+            moved = self._of_motion(motions, origin, name, value)
+            return moved or self._of_nobody(origin, name, value, now_ns)
         if self._depth > self.most:
             return CauseLink("unknown", name, value, scan, now_ns, f"more than {self.most} links")
         groups = self.causes.of(origin)
@@ -157,7 +163,7 @@ class Chains:
             before=_value(origin.cell, write.before),
             scan=scan,
             now_ns=now_ns,
-            text=self._text(write.by, [cause for group in groups for cause in group]),
+            text=self._text(origin, write.by, [cause for group in groups for cause in group], value),
             site=inner,
             operands=operands,
         )
@@ -203,6 +209,23 @@ class Chains:
             yield CauseLink(
                 "unknown", cause.read.text, cause.read.value, scan, self.causes.now_ns(scan), EARLIER
             )
+
+    def _of_motion(self, motions: Motions, origin: CellChange, name: str, value: Value) -> CauseLink | None:
+        """Return the link of a change that motion made after a scan, None of any other one."""
+        found = list(motions.behind(origin))
+        if not found:
+            return None
+        scan, said = origin.scan, found[0][2]
+        behind = (self.of_cell(cell, own, scan - (said == COMPLETE)) for cell, own, _ in found)
+        return linked(
+            [(each,) for each in behind if each],
+            kind="rung",
+            name=name,
+            value=value,
+            scan=scan,
+            now_ns=self.causes.now_ns(scan),
+            text=said.format(", ".join(own.removesuffix(".IP") for _, own, _ in found)),
+        )
 
     def _of_nobody(self, origin: CellChange, name: str, value: Value, now_ns: int) -> CauseLink:
         """Return the link of a change that no instruction made: a sample of a consumed tag, or prescan."""
@@ -277,8 +300,16 @@ class Chains:
             if found:
                 yield tuple(found)
 
-    def _text(self, entry: StepRun, causes: Sequence[Cause]) -> str:
-        """Return what decided: the contacts that changed; the instruction if it waited, or has none."""
+    def _text(self, origin: CellChange, entry: StepRun, causes: Sequence[Cause], value: Value) -> str:
+        """Return what decided; before it, what a motion instruction did."""
+        writes = self.causes.execution(origin.scan).writes
+        said, text = said_of(entry, origin.cell, value, writes), self._decided(entry, causes)
+        if not said:
+            return text
+        return said if text == self.lowered.sites[entry.number].instruction else f"{said}, by {text}"
+
+    def _decided(self, entry: StepRun, causes: Sequence[Cause]) -> str:
+        """Return the contacts that changed; the instruction if it waited, or has none."""
         outer = self._outermost(entry)
         sites = self.lowered.sites
         if outer is not entry or sites[entry.number].unit != "rung":

@@ -5,12 +5,13 @@
 | `ruler`, `layout` | widths of elements; their places |
 | `marks`, `shapes`, `markup` | signs; lines, curves and letters; SVG elements |
 | `characters`, `svg`, `live` | a routine as text, as SVG, as SVG that a page lights |
-| `chart` | a sequential function chart |
+| `chart`, `diagram` | a sequential function chart, a function block diagram |
 | `power` | elements by number, and the power on them |
 """
 
 from .characters import routine_text, rung_text
 from .chart import LiveChart, live_chart
+from .diagram import LiveDiagram, live_diagram
 from .live import LiveRung, live_rung
 from .power import power
 from .ruler import captions_of
@@ -18,9 +19,11 @@ from .svg import routines_svg
 
 __all__ = [
     "LiveChart",
+    "LiveDiagram",
     "LiveRung",
     "captions_of",
     "live_chart",
+    "live_diagram",
     "live_rung",
     "power",
     "routine_text",

@@ -10,7 +10,8 @@ from collections.abc import Mapping, Sequence
 
 from ..model.routine import Routine
 from .characters import WIDTH, comment_lines, lines_of, ran
-from .chart import live_chart
+from .chart import LiveChart, live_chart
+from .diagram import LiveDiagram, live_diagram
 from .layout import NO_CAPTIONS, lay_out
 from .marks import Picture
 from .markup import CELL, Pen, plain
@@ -81,8 +82,10 @@ class _Page:
         self._text(0, self._row, f"Routine {routine.name}", "heading")
         self._row += 1
         if routine.chart is not None:
-            self._chart(routine)
+            self._picture(live_chart(routine.chart, routine.name))
             return
+        if routine.drawing is not None:
+            self._picture(live_diagram(routine.drawing.sheets, routine.name))
         if routine.statements is not None:
             self._statements(routine, rungs, truths)
             return
@@ -94,9 +97,7 @@ class _Page:
             truth = truths[number] if truths else None
             self._rung(lay_out(rung, self._columns, truth, self._captions), number, str(rung))
 
-    def _chart(self, routine: Routine) -> None:
-        assert routine.chart is not None
-        drawn = live_chart(routine.chart, routine.name)
+    def _picture(self, drawn: LiveChart | LiveDiagram) -> None:
         self._parts.append(f'<g transform="translate(0 {round(self._row * ROW)})">{drawn.svg}</g>')
         self._width = max(self._width, drawn.width // CELL + 1)
         self._row += drawn.height / ROW + 1

@@ -29,7 +29,17 @@ from . import (
     trigonometry,
 )
 from .motion import motion
-from .process import alarms, process, regulation, safety
+from .process import (
+    alarms,
+    devices,
+    enhanced_pid,
+    filters,
+    measuring,
+    process,
+    ramp_soak,
+    regulation,
+    safety,
+)
 from .system import immediate, messages, phases, ports, sfc, system
 
 FAMILIES = (
@@ -48,6 +58,11 @@ FAMILIES = (
     strings,
     blocks,
     regulation,
+    filters,
+    measuring,
+    devices,
+    ramp_soak,
+    enhanced_pid,
     system,
     messages,
     process,
@@ -86,7 +101,12 @@ if TYPE_CHECKING:
     from .motion.motion import *  # noqa: F403
     from .move import *  # noqa: F403
     from .process.alarms import *  # noqa: F403
+    from .process.devices import *  # noqa: F403
+    from .process.enhanced_pid import *  # noqa: F403
+    from .process.filters import *  # noqa: F403
+    from .process.measuring import *  # noqa: F403
     from .process.process import *  # noqa: F403
+    from .process.ramp_soak import *  # noqa: F403
     from .process.regulation import *  # noqa: F403
     from .process.safety import *  # noqa: F403
     from .sequencers import *  # noqa: F403

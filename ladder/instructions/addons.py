@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 from ..compiler.calls import write_call
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
-from ..model.spec import always
+from ..model.spec import Spec, always, stays
 from ..state.lowered import ADD_ON, AddOnCall, Node
 
 
@@ -80,3 +81,21 @@ ADD_ON_CALL = always(
     postscan=_postscan,
     decides=True,
 )
+OFF = "__EnableInFalse"
+"""End of the name of a call as on a false rung, for structured text: `Valve__EnableInFalse(V1);`."""
+
+ADD_ON_OFF_CALL = always(
+    ADD_ON,
+    run=lambda machine, _power, call: _run(machine, False, call),
+    write=lambda rungs, _power, call: _write(rungs, "False", call),
+    prove=lambda machine, power, call: machine.call_add_on_off(power, call),
+    postscan=stays,
+    decides=True,
+)
+"""The same call where a true rung would run Logic; the other call prescans."""
+
+
+def with_off_calls(specs: Mapping[str, Spec]) -> dict[str, Spec]:
+    """Return the specs of add-ons by name in capitals with those of their calls as on a false rung."""
+    off = (replace(each, name=f"{each.name}{OFF}") for each in specs.values())
+    return {**specs, **{each.name.upper(): each for each in off}}

@@ -39,7 +39,7 @@ from types import MappingProxyType
 
 from ...io_images.site import Site
 from ..instructions import BY_NAME
-from ..instructions.addons import ADD_ON_CALL
+from ..instructions.addons import ADD_ON_CALL, with_off_calls
 from ..instructions.stubbed import specs_of_stubs
 from ..model.errors import LadderError
 from ..model.routine import Routine
@@ -225,7 +225,8 @@ def specs_of(
     specs: Mapping[str, Spec] = BY_NAME,
 ) -> Mapping[str, Spec]:
     """Return all instruction specs by name in capitals: built-in ones, add-ons and stubs."""
-    return {**specs, **{name: each.spec for name, each in add_ons.items()}, **specs_of_stubs(stubs)}
+    own = with_off_calls({name: each.spec for name, each in add_ons.items()})
+    return {**specs, **own, **specs_of_stubs(stubs)}
 
 
 def _is_in_all(address: Address) -> bool:

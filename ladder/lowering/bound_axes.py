@@ -13,9 +13,10 @@ from typing import Any
 
 from ...io_images.site import Site
 from ..instructions.motion.axes import AxisSettings, MotionData
-from ..instructions.motion.ideal_axis import Ideal, IdealAxis, MotionPart, update_axes
+from ..instructions.motion.axis_3601 import Axis, BoundAxis, show
+from ..instructions.motion.ideal_axis import IdealAxis, update_axes
 from ..instructions.motion.ideal_systems import SIZE, update_systems
-from ..instructions.motion.motion_3601 import Axis, BoundAxis, show
+from ..instructions.motion.spots import Ideal, MotionPart
 from ..model.errors import LadderError, Problem
 from ..model.expressions import parse_address
 from ..model.operands import Group
@@ -189,5 +190,8 @@ def run_axes(engine: Any) -> None:
             show(each)
     if lowered.ideal is not None:
         update_systems(engine.memory, lowered.ideal, engine.now_ns)
-        masters = {number: float(each.tag["~position"]) for number, each in enumerate(bound, 1)}
+        masters = {
+            number: (float(each.tag["~position"]), float(each.tag["ActualVelocity"]))
+            for number, each in enumerate(bound, 1)
+        }
         update_axes(engine.memory, lowered.ideal, engine.now_ns, masters)

@@ -10,7 +10,7 @@ from typing import Any
 
 from ...io_images.site import NOWHERE, Site
 from ..instructions import BY_NAME
-from ..instructions.addons import ADD_ON_CALL
+from ..instructions.addons import ADD_ON_CALL, ADD_ON_OFF_CALL, OFF
 from ..instructions.statements import CONDITION
 from ..instructions.stubbed import specs_of_stubs
 from ..model.errors import LadderError, Problem
@@ -202,12 +202,14 @@ class Lowering:
 
     def step(self, instruction: Instruction) -> LoweredStep:
         """Lower an instruction."""
-        stub = self._stubbed.get(instruction.name.upper())
-        definition = None if stub else self._add_ons.get(instruction.name.upper())
+        name = instruction.name.upper()
+        stub = self._stubbed.get(name)
+        definition = None if stub else self._add_ons.get(name.removesuffix(OFF.upper()))
         spec = stub or (definition.spec if definition else self._specs.get(instruction.name, CONDITION))
         site = self.site(str(instruction))
         if definition:
-            return LoweredStep(ADD_ON_CALL, self._add_on(definition, instruction), site)
+            call = ADD_ON_CALL if name == definition.name.upper() else ADD_ON_OFF_CALL
+            return LoweredStep(call, self._add_on(definition, instruction), site)
         try:
             operands = self._operands(spec, instruction)
         except (AddressError, OperandError) as error:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from ...io_images.site import Site
 from .chart import Chart, body_name
+from .drawing import Drawing
 from .errors import LadderError
 from .tree import Block, Rung
 
@@ -21,9 +21,7 @@ class Routine:
     comment: str = ""
     statements: Block | None = None
     chart: Chart | None = None
-    drawing: Any = field(
-        default=None, compare=False
-    )  # of a diagram: what the statements were made of, for export
+    drawing: Drawing | None = field(default=None, compare=False)  # of a diagram, whose lines are statements
 
     @property
     def unit(self) -> str:

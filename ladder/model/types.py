@@ -181,15 +181,14 @@ CONTROL = Structure(
 
 STRING = Structure("STRING", (Member("LEN", DINT), Member("DATA", SINT, (82,))))
 
-_ENABLES = members(BOOL, "EnableIn EnableOut")
-
 FBD_TIMER = Structure(
     "FBD_TIMER",
     (
-        *_ENABLES,
-        *members(BOOL, "TimerEnable Reset EN TT DN InstructFault PresetInv"),
-        *_PRE_ACC,
+        *members(BOOL, "EnableIn TimerEnable"),
+        *(Member("PRE", DINT), Member("Reset", BOOL), Member("EnableOut", BOOL), Member("ACC", DINT)),
+        *members(BOOL, "EN TT DN"),
         Member("Status", DINT),
+        *members(BOOL, "InstructFault PresetInv"),
     ),
     hidden=(Member("last_ns", LINT),),
 )
@@ -198,9 +197,9 @@ FBD_TIMER = Structure(
 FBD_COUNTER = Structure(
     "FBD_COUNTER",
     (
-        *_ENABLES,
-        *members(BOOL, "CUEnable CDEnable Reset CU CD DN OV UN"),
-        *_PRE_ACC,
+        *members(BOOL, "EnableIn CUEnable CDEnable"),
+        *(Member("PRE", DINT), Member("Reset", BOOL), Member("EnableOut", BOOL), Member("ACC", DINT)),
+        *members(BOOL, "CU CD DN OV UN"),
     ),
     hidden=members(BOOL, "up down"),
 )
@@ -208,7 +207,7 @@ FBD_COUNTER = Structure(
 
 FBD_ONESHOT = Structure(
     "FBD_ONESHOT",
-    (*_ENABLES, *members(BOOL, "InputBit OutputBit")),
+    members(BOOL, "EnableIn InputBit EnableOut OutputBit"),
     hidden=(Member("before", BOOL),),
 )
 """Structure of OSRI and OSFI; `before` is InputBit of the previous scan."""

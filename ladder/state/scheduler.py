@@ -46,6 +46,7 @@ class Scheduler:
         self._start_ns = self._end_ns = 0
         self._rungs = 0
         self.handled = 0  # major faults so far that reached a fault routine
+        self.period_ns = 0  # of the task that runs; 0 if it is not periodic
 
     def begin(self, now_ns: int) -> None:
         """Initialize the state for a first scan."""
@@ -112,9 +113,13 @@ class Scheduler:
         self._memory.write(each.overlaps, 0, int(self._memory.read(each.overlaps)) + count)
 
     def _task(self, each: ScheduledTask, now_ns: int) -> None:
-        for program in each.programs:
-            if program.main is not None:
-                self._program(program, program.main, now_ns)
+        before, self.period_ns = self.period_ns, each.task.rate_ns
+        try:
+            for program in each.programs:
+                if program.main is not None:
+                    self._program(program, program.main, now_ns)
+        finally:
+            self.period_ns = before
 
     def _program(self, program: ScheduledProgram, main: str, now_ns: int) -> None:
         """Run a program's main routine, and its fault routine after a major fault."""

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any
 
 from ...ladder.instructions import BY_NAME
-from ...ladder.instructions.addons import ADD_ON_CALL
+from ...ladder.instructions.addons import ADD_ON_CALL, with_off_calls
 from ...ladder.lowering.addon import ENABLES, LOGIC, ROUTINES, AddOn, Parameter, ParameterMode
 from ...ladder.model.errors import LadderError
 from ...ladder.model.expressions import parse_address
@@ -68,7 +68,7 @@ class AddOns:
 
     def specs(self) -> Mapping[str, Spec]:
         """Return all instruction specs by name in capitals."""
-        return {**BY_NAME, **{name: _spec_of(record) for name, record in self.records.items()}}
+        return {**BY_NAME, **with_off_calls({name: _spec_of(each) for name, each in self.records.items()})}
 
     def _parameters(self, record: AddOnRecord) -> Any:
         for each in _own(record):

@@ -331,7 +331,7 @@ def _write_routines(parent: Any, routines: Iterable[Routine], *, target: bool = 
             write_chart(made, routine.chart, _cdata)
             continue
         if routine.drawing is not None:
-            _write_drawing(made, routine.drawing)
+            _write_drawing(made, routine.drawing.record)
             continue
         content = _element(made, f"{kind}Content")
         if routine.statements is not None:

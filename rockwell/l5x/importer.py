@@ -145,11 +145,17 @@ class Importer:
                 OTHERWISE not in add_ons[name.upper()].switched_off
             )
 
+        def outputs(name: str) -> frozenset[str]:
+            record = add_ons.get(name.upper())
+            listed = record.parameters if record else ()
+            return frozenset(each.name.upper() for each in listed if each.usage.upper() == "OUTPUT")
+
         return DocumentNames(
             lambda address: names.type_of(owner, address, self._types, modules),
             lambda name: names.without_aliases(owner, Address(name)).name.upper(),
             arguments,
             acts_when_off,
+            outputs,
         )
 
     def _note_others(self) -> None:

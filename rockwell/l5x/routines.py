@@ -232,7 +232,7 @@ class RoutineReader:
             self.refuse_object(owner, record.name, reason, error.site.line or record.line, _CORRECT_DIAGRAM)
             return None
         self._count_text(owner, record, block)
-        return Routine(record.name, (), record.comment, block, drawing=record.chart)
+        return Routine(record.name, (), record.comment, block, drawing=found.drawing)
 
     def generated(self, owner: str) -> list[Tag]:
         """Return the tags that the diagrams of a program or an add-on need."""

@@ -80,6 +80,7 @@ class Press:
     slot: int
     name: str
     on: bool | None
+    by: str = ""  # who, such as a panel of a page; "" if not said
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,6 +89,7 @@ class Write:
 
     tag: str
     value: Value
+    by: str = ""  # see `Press`
 
 
 @dataclass(frozen=True, slots=True)
@@ -264,7 +266,7 @@ def names_in(restart: str) -> tuple[str, ...]:
     return tuple(each.strip() for each in restart.split(",") if each.strip())
 
 
-_LEFT_OUT = ("restart", "keep", "client")
+_LEFT_OUT = ("restart", "keep", "client", "by")
 """Texts that a message leaves out while they are empty."""
 
 
@@ -394,6 +396,7 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "data": (_is_hex, _HEX),
     "keep": (_is_hex, _HEX),
     "client": (lambda value: value == "" or _is_text(value), _TEXT),
+    "by": (lambda value: value == "" or _is_text(value), _TEXT),
     "late_words": (_are_words, "words from 0 to 7"),
 }
 """Check of each field, by name."""

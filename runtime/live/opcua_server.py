@@ -2,7 +2,7 @@
 
 A request reads its tags in one exchange with the scan process, and a subscription in one for each publishing
 interval: values that come together are of one instant and have one timestamp. A write request is one packet.
-Nobody logs in, so no client may do more than read and write tags.
+No client may do more than read and write tags; `opcua_guard.py` says which clients may.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from __future__ import annotations
 import asyncio
 import pickle
 import socket
+import warnings
 from collections.abc import Awaitable, Callable, Iterable, Sequence
 from importlib import import_module
 from multiprocessing.connection import Connection
@@ -20,6 +21,7 @@ from ..line.ports.places import CLIENTS_MOST
 from ..tag_servers.setup import TagSetup
 from ..tag_servers.tag_snapshot import Operation
 from .mailbox import AREA_BYTES, Mailbox
+from .opcua_guard import UaGuard
 from .opcua_space import TYPES, TagNode, TagSpace
 from .quiet import CLIENT_LOGS, give_back_memory, quiet
 from .shared_memory import SharedMemory
@@ -79,15 +81,14 @@ class OpcUaServer:
         server.set_server_name(f"scanrack {setup.name}")
         host, port = self._listening.getsockname()[:2]
         server.set_endpoint(f"opc.tcp://{join_address(host, port)}/scanrack")
-        server.set_security_policy([self._ua.SecurityPolicyType.NoSecurity])
-        server.set_identity_tokens([self._ua.AnonymousIdentityToken])
-        server.allow_remote_admin(False)
+        guard = UaGuard(setup.ua_security)
+        await guard.set_up(server)
         self._limit()
         namespace = await server.register_namespace(NAMESPACE)
         self._space = TagSpace(self._inner.aspace, namespace, setup.name)
         await self._space.show(setup.database)
         self._hook_sessions()
-        await self._listen()
+        await self._listen(guard)
 
     def _limit(self) -> None:
         inner = self._inner
@@ -100,7 +101,7 @@ class OpcUaServer:
         limits.max_recv_buffer = limits.max_send_buffer = CHUNK_MOST
         limits.max_message_size, limits.max_chunk_count = MESSAGE_MOST, MESSAGE_MOST // CHUNK_MOST
 
-    async def _listen(self) -> None:
+    async def _listen(self, guard: UaGuard) -> None:
         """Listen at our socket: asyncua's own start would open another one."""
         binary: Any = import_module("asyncua.server.binary_server_asyncio")
         await self._server._setup_server_nodes()
@@ -111,7 +112,7 @@ class OpcUaServer:
         def client() -> Any:
             made = talk._make_protocol()
             made.data_received = _bounded(made, made.data_received)
-            made.connection_made = _impatient(made.connection_made)
+            made.connection_made = _impatient(_guarded(made, made.connection_made, guard))
             made.connection_lost = self._tidying(made.connection_lost)
             return made
 
@@ -336,6 +337,17 @@ def _bounded(made: Any, receive: Callable[[bytes], None]) -> Callable[[bytes], N
     return received
 
 
+def _guarded(made: Any, connect: Callable[[Any], None], guard: UaGuard) -> Callable[[Any], None]:
+    """Return what lets the guard check the requests of a new client."""
+
+    def connected(transport: Any) -> None:
+        connect(transport)
+        if made.processor is not None:  # all places may be taken
+            guard.watch(made)
+
+    return connected
+
+
 def _impatient(made: Callable[[Any], None]) -> Callable[[Any], None]:
     """Return what gives a new client a transport that cuts it off if it does not take what is sent."""
 
@@ -389,6 +401,7 @@ def main(
 ) -> None:
     """Run a server's process, see `tag_server.main`."""
     quiet(*CLIENT_LOGS)
+    warnings.simplefilter("ignore")  # what a client's certificate lacks
     process = ScanProcess(Mailbox(mailbox), waker)
     try:
         # Windows' usual loop watches no pipe, and keeps a listening socket to itself

@@ -215,8 +215,10 @@ _SENTENCES: Mapping[type[Action], Callable[[Any], str]] = {
     actions.Continue: lambda _order: "The rack goes on.",
     actions.Step: lambda order: f"{order.scans} scan{'s' * (order.scans != 1)}, then a pause.",
     actions.Speed: lambda order: f"The speed is {order.factor}.",
-    actions.Press: lambda order: f"Slot {order.slot}: the {order.name} input is {_LEVELS[order.on]}.",
-    actions.Write: lambda order: f"{order.tag} is set to {_shown(order.value)}.",
+    actions.Press: lambda order: (
+        f"Slot {order.slot}: the {order.name} input is {_LEVELS[order.on]}{_by(order.by)}."
+    ),
+    actions.Write: lambda order: f"{order.tag} is set to {_shown(order.value)}{_by(order.by)}.",
     actions.Store: lambda order: f"{order.client or 'A client'} writes {order.tag}.",
     actions.Force: lambda order: f"{order.tag} is forced to {_shown(order.value)}.",
     actions.Unforce: lambda order: (
@@ -239,6 +241,10 @@ def sentence(order: Action) -> str:
     'Slot 1: the home input is energised.'
     """
     return _SENTENCES[type(order)](order)
+
+
+def _by(who: str) -> str:
+    return who and f" ({who})"
 
 
 def _shown(value: Value) -> str:

@@ -9,6 +9,9 @@ from __future__ import annotations
 import pickle
 import selectors
 import socket
+import struct
+import sys
+from contextlib import ExitStack, suppress
 from multiprocessing.connection import Connection
 from typing import Protocol
 
@@ -29,6 +32,9 @@ BATCH_BYTES = AREA_BYTES // 4
 
 OPERATION_BYTES = 512
 """So many bytes of a batch a read or a write takes at least, so that no batch keeps the scans for long."""
+
+AT_ONCE = struct.pack("hh" if sys.platform == "win32" else "ii", 1, 0)
+"""The linger of a socket that is reset when it is closed."""
 
 
 Answers = tuple[int, int, list[list[bytes | None]]]
@@ -107,8 +113,9 @@ class TagServer:
         return told
 
     def close(self) -> None:
-        """End all clients."""
+        """End all clients by a reset: st-ethernet-ip, and Node-RED with it, break at an orderly end."""
         for client in list(self.clients.values()):
+            client.socket.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, AT_ONCE)
             self._drop(client, "the server ends")
         self._selector.close()
 
@@ -257,10 +264,11 @@ def main(
     """
     pipe = Connection(setups.detach())
     process = ScanProcess(Mailbox(mailbox), waker)
-    try:
+    with ExitStack() as ended, suppress(EOFError, OSError, KeyboardInterrupt):
         setup: TagSetup = pickle.loads(pipe.recv_bytes())  # of our own scan process
         process.version = setup.version
         server = TagServer(setup, listening, udp, process)
+        ended.callback(server.close)
         server.watch(pipe)
         while True:
             process.beat()
@@ -268,5 +276,3 @@ def main(
                 setup = pickle.loads(pipe.recv_bytes())
                 process.version = setup.version
                 server.set_up(setup)
-    except (EOFError, OSError, KeyboardInterrupt):
-        return

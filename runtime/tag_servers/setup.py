@@ -16,6 +16,7 @@ from .register_map import RegisterMap
 from .router import Router
 from .session import ClientSession, Frame
 from .tag_snapshot import Instant, Plan, TagSnapshot
+from .ua_security import UaSecurity
 
 ETHERNET_IP, MODBUS_TCP, OPC_UA = "ethernet-ip", "modbus-tcp", "opc-ua"
 """The protocols, as `--server` names them."""
@@ -32,6 +33,7 @@ class TagSetup:
         product: name of the controller.
         address: of the server, for List Identity.
         modbus: the map of coils and registers.
+        ua_security: of an encrypted OPC UA server.
     """
 
     listing: Listing
@@ -43,6 +45,7 @@ class TagSetup:
     port: int
     protocol: str = ETHERNET_IP
     modbus: ModbusTable | None = None
+    ua_security: UaSecurity | None = None
 
     @property
     def database(self) -> Database:

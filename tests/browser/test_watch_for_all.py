@@ -73,6 +73,24 @@ def test_axe_finds_nothing(opened, wide, high, scheme):
         assert axe_findings(opened) == []
 
 
+def test_a_screen_reader_reads_sentences_and_no_running_figures(opened):
+    """Live regions of Chromium's accessibility tree; an <output> is one unless it says otherwise."""
+    tree = opened.browser.execute_cdp_cmd("Accessibility.getFullAXTree", {})["nodes"]
+    live = [
+        node["backendDOMNodeId"]
+        for node in tree
+        for each in node.get("properties", [])
+        if each["name"] == "live" and each["value"]["value"] != "off"
+    ]
+    described = [
+        opened.browser.execute_cdp_cmd("DOM.describeNode", {"backendNodeId": each})["node"] for each in live
+    ]
+    pairs = [each["attributes"] for each in described]
+    names = {dict(zip(each[::2], each[1::2], strict=True)).get("id") for each in pairs}
+    assert "notice" in names
+    assert "OUTPUT" not in {each["nodeName"] for each in described}
+
+
 def test_the_keyboard_reaches_every_control(opened):
     opened.press("Pause")  # events that come meanwhile are controls, too
     until(lambda: opened.handle("state") == "paused")

@@ -4,22 +4,8 @@ Order, feedback and latching: 1756-RM003, Function Block Attributes. Blocks: the
 """
 
 import pytest
-from l5x_files import (
-    add_on,
-    block,
-    connector,
-    document,
-    ladder,
-    parameter,
-    program,
-    reference,
-    sheets,
-    structured,
-    tag,
-    task,
-    wire,
-)
-from scanrack.rockwell.l5x import import_l5x
+from diagram_runs import follow, open_diagram
+from l5x_files import add_on, block, connector, ladder, parameter, reference, sheets, structured, wire
 from scanrack.rockwell.l5x.diagrams.blocks import BLOCKS
 
 IN, OUT = "IRef", "ORef"
@@ -28,29 +14,7 @@ IN, OUT = "IRef", "ORef"
 @pytest.fixture
 def opened(tmp_path):
     """Imports a diagram; returns an engine of either kind."""
-
-    def open_(diagram, tags, *, add_ons=(), routines=()):
-        main = program("P", ladder("Main", "JSR(Blocks,0);"), diagram, *routines)
-        made = [tag(name, kind) for kind, names in tags.items() for name in names.split()]
-        text = document(add_ons=add_ons, tags=made, programs=[main], tasks=[task("T", "P")])
-        path = tmp_path / "machine.L5X"
-        path.write_text(text, encoding="utf-8")
-        found = import_l5x(path)
-        assert (found.report.refused, found.report.objects) == ([], [])
-        assert found.controller is not None
-        return found.controller.compile(), found.controller.interpret()
-
-    return open_
-
-
-def follow(engines, *scans, ms=10):
-    """Run scans, each the tags that change before it and all that is expected after it."""
-    for engine in engines:
-        for number, (changes, expected) in enumerate(scans):
-            for name, value in changes.items():
-                engine.tags[name] = value
-            engine.step(ms)
-            assert {name: engine.tags[name] for name in expected} == expected, (number, engine)
+    return lambda diagram, tags, **more: open_diagram(tmp_path / "machine.L5X", diagram, tags, **more)
 
 
 def test_a_motor_that_holds_itself_by_a_feedback_wire(opened):
@@ -526,4 +490,33 @@ def test_a_diagram_calls_and_is_called(opened):
         opened(diagram, {"DINT": "A First Second Product Result X Y Z"}, routines=[text]),
         ({"A": 4}, {"Product": 20, "Result": 80, "First": 4, "Second": 5, "A": 5}),
         ({"A": -3}, {"Product": 6, "Result": -18, "A": -2}),
+    )
+
+
+def test_an_add_on_whose_enable_in_is_false_runs_its_other_routine(opened):
+    """Logic adds 10 and EnableInFalse 1; EnableOut is EnableIn, unless the routine sets it."""
+    logic = ladder("Logic", "ADD(Sum,10,Sum);")
+    other = ladder("EnableInFalse", "ADD(Sum,1,Sum);", "GRT(Sum,20)OTE(EnableOut);")
+    prescan = ladder("Prescan", "ADD(Scans,1,Scans);")
+    sums = [
+        parameter("Sum", "DINT", "Output", required=False),
+        parameter("Scans", "DINT", "Output", required=False),
+    ]
+    tally = add_on(
+        "Tally", sums, [], logic, other, prescan, runs='ExecuteEnableInFalse="true" ExecutePrescan="true"'
+    )
+    diagram = sheets(
+        "Blocks",
+        reference(IN, 0, "On")
+        + call_of(1, name="Tally", argument="")
+        + wire(0, "1.EnableIn")
+        + reference(OUT, 2, "Out")
+        + wire("1.EnableOut", 2),
+    )
+    follow(
+        opened(diagram, {"BOOL": "On Out", "Tally": "It"}, add_ons=[tally]),
+        ({}, {"It.Sum": 1, "Out": False, "It.Scans": 1}),
+        ({"On": True}, {"It.Sum": 11, "Out": True, "It.EnableIn": True}),
+        ({}, {"It.Sum": 21, "Out": True}),
+        ({"On": False}, {"It.Sum": 22, "Out": True, "It.EnableIn": False}),
     )

@@ -199,6 +199,23 @@ def test_sfp_pauses_a_chart(hold, t):
     assert runs[2:] == [1, 2, 2, 2, 3]
 
 
+@pytest.mark.parametrize(
+    ("hold", "done", "on"), [(False, "00001111", "01110000"), (True, "00000011", "01111100")]
+)
+def test_a_pause_counts_for_dn_and_for_a_timed_action_unless_pausetimer_is_set(hold, done, on):
+    """The timer "runs whenever the step is active" [1756-PM006I p. 36].
+
+    B begins in scan 2; scans 3 and 4 are a pause. At 30 ms, in scan 5, DN comes and L ends; 20 ms later
+    if the pause does not count.
+    """
+    both, seen = BothEngines(called(pause="ACTION Late L;")), []
+    both.step({"B.PRE": 30, "B.PauseTimer": hold, "Late.PRE": 30, "Late.PauseTimer": hold})
+    for scan in range(1, 9):
+        tags = both.step({"Go": True, "Pause": 3 <= scan < 5, "Resume": scan == 5}).tags
+        seen.append((tags["B.DN"], tags["Late.Q"]))
+    assert (marks([dn for dn, _ in seen]), marks([q for _, q in seen])) == (done, on)
+
+
 def test_eot_returns_the_state_of_a_transition():
     """A transition calls a subroutine, whose EOT returns a bit."""
     chart = """

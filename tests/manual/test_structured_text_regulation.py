@@ -40,7 +40,7 @@ def test_hll_limits():
 
 def test_sel_and_sneg():
     assert run("SELECT", "SEL", [{"In1": 1, "In2": 2}, {"SelectorIn": True}]) == [1, 2]
-    assert run("SELECTABLE_NEGATE", "SNEG", [{"In": 3}, {"NegateEnable": True}]) == [3, -3]
+    assert run("SELECTABLE_NEGATE", "SNEG", [{"In": 3}, {"NegateEnable": False}]) == [-3, 3]
 
 
 def test_captures_until_a_reset():

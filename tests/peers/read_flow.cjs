@@ -2,16 +2,9 @@
 //
 //     node read_flow.cjs FLOW PORT
 const fs = require('fs');
-const net = require('net');
 const { Controller } = require('st-ethernet-ip');
-const port = +process.argv[3];
-const connect = net.Socket.prototype.connect;
-net.Socket.prototype.connect = function (...words) {
-  const first = Array.isArray(words[0]) ? words[0][0] : words[0];
-  if (first === 44818) words[0] = port;
-  else if (first && first.port === 44818) first.port = port;
-  return connect.apply(this, words);
-};
+process.env.ENIP_PORT = process.argv[3];
+require('./enip_port.cjs');
 
 async function main() {
   const endpoint = JSON.parse(fs.readFileSync(process.argv[2])).find((each) => each.type === 'eth-ip endpoint');

@@ -5,9 +5,6 @@ In the environment of `.ci/run` all are there; elsewhere a test without its peer
 
 from __future__ import annotations
 
-import json
-import shutil
-import subprocess
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -16,6 +13,7 @@ from typing import Any
 import pytest
 from aliased_tags import write_aliases
 from logix_clients import pycomm3_client, pylogix_client
+from peers import node
 from scanrack.jobs.run.servers.tag_formats import FORMATS
 from scanrack.runtime.tag_servers.tag_list import tag_rows
 from served_tags import ServedRack, served, write_rack
@@ -62,6 +60,7 @@ def in_rack(rack: ServedRack, name: str) -> Any:
     return rack.debugger.tags[name.replace("Program:Main.", "\\Main.")]
 
 
+@pytest.mark.peer("pycomm3", "pylogix")
 def test_aliases_and_access_to_pycomm3_and_pylogix(tmp_path: Path) -> None:
     """Row[2] is 7 after the first scan; Seen is Read Only, Hid has no access."""
     with served(write_aliases(tmp_path)) as (rack, port):
@@ -82,6 +81,7 @@ def test_aliases_and_access_to_pycomm3_and_pylogix(tmp_path: Path) -> None:
         assert in_rack(rack, "Open") == 9
 
 
+@pytest.mark.peer("pycomm3")
 def test_pycomm3_lists_all_tags_and_structures(bench: tuple[ServedRack, int]) -> None:
     rack, port = bench
     with pycomm3_client(pycomm3.LogixDriver, port, init_program_tags=True) as plc:
@@ -102,6 +102,7 @@ def test_pycomm3_lists_all_tags_and_structures(bench: tuple[ServedRack, int]) ->
         }
 
 
+@pytest.mark.peer("pycomm3")
 def test_pycomm3_writes_every_type_singly_in_batches_and_in_parts(bench: tuple[ServedRack, int]) -> None:
     rack, port = bench
     values = WRITES | UNSIGNED
@@ -120,6 +121,7 @@ def test_pycomm3_writes_every_type_singly_in_batches_and_in_parts(bench: tuple[S
     assert rack.debugger.tags["Locked"] == 7
 
 
+@pytest.mark.peer("pylogix")
 @pytest.mark.parametrize("size", [4002, 504])
 def test_pylogix_reads_and_writes_what_is_listed(bench: tuple[ServedRack, int], size: int) -> None:
     rack, port = bench
@@ -137,6 +139,7 @@ def test_pylogix_reads_and_writes_what_is_listed(bench: tuple[ServedRack, int], 
     assert rack.debugger.tags["Locked"] == 7
 
 
+@pytest.mark.peer("pycomm3")
 def test_slcdriver_reads_and_writes_data_files(files: tuple[ServedRack, int]) -> None:
     _, port = files
     reads: dict[str, Any] = {
@@ -171,22 +174,7 @@ def test_slcdriver_reads_and_writes_data_files(files: tuple[ServedRack, int]) ->
         }  # fmt: skip
 
 
-def node(package: str, script: str, *words: object) -> Any:
-    """Run a script in Node.js; return the JSON that it prints last."""
-    program = shutil.which("node")
-    if program is None:
-        pytest.skip("node is not installed")
-    found = subprocess.run([program, "-e", f"require.resolve('{package}')"], capture_output=True, timeout=120)
-    if found.returncode:
-        pytest.skip(f"the npm package {package} is not installed where node finds it (NODE_PATH)")
-    path = Path(__file__).with_name(script)
-    done = subprocess.run(
-        [program, path, *map(str, words)], capture_output=True, text=True, timeout=120, encoding="utf-8"
-    )
-    assert done.returncode == 0, done.stderr + done.stdout
-    return json.loads(done.stdout.splitlines()[-1])
-
-
+@pytest.mark.peer("nodepccc")
 def test_nodepccc_reads_and_writes_data_files(files: tuple[ServedRack, int]) -> None:
     rack, port = files
     told = node("nodepccc", "write_files.cjs", port)
@@ -201,6 +189,7 @@ def test_nodepccc_reads_and_writes_data_files(files: tuple[ServedRack, int]) -> 
     assert rack.debugger.tags["T4:0.PRE"] == 321
 
 
+@pytest.mark.peer("st-ethernet-ip")
 def test_st_ethernet_ip_reads_and_writes_tags(bench: tuple[ServedRack, int]) -> None:
     rack, port = bench
     rack.debugger.tags["Hosts.Go"] = True

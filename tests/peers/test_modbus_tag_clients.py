@@ -51,6 +51,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[ServedRack
         yield rack, port
 
 
+@pytest.mark.peer("pymodbus")
 def test_pymodbus_reads_and_writes_tags(bench: tuple[ServedRack, int]) -> None:
     rack, port = bench
     kinds = ModbusTcpClient.DATATYPE
@@ -73,6 +74,7 @@ def test_pymodbus_reads_and_writes_tags(bench: tuple[ServedRack, int]) -> None:
     assert [tags[name] for name in ("aDint", "aReal", "anInt", "Locked")] == [-70_000, -0.25, 9, 7]
 
 
+@pytest.mark.peer("mbpoll")
 def test_mbpoll_reads_and_writes_tags(bench: tuple[ServedRack, int]) -> None:
     program = shutil.which("mbpoll")
     if program is None:
@@ -96,6 +98,7 @@ def test_mbpoll_reads_and_writes_tags(bench: tuple[ServedRack, int]) -> None:
     assert rack.debugger.tags["aDint"] == 70_001
 
 
+@pytest.mark.peer("modbus-serial")
 @pytest.mark.slow
 def test_modbus_serial_reads_and_writes_tags(bench: tuple[ServedRack, int]) -> None:
     program = shutil.which("node")

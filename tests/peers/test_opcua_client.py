@@ -6,101 +6,23 @@ import asyncio
 import os
 import socket
 import subprocess
-import threading
 import time
-from collections.abc import AsyncIterator, Callable, Coroutine, Iterator, Mapping
-from contextlib import ExitStack, asynccontextmanager, contextmanager
+from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 from typing import Any
 
 import pytest
-from scanrack.jobs import JobRun, RunOptions, load_job
-from scanrack.jobs.run.servers.kinds import ServerAddress
-from scanrack.jobs.run.servers.tag_service import TagService
 from scanrack.jobs.trust import launcher
-from scanrack.runtime.loop.listeners import QuietListener
-from served_tags import write_rack
+from ua_bench import TIMEOUT_S, Bench, named, served
 
-pytestmark = [pytest.mark.extra("opcua"), pytest.mark.slow]
-TIMEOUT_S = 120
-
-
-class Orders(QuietListener):
-    """Notes orders, each with its scan."""
-
-    def __init__(self) -> None:
-        self.given: list[tuple[int, str]] = []
-
-    def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, Any]) -> None:
-        if topic == "/orders":
-            self.given.append((scan, str(fields)))
-
-
-class Bench:
-    """A rack behind an OPC UA server."""
-
-    def __init__(self, run: JobRun, service: TagService) -> None:
-        debugger = run.program.debugger
-        assert debugger is not None
-        self.run, self.service, self.tags = run, service, debugger.tags
-        self.orders = Orders()
-        run.cpu.add_listener(self.orders)
-
-    def ask(self, work: Callable[[Any], Coroutine[Any, Any, None]]) -> None:
-        """Run a client's work."""
-
-        async def session() -> None:
-            async with self.client() as client:
-                await work(client)
-
-        asyncio.run(session())
-
-    @asynccontextmanager
-    async def client(self) -> AsyncIterator[Any]:
-        async with self.connection() as client:
-            yield client
-
-    def connection(self) -> Any:
-        """Return a client that is not connected yet."""
-        from asyncua import Client
-
-        return Client(f"opc.tcp://127.0.0.1:{self.service.port}/scanrack", timeout=TIMEOUT_S)
+pytestmark = [pytest.mark.extra("opcua"), pytest.mark.peer("asyncua"), pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")
 def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
     with served(tmp_path_factory.mktemp("opcua")) as bench:
         yield bench
-
-
-@contextmanager
-def served(folder: Path) -> Iterator[Bench]:
-    job = load_job(str(write_rack(folder)))
-    ending = threading.Event()
-    with ExitStack() as ports:
-        run = JobRun(job, ports, RunOptions(handled=True))
-        service = TagService(job, ServerAddress.parse("opc-ua:0"), print, writes=True)
-        ports.callback(service.end)
-        desk = service.serve(run)
-
-        def scan() -> None:
-            while not ending.wait(0.0005):
-                if desk.waits:
-                    run.cpu.run(1)
-
-        with run.cpu:
-            thread = threading.Thread(target=scan)
-            thread.start()
-            try:
-                yield Bench(run, service)
-            finally:
-                ending.set()
-                thread.join()
-
-
-def named(client: Any, *paths: str) -> list[Any]:
-    return [client.get_node(f"ns=2;s={path}") for path in paths]
 
 
 def test_elements_of_short_arrays_have_nodes(bench: Bench) -> None:

@@ -1,14 +1,7 @@
 // Reads and writes tags of a controller at a port of this machine. The package knows port 44818 only.
-const net = require('net');
 const { Controller } = require('st-ethernet-ip');
-const port = +process.argv[2];
-const connect = net.Socket.prototype.connect;
-net.Socket.prototype.connect = function (...words) {
-  const first = Array.isArray(words[0]) ? words[0][0] : words[0];
-  if (first === 44818) words[0] = port;
-  else if (first && first.port === 44818) first.port = port;
-  return connect.apply(this, words);
-};
+process.env.ENIP_PORT = process.argv[2];
+require('./enip_port.cjs');
 
 async function main() {
   const plc = new Controller();

@@ -1,11 +1,20 @@
-"""Random function block diagrams: back ends in lockstep, and booleans against an evaluation of their own."""
+"""Random function block diagrams: back ends in lockstep, and booleans against an evaluation of their own.
 
+SCANRACK_DIAGRAMS is the number of diagrams of blocks, 300 by default.
+"""
+
+import os
 import random
 
 import pytest
 from l5x_files import block, document, ladder, program, reference, sheets, tag, task, wire
+from scanrack.ladder.model.predefined.process_types import ARRAYS, PROCESS
+from scanrack.ladder.model.types import BOOL
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.trial import Work, lockstep
+
+PARTS = 10
+DIAGRAMS = int(os.environ.get("SCANRACK_DIAGRAMS", "300"))
 
 INPUTS = ("A", "B", "C")
 GATES = {"BAND__F": 2, "BOR__F": 2, "BXOR__F": 2, "BNOT__F": 1}
@@ -39,13 +48,22 @@ BLOCKS = {
 """Type of the tag, inputs and output of each block; those with ? are bits."""
 
 
+def process_block(chance, name):
+    """Return the same of a block of process control, with a random part of its pins."""
+    members = PROCESS[name].members
+    border = next(place for place, each in enumerate(members) if each.name == "EnableOut")
+    pins = [f"{'?' * (each.type is BOOL)}{each.name}" for each in members]
+    inputs = [each for each in pins[1:border] if chance.random() < min(1.0, 6 / border)]
+    return PROCESS[name].name, inputs, chance.choice(pins[border + 1 :])
+
+
 @pytest.fixture
 def controller(tmp_path):
-    def read(content, tags):
+    def read(content, tags, rate=0):
         text = document(
-            tags=[tag(name, kind) for name, kind in tags.items()],
+            tags=[tag(name, *kind.strip("]").split("[")) for name, kind in tags.items()],
             programs=[program("P", ladder("Main", "JSR(Blocks,0);"), sheets("Blocks", content))],
-            tasks=[task("T", "P")],
+            tasks=[task("T", "P", kind="PERIODIC" if rate else "CONTINUOUS", rate=rate)],
         )
         path = tmp_path / "machine.L5X"
         path.write_text(text, encoding="utf-8")
@@ -124,15 +142,17 @@ def test_random_gates_compute_what_their_wires_say(controller, part):
 
 def blocks(chance):
     """Return the content and the tags of a diagram of random blocks, some enabled by wires."""
-    parts = [reference("IRef", key, each) for key, each in enumerate(("Bit", "N", "R", "7", "-2.5"))]
+    parts = [reference("IRef", key, each) for key, each in enumerate(("Bit", "N", "R", "2", "-0.5"))]
     tags = {"Bit": "BOOL", "N": "DINT", "R": "REAL"}
     outputs = {True: ["0"], False: ["1", "2", "3", "4"]}
     for number in range(10, 10 + chance.randrange(2, 12)):
-        name = chance.choice(list(BLOCKS))
-        kind, pins, output = BLOCKS[name]
+        name = chance.choice([*BLOCKS, *PROCESS])
+        kind, pins, output = BLOCKS[name] if name in BLOCKS else process_block(chance, name)
         if kind:
             tags[f"T{number}"] = kind
-        parts.append(block(name, number, f"T{number}" if kind else "", x=chance.randrange(900)))
+        arrays = {each: f"T{number}{each}" for each in ARRAYS.get(name, ())}
+        tags |= dict.fromkeys(arrays.values(), "REAL[4]")
+        parts.append(block(name, number, f"T{number}" if kind else "", x=chance.randrange(900), **arrays))
         wanted = [each for each in pins if not kind or chance.random() < 0.8]
         if kind and chance.random() < 0.2:
             wanted.append("?EnableIn")
@@ -147,9 +167,11 @@ def blocks(chance):
     return "".join(parts), tags
 
 
-@pytest.mark.parametrize("part", range(10))
+@pytest.mark.parametrize("part", range(PARTS))
 def test_random_blocks_do_the_same_on_both_back_ends(controller, part):
-    for seed in range(part * 20, part * 20 + 20):
-        content, tags = blocks(random.Random(seed))
-        outcome = lockstep(controller(content, tags), Work(8))
+    """Every diagram runs in a task of its own rate, or in a continuous one."""
+    for seed in range(part, DIAGRAMS, PARTS):
+        chance = random.Random(seed)
+        content, tags = blocks(chance)
+        outcome = lockstep(controller(content, tags, rate=chance.choice((0, 1, 2))), Work(8))
         assert (outcome.scans, outcome.difference, outcome.fault) == (True, "", ""), seed

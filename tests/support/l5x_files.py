@@ -39,7 +39,7 @@ def structured(name: str, text: str) -> str:
 def diagram(name: str, kind: str) -> str:
     """A routine that is refused: a diagram with a block that is not known here, or an empty chart."""
     if kind == "FBD":
-        return sheets(name, block("PIDE", 0, "Loop"))
+        return sheets(name, block("POSP", 0, "Loop"))
     return f'<Routine Name="{name}" Type="{kind}">\n<{kind}Content/>\n</Routine>\n'
 
 
@@ -186,12 +186,16 @@ def connector(tag: str, key: int, name: str) -> str:
     return f'<{tag} ID="{key}" X="0" Y="0" Name="{name}"/>\n'
 
 
-def block(kind: str, key: int, operand: str = "", *, x: int = 0, y: int = 0, pins: str = "") -> str:
-    """A block with its tag; without one a function, such as `ADD__F`."""
+def block(
+    kind: str, key: int, operand: str = "", *, x: int | str = 0, y: int | str = 0, pins: str = "", **arrays: str
+) -> str:
+    """A block with its tag and its arrays by name; without a tag a function, such as `ADD__F`."""
     place = f'ID="{key}" X="{x}" Y="{y}"'
     if not operand:
         return f'<Function Type="{kind}" {place}/>\n'
-    return f'<Block Type="{kind}" {place} Operand="{operand}" VisiblePins="{pins}" HideDesc="false"/>\n'
+    inside = "".join(f'<Array Name="{name}" Operand="{each}"/>\n' for name, each in arrays.items())
+    head = f'<Block Type="{kind}" {place} Operand="{operand}" VisiblePins="{pins}" HideDesc="false"'
+    return f"{head}>\n{inside}</Block>\n" if arrays else f"{head}/>\n"
 
 
 def wire(start: int | str, end: int | str, *, feedback: bool = False) -> str:

@@ -23,6 +23,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 import answers_page
 import cards_page
 import check_page
+import clients_tried
 import commands_page
 import formats_page
 import install_lines
@@ -72,6 +73,7 @@ GENERATORS: dict[str, Callable[[], Iterator[Generated]]] = {
     "answers": lambda: _table(answers_page.PAGE, answers_page.written),
     "cards": lambda: _table(cards_page.PAGE, cards_page.written),
     "check": lambda: iter([Generated(check_page.PAGE, check_page.page())]),
+    "clients": lambda: _table(clients_tried.PAGE, clients_tried.written),
     "commands": lambda: iter([Generated(commands_page.PAGE, commands_page.page())]),
     "formats": lambda: _table(formats_page.PAGE, formats_page.written),
     "install": _install,

@@ -69,6 +69,7 @@ PICTURES = {
     "sequence-zone.png": _sequence("shared_zone"),
     "three-stations.png": _STATIONS,
     "watch-dark.png": _PANEL,
+    "watch-operator-panel.png": _page("feeder", "feeder.rung", "feeder.toml", "feeder.panel"),
     "watch-panel.png": _PANEL,
     "watch-past.png": _FEEDER,
     "watch.gif": _PANEL,

@@ -105,6 +105,19 @@ def panel(look: Look) -> None:
     stepped(look, rack, 1_500, lambda: saved(look, "watch-panel.png"))
 
 
+def operator_panel(look: Look) -> None:
+    """The operator panel of the feeder on a tablet."""
+    look.look(1024, 480)
+
+    def then() -> None:
+        look.run("location.hash += '&panel'")
+        look.until_there(".grid .item")
+        time.sleep(0.7)
+        saved(look, "watch-operator-panel.png")
+
+    stepped(look, EXAMPLES / "feeder" / "feeder.toml", 3_100, then)
+
+
 def past(look: Look) -> None:
     """The feeder's emergency stop, looked at 1.5 s later."""
     look.look(1600, 820)
@@ -149,6 +162,7 @@ PICTURES: dict[str, Callable[[Look], None]] = {
     "watch": whole,
     "dark": dark,
     "panel": panel,
+    "operator-panel": operator_panel,
     "past": past,
     "film": film,
 }

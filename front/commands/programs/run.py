@@ -13,7 +13,13 @@ from ...io_images.times import DEFAULT_RUN
 from ...terminal.as_json import JsonOption
 from ...terminal.grouped import grouped
 from ...terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
-from ...terminal.trace_options import ForcesOption, ReplaceOption, ServerOption
+from ...terminal.trace_options import (
+    ForcesOption,
+    ReplaceOption,
+    ServerOption,
+    UaSecurityOption,
+    UaUsersOption,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -75,6 +81,8 @@ class RunArguments:
         ),
     ] = None
     server: ServerOption = None
+    ua_security: UaSecurityOption = None
+    ua_users: UaUsersOption = None
     as_json: JsonOption = False
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")] = False
 
@@ -97,7 +105,7 @@ def _run_command(
         if options.spin and not options.realtime:
             raise ValueError("--spin goes with --realtime only: virtual time does not wait")
         held = forces_to_hold(job, options.forces)
-        where = servers_at(options.server)
+        where = servers_at(options.server, options.ua_security, options.ua_users)
         retained = None if options.retain is None else retained_memory(job, options.retain, trace, keep)
     except ValueError as error:
         raise typer.Exit(complain(str(error), BAD_INPUT)) from error

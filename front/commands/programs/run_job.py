@@ -83,13 +83,15 @@ def run_job(
         return status
 
 
-def servers_at(texts: Sequence[str] | None) -> Sequence[ServerAddress]:
-    """Return the addresses of --server; ValueError if one is not allowed."""
-    if not texts:
+def servers_at(
+    texts: Sequence[str] | None, ua_security: str | None = None, ua_users: Path | None = None
+) -> Sequence[ServerAddress]:
+    """Return the addresses of --server; see `addresses`."""
+    if not (texts or ua_security or ua_users):
         return ()
     from ...jobs.run.servers.kinds import addresses
 
-    return addresses(texts)
+    return addresses(texts, ua_security, ua_users)
 
 
 def _opened(

@@ -4,6 +4,7 @@ rack file and program      by the metadata's `rack_file` and `program_file`, pat
 retained tags              by the metadata's `retained_file`: initial tags of a ladder program
 stubs in Python            by the rack file's `[stubs]`
 imports of the program     Python files beside it, by their relative paths
+operator panel             beside the rack file, under its name: pages show it
 words.json, tags.json      the maps of words and of recorded tags, which a run does not need
 snapshots.txt.zst          values of a ladder program, from which questions begin
 edit-1/...                 rack file and program after an edit during the run, see `editions`
@@ -29,6 +30,7 @@ from ...traces.files.portable import relative
 from ...traces.format.snapshots import SNAPSHOTS
 from ...traces.write.recorder import Attachment
 from ..load.loading import LoadedRack, load_job, load_spec, rack_form
+from ..load.panels import panel_name
 from ..load.program import Form
 from ..load.retaining import retaining
 from ..load.rungs import is_rungs
@@ -73,8 +75,10 @@ def files_of(job: LoadedRack) -> dict[str, Path]:
 
 
 def files_beside(job: LoadedRack) -> dict[str, Path]:
-    """Return the other files of a job: modules, stubs, stored programs of units, racks that run beside it."""
-    return {**_imported(job), **_stub_functions(job), **_unit_programs(job), **_racks_beside(job)}
+    """Return the other files of a job: modules, stubs, programs of units, racks and panel beside it."""
+    panel = Path(panel_name(str(job.rack_file)))
+    shown = {panel.name: panel} if panel.is_file() else {}
+    return {**_imported(job), **_stub_functions(job), **_unit_programs(job), **_racks_beside(job), **shown}
 
 
 def _racks_beside(job: LoadedRack) -> dict[str, Path]:

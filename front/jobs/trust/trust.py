@@ -2,7 +2,7 @@
 
 A file of a trace is judged by its use, not by its name.
 
-    read      rack file in TOML, rungs, steps, stored program of a unit, retained tags: parsed as data
+    read      rack file in TOML, rungs, steps, stored program of a unit, retained tags, panel: parsed as data
     run       rack file, program or stub in Python: it has all rights of its user
     reached   everything else, once Python runs beside it: Python can import, load or open it
 
@@ -21,6 +21,7 @@ from typing import NamedTuple
 from ...runtime.config.rackfile import RackFileError, parse_rack_file
 from ...runtime.config.rackspec import RackSpec
 from ..load.loading import rack_form, racks_beside, stub_files
+from ..load.panels import panel_name
 from ..load.program import Form, program_form, split_address
 from .extracting import check_names, checked_name
 
@@ -77,6 +78,7 @@ def uses_of(files: Mapping[str, bytes], given: RunFiles) -> dict[str, Use]:
     if forms[given.rack] is Form.DATA:
         named, others = _named_in_rack(files, given.rack, {given.rack})
         forms.update(others)
+    named += [name for name in [panel_name(given.rack)] if name in files]
     python = Form.PYTHON in forms.values()
     if given.retained is not None:
         named.append(checked_name(given.retained))

@@ -16,10 +16,12 @@ from ...ladder.debug.crossref import CrossReference
 from ...ladder.debug.replay import Truths
 from ...ladder.debug.tag_values import tag_values
 from ...ladder.debug.watching import WatchedEngine
-from ...ladder.draw import captions_of, live_chart, live_rung, power
+from ...ladder.draw import captions_of, live_chart, live_diagram, live_rung, power
 from ...ladder.lowering.checks import calls_of
 from ...ladder.model.chart import Chart
+from ...ladder.model.drawing import Drawing
 from ...ladder.model.errors import LadderError
+from ...ladder.model.expressions import parse_expression
 from ...ladder.model.operands import Group, Place
 from ...ladder.model.resolver import Resolver, address_in
 from ...ladder.model.routine import Routine, element_of
@@ -60,6 +62,15 @@ class PageRoutine:
         return found
 
 
+def kind_of(routine: Routine) -> str:
+    """Return the language of a routine."""
+    if routine.chart is not None:
+        return "sfc"
+    if routine.statements is None:
+        return "ladder"
+    return "st" if routine.drawing is None else "fbd"
+
+
 NOTHING_SHOWN = PageRoutine("", {}, (), ())
 
 
@@ -84,7 +95,7 @@ class Catalog:
         return [
             {
                 "name": each.name,
-                "kind": "sfc" if each.chart else "ladder" if each.statements is None else "st",
+                "kind": kind_of(each),
                 "comment": each.comment,
                 "lines": len(each.numbers),
                 "calls": called.get(each.name.upper(), []),
@@ -149,6 +160,8 @@ class Catalog:
             raise ValueError(f"no routine {name}; choose from {names}")
         if routine.chart is not None:
             shown, answer = self._chart(routine, routine.chart)
+        elif routine.drawing is not None:
+            shown, answer = self._diagram(routine, routine.drawing)
         elif routine.statements is not None:
             shown, answer = self._text(routine)
         else:
@@ -160,6 +173,22 @@ class Catalog:
         resolver = Resolver(self._layout, program)
         live = live_chart(chart, routine.name, lambda address: self._name_of(resolver, program, address))
         answer = {"routine": routine.name, "chart": live.svg, "notes": list(chart.notes)}
+        return PageRoutine(routine.name, {}, (), live.names), answer
+
+    def _diagram(self, routine: Routine, drawing: Drawing) -> tuple[PageRoutine, Json]:
+        program = program_of(routine.name)
+        resolver = Resolver(self._layout, program)
+
+        def tag_of(text: str) -> tuple[str, bool] | None:
+            address = parse_expression(text)
+            name = self._name_of(resolver, program, address) if isinstance(address, Address) else None
+            if name is None or not isinstance(address, Address):
+                return None
+            where = resolver.address(address)
+            return name, isinstance(where, Place) and (where.type.is_bool or where.bit is not None)
+
+        live = live_diagram(drawing.sheets, routine.name, tag_of)
+        answer = {"routine": routine.name, "diagram": live.svg}
         return PageRoutine(routine.name, {}, (), live.names), answer
 
     def _rungs(self, routine: Routine, columns: int) -> tuple[PageRoutine, Json]:
@@ -275,6 +304,11 @@ class Catalog:
     def has(self, name: str) -> bool:
         """Return whether the tag exists."""
         return name in self._known
+
+    def type_of(self, name: str) -> str | None:
+        """Return the type of a tag, "" of a structure or an array; None if there is no such tag."""
+        where = self._known.where(name) if self.has(name) else None
+        return None if where is None else where.type.name if isinstance(where, Place) else ""
 
 
 def tag_hits(tags: Iterable[Json], text: str) -> list[Json]:

@@ -4,6 +4,7 @@ events    everything, in order; the latest are kept
 faults    of the CPU
 forces    by the first scan in which they were in effect
 lines     by the first scan in which a sequence waited there
+pressed   by the first scan after an order that has set an input or a tag
 rules     the rule that last set each bit
 """
 
@@ -15,6 +16,7 @@ from operator import itemgetter
 from typing import Any, Protocol
 
 from ...io_images.site import Site
+from ...runtime.live.actions import RECORDED, Press, Write, action_of, parsed
 from ...runtime.loop.faults import Cause, Fault
 from ...traces.format.topics import TOPICS
 from ...traces.read.reader import TraceEvent
@@ -50,6 +52,9 @@ class States(Protocol):
     def rules_at(self, scan: int | None) -> list[Json]:
         """Return the rule that last set each bit, up to a scan."""
 
+    def pressed_at(self, scan: int | None) -> Json:
+        """Return what orders have set last up to a scan, and who: `{"Start": [true, "panel, page 1"]}`."""
+
     def faults_at(self, scan: int | None) -> list[Fault]:
         """Return the CPU's faults up to the end of a scan."""
 
@@ -76,6 +81,7 @@ class EventLog:
         self._events: list[Json] = []
         self._forces = _StateHistory()
         self._lines = _StateHistory()
+        self._pressed = _StateHistory()
         self._faults: list[Fault] = []
         self._stated: dict[str, Json] = {}
         self._rules: list[Json] = []
@@ -112,6 +118,8 @@ class EventLog:
             return
         if event.get("kind") == "rule":
             self._take_rule(event)
+        if "order" in event:
+            self._take_press(scan, str(event["order"]))
         if topic == FAULTS:
             cause = next((each for each in Cause if each.value == event.get("cause")), Cause.PROGRAM)
             where, text = str(event.get("where", "")), str(event.get("text", ""))
@@ -146,6 +154,19 @@ class EventLog:
     def _take_line(self, event: Mapping[str, Any]) -> None:
         place = {"file": event["file"], "line": event["line"], "text": event["wait"], "since": event["t"]}
         self._lines.note(event["scan"], {**self._lines.latest, event["sequence"]: place})
+
+    def _take_press(self, scan: int, text: str) -> None:
+        try:
+            order = action_of(parsed(text), RECORDED)
+        except ValueError:
+            return  # of a recording that somebody else has made
+        told: Json = {}
+        if isinstance(order, Press):
+            told = {f"{order.slot}.input.{order.name}": [order.on, order.by]}
+        elif isinstance(order, Write):
+            told = {order.tag: [order.value, order.by]}
+        if told:
+            self._pressed.note(scan, {**self._pressed.latest, **told})
 
     def _take_rule(self, event: Mapping[str, Any]) -> None:
         for bit in event.get("bits") or ():
@@ -186,6 +207,11 @@ class EventLog:
         """Return the waiting lines of the sequences in a scan, by name."""
         earlier = {} if self.earlier is None else self.earlier.lines_at(scan)
         return earlier | (self._lines.told(LAST_SCAN if scan is None else scan) or {})
+
+    def pressed_at(self, scan: int | None) -> Json:
+        """Return what orders have set last up to a scan, and who."""
+        earlier = {} if self.earlier is None else self.earlier.pressed_at(scan)
+        return earlier | (self._pressed.told(LAST_SCAN if scan is None else scan) or {})
 
     def rules_at(self, scan: int | None) -> list[Json]:
         """Return the rule that last set each bit, up to a scan."""

@@ -38,7 +38,7 @@ class RecordedEvents:
         self._trace = trace
         self._known: dict[int, EventLog] = {}
         self._looked_at = -1
-        self._latest: tuple[int | None, int, Json, list[Json]] = (None, 0, {}, [])
+        self._latest: tuple[int | None, int, Json, list[Json], Json] = (None, 0, {}, [], {})
         self.read = 0
         self.edits: set[int] = set()  # scans before which the program was edited, as far as read
         self._find()
@@ -88,22 +88,28 @@ class RecordedEvents:
         """Return the known rules that last set each bit, up to a scan."""
         return self._stood(scan)[1]
 
+    def pressed_at(self, scan: int | None) -> Json:
+        """Return what known orders have set last up to a scan, and who."""
+        return self._stood(scan)[2]
+
     def faults_at(self, scan: int | None) -> list[Fault]:
         """Return the known faults of the CPU up to the end of a scan."""
         logs = self._back_from(LAST_SCAN if scan is None else scan)
         return [each for log in logs for each in log.faults_at(scan)]
 
-    def _stood(self, scan: int | None) -> tuple[Json, list[Json]]:
-        """Return lines and rules of a scan: those of the known chunks, back from its own."""
+    def _stood(self, scan: int | None) -> tuple[Json, list[Json], Json]:
+        """Return lines, rules and presses of a scan: those of the known chunks, back from its own."""
         logs = list(self._back_from(LAST_SCAN if scan is None else scan))
         if self._latest[:2] != (scan, len(logs)):
             lines: Json = {}
+            pressed: Json = {}
             rules: dict[tuple[int, str], Json] = {}
             for log in logs:
                 lines = log.lines_at(scan) | lines
+                pressed = log.pressed_at(scan) | pressed
                 for each in log.rules_at(scan):
                     rules.setdefault((each["slot"], each["bit"]), each)
-            self._latest = scan, len(logs), lines, list(rules.values())
+            self._latest = scan, len(logs), lines, list(rules.values()), pressed
         return self._latest[2:]
 
     def orders(self, first: int, last: int) -> list[RecordedOrder]:

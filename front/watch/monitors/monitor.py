@@ -26,6 +26,8 @@ from ..history.stretch import Stretch, Stretches
 from ..history.strip import piece_of, signals_of
 from ..history.timeline import Timeline
 from ..history.watched_program import Inputs, Values
+from ..panels.bindings import Bindings
+from ..panels.kept_panel import KeptPanel
 from .hello import incidents_of, slots_of
 from .page import Page
 from .picture import Places, changed, mode_of
@@ -96,6 +98,10 @@ class Subject:
             following = self.programs.end_of(program) + 1
         return piece, following
 
+    def bindings(self, program: Stretch) -> Bindings:
+        """Return the names that items of a panel may have."""
+        return Bindings(program, slots_of(self.spec), program.described(self.values)["tags"])
+
     def described(self, about: SessionFacts, program: Stretch) -> Json:
         """Return the first message to a page."""
         return {
@@ -116,11 +122,16 @@ class Subject:
 
 
 class Monitor(ABC):
-    """The source of pages."""
+    """The source of pages.
 
-    def __init__(self, about: SessionFacts, subject: Subject, states: States) -> None:
-        self.about, self.subject, self.states = about, subject, states
+    Args:
+        panel: the operator panel of the rack.
+    """
+
+    def __init__(self, about: SessionFacts, subject: Subject, states: States, panel: KeptPanel) -> None:
+        self.about, self.subject, self.states, self.panel = about, subject, states, panel
         self.pages: list[Page] = []
+        self._joined = 0
         self.elsewhere = QuestionProcesses()
         self.opener: Callable[[Path], Any] | None = None  # opens another recording to compare with
         self.latest: Row | None = None  # the row of the latest scan; None before the first
@@ -159,6 +170,8 @@ class Monitor(ABC):
 
     def join(self, page: Page) -> None:
         """Add a page."""
+        self._joined += 1
+        page.number = self._joined
         self.greet(page)
         self.pages.append(page)
 
@@ -171,10 +184,17 @@ class Monitor(ABC):
         page.begin_anew()
 
     def leave(self, page: Page) -> None:
-        """Remove a page."""
+        """Remove a page, and let go what it holds."""
+        self.let_go(page)
         if page in self.pages:
             self.pages.remove(page)
         page.compare(None)
+
+    def let_go(self, page: Page) -> None:
+        """Give the orders that a page has left for the case that it is lost."""
+        given, page.holds = page.holds, []
+        for order in given:
+            self.order(page, None, order)
 
     def tick_compared(self) -> bool:
         """Go on with the recordings that pages compare with; return whether there is more to do at once."""
@@ -216,6 +236,7 @@ class Monitor(ABC):
         return {
             "mode": self.subject.spec.mode,
             "forced": self.states.forces_at(None),
+            "pressed": self.states.pressed_at(None),
             **self.state(past=False),
         }
 
@@ -239,6 +260,7 @@ class Monitor(ABC):
             "forced": self.states.forces_at(past),
             "lines": self.states.lines_at(past),
             "rules": self.states.rules_at(past),
+            "pressed": self.states.pressed_at(past),
             "faults": self.faults(past),
             **self.state(past=past is not None),
             **self.subject.places.of(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 from ...runtime.live.ring import Row
@@ -47,6 +48,9 @@ class Page:
         self.events: int | None = None  # number of its next event; None before the first frame
         self.stops = False  # whether it stays at the scan of the next error bit, instead of only naming it
         self.compared: PageComparison | None = None
+        self.number = 0  # of the pages of a monitor, from 1
+        self.holds: Sequence[Json] = []  # orders that let go what it presses, given when it is lost
+        self.holds_until_ns = 0
         self.last: Json = {}
         self.outbox: deque[Json] = deque()
         self.due = asyncio.Event()  # set when there is something to send

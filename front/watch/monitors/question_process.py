@@ -55,14 +55,15 @@ class QuestionProcesses:
             begin = partial(launch, f"{__package__}.why_process:main", trace, what, scan, stdin=given)
             self._begin(page, number, begin, PATIENCE_S, command)
 
-    def share(self, page: Page, number: object, trace: str, scan: int, *, trust: bool) -> None:
+    def share(self, page: Page, number: object, trace: str, scan: int, *, trust: bool, rack: str) -> None:
         """Ask for the page of a recording with a scan shown first; it goes to the page.
 
         Args:
             trust: whether the program that came with the recording may run.
+            rack: see `share.command.shared`.
         """
         flag = " --trust" if trust else ""
-        begin = partial(launch, "scanrack.watch.share.share_process:main", trace, scan, flag.strip())
+        begin = partial(launch, "scanrack.watch.share.share_process:main", trace, scan, flag.strip(), rack)
         self._begin(page, number, begin, SHARE_PATIENCE_S, f"scanrack share {trace} --at {scan}{flag}")
 
     def _begin(

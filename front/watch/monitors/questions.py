@@ -19,6 +19,7 @@ from .comparison import Comparison, recordings_beside
 from .hello import addresses_of
 from .monitor import Monitor
 from .page import Page
+from .panel_questions import PANEL_QUESTIONS
 from .since import last_change
 
 Json = dict[str, Any]
@@ -241,7 +242,8 @@ def share(monitor: Monitor, page: Page, said: Said) -> None:
     if trace is None or row is None:
         raise ValueError("no trace yet; start with --record")
     trusted = monitor.subject.programs.at(page.past).logic is not None
-    monitor.elsewhere.share(page, said.get("id"), str(trace), int(row["scan"]), trust=trusted)
+    rack = "" if monitor.about.kind == "trace" else monitor.about.path
+    monitor.elsewhere.share(page, said.get("id"), str(trace), int(row["scan"]), trust=trusted, rack=rack)
 
 
 def recordings(monitor: Monitor, _page: Page, _said: Said) -> Json:
@@ -355,6 +357,7 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     "compare": compare,
     "difference": difference,
     "beside": beside,
+    **PANEL_QUESTIONS,
 }
 """The questions by name; one that returns None is answered later."""
 

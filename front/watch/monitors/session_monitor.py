@@ -15,15 +15,18 @@ from typing_extensions import override
 from ...jobs.load.loading import LoadedRack, load_job
 from ...jobs.record.program_versions import folders_of, forget
 from ...jobs.trust.attachments import load_files
-from ...runtime.live.actions import action_of, said_of
+from ...runtime.live.actions import Press, Write, action_of, said_of
 from ...runtime.live.ring import Ring, RingShape, Rows
 from ...runtime.live.session import GIVEN
+from ...runtime.loop.pace import wall_ns
 from ...runtime.loop.scan import ScanFlag
 from ..history.event_log import EventLog
 from ..history.indexer import SLICE, Indexer, indexable
 from ..history.recorded_events import RecordedEvents
+from ..panels.kept_panel import KeptPanel
 from .monitor import Monitor, SessionFacts, Subject
 from .page import Page
+from .panel_questions import show_panel
 from .picture import late_scans, speed_reached
 from .questions import QUESTIONS
 from .troubles import ErrorBit, ErrorWatch
@@ -32,6 +35,10 @@ Json = dict[str, Any]
 
 SPEED_ROWS = 512
 """Rows over which the speed is measured."""
+
+
+PANEL_TICKS = 15
+"""Frames between two checks of the panel's file."""
 
 
 class SessionProgram(NamedTuple):
@@ -90,7 +97,8 @@ class SessionMonitor(Monitor):
         self._loader = Loader(setup.about.path)
         spec = self._loader.job(setup.programs[0]).spec
         self.log = EventLog()
-        super().__init__(setup.about, Subject(spec, setup.machines, ring.dtype, Path(setup.trace)), self.log)
+        subject = Subject(spec, setup.machines, ring.dtype, Path(setup.trace))
+        super().__init__(setup.about, subject, self.log, KeptPanel(setup.about.path))
         for each in setup.programs:
             self._add(each)
         self._setup, self._ring, self._pipe = setup, ring, pipe
@@ -107,7 +115,7 @@ class SessionMonitor(Monitor):
         self._preview: Json | None = None  # of a saved program that waits to be taken over
         self._indexer: Indexer | None = None
         self._indexed = False
-        self._index_to = 0
+        self._index_to = self._ticks = 0
         ring.asked += 1  # initial values, and the state
 
     def _add(self, ran: SessionProgram) -> None:
@@ -158,7 +166,18 @@ class SessionMonitor(Monitor):
         for rows in ran:
             self._name_errors(rows)
         self.wake()
+        self._attend_panels()
         return self._index()
+
+    def _attend_panels(self) -> None:
+        """Let go for pages that say nothing any more; show a panel's file that has changed."""
+        for page in self.pages:
+            if page.holds and wall_ns() > page.holds_until_ns:
+                self.let_go(page)
+                page.send({"note": "The connection is slow: the panel has let go."})
+        self._ticks += 1
+        if self._ticks % PANEL_TICKS == 0 and self.panel.changed():
+            show_panel(self)
 
     def _take_rows(self) -> Rows:
         taken = self._ring.take(self._rows_at)
@@ -304,6 +323,8 @@ class SessionMonitor(Monitor):
         order = action_of({key: value for key, value in said.items() if key != "id"}, GIVEN)
         if self.about.read_only:
             raise ValueError("this session is read-only: it takes no orders")
+        if isinstance(order, Press | Write) and order.by:
+            order = replace(order, by=f"{order.by}, page {page.number}")
         self._orders += 1
         self._asked[self._orders] = page, number
         passed_on = {"id": self._orders, "order": said_of(order)}

@@ -8,7 +8,9 @@ from typing import Any, NamedTuple
 
 from typing_extensions import override
 
+from ...jobs.load.panels import panel_name
 from ...jobs.replay.replaying import lost_notes
+from ...jobs.trust.trust import address_name
 from ...ladder import LadderLogic
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.live.actions import ACTIONS, NAMES, Branch, action_of
@@ -22,6 +24,7 @@ from ..history.indexer import SLICE, Indexer, indexable
 from ..history.recorded_events import RecordedEvents
 from ..history.stretch import Stretch
 from ..history.watched_machines import PER_SLOT
+from ..panels.kept_panel import KeptPanel
 from .monitor import Monitor, SessionFacts, Subject
 from .page import Page
 
@@ -40,6 +43,11 @@ class Source(NamedTuple):
     logic: ScanLogic | None  # None if the trace lacks it, or it must not be run
     file: Path | None  # of the program; None without one
     lacks: str = ""  # why it can't be shown; "" if it can
+
+
+def _panel_in(trace: Trace, rack: str) -> bytes:
+    """Return the operator panel in a recording; empty if it brings none."""
+    return next((each.data for each in trace.attachments() if each.name == panel_name(rack)), b"")
 
 
 class TraceMonitor(Monitor):
@@ -69,7 +77,8 @@ class TraceMonitor(Monitor):
             subject.programs.add(*each)
         self._recorded = RecordedEvents(trace)
         self._brought, self._lost = {each.first for each in sources}, LAST_SCAN
-        super().__init__(about, subject, self._recorded)
+        rack = address_name(trace.head.metadata.get("rack_file", ""))
+        super().__init__(about, subject, self._recorded, KeptPanel(rack, _panel_in(trace, rack)))
         self._branch = branch
         extent = subject.timeline.extent
         if extent is None and not trace.may_grow:

@@ -142,6 +142,7 @@ def _take_events(lists: ChangeLists, monitor: TraceMonitor, rows: Rows, events: 
         "forced": states.forces_at,
         "lines": states.lines_at,
         "rules": states.rules_at,
+        "pressed": states.pressed_at,
         "faults": monitor.faults,
     }
     take_states(lists, readers, sorted(each for each in told if first <= each <= last))
@@ -153,7 +154,9 @@ def _program(monitor: TraceMonitor, lists: ChangeLists, program: Stretch, scans:
     described = program.described(subject.values)
     end = subject.programs.end_of(program)
     own = [each for each in scans if program.first <= each <= end]
+    panel = monitor.panel.described(subject.bindings(program), "this is a recording")
     shows, names, known = {}, [each["name"] for each in described["tags"]], own[-1] + 1
+    names += [each["read"] for each in panel["bound"]]
     if program.catalog is None:
         if program.source is not None:
             _, answer = program.source.show(tuple(subject.values))
@@ -176,6 +179,7 @@ def _program(monitor: TraceMonitor, lists: ChangeLists, program: Stretch, scans:
         "known": known,
         "described": described,
         "shows": shows,
+        "panel": panel,
     }
 
 

@@ -19,6 +19,7 @@ from ...traces.files.guard import check_output
 from ...traces.files.newfile import new_file
 from ...traces.read.reader import Trace, open_trace
 from ..monitors.trace_monitor import TraceMonitor
+from ..panels.kept_panel import KeptPanel
 from ..recorded_session import OpenedRecording, TracePlace
 from .collecting import OTHER_ANSWERS, SharedStretch, collect
 from .failure import Failure
@@ -96,10 +97,17 @@ def shared(
     tags: Sequence[str] = (),
     failure: Failure | None = None,
     told: Callable[[Trace], None] | None = None,
+    rack: str = "",
 ) -> tuple[Any, bytes]:
-    """Return the data of a recording's page, and the page; see `share`."""
+    """Return the data of a recording's page, and the page; see `share`.
+
+    Args:
+        rack: the address of the rack that runs, whose panel is shown as it is now; "" = the recording's.
+    """
     with ExitStack() as stack:
         monitor = _opened(stack, trace, trust=trust, told=told)
+        if rack:
+            monitor.panel = KeptPanel(rack)
         extent = monitor.subject.timeline.extent
         if extent is None:
             raise ValueError(f"{trace}: no scan in it" + (" yet" if wish.latest else ""))

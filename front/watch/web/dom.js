@@ -13,7 +13,9 @@ function fill(node, properties, children) {
 }
 
 // An HTML element; a property that is a function listens to the event of that name.
-export const el = (name, properties = {}, ...children) => fill(document.createElement(name), properties, children);
+// An output is a live region by itself: what changes thirty times a second must not be read aloud.
+export const el = (name, properties = {}, ...children) =>
+  fill(document.createElement(name), name === "output" ? { "aria-live": "off", ...properties } : properties, children);
 
 // An SVG element.
 export const svg = (name, properties = {}, ...children) =>

@@ -4,7 +4,7 @@ import { read } from "./exact.js";
 
 export class Refused extends Error {}
 
-const PARTS = ["power", "tags"], STATES = ["mode", "forced", "lines", "rules", "faults"];
+const PARTS = ["power", "tags"], STATES = ["mode", "forced", "lines", "rules", "pressed", "faults"];
 const BACK = 50, EVENTS = 100, HITS = 200; // scans of a speed, as the server has it; rows of an answer
 
 const lists = new Map(); // key -> { scans, values }
@@ -212,6 +212,7 @@ const QUESTIONS = {
     queueMicrotask(() => { if (at !== null) show(at); });
     return { unknown: unknown(tags), addresses: Object.fromEntries(tags.filter(isAddress).map(tag => [tag, addressOf(tag)])) };
   },
+  panel: () => program().panel,
   lanes: ({ tags }) => ({ unknown: unknown(tags) }),
   steps({ from, to, tags }) {
     const [first, last] = clamped(from, to);

@@ -4,7 +4,7 @@ import { at, el, setAttribute, setFlag } from "./dom.js";
 import { keep, kept } from "./kept.js";
 import { onHello, run } from "./state.js";
 
-const PANELS = { events: "Events", watch: "Watch table", words: "Words and bits" };
+const PANELS = { events: "Events", watch: "Watch table", words: "Words and bits", panel: "Operator panel" };
 const LEAST = 20, MOST = 80, STEP = 2; // percent of the page
 
 // What a gutter sets: the percentage at first, keys that add to it, and the percentage at a place of the pointer.

@@ -19,6 +19,7 @@ await import("./tag.js");
 await import("./watchtable.js");
 await import("./compare.js");
 await import("./events.js");
+const panel = await import("./panel.js");
 await import("./keys.js");
 const { erred } = await import("./causeband.js");
 const { caused } = await import("./failed.js");
@@ -39,6 +40,8 @@ function hear(message) {
   } else if (message.frame) {
     if (run.state === "lost") hush("lost");
     take(message.frame);
+  } else if (message.panel) {
+    panel.take(message.panel);
   } else if (message.error) {
     erred(message.error);
   } else if ("preview" in message) {

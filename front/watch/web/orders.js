@@ -21,6 +21,8 @@ async function act(what, fields) {
   return answer;
 }
 
+// An order that is given as the rack records it.
+export const operate = ({ do: what, ...fields }) => act(what, fields);
 export const mode = name => act("mode", { mode: name });
 export const pause = () => order("pause");
 export const go = () => order("go");

@@ -4,6 +4,7 @@ import { faultPlaces } from "./causeband.js";
 import { markCauses, onCauses } from "./causes.js";
 import { editButton, editor } from "./editing.js";
 import { at, el, heading, setAttribute, setFlag, setText } from "./dom.js";
+import { buildDiagram } from "./diagram.js";
 import { buildRungs, moveTo, paintRungs } from "./ladder.js";
 import { link } from "./link.js";
 import { isTree, treeOf } from "./routines.js";
@@ -84,7 +85,7 @@ async function open(name) {
   learn(answer.addresses);
   const focused = sheet.contains(document.activeElement) ? document.activeElement.dataset.element : undefined;
   unplace(sheet);
-  sheet.replaceChildren(answer.chart ? buildSteps(answer) : answer.rungs ? buildRungs(name, answer.rungs, call) : buildText(found, answer));
+  sheet.replaceChildren(answer.diagram ? buildDiagram(answer) : answer.chart ? buildSteps(answer) : answer.rungs ? buildRungs(name, answer.rungs, call) : buildText(found, answer));
   sheet.dataset.kind = found.kind;
   paintRungs({ power: run.power, breakpoints: run.breakpoints });
   paintText({ power: run.power, tags: run.tags, lines: run.lines });

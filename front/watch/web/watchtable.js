@@ -28,6 +28,8 @@ onProgram(hello => {
   show();
 });
 
+export const alsoWatched = []; // names that other parts show
+
 export const watchedTags = () => rows.map(row => row.tag);
 
 const load = () => kept(key, []).filter(row => typeof row?.tag === "string")
@@ -72,7 +74,7 @@ function keyed(event) {
 // Says to the server which tags are looked at beside the routine: those of the table, and those selected.
 export async function sendWatched(more = selected.names) {
   try {
-    const { unknown, addresses } = await ask("watch", { tags: [...new Set([...rows.map(row => row.tag), ...more])] });
+    const { unknown, addresses } = await ask("watch", { tags: [...new Set([...rows.map(row => row.tag), ...alsoWatched, ...more])] });
     learn(addresses);
     paintAddressed();
     for (const [place, row] of rows.entries()) body.querySelectorAll("tr.tag")[place]?.toggleAttribute("data-unknown", unknown.includes(row.tag));

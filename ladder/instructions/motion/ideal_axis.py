@@ -1,24 +1,29 @@
 """An ideal axis: a servo that follows its profile exactly. Any axis of a program without a 3601 is one.
 
-    course     move, jog, stop or homing, from a speed on       gear     the master's travel times the ratio
-    position = start + travel of the course (`ramps`); a gear shifts `start`
+Its motion is the sum of what its planners do at the same time [MOTION-RM002H p. 124, 129]:
 
-All state lies in hidden members of the axis's tag, so that snapshots, edits and both back ends have it. What
-is under way is a function of the time since its begin. After each scan `update` writes the tag's members and
-the bits of the instructions whose motion has ended, whether their rungs are scanned or not.
+    planner   begun by          shown as                    MAS that ends it alone
+    move      MAM, MAH          MoveStatus, HomingStatus    Move, Home
+    jog       MAJ               JogStatus                   Jog
+    gear      MAG               GearingStatus               Gear
+    whole     MCLM, MAS of All  CoordinatedMotionStatus     none
+
+    position = start + travel of each course (`courses`); what follows another position shifts `start`
+
+A planner carries out one course; a newer one goes on from that planner's speed. A merge ends all of them and
+goes on from their sum. After each scan `update` writes the tag's members and the bits of the instructions
+whose motion has ended, whether their rungs are scanned or not.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
-from enum import IntEnum
+from collections.abc import Mapping, Sequence
 
-from ...model.predefined.motion_types import AXIS_MEMBERS, MOTION_BITS
-from ...state.memory import Memory, Value
-from ...state.regions import converted
-from .axes import AxisSettings
-from .ramps import Dynamics, Instant, Phases, at, move, ramp
+from ...model.predefined.motion_types import AXIS_MEMBERS, PLANNERS
+from ...state.memory import Memory
+from .courses import FOLLOWING, Course, Kind
+from .ramps import REST, Dynamics, Instant, total
+from .spots import Ideal, MotionSpot, settle
 
 BITS = {each.name: each.at for each in AXIS_MEMBERS if each.at}
 """Member and bit of each named bit of an axis."""
@@ -29,128 +34,28 @@ DEFAULT_SPEED, DEFAULT_RATE = 100.0, 1000.0
 STOPPED, RUNNING, SHUT = 2, 4, 10
 """CIPAxisState [MOTION-RM003, "CIP Axis State"]."""
 
-
-class Kind(IntEnum):
-    """What an axis does."""
-
-    NOTHING = 0
-    MOVE = 1
-    JOG = 2
-    HOME = 3
-    STOP = 4
-    PATH = 5  # a coordinate system moves it
-
-
-MOVING = {
+STATUS = {
     Kind.MOVE: "MoveStatus",
     Kind.JOG: "JogStatus",
     Kind.HOME: "HomingStatus",
     Kind.STOP: "StoppingStatus",
     Kind.PATH: "CoordinatedMotionStatus",
+    Kind.GEAR: "GearingStatus",
 }
-"""The status bit of each kind."""
+"""The status bit of each kind of course."""
 
+PLANNER_OF = {
+    "MoveStatus": "move",
+    "HomingStatus": "move",
+    "JogStatus": "jog",
+    "GearingStatus": "gear",
+    "GearingLockStatus": "gear",
+    "CoordinatedMotionStatus": "whole",
+}
+"""The planner that a status bit shows; the others show several."""
 
-@dataclass(frozen=True, slots=True)
-class MotionPart:
-    """A structure of a program, by the path of its tag and its place among the elements of an array."""
-
-    path: str
-    index: int
-    name: str  # as messages name it
-    kind: str = ""  # name of its type
-
-
-@dataclass(frozen=True, slots=True)
-class Ideal:
-    """The ideal axes and coordinate systems of a program, and its motion instructions."""
-
-    axes: tuple[tuple[MotionPart, AxisSettings], ...]  # number -1 is the first
-    systems: tuple[tuple[MotionPart, tuple[int, ...]], ...]  # number 1 is the first; numbers of its axes
-    controls: tuple[MotionPart, ...]  # number 1 is the first
-
-    def carry(self, before: Ideal, memory: Memory) -> None:
-        """Give what is under way the numbers of this program after an online edit of another one."""
-        controls = _renumbered(before.controls, self.controls)
-        axes = _renumbered([part for part, _ in before.axes], [part for part, _ in self.axes])
-        for parts, claims in ((self.axes, OF_AXES), (self.systems, OF_SYSTEMS)):
-            for part, _ in parts:
-                spot = MotionSpot(memory, part)
-                for name in claims:
-                    number, ticket = divmod(int(spot[f"~{name}"]), 1 << 32)
-                    spot.hide(**{name: controls.get(number, 0) << 32 | ticket})
-        for part, _ in self.axes:
-            spot = MotionSpot(memory, part)
-            master = int(spot["~master"])
-            if master < 0:
-                spot.hide(master=-axes.get(-master, 0))
-
-
-OF_AXES, OF_SYSTEMS = ("claim", "gear_claim", "watch_claim"), ("claim", "next_claim", "transform")
-"""Hidden members that name an instruction."""
-
-
-def _renumbered(before: Sequence[MotionPart], after: Sequence[MotionPart]) -> dict[int, int]:
-    """Return new numbers by old ones, from 1."""
-    now = {(part.path.upper(), part.index): number for number, part in enumerate(after, 1)}
-    return {number: now.get((part.path.upper(), part.index), 0) for number, part in enumerate(before, 1)}
-
-
-class MotionSpot:
-    """A structure in memory: `spot["~kind"]`, `spot.put(MoveStatus=True)`."""
-
-    def __init__(self, memory: Memory, part: MotionPart) -> None:
-        self.memory, self.part = memory, part
-
-    def __getitem__(self, name: str) -> Value:
-        """Return a member."""
-        return self.memory.read(self.memory.layout.leaf(f"{self.part.path}.{name}"), self.part.index)
-
-    def put(self, **members: Value) -> None:
-        """Set members that lie in no array."""
-        for name, value in members.items():
-            leaf = self.memory.layout.leaf(f"{self.part.path}.{name}")
-            self.memory.write(leaf, self.part.index, converted(leaf.type, value))
-
-    def hide(self, **members: Value) -> None:
-        """Set hidden members."""
-        self.put(**{f"~{name}": value for name, value in members.items()})
-
-    def row(self, name: str, values: Iterable[float]) -> None:
-        """Set the elements of an array member."""
-        leaf = self.memory.layout.leaf(f"{self.part.path}.{name}")
-        for place, value in enumerate(values, self.part.index * leaf.dims[-1]):
-            self.memory.write(leaf, place, converted(leaf.type, value))
-
-    def bits(self, places: dict[str, str], **bits: bool) -> None:
-        """Set bits by name, whose word and number `places` has."""
-        words: dict[str, int] = {}
-        for name, on in bits.items():
-            word, _, bit = places[name].partition(".")
-            value = words[word] if word in words else int(self[word])
-            words[word] = value | 1 << int(bit) if on else value & ~(1 << int(bit))
-        self.put(**words)
-
-
-FLAGS = {name: f"FLAGS.{bit}" for name, bit in MOTION_BITS.items()}
-
-
-def settle(memory: Memory, ideal: Ideal, claim: int, error: int = 0, **bits: bool) -> None:
-    """Set bits of the instruction of a claim, if it has not begun another time since."""
-    number, ticket = claim >> 32, claim & 0xFFFF_FFFF
-    if not number:
-        return
-    control = MotionSpot(memory, ideal.controls[number - 1])
-    if control["~ticket"] == ticket:
-        control.bits(FLAGS, **bits)
-        if error:
-            control.put(ERR=error)
-
-
-def dynamics_of(spot: MotionSpot) -> Dynamics:
-    """Return the dynamics of what is under way."""
-    names = ("~speed", "~up", "~down", "~up_share", "~down_share")
-    return Dynamics(*(float(spot[name]) for name in names))
+Masters = Mapping[int, tuple[float, float]]
+"""Position and speed of the axes on 3601s by number, for the gears that follow them."""
 
 
 class IdealAxis(MotionSpot):
@@ -160,11 +65,7 @@ class IdealAxis(MotionSpot):
         part, self.settings = ideal.axes[-number - 1]
         super().__init__(memory, part)
         self.ideal, self.number = ideal, number
-
-    @property
-    def kind(self) -> Kind:
-        """What it does."""
-        return Kind(int(self["~kind"]))
+        self.courses = {planner: Course(self, ideal, planner) for planner in PLANNERS}
 
     def is_on(self, bit: str) -> bool:
         """Return a bit of the tag."""
@@ -177,92 +78,110 @@ class IdealAxis(MotionSpot):
         default = DEFAULT_SPEED if name == "Speed" else DEFAULT_RATE
         return own or float(self[f"Maximum{name}"]) or default
 
-    # --- the course
-
-    def phases(self) -> Phases:
-        """Return the phases of the course."""
-        kind, entry = self.kind, float(self["~entry"])
-        if kind in (Kind.NOTHING, Kind.HOME, Kind.PATH):
-            return ()
-        if kind is Kind.MOVE:
-            return move(float(self["~goal"]) - float(self["~start"]), entry, dynamics_of(self))
-        return ramp(entry, float(self["~goal"]) if kind is Kind.JOG else 0.0, dynamics_of(self))
+    # --- what is under way
 
     def instant(self, now_ns: int) -> Instant:
-        """Return where it is on its course."""
-        last = float(self["~goal"]) if self.kind is Kind.JOG else 0.0
-        return at(self.phases(), (now_ns - int(self["~begun_ns"])) / 1e9, last)
+        """Return its motion, the sum of all courses."""
+        return total(each.instant(now_ns) for each in self.courses.values())
 
     def position(self, now_ns: int) -> float:
-        """Return its position, units."""
+        """Return its position, units; of what it follows as of the last `catch_up`."""
         return float(self["~start"]) + self.instant(now_ns).travel
 
-    def begin(self, now_ns: int, kind: Kind, dynamics: Dynamics, goal: float, claim: int) -> None:
-        """Begin a course from the present position and speed; the one before ends.
+    def begin(
+        self,
+        now_ns: int,
+        planner: str,
+        kind: Kind,
+        dynamics: Dynamics,
+        claim: int,
+        *,
+        goal: float = 0.0,
+        merge: bool = False,
+    ) -> None:
+        """Begin a course of a planner, from its speed on; the one before ends.
 
         Args:
-            goal: position of a move, speed of a jog.
             claim: of the instruction that follows it, see `MotionControl.claim`.
+            goal: see `Course`.
+            merge: end all courses, and go on from the speed of the axis.
         """
-        present, before = self.instant(now_ns), int(self["~claim"])
-        start = float(self["~start"]) + present.travel
-        if before != claim:
-            settle(self.memory, self.ideal, before, IP=False, AC=False)
-        self.hide(
-            kind=kind, begun_ns=now_ns, claim=claim, start=start, entry=present.speed, goal=goal, active=True
-        )
-        self.hide(
-            speed=dynamics.speed,
-            up=dynamics.up,
-            down=dynamics.down,
-            up_share=dynamics.up_share,
-            down_share=dynamics.down_share,
-        )
+        course = self.courses[planner]
+        entry = (self.instant(now_ns) if merge else course.instant(now_ns)).speed
+        for each in self.courses.values() if merge else (course,):
+            self._fold(each, now_ns)
+            if each.claim != claim:
+                each.end()
+            each.hide(kind=Kind.NOTHING)
+        if kind in FOLLOWING:
+            entry = 0.0
+        course.begin(now_ns, kind, dynamics, claim, goal=goal, entry=entry)
+        self.hide(active=True)
         if kind is not Kind.STOP:
+            start = self.position(now_ns)
             self.put(StartActualPosition=start, StartCommandPosition=start)
+
+    def _fold(self, course: Course, now_ns: int) -> None:
+        """Add the travel of a course that ends to the start."""
+        self.shift(course.instant(now_ns).travel)
 
     def rest(self, now_ns: int, error: int = 0) -> None:
         """End everything at once, where the axis is."""
-        self.hide(start=self.position(now_ns), kind=Kind.NOTHING, active=True)
-        self.loosen()
-        settle(self.memory, self.ideal, int(self["~claim"]), error, IP=False, AC=False, **_failed(error))
-        self.hide(claim=0)
-
-    def loosen(self) -> None:
-        """End a gear."""
-        settle(self.memory, self.ideal, int(self["~gear_claim"]), IP=False)
-        self.hide(master=0, gear_claim=0, active=True)
+        self.hide(start=self.position(now_ns), active=True)
+        for each in self.courses.values():
+            each.end(error, **({"ER": True} if error else {}))
 
     def shift(self, way: float) -> None:
-        """Move position and goal of a move: another reference, or a gear."""
+        """Move the position: by another reference, or by what the axis follows."""
         self.hide(start=float(self["~start"]) + way)
-        if self.kind is Kind.MOVE:
-            self.hide(goal=float(self["~goal"]) + way)
+
+    def redefine(self, way: float) -> None:
+        """Move its reference: a gear that follows it does not move."""
+        self.shift(way)
+        for place in range(1, len(self.ideal.axes) + 1):
+            slave = IdealAxis(self.memory, self.ideal, -place)
+            gear = slave.courses["gear"]
+            if gear.kind is Kind.GEAR and slave["~master"] == self.number:
+                gear.hide(goal=gear.goal + way)
 
     # --- after a scan
 
-    def gear(self, now_ns: int, master: float) -> None:
-        """Follow a master's position, units of the master."""
-        self.shift((master - float(self["~seen"])) * float(self["~ratio"]))
-        self.hide(seen=master)
+    def catch_up(self, now_ns: int, masters: Masters, passed: tuple[int, ...] = ()) -> None:
+        """Follow the master of a gear until now; it catches up with its own one first.
+
+        Args:
+            masters: axes on 3601s.
+            passed: axes that wait for this one; they end a chain that comes back to itself.
+        """
+        gear, number = self.courses["gear"], int(self["~master"])
+        if gear.kind is not Kind.GEAR or number in passed:
+            return
+        if number < 0:
+            master = IdealAxis(self.memory, self.ideal, number)
+            master.catch_up(now_ns, masters, (*passed, self.number))
+            masters = {number: (master.position(now_ns), master.instant(now_ns).speed)}
+        if number in masters:
+            self.shift(gear.follow(*masters[number], float(self["~ratio"])))
 
     def update(self, now_ns: int) -> None:
         """End what is over, and write the tag."""
-        kind, present = self.kind, self.instant(now_ns)
-        if kind in (Kind.MOVE, Kind.HOME, Kind.STOP) and present.over and now_ns > int(self["~begun_ns"]):
-            self._end(kind, present)
-            kind, present = self.kind, self.instant(now_ns)
-        position = float(self["~start"]) + present.travel
-        self._watch(position)
-        self._show(now_ns, position, kind, present)
+        moving: list[tuple[Course, Instant]] = []
+        for course in self.courses.values():
+            if course.kind is not Kind.NOTHING:
+                present = course.instant(now_ns)
+                if course.is_over(now_ns, present):
+                    self._end(course, present)
+                else:
+                    moving.append((course, present))
+        self._show(moving)
 
-    def _end(self, kind: Kind, present: Instant) -> None:
-        goal = float(self["~goal"]) if kind is Kind.MOVE else float(self["~start"]) + present.travel
-        if kind is Kind.HOME:
-            goal = float(self["HomePosition"])
+    def _end(self, course: Course, present: Instant) -> None:
+        if course.kind is Kind.HOME:
+            self.redefine(float(self["HomePosition"]) - float(self["~start"]))
             self.bits(BITS, AxisHomedStatus=True)
-        settle(self.memory, self.ideal, int(self["~claim"]), IP=False, AC=False, PC=True)
-        self.hide(kind=Kind.NOTHING, start=goal, claim=0)
+        else:
+            self.shift(course.goal if course.kind is Kind.MOVE else present.travel)
+        course.end(PC=True)
 
     def _watch(self, position: float) -> None:
         """End MAW when the axis comes to its position."""
@@ -272,50 +191,38 @@ class IdealAxis(MotionSpot):
             self.hide(watch=0, watch_claim=0)
             self.bits(BITS, WatchEventArmedStatus=False, WatchEventStatus=True)
 
-    def _show(self, now_ns: int, position: float, kind: Kind, present: Instant) -> None:
-        geared = bool(self["~master"])
-        seconds = (now_ns - int(self["~shown_ns"])) / 1e9
-        speed = present.speed
-        if (geared or kind is Kind.PATH) and seconds > 0:
-            speed = (position - float(self["~position"])) / seconds
-        unwind = self.settings.unwind
+    def _show(self, moving: Sequence[tuple[Course, Instant]]) -> None:
+        present = total((REST, *(each for _, each in moving)))
+        position, unwind = float(self["~start"]) + present.travel, self.settings.unwind
+        self._watch(position)
         shown = position % unwind if unwind else position
         self.put(
             **dict.fromkeys(("ActualPosition", "CommandPosition"), shown),
-            **dict.fromkeys(("ActualVelocity", "CommandVelocity", "AverageVelocity"), speed),
+            **dict.fromkeys(("ActualVelocity", "CommandVelocity", "AverageVelocity"), present.speed),
         )
         on, shut = self.is_on("ServoActionStatus"), self.is_on("ShutdownStatus")
+        for course, own in moving:
+            course.settle(ACCEL=own.change > 0, DECEL=own.change < 0)
+        kinds = {course.kind for course, _ in moving}
         self.bits(
             BITS,
-            **{bit: kind is each for each, bit in MOVING.items()},
-            GearingStatus=geared,
-            GearingLockStatus=geared,
+            **{bit: kind in kinds for kind, bit in STATUS.items()},
+            GearingLockStatus=Kind.GEAR in kinds,
             AccelStatus=present.change > 0,
             DecelStatus=present.change < 0,
-            VelocityStandstillStatus=speed == 0,
-            InPositionStatus=kind is Kind.NOTHING,
+            VelocityStandstillStatus=present.speed == 0,
+            InPositionStatus=kinds <= {Kind.GEAR},
             PowerStructureEnabledStatus=on,
         )
         self.put(CIPAxisState=SHUT if shut else RUNNING if on else STOPPED)
-        self.hide(position=position, shown_ns=now_ns)
-        self.hide(active=kind is not Kind.NOTHING or geared or bool(self["~watch"]) or speed != 0)
+        self.hide(position=position, active=bool(kinds or self["~watch"]))
 
 
-def _failed(error: int) -> dict[str, bool]:
-    return {"ER": True} if error else {}
-
-
-def update_axes(memory: Memory, ideal: Ideal, now_ns: int, master: dict[int, float]) -> None:
-    """Update all ideal axes after a scan; courses first, then gears in the order of the axes.
-
-    Args:
-        master: positions of the axes on 3601s, by number.
-    """
+def update_axes(memory: Memory, ideal: Ideal, now_ns: int, masters: Masters) -> None:
+    """Update all ideal axes after a scan; gears first, so that a chain of them has no lag."""
     axes = [IdealAxis(memory, ideal, -place) for place in range(1, len(ideal.axes) + 1)]
     active = [each for each in axes if each["~active"]]
     for each in active:
-        number = int(each["~master"])
-        if number:
-            each.gear(now_ns, master[number] if number > 0 else axes[-number - 1].position(now_ns))
+        each.catch_up(now_ns, masters)
     for each in active:
         each.update(now_ns)

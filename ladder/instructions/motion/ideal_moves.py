@@ -3,7 +3,8 @@
 | instruction | ideal axis |
 |---|---|
 | MSO, MSF, MASD, MASR, MAFR | at once; DN |
-| MAM, MAJ, MAS, MCD | a profile from the present speed, trapezoidal or S-curve; it replaces the one before |
+| MAM, MAJ | a profile of its own planner, trapezoidal or S-curve; with Merge it ends all others |
+| MCD, MAS | the profile of the planner that it names; MAS of All stops the sum of all |
 | MAH | HomePosition at once, as active homing "immediate"; PC a scan later |
 | MRP | at once, also in motion |
 | MAG | the slave follows the master's position, locked at once; IP until it ends |
@@ -16,110 +17,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Mapping
 
 from ...interpreter import Interpreter
 from ...model.operands import Group
 from ...model.predefined.motion_types import is_axis
 from ...model.predefined.motion_words import (
     CHANGED_MOTION,
-    JERK_UNITS,
-    NO_YES,
-    PROFILES,
+    DISABLED_ENABLED,
     RATE_UNITS,
     REDEFINITIONS,
     SPEED_UNITS,
     STOP_TYPES,
 )
-from .ideal_axis import BITS, Ideal, IdealAxis, Kind, dynamics_of, settle
-from .motion_control import (
-    ILLEGAL,
-    ILLEGAL_CHANGE,
-    OUT_OF_RANGE,
-    SERVO_OFF,
-    SHUT_DOWN,
-    Given,
-    MotionControl,
-    number_of,
-    word_of,
-)
-from .ramps import Dynamics, shares
-
-LARGEST = 1e15
-"""Largest position, distance, speed or rate, units."""
+from .calls import LARGEST, MotionCall, dynamics_at, merge_at, scaled
+from .courses import Kind
+from .ideal_axis import BITS, IdealAxis
+from .motion_control import ILLEGAL, ILLEGAL_CHANGE, OUT_OF_RANGE, SERVO_OFF, SHUT_DOWN, Given
+from .ramps import Dynamics
+from .spots import Ideal, settle
 
 ROTARY_SHORTEST, ROTARY_POSITIVE, ROTARY_NEGATIVE = 2, 3, 4
 """Move types of a rotary axis; 0 is absolute, 1 incremental."""
-
-
-class MotionCall(NamedTuple):
-    """An instruction that begins, with its operands after axis, group or system, and the control."""
-
-    machine: Interpreter
-    motion: MotionControl
-    name: str
-    operands: Sequence[Given]
-
-    @property
-    def now_ns(self) -> int:
-        """Time of the scan."""
-        return self.machine.now_ns
-
-    def number(self, place: int) -> float:
-        """Return a numeric operand; 0 for one that is left out."""
-        return number_of(self.machine, self.operands[place]) if place < len(self.operands) else 0.0
-
-    def word(self, place: int, words: tuple[str, ...]) -> str:
-        """Return a keyword operand."""
-        return word_of(self.machine, self.operands[place], words) if place < len(self.operands) else ""
-
-    def yes(self, place: int) -> bool:
-        """Whether a keyword operand says Yes."""
-        return self.word(place, NO_YES) == "YES"
-
-    def under_way(self) -> None:
-        """Show that its motion has begun."""
-        self.motion.set(DN=True, IP=True, AC=True)
-
-
-Maxima = Callable[[str], float]
-"""100 % of a maximum by name: Speed, Acceleration, Deceleration."""
-
-
-def dynamics_at(call: MotionCall, place: int, maximum: Maxima) -> Dynamics | None:
-    """Return speed, rates and jerks of ten operands from `place` on; None if one is out of range."""
-    speed = _scaled(call.number(place), call.word(place + 1, SPEED_UNITS), maximum("Speed"))
-    up, down = (
-        _scaled(call.number(place + by), call.word(place + by + 1, RATE_UNITS), maximum(name))
-        for by, name in ((2, "Acceleration"), (4, "Deceleration"))
-    )
-    if speed is None or up is None or down is None:
-        return None
-    if call.word(place + 6, PROFILES) != "SCURVE":
-        return Dynamics(speed, up, down)
-    unit = call.word(place + 9, JERK_UNITS)
-    up, up_share = _curved(up, call.number(place + 7), unit, speed)
-    down, down_share = _curved(down, call.number(place + 8), unit, speed)
-    return Dynamics(speed, up, down, up_share, down_share)
-
-
-def _scaled(value: float, unit: str, maximum: float) -> float | None:
-    """Return a speed or rate in units of the axis; None beyond the range, or in units of a master or time."""
-    if unit == "%OFMAXIMUM":
-        value *= maximum / 100
-    elif not unit.startswith("UNITSPERSEC"):
-        return None
-    return value if 1e-9 <= value <= LARGEST else None
-
-
-def _curved(rate: float, jerk: float, unit: str, speed: float) -> tuple[float, float]:
-    """Return the rate of an S-curve and the share of its ramps; a jerk that is not above 0 makes none."""
-    if not 0 < jerk <= LARGEST:
-        return rate, 0.0
-    if unit == "UNITSPERSEC3":
-        return shares(rate, jerk, speed)
-    return rate, min(jerk, 100.0) / 200  # % of time; % of maximum is taken for it
 
 
 def refusal_of(axis: IdealAxis) -> int:
@@ -167,14 +86,22 @@ def _reset(axis: IdealAxis, call: MotionCall) -> None:
     call.motion.set(DN=True)
 
 
+def _profile(axis: IdealAxis, call: MotionCall, place: int) -> tuple[Dynamics | None, bool]:
+    """Return the dynamics from an operand on, and whether to merge."""
+    speed = axis.instant(call.now_ns).speed
+    merge, current = merge_at(call, place + 10, DISABLED_ENABLED, speed)
+    return dynamics_at(call, place, axis.maximum, current), merge == "ENABLED"
+
+
 def _move(axis: IdealAxis, call: MotionCall) -> None:
     kind, where = int(call.number(0)), call.number(1)
-    dynamics = dynamics_at(call, 2, axis.maximum)
+    dynamics, merge = _profile(axis, call, 2)
     if dynamics is None or not 0 <= kind <= ROTARY_NEGATIVE or not abs(where) <= LARGEST:
         call.motion.refuse(OUT_OF_RANGE)
         return
-    goal = _goal(kind, where, axis.position(call.now_ns), axis.settings.unwind)
-    axis.begin(call.now_ns, Kind.MOVE, dynamics, goal, call.motion.claim)
+    here = axis.position(call.now_ns)
+    way = _goal(kind, where, here, axis.settings.unwind) - here
+    axis.begin(call.now_ns, "move", Kind.MOVE, dynamics, call.motion.claim, goal=way, merge=merge)
     call.under_way()
 
 
@@ -198,45 +125,53 @@ def _goal(kind: int, where: float, position: float, unwind: float) -> float:
 
 
 def _jog(axis: IdealAxis, call: MotionCall) -> None:
-    dynamics = dynamics_at(call, 1, axis.maximum)
+    dynamics, merge = _profile(axis, call, 1)
     if dynamics is None:
         call.motion.refuse(OUT_OF_RANGE)
         return
-    way = -1 if call.word(0, ("Forward", "Reverse")) == "REVERSE" else 1
-    axis.begin(call.now_ns, Kind.JOG, dynamics, way * dynamics.speed, call.motion.claim)
+    speed = dynamics.speed * (-1 if call.word(0, ("Forward", "Reverse")) == "REVERSE" else 1)
+    axis.begin(call.now_ns, "jog", Kind.JOG, dynamics, call.motion.claim, goal=speed, merge=merge)
     call.under_way()
 
 
-STOPS = {"JOG": Kind.JOG, "MOVE": Kind.MOVE, "HOME": Kind.HOME}
-"""What a stop type of MAS ends; All, and what is not here, ends whatever is under way."""
+STOPS = {
+    "JOG": ("jog", Kind.JOG),
+    "MOVE": ("move", Kind.MOVE),
+    "HOME": ("move", Kind.HOME),
+    "GEAR": ("gear", Kind.GEAR),
+}
+"""Planner and kind of what a stop type of MAS stops alone; ideal axes have no others."""
 
 
 def _stop(axis: IdealAxis, call: MotionCall) -> None:
-    what = call.word(0, STOP_TYPES)
-    if what in ("ALL", "GEAR"):
-        axis.loosen()
-    down = call.number(2)
+    what, down = call.word(0, STOP_TYPES), axis.maximum("Deceleration")
+    planner, kind = STOPS.get(what, ("whole", Kind.STOP))
     if call.yes(1):
-        down = _scaled(down, call.word(3, RATE_UNITS), axis.maximum("Deceleration")) or 0.0
-        if not down:
-            call.motion.refuse(OUT_OF_RANGE)
-            return
-    stop(axis, call, down if call.yes(1) else axis.maximum("Deceleration"), STOPS.get(what, axis.kind))
-
-
-def stop(axis: IdealAxis, call: MotionCall, down: float, what: Kind) -> None:
-    """Stop a course of a kind; of another one, or none, only the instruction ends."""
-    present = dynamics_of(axis)
-    dynamics = Dynamics(present.speed or 1.0, down, down, present.down_share, present.down_share)
-    if axis.kind is Kind.NOTHING or axis.kind is what:
-        axis.begin(call.now_ns, Kind.STOP, dynamics, 0.0, call.motion.claim)
-        call.motion.set(DN=True, IP=True)
-    else:
+        down = scaled(call.number(2), call.word(3, RATE_UNITS), down) or 0.0
+    if not what or not down:
+        call.motion.refuse(OUT_OF_RANGE)
+    elif what != "ALL" and axis.courses[planner].kind not in (kind, Kind.STOP):
         call.motion.set(DN=True, PC=True)
+    else:
+        moving = stop(axis, call.now_ns, planner, down, call.motion.claim)
+        call.motion.set(DN=True, IP=moving, PC=not moving)
+
+
+def stop(axis: IdealAxis, now_ns: int, planner: str, down: float, claim: int) -> bool:
+    """Bring a planner to rest, `whole` the axis; return whether that takes time."""
+    whole = planner == "whole"
+    courses = list(axis.courses.values()) if whole else [axis.courses[planner]]
+    share = max((each.dynamics.down_share for each in courses if each.kind is not Kind.NOTHING), default=0.0)
+    axis.begin(now_ns, planner, Kind.STOP, Dynamics(1.0, down, down, share, share), claim, merge=whole)
+    moving = axis.courses[planner].instant(now_ns).speed != 0
+    if not moving:
+        axis.courses[planner].end()
+    return moving
 
 
 def _home(axis: IdealAxis, call: MotionCall) -> None:
-    axis.begin(call.now_ns, Kind.HOME, Dynamics(1.0, 1.0, 1.0), 0.0, call.motion.claim)
+    axis.rest(call.now_ns)
+    axis.begin(call.now_ns, "move", Kind.HOME, Dynamics(1.0, 1.0, 1.0), call.motion.claim)
     call.under_way()
 
 
@@ -246,21 +181,22 @@ def _redefine(axis: IdealAxis, call: MotionCall) -> None:
         call.motion.refuse(OUT_OF_RANGE)
         return
     relative = call.word(0, REDEFINITIONS) == "RELATIVE"
-    axis.shift(units if relative else units - axis.position(call.now_ns))
+    axis.redefine(units if relative else units - axis.position(call.now_ns))
     axis.hide(active=True)
     call.motion.set(DN=True)
 
 
 def _change(axis: IdealAxis, call: MotionCall) -> None:
-    """Change speed and rates of a jog or a move; what began it goes on."""
+    """Change speed and rates of a jog or a move; what began it goes on, and so does the other one."""
     kind = {"JOG": Kind.JOG, "MOVE": Kind.MOVE}.get(call.word(0, CHANGED_MOTION))
-    if kind is None or axis.kind is not kind:
+    course = axis.courses["jog" if kind is Kind.JOG else "move"]
+    if course.kind is not kind:
         call.motion.refuse(ILLEGAL_CHANGE)
         return
-    now = dynamics_of(axis)
+    now = course.dynamics
     units = ((1, 11, "Speed", now.speed), (3, 12, "Acceleration", now.up), (5, 13, "Deceleration", now.down))
     changed = [
-        _scaled(call.number(at + 1), call.word(unit, SPEED_UNITS), axis.maximum(name))
+        scaled(call.number(at + 1), call.word(unit, SPEED_UNITS), axis.maximum(name))
         if call.yes(at)
         else present
         for at, unit, name, present in units
@@ -270,10 +206,10 @@ def _change(axis: IdealAxis, call: MotionCall) -> None:
     if not dynamics.allowed:
         call.motion.refuse(OUT_OF_RANGE)
         return
-    goal = float(axis["~goal"])
+    goal = course.goal - course.instant(call.now_ns).travel
     if kind is Kind.JOG:
-        goal = speed if goal > 0 else -speed
-    axis.begin(call.now_ns, kind, dynamics, goal, int(axis["~claim"]))
+        goal = speed if course.goal > 0 else -speed
+    axis.begin(call.now_ns, course.planner, kind, dynamics, course.claim, goal=goal)
     call.motion.set(DN=True)
 
 
@@ -291,8 +227,9 @@ def _gear(axis: IdealAxis, call: MotionCall) -> None:
     if not number or not abs(ratio) <= LARGEST:
         call.motion.refuse(OUT_OF_RANGE)
         return
-    settle(axis.memory, axis.ideal, int(axis["~gear_claim"]), IP=False)
-    axis.hide(master=number, ratio=ratio, seen=seen, gear_claim=call.motion.claim, active=True)
+    axis.begin(call.now_ns, "gear", Kind.GEAR, Dynamics(1.0, 1.0, 1.0), call.motion.claim, goal=seen)
+    axis.hide(master=number, ratio=ratio)
+    axis.catch_up(call.now_ns, {})
     call.motion.set(DN=True, IP=True)
 
 
@@ -358,10 +295,8 @@ ANSWERS: Mapping[str, tuple[Callable[[IdealAxis, MotionCall], None], bool]] = {
 
 
 def _group_stop(axis: IdealAxis, call: MotionCall) -> None:
-    axis.loosen()
-    if axis.kind is not Kind.NOTHING:
-        down = axis.maximum("Deceleration")
-        axis.begin(call.now_ns, Kind.STOP, Dynamics(1.0, down, down), 0.0, 0)
+    if any(course.kind is not Kind.NOTHING for course in axis.courses.values()):
+        stop(axis, call.now_ns, "whole", axis.maximum("Deceleration"), 0)
 
 
 def _strobe(axis: IdealAxis, call: MotionCall) -> None:

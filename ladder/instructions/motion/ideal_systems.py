@@ -2,14 +2,15 @@
 
 | instruction | ideal coordinate system |
 |---|---|
-| MCLM, MCPM | straight to the position, along one profile; a second one waits until the first is over |
+| MCLM, MCPM | straight to the position, along one profile; a second one waits, or merges |
 | MCCM | the same, straight to the end of the circle |
 | MCCD, MCS, MCSD, MCSR | speed and rates; stop; shutdown of its axes and its end |
 | MCT, MCTO | active until MCS ends it; no axis moves with it |
 | MCTP, MCTPO | the position as it was given |
 
 Axes that the export names for the system move with it, if they are ideal; the system's own positions move in
-any case. All terminations are those at the position.
+any case. What else an axis does is superimposed, unless All Motion is merged. All terminations are those at
+the position.
 """
 
 from __future__ import annotations
@@ -23,10 +24,13 @@ from ...model.errors import LadderError
 from ...model.operands import Group, Place
 from ...model.types import Elementary, Structure
 from ...state.memory import Memory
-from .ideal_axis import Ideal, IdealAxis, Kind, MotionSpot, dynamics_of, settle
-from .ideal_moves import LARGEST, MotionCall, dynamics_at, refusal_of, restart, servo_off
+from .calls import LARGEST, MotionCall, dynamics_at, merge_at
+from .courses import Course, Kind
+from .ideal_axis import IdealAxis
+from .ideal_moves import refusal_of, restart, servo_off
 from .motion_control import ILLEGAL, ILLEGAL_CHANGE, OUT_OF_RANGE, QUEUE_FULL
-from .ramps import Dynamics, Instant, Phases, at, move, ramp
+from .ramps import Dynamics
+from .spots import ENDED, Ideal, MotionSpot, settle
 
 SIZE = 6
 """Coordinates of a system."""
@@ -58,11 +62,12 @@ class IdealSystem(MotionSpot):
         super().__init__(memory, part)
         self.ideal = ideal
         self.axes = [IdealAxis(memory, ideal, each) if each < 0 else None for each in numbers]
+        self.course = Course(self, ideal)
 
     @property
     def kind(self) -> Kind:
         """What it does."""
-        return Kind(int(self["~kind"]))
+        return self.course.kind
 
     def end(self, name: str) -> list[float]:
         """Return an end of the path: `from`, `to`, or `next` of the pending one."""
@@ -72,61 +77,56 @@ class IdealSystem(MotionSpot):
         """Set an end of the path."""
         self.hide(**{f"{name}{place}": value for place, value in enumerate(values)})
 
-    @property
-    def length(self) -> float:
-        """Length of its path."""
-        return math.dist(self.end("from"), self.end("to"))
-
-    def phases(self) -> Phases:
-        """Return the phases of its course."""
-        entry = float(self["~entry"])
-        if self.kind is Kind.MOVE:
-            return move(self.length, entry, dynamics_of(self))
-        return ramp(entry, 0.0, dynamics_of(self)) if self.kind is Kind.STOP else ()
-
-    def instant(self, now_ns: int) -> Instant:
-        """Return where it is on its path."""
-        return at(self.phases(), (now_ns - int(self["~begun_ns"])) / 1e9)
+    def path(self, now_ns: int) -> list[float]:
+        """Return where it is on its path; `from` without one."""
+        own, to = self.end("from"), self.end("to")
+        length, present = math.dist(own, to), self.course.instant(now_ns)
+        part = 1.0 if present.over and self.kind is Kind.MOVE else present.travel / length if length else 0.0
+        return [a + (b - a) * part for a, b in zip(own, to, strict=True)]
 
     def positions(self, now_ns: int) -> list[float]:
         """Return its present position: that of its axes, where it has any."""
-        own = self.end("from")
-        if self.kind is Kind.NOTHING:
-            there = [None if each is None else each.position(now_ns) for each in self.axes]
-            return [*(a if b is None else b for a, b in zip(own, there, strict=False)), *own[len(there) :]]
-        length, present = self.length, self.instant(now_ns)
-        part = 1.0 if present.over and self.kind is Kind.MOVE else present.travel / length if length else 0.0
-        return [a + (b - a) * part for a, b in zip(own, self.end("to"), strict=True)]
+        own = self.path(now_ns)
+        there = [None if each is None else each.position(now_ns) for each in self.axes]
+        return [*(a if b is None else b for a, b in zip(own, there, strict=False)), *own[len(there) :]]
 
-    def begin(self, now_ns: int, goal: list[float], dynamics: Dynamics, claim: int) -> None:
-        """Begin a path from the present position."""
-        self.set_end("from", self.positions(now_ns))
+    def begin(
+        self,
+        now_ns: int,
+        goal: list[float],
+        dynamics: Dynamics,
+        claim: int,
+        *,
+        entry: float = 0.0,
+        merge: bool = False,
+    ) -> None:
+        """Begin a path from the present position and a speed; a merge ends what else its axes do."""
+        here = self.positions(now_ns)
+        self.set_end("from", here)
         self.set_end("to", goal)
-        self.course(now_ns, Kind.MOVE, dynamics, 0.0, claim)
-        for axis in self.axes:
+        self.course.begin(now_ns, Kind.MOVE, dynamics, claim, goal=math.dist(here, goal), entry=entry)
+        for axis, place in zip(self.axes, here, strict=False):
             if axis is not None:
-                axis.begin(now_ns, Kind.PATH, dynamics, 0.0, 0)
-
-    def course(self, now_ns: int, kind: Kind, dynamics: Dynamics, entry: float, claim: int) -> None:
-        """Note what is under way from now on."""
-        self.hide(kind=kind, begun_ns=now_ns, entry=entry, claim=claim)
-        self.hide(**{name: getattr(dynamics, name) for name in _DYNAMICS})
+                axis.begin(now_ns, "whole", Kind.PATH, dynamics, 0, goal=place, merge=merge)
 
     def again(self, now_ns: int, kind: Kind, dynamics: Dynamics, claim: int) -> None:
         """Go on from the present place and speed in another way."""
-        present = self.instant(now_ns)
-        self.set_end("from", self.positions(now_ns))
-        self.course(now_ns, kind, dynamics, present.speed, claim)
+        present = self.course.instant(now_ns)
+        left = self.course.goal - present.travel if kind is Kind.MOVE else 0.0
+        self.set_end("from", self.path(now_ns))
+        self.course.begin(now_ns, kind, dynamics, claim, goal=left, entry=present.speed)
 
     def rest(self, now_ns: int, *, all_of_it: bool = True) -> None:
         """End the path where it is, and the pending one."""
         self.set_end("from", self.positions(now_ns))
-        for name in ("claim", *(["next_claim"] if all_of_it else [])):
-            settle(self.memory, self.ideal, int(self[f"~{name}"]), IP=False, AC=False)
-            self.hide(**{name: 0})
-        self.hide(kind=Kind.NOTHING)
+        self.course.end()
         if all_of_it:
-            self.hide(waiting=0)
+            self.drop_pending()
+
+    def drop_pending(self) -> None:
+        """End the pending path."""
+        settle(self.memory, self.ideal, int(self["~next_claim"]), **ENDED)
+        self.hide(waiting=0, next_claim=0)
 
     def wait(self, goal: list[float], dynamics: Dynamics, claim: int) -> None:
         """Note the pending path."""
@@ -137,25 +137,33 @@ class IdealSystem(MotionSpot):
     def update(self, now_ns: int) -> None:
         """Move the axes, end what is over, and write the tag."""
         if self.kind is not Kind.NOTHING:
-            if any(axis is not None and axis.kind is not Kind.PATH for axis in self.axes):
+            if any(axis is not None and axis.courses["whole"].kind is not Kind.PATH for axis in self.axes):
                 self.rest(now_ns)
-            self._carry(self.positions(now_ns))
-            if self.instant(now_ns).over and now_ns > int(self["~begun_ns"]):
+            self.carry(now_ns)
+            if self.course.is_over(now_ns, self.course.instant(now_ns)):
                 self._end(now_ns)
         self._show(now_ns)
 
-    def _carry(self, positions: list[float]) -> None:
-        for axis, position in zip(self.axes, positions, strict=False):
-            if axis is not None and axis.kind is Kind.PATH:
-                axis.hide(start=position)
+    def _led(self) -> Iterator[tuple[int, IdealAxis]]:
+        """Yield the axes that follow its path."""
+        for place, axis in enumerate(self.axes):
+            if axis is not None and axis.courses["whole"].kind is Kind.PATH:
+                yield place, axis
+
+    def carry(self, now_ns: int) -> None:
+        """Move the axes along the path."""
+        if self.kind is Kind.NOTHING:
+            return
+        path, own, to = self.path(now_ns), self.end("from"), self.end("to")
+        speed = self.course.instant(now_ns).speed / (math.dist(own, to) or 1.0)
+        for place, axis in self._led():
+            axis.shift(axis.courses["whole"].follow(path[place], speed * (to[place] - own[place])))
 
     def _end(self, now_ns: int) -> None:
-        settle(self.memory, self.ideal, int(self["~claim"]), IP=False, AC=False, PC=True)
-        self.hide(claim=0)
+        self.course.settle(PC=True)
         self.rest(now_ns, all_of_it=False)
-        for axis in self.axes:
-            if axis is not None and axis.kind is Kind.PATH:
-                axis.hide(kind=Kind.NOTHING)
+        for _, axis in self._led():
+            axis.courses["whole"].end()
         if self["~waiting"]:
             dynamics = Dynamics(*(float(self[f"~next_{name}"]) for name in _DYNAMICS))
             claim = int(self["~next_claim"])
@@ -163,7 +171,7 @@ class IdealSystem(MotionSpot):
             self.begin(now_ns, self.end("next"), dynamics, claim)
 
     def _show(self, now_ns: int) -> None:
-        positions, kind, present = self.positions(now_ns), self.kind, self.instant(now_ns)
+        positions, kind, present = self.positions(now_ns), self.kind, self.course.instant(now_ns)
         self.row("ActualPosition", positions)
         self.row("CommandPosition", positions)
         waiting, transform = bool(self["~waiting"]), bool(self["~transform"])
@@ -188,6 +196,14 @@ def update_systems(memory: Memory, ideal: Ideal, now_ns: int) -> None:
             system.update(now_ns)
 
 
+def catch_up(memory: Memory, ideal: Ideal, now_ns: int) -> None:
+    """Move what follows a path or a master of a gear, before an instruction takes its position."""
+    for number in range(1, len(ideal.systems) + 1):
+        IdealSystem(memory, ideal, number).carry(now_ns)
+    for place in range(1, len(ideal.axes) + 1):
+        IdealAxis(memory, ideal, -place).catch_up(now_ns, {})
+
+
 # --- operands
 
 
@@ -210,11 +226,8 @@ def _member(call: MotionCall, place: int, name: str, default: float = 0.0) -> fl
     return default
 
 
-def _goal(system: IdealSystem, call: MotionCall, given: list[float], *, relative: bool) -> list[float] | None:
+def _goal(here: list[float], given: list[float], *, relative: bool) -> list[float] | None:
     """Return the position to go to; None if one is out of range. What is not given stays."""
-    here = system.end("next") if system["~waiting"] else system.end("to")
-    if system.kind is Kind.NOTHING:
-        here = system.positions(call.now_ns)
     goal = [
         there + number if relative else number
         for there, number in zip(here, [*given, *([0.0] * SIZE)], strict=False)
@@ -224,30 +237,48 @@ def _goal(system: IdealSystem, call: MotionCall, given: list[float], *, relative
     return goal if all(abs(each) <= LARGEST for each in goal) else None
 
 
-def _go(system: IdealSystem, call: MotionCall, goal: list[float] | None, dynamics: Dynamics | None) -> None:
+MERGES = ("Disabled", "Coordinated Motion", "All Motion")
+"""What a path ends when it begins: nothing, other paths of its system, also what its axes do [p. 449]."""
+
+
+def _go(
+    system: IdealSystem,
+    call: MotionCall,
+    given: list[float],
+    dynamics: Dynamics | None,
+    *,
+    relative: bool,
+    merge: str = "DISABLED",
+) -> None:
+    """Begin a path, or let it wait for the present one."""
+    now_ns, claim = call.now_ns, call.motion.claim
+    begins = system.kind is Kind.NOTHING or merge != "DISABLED"
+    here = system.positions(now_ns) if begins else system.end("next" if system["~waiting"] else "to")
+    goal = _goal(here, given, relative=relative)
     if goal is None or dynamics is None:
         call.motion.refuse(OUT_OF_RANGE)
-    elif system.kind is Kind.NOTHING:
-        system.begin(call.now_ns, goal, dynamics, call.motion.claim)
+    elif begins:
+        entry = system.course.instant(now_ns).speed
+        system.rest(now_ns)
+        system.begin(now_ns, goal, dynamics, claim, entry=entry, merge=merge == "ALLMOTION")
         call.under_way()
     elif system["~waiting"]:
         call.motion.refuse(QUEUE_FULL)
     else:
-        system.wait(goal, dynamics, call.motion.claim)
+        system.wait(goal, dynamics, claim)
         call.motion.set(DN=True, IP=True)
 
 
 # --- instructions
 
 
-def _line(system: IdealSystem, call: MotionCall) -> None:
-    goal = _goal(system, call, _numbers(call, 1), relative=call.number(0) == 1)
-    _go(system, call, goal, dynamics_at(call, 2, RATES.__getitem__))
-
-
-def _circle(system: IdealSystem, call: MotionCall) -> None:
-    goal = _goal(system, call, _numbers(call, 1), relative=call.number(0) == 1)
-    _go(system, call, goal, dynamics_at(call, 5, RATES.__getitem__))
+def _line(system: IdealSystem, call: MotionCall, place: int = 2) -> None:
+    """Begin MCLM, or MCCM: its dynamics begin at a later operand."""
+    speed = system.course.instant(call.now_ns).speed
+    merge, current = merge_at(call, place + 11, MERGES, speed)
+    dynamics = dynamics_at(call, place, RATES.__getitem__, current)
+    relative = call.number(0) == 1
+    _go(system, call, _numbers(call, 1), dynamics, relative=relative, merge=merge or "DISABLED")
 
 
 def _path(system: IdealSystem, call: MotionCall) -> None:
@@ -261,8 +292,9 @@ def _path(system: IdealSystem, call: MotionCall) -> None:
             given = _numbers(call._replace(operands=[array]), 0)
     speed, up, down = (_member(call, 2, name, most) for name, most in RATES.items())
     dynamics = Dynamics(speed, up, down)
-    goal = _goal(system, call, given, relative=_member(call, 0, "MoveType") == 1)
-    _go(system, call, goal, dynamics if dynamics.allowed and max(speed, up, down) <= LARGEST else None)
+    fits = dynamics.allowed and max(speed, up, down) <= LARGEST
+    relative = _member(call, 0, "MoveType") == 1
+    _go(system, call, given, dynamics if fits else None, relative=relative)
 
 
 def _stop(system: IdealSystem, call: MotionCall) -> None:
@@ -273,15 +305,14 @@ def _stop(system: IdealSystem, call: MotionCall) -> None:
     if what == "COORDINATEDTRANSFORM" or system.kind is Kind.NOTHING:
         call.motion.set(DN=True, PC=True)
         return
-    now = dynamics_of(system)
+    now = system.course.dynamics
     down = call.number(2) if call.yes(1) else now.down
     dynamics = Dynamics(now.speed, down, down, now.down_share, now.down_share)
     if not dynamics.allowed:
         call.motion.refuse(OUT_OF_RANGE)
         return
-    settle(system.memory, system.ideal, int(system["~next_claim"]), IP=False, AC=False)
-    settle(system.memory, system.ideal, int(system["~claim"]), IP=False, AC=False)
-    system.hide(waiting=0, next_claim=0)
+    system.course.settle(**ENDED)
+    system.drop_pending()
     system.again(call.now_ns, Kind.STOP, dynamics, call.motion.claim)
     call.motion.set(DN=True, IP=True)
 
@@ -290,7 +321,7 @@ def _change(system: IdealSystem, call: MotionCall) -> None:
     if system.kind is not Kind.MOVE:
         call.motion.refuse(ILLEGAL_CHANGE)
         return
-    now = dynamics_of(system)
+    now = system.course.dynamics
     speed, up, down = (
         call.number(place + 1) if call.yes(place) else present
         for place, present in ((1, now.speed), (4, now.up), (7, now.down))
@@ -299,7 +330,7 @@ def _change(system: IdealSystem, call: MotionCall) -> None:
     if not dynamics.allowed:
         call.motion.refuse(OUT_OF_RANGE)
         return
-    system.again(call.now_ns, Kind.MOVE, dynamics, int(system["~claim"]))
+    system.again(call.now_ns, Kind.MOVE, dynamics, system.course.claim)
     call.motion.set(DN=True)
 
 
@@ -342,7 +373,7 @@ def _own(system: IdealSystem) -> Iterator[IdealAxis]:
 
 ANSWERS: Mapping[str, tuple[Callable[[IdealSystem, MotionCall], None], bool]] = {
     "MCLM": (_line, True),
-    "MCCM": (_circle, True),
+    "MCCM": (lambda system, call: _line(system, call, 5), True),
     "MCPM": (_path, True),
     "MCCD": (_change, True),
     "MCS": (_stop, False),

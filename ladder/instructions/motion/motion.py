@@ -19,7 +19,9 @@ from ...model.predefined.motion_types import COORDINATE_SYSTEM, MOTION_INSTRUCTI
 from ...model.spec import InstructionKind, Spec, Use
 from ...model.types import Structure
 from . import ideal_moves, ideal_systems
-from .motion_3601 import Axis, begin, follow
+from .axis_3601 import Axis
+from .calls import MotionCall
+from .motion_3601 import begin, follow
 from .motion_control import AXIS_NOT_CONFIGURED, ILLEGAL, MotionControl
 
 USES = {
@@ -79,8 +81,9 @@ def _begin_ideal(
     others = [
         each for each in operands[1:] if not (isinstance(each, Group) and each.type == MOTION_INSTRUCTION)
     ]
-    call = ideal_moves.MotionCall(machine, motion, name, others)
+    call = MotionCall(machine, motion, name, others)
     ideal, first = machine.lowered.ideal, operands[0]
+    ideal_systems.catch_up(machine.memory, ideal, machine.now_ns)
     if name in ideal_moves.GROUP_ANSWERS:
         ideal_moves.begin_of_group(ideal, call)
     elif number:

@@ -13,23 +13,39 @@
 A request is a ticket of the axis, see `axis3601.rung`. The instruction follows it: IP while it is under way,
 PC or DN when it has ended, ER when the axis failed. A newer request ends IP without PC. What a 3601 can't do
 is refused when the program is built.
+
+A 3601 carries out one command: it superimposes nothing. MAM and MAJ replace their own kind; beside another
+one they are refused without Merge (ERR 22), and with it the axis comes to rest in between.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
 
-from ....io_images.thousands import PARAMETER_MAX
-from ...interpreter import Interpreter
-from ...interpreter.files import Members
-from ...model.arithmetic import wrap
-from ...model.operands import Constant, Group, Place, Resolved, constant
-from ...model.predefined.motion_types import AXIS_MEMBERS
-from ...model.predefined.motion_words import CHANGED_MOTION, NO_YES, RATE_UNITS, REDEFINITIONS, SPEED_UNITS
-from ...model.types import DINT
-from .axes import AxisSettings
+from ...model.operands import Resolved
+from ...model.predefined.motion_words import (
+    CHANGED_MOTION,
+    DISABLED_ENABLED,
+    MERGE_SPEEDS,
+    NO_YES,
+    RATE_UNITS,
+    REDEFINITIONS,
+    SPEED_UNITS,
+    STOP_TYPES,
+)
+from .axis_3601 import (
+    ABSOLUTE,
+    COMMANDS,
+    CONFIGURE,
+    HALT,
+    HOME,
+    RELATIVE,
+    RESET,
+    SET_POSITION,
+    STANDSTILL,
+    VELOCITY,
+    Axis,
+)
 from .motion_control import (
     AXIS_FAULT,
     AXIS_NOT_CONFIGURED,
@@ -37,111 +53,12 @@ from .motion_control import (
     ILLEGAL_CHANGE,
     IN_MOTION,
     OUT_OF_RANGE,
-    SERVO_OFF,
     SHUT_DOWN,
     Given,
     MotionControl,
     number_of,
     word_of,
 )
-
-ABSOLUTE, RELATIVE, VELOCITY, HOME, HALT, RESET, SET_POSITION, CONFIGURE = 1, 2, 3, 4, 5, 7, 8, 14
-"""Kinds of requests, see `axis3601.rung`."""
-
-COMMANDS = {ABSOLUTE: 1, RELATIVE: 2, HOME: 32, RESET: 2048, SET_POSITION: 512, HALT: 0}
-"""Command word per request; CCW searches have 64, manual moves 128 or 256."""
-
-STANDSTILL, ERROR_STOP = 1, 6
-"""States of the axis."""
-
-BITS = {each.name: each.at for each in AXIS_MEMBERS if each.at}
-"""Member and bit of each named bit of an axis."""
-
-
-@dataclass(frozen=True, slots=True)
-class BoundAxis:
-    """An axis of a program and its 3601."""
-
-    settings: AxisSettings  # its table in the rack file
-    tag: Group  # the axis
-    state: Group  # the block's AXIS_3601
-
-
-class Axis:
-    """A bound axis in a scan."""
-
-    def __init__(self, machine: Interpreter, bound: BoundAxis) -> None:
-        self.machine, self.settings = machine, bound.settings
-        self._tag, self._state = bound.tag, bound.state
-        self.tag, self.state = Members(machine, bound.tag), Members(machine, bound.state)
-
-    def bit(self, name: str) -> bool:
-        """Return a bit of the tag."""
-        return bool(self.machine.get(self._bit(name)))
-
-    def set_bits(self, **bits: bool) -> None:
-        """Set bits of the tag."""
-        for name, value in bits.items():
-            self.machine.put(self._bit(name), value)
-
-    def _bit(self, name: str) -> Place:
-        word, _, bit = BITS[name].partition(".")
-        return replace(self._tag.member(word), bit=Constant(int(bit), DINT))
-
-    def word(self, number: int) -> int:
-        """Return an input word of the module."""
-        place = self._state.member("In")
-        return int(self.machine.get(replace(place, indices=(constant(number),))))
-
-    @property
-    def status(self) -> int:
-        """Its PLCopen state: 0 disabled, 1 standstill, 6 error stop."""
-        return int(self.state["State"])
-
-    def request(self, motion: MotionControl, kind: int, *words: int) -> None:
-        """Send a request of a kind with output words; it replaces the previous one of `motion`."""
-        ticket = wrap(int(self.state["Ticket"]) + 1, 32)
-        self.state.set(Ticket=ticket, Kind=kind)
-        place = self._state.member("Words")
-        for number in range(8):
-            value = words[number] if number < len(words) else 0
-            self.machine.put(replace(place, indices=(constant(number),)), wrap(value, 16))
-        motion.ticket = ticket
-
-    def refusal(self) -> int:
-        """Return the error code if the axis accepts no motion now, else 0."""
-        if self.bit("ShutdownStatus"):
-            return SHUT_DOWN
-        if not self.bit("ServoActionStatus"):
-            return SERVO_OFF
-        return AXIS_FAULT if self.status in (0, ERROR_STOP) else 0
-
-    # --- numbers
-
-    def steps(self, units: float) -> int | None:
-        """Return a position or distance in steps, None if it does not fit into the module's words."""
-        value = units * self.settings.counts_per_unit
-        fits = math.isfinite(value) and abs(value) <= PARAMETER_MAX
-        return round(value) if fits else None
-
-    def speed(self, value: float, unit: str) -> int | None:
-        """Return a speed in steps/s."""
-        if unit == "%OFMAXIMUM":
-            value *= (self.settings.max_speed or float(self.tag["MaximumSpeed"])) / 100
-        return _within(value * self.settings.counts_per_unit, self.settings.limits.speed)
-
-    def rate(self, value: float, unit: str) -> int | None:
-        """Return an acceleration in steps/ms/s, None if the module has no such rate."""
-        if unit == "%OFMAXIMUM":
-            value *= self._maximum() / 100
-        return _within(value * self.settings.counts_per_unit / 1000, self.settings.limits.rate)
-
-    def _maximum(self) -> float:
-        return self.settings.max_acceleration or float(self.tag["MaximumAcceleration"])
-
-
-def _within(value: float, most: int) -> int | None:
-    return round(value) if math.isfinite(value) and 1 <= round(value) <= most else None
 
 
 def _pair(value: int) -> tuple[int, int]:
@@ -153,6 +70,7 @@ def _pair(value: int) -> tuple[int, int]:
 def _profile(
     command: int, target: int, speed: int, rates: tuple[int, int], shape: int = 0
 ) -> tuple[int, ...]:
+    """Return the output words of a motion, in the module's units."""
     return command, shape, *_pair(target), *_pair(speed), *rates
 
 
@@ -190,27 +108,43 @@ def _reset(axis: Axis, motion: MotionControl, *, restart: bool = False) -> None:
         axis.request(motion, RESET, COMMANDS[RESET])
 
 
-def _move(
-    axis: Axis,
-    motion: MotionControl,
-    kind: Resolved,
-    position: Resolved,
-    speed: Resolved,
-    speed_units: Given,
-    up: Resolved,
-    up_units: Given,
-    down: Resolved,
-    down_units: Given,
-    *_others: Given,
-) -> None:
+def _move(axis: Axis, motion: MotionControl, kind: Resolved, position: Resolved, *others: Given) -> None:
     request = {0: ABSOLUTE, 1: RELATIVE}.get(int(number_of(axis.machine, kind)))
     target = axis.steps(number_of(axis.machine, position))
-    dynamics = _dynamics(axis, speed, speed_units, up, up_units, down, down_units)
-    if request is None or target is None or dynamics is None:
+    if request is None or target is None:
         motion.refuse(OUT_OF_RANGE)
     else:
-        axis.request(motion, request, *_profile(COMMANDS[request], target, *dynamics))
-        motion.set(DN=True, IP=True, AC=True)
+        _go(axis, motion, request, COMMANDS[request], target, others)
+
+
+def _jog(axis: Axis, motion: MotionControl, direction: Given, *others: Given) -> None:
+    backwards = word_of(axis.machine, direction, ("Forward", "Reverse")) == "REVERSE"
+    _go(axis, motion, VELOCITY, 256 if backwards else 128, 0, others)
+
+
+STOPPED_BY = {"MOVE": (ABSOLUTE, RELATIVE), "JOG": (VELOCITY,), "HOME": (HOME,)}
+"""Kinds of requests by the stop type of MAS that ends them; a 3601 has no others."""
+
+
+def _go(
+    axis: Axis, motion: MotionControl, kind: int, command: int, target: int, operands: tuple[Given, ...]
+) -> None:
+    """Request a move or a jog, with the operands from the speed on."""
+    present = axis.under_way
+    merge = len(operands) > 10 and word_of(axis.machine, operands[10], DISABLED_ENABLED) == "ENABLED"
+    if not merge and any(present in kinds and kind not in kinds for kinds in STOPPED_BY.values()):
+        motion.refuse(IN_MOTION)
+        return
+    dynamics = _dynamics(axis, *operands[:6])
+    if dynamics is None:
+        motion.refuse(OUT_OF_RANGE)
+        return
+    speed, rates = dynamics
+    if merge and present and word_of(axis.machine, operands[11], MERGE_SPEEDS) == "CURRENT":
+        words = axis.words
+        speed = words[4] * 1000 + words[5] or speed
+    axis.request(motion, kind, *_profile(command, target, speed, rates))
+    motion.set(DN=True, IP=True, AC=True)
 
 
 def _dynamics(axis: Axis, *operands: Given) -> tuple[int, tuple[int, int]] | None:
@@ -224,30 +158,19 @@ def _dynamics(axis: Axis, *operands: Given) -> tuple[int, tuple[int, int]] | Non
     return None if speed is None or up is None or down is None else (speed, (up, down))
 
 
-def _jog(
-    axis: Axis,
-    motion: MotionControl,
-    direction: Given,
-    *operands: Given,
-) -> None:
-    backwards = word_of(axis.machine, direction, ("Forward", "Reverse")) == "REVERSE"
-    dynamics = _dynamics(axis, *operands[:6])
-    if dynamics is None:
-        motion.refuse(OUT_OF_RANGE)
-        return
-    axis.request(motion, VELOCITY, *_profile(256 if backwards else 128, 0, *dynamics))
-    motion.set(DN=True, IP=True, AC=True)
-
-
-def _stop(axis: Axis, motion: MotionControl, *_others: Given) -> None:
-    motion.set(DN=True, IP=True)
-    axis.request(motion, HALT)
+def _stop(axis: Axis, motion: MotionControl, what: Given, *_others: Given) -> None:
+    named = word_of(axis.machine, what, STOP_TYPES)
+    if named == "ALL" or axis.under_way in (*STOPPED_BY.get(named, ()), HALT):
+        motion.set(DN=True, IP=True)
+        axis.request(motion, HALT)
+    else:
+        motion.set(DN=True, PC=True)
 
 
 def _home(axis: Axis, motion: MotionControl) -> None:
     settings = axis.settings
     speed = axis.speed(settings.home_speed or float(axis.tag["HomeSpeed"]), "")
-    rate = axis.rate(settings.home_acceleration or axis._maximum(), "")
+    rate = axis.rate(settings.home_acceleration or axis.maximum(), "")
     if axis.status != STANDSTILL:
         motion.refuse(IN_MOTION)
     elif speed is None or rate is None:
@@ -285,7 +208,7 @@ def _change(
     *others: Given,
 ) -> None:
     """Change the speed of a manual move; a move can't be changed."""
-    words = _words_of(axis)
+    words = axis.words
     moving = axis.bit("JogStatus") and word_of(axis.machine, kind, CHANGED_MOTION) == "JOG"
     if not moving:
         motion.refuse(ILLEGAL_CHANGE)
@@ -310,11 +233,6 @@ def _change(
 
 def _unit(axis: Axis, operand: Given) -> str:
     return word_of(axis.machine, operand, RATE_UNITS)
-
-
-def _words_of(axis: Axis) -> list[int]:
-    place = axis._state.member("Words")
-    return [int(axis.machine.get(replace(place, indices=(constant(each),)))) for each in range(8)]
 
 
 ANSWERS: Mapping[str, tuple[Answer, bool]] = {
@@ -362,39 +280,3 @@ def follow(axis: Axis, motion: MotionControl, name: str) -> None:
     else:
         return
     motion.ticket = 0
-
-
-# --- what the tag shows
-
-
-def show(axis: Axis) -> None:
-    """Update the tag from the module's inputs, after each scan."""
-    state, tag, machine = axis.state, axis.tag, axis.machine
-    status = axis.status
-    position = int(state["Position"]) / axis.settings.counts_per_unit
-    seconds = (machine.now_ns - int(tag["~shown_ns"])) / 1e9
-    velocity = (position - float(tag["~position"])) / seconds if seconds > 0 else 0.0
-    tag.set(
-        ActualPosition=position,
-        CommandPosition=position,
-        ActualVelocity=velocity,
-        CommandVelocity=velocity,
-        AverageVelocity=velocity,
-        **{"~position": position, "~shown_ns": machine.now_ns},
-    )
-    running = int(state["Step"]) in (1, 2, 3)
-    kind, words = int(state["RunKind"]), (axis.word(0), axis.word(1))
-    lost = status == 0 and axis.bit("ServoActionStatus")
-    if lost:
-        axis.set_bits(ServoActionStatus=False, DriveEnableStatus=False)
-    axis.set_bits(
-        MoveStatus=running and kind in (ABSOLUTE, RELATIVE),
-        JogStatus=running and kind == VELOCITY,
-        HomingStatus=running and kind == HOME,
-        StoppingStatus=int(state["Step"]) == 3,
-        AxisHomedStatus=status != 0 and not words[0] >> 10 & 1,
-        AccelStatus=status != 0 and bool(words[0] >> 5 & 1),
-        DecelStatus=status != 0 and bool(words[0] >> 6 & 1),
-        PhysicalAxisFault=status == ERROR_STOP,
-        ModuleFault=lost or (status == 0 and axis.bit("ModuleFault")),
-    )

@@ -15,6 +15,19 @@ AXIS_FAULT, IN_MOTION, ILLEGAL_CHANGE, ILLEGAL = 20, 22, 23, 25
 QUEUE_FULL = 43
 """Codes of ERR [MOTION-RM002, appendix "Error codes"]."""
 
+ERRORS = {
+    SERVO_OFF: "servo off",
+    SHUT_DOWN: "shut down",
+    AXIS_NOT_CONFIGURED: "not configured",
+    OUT_OF_RANGE: "operand out of range",
+    AXIS_FAULT: "axis faulted",
+    IN_MOTION: "in motion; a 3601 can't superimpose",
+    ILLEGAL_CHANGE: "no such motion to change",
+    ILLEGAL: "this axis can't do it",
+    QUEUE_FULL: "a path waits already",
+}
+"""What the codes of ERR mean here."""
+
 Given = Resolved | str
 """An operand: a number, a tag, or a keyword."""
 
@@ -52,7 +65,7 @@ class MotionControl:
 
     def begin(self, ticket: int = 0) -> None:
         """Set the bits of a begun instruction."""
-        self.set(EN=True, DN=False, ER=False, IP=False, PC=False, AC=False)
+        self.set(EN=True, DN=False, ER=False, IP=False, PC=False, AC=False, ACCEL=False, DECEL=False)
         self._fail(0)
         self.ticket = ticket
 

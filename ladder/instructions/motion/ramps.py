@@ -14,6 +14,7 @@ Everything is a function of the time since the begin, so nothing depends on how 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -51,8 +52,23 @@ class Instant(NamedTuple):
 
     travel: float  # units since the begin
     speed: float  # units/s
-    change: int  # 1 accelerating, -1 decelerating, 0 neither
+    rate: float  # mean change of speed of the present ramp, units/s²
     over: bool  # whether the phases are over; the last speed stays
+
+    @property
+    def change(self) -> int:
+        """1 accelerating, -1 decelerating, 0 neither."""
+        way = self.speed or self.rate
+        return (way * self.rate > 0) - (way * self.rate < 0)
+
+
+REST = Instant(0.0, 0.0, 0.0, True)
+
+
+def total(instants: Iterable[Instant]) -> Instant:
+    """Superimpose courses: their travels, speeds and rates add up."""
+    travels, speeds, rates, overs = zip(*instants, strict=True)
+    return Instant(sum(travels), sum(speeds), sum(rates), all(overs))
 
 
 def shares(rate: float, jerk: float, speed: float) -> tuple[float, float]:
@@ -121,18 +137,17 @@ def at(phases: Phases, seconds: float, last: float = 0.0) -> Instant:
             return _inside(phase, travel, seconds)
         travel += phase.seconds * (phase.begin + phase.end) / 2
         seconds -= phase.seconds
-    return Instant(travel + last * seconds, last, 0, True)
+    return Instant(travel + last * seconds, last, 0.0, True)
 
 
 def _inside(phase: Phase, travel: float, seconds: float) -> Instant:
     part = seconds / phase.seconds
     speed, way = _unit(part, phase.share)
     change = phase.end - phase.begin
-    faster = (abs(phase.end) > abs(phase.begin)) - (abs(phase.end) < abs(phase.begin))
     return Instant(
         travel + phase.seconds * (phase.begin * part + change * way),
         phase.begin + change * speed,
-        faster,
+        change / phase.seconds,
         False,
     )
 

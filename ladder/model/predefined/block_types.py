@@ -7,78 +7,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ..types import (
-    BOOL,
-    DINT,
-    FBD_COUNTER,
-    FBD_ONESHOT,
-    FBD_TIMER,
-    LINT,
-    LREAL,
-    REAL,
-    Elementary,
-    Member,
-    Structure,
-    members,
-)
+from ..types import BOOL, DINT, FBD_COUNTER, FBD_ONESHOT, FBD_TIMER, REAL, Member, Structure, members
+from .process_types import PROCESS, block_structure
 
-
-def _block(name: str, parameters: Mapping[Elementary, str], hidden: tuple[Member, ...] = ()) -> Structure:
-    """Return a structure: EnableIn, the parameters by type, EnableOut."""
-    members = [Member(each, kind) for kind, names in parameters.items() for each in names.split()]
-    enables = Member("EnableIn", BOOL, initial=True), Member("EnableOut", BOOL)
-    return Structure(name, (enables[0], *members, enables[1]), hidden=hidden)
-
-
-SCALE = _block(
-    "SCALE",
-    {
-        REAL: "In InRawMax InRawMin InEUMax InEUMin Out",
-        BOOL: "Limiting MaxAlarm MinAlarm InstructFault InRawRangeInv",
-        DINT: "Status",
-    },
-)
-HL_LIMIT = _block(
-    "HL_LIMIT",
-    {
-        REAL: "In HighLimit LowLimit Out",
-        DINT: "SelectLimit Status",
-        BOOL: "HighAlarm LowAlarm InstructFault LimitsInv SelectLimitInv",
-    },
-)
-SELECT = _block("SELECT", {REAL: "In1 In2 Out", BOOL: "SelectorIn"})
-SELECTABLE_NEGATE = _block("SELECTABLE_NEGATE", {REAL: "In Out", BOOL: "NegateEnable"})
-_CAPTURED = {REAL: "In ResetValue Out", BOOL: "Reset"}
-MAXIMUM_CAPTURE = _block("MAXIMUM_CAPTURE", _CAPTURED, (Member("begun", BOOL),))
-MINIMUM_CAPTURE = _block("MINIMUM_CAPTURE", _CAPTURED, (Member("begun", BOOL),))
-DOMINANT_SET = _block("DOMINANT_SET", {BOOL: "Set Reset Out OutNot"})
-DOMINANT_RESET = _block("DOMINANT_RESET", {BOOL: "Set Reset Out OutNot"})
-FLIP_FLOP_D = _block("FLIP_FLOP_D", {BOOL: "D Clear Clock Q QNot"}, (Member("before", BOOL),))
-FLIP_FLOP_JK = _block("FLIP_FLOP_JK", {BOOL: "Clear Clock Q QNot"}, (Member("before", BOOL),))
-UP_DOWN_ACCUM = _block("UP_DOWN_ACCUM", {BOOL: "Initialize Hold", REAL: "InitialValue InPlus InMinus Out"})
-RATE_LIMITER = _block(
-    "RATE_LIMITER",
-    {
-        REAL: "In IncRate DecRate Out DeltaT",
-        BOOL: "ByPass InstructFault IncRateInv DecRateInv",
-        DINT: "TimingMode RTSTime RTSTimeStamp Status",
-    },
-    (Member("begun", BOOL), Member("last_ns", LINT), Member("exact", LREAL)),
-)
+_CAPTURED = "REAL In BOOL Reset REAL ResetValue", "REAL Out", None
+_LATCHED = "Set Reset", "Out OutNot", None
 
 BLOCKS: Mapping[str, Structure] = {
-    "SCL": SCALE,
-    "RLIM": RATE_LIMITER,
-    "UPDN": UP_DOWN_ACCUM,
-    "SEL": SELECT,
-    "SNEG": SELECTABLE_NEGATE,
-    "HLL": HL_LIMIT,
-    "MAXC": MAXIMUM_CAPTURE,
-    "MINC": MINIMUM_CAPTURE,
-    "DFF": FLIP_FLOP_D,
-    "JKFF": FLIP_FLOP_JK,
-    "RESD": DOMINANT_RESET,
-    "SETD": DOMINANT_SET,
+    **PROCESS,
+    "UPDN": block_structure(
+        "UP_DOWN_ACCUM", "Initialize REAL InitialValue InPlus InMinus BOOL Hold", "REAL Out"
+    ),
+    "SEL": block_structure("SELECT", "REAL In1 In2 BOOL SelectorIn", "REAL Out"),
+    "SNEG": block_structure("SELECTABLE_NEGATE", "REAL In BOOL NegateEnable=1", "REAL Out"),
+    "MAXC": block_structure("MAXIMUM_CAPTURE", *_CAPTURED, hidden="BOOL begun"),
+    "MINC": block_structure("MINIMUM_CAPTURE", *_CAPTURED, hidden="BOOL begun"),
+    "DFF": block_structure("FLIP_FLOP_D", "D Clear Clock", "Q QNot", hidden="BOOL before"),
+    "JKFF": block_structure("FLIP_FLOP_JK", "Clear Clock", "Q QNot", hidden="BOOL before"),
+    "RESD": block_structure("DOMINANT_RESET", *_LATCHED),
+    "SETD": block_structure("DOMINANT_SET", *_LATCHED),
 }
 """Structure of each block instruction."""
 

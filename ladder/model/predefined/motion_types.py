@@ -128,20 +128,22 @@ AXIS_MEMBERS: tuple[Member, ...] = (
     *members(DINT, _AXIS_NUMBERS),
 )
 
-_COURSE = (
-    *members(DINT, "kind"),
-    *members(LINT, "begun_ns claim"),
-    *members(LREAL, "entry speed up down up_share down_share"),
-)
-"""Course of an ideal axis or coordinate system, see `ideal_axis`: what is under way, since when, for which
-instruction, from which speed, and how."""
+PLANNERS = ("move", "jog", "gear", "whole")
+"""What moves an ideal axis at the same time, see `ideal_axis`; `whole` is for paths and for MAS of All."""
+
+
+def _course(prefix: str = "") -> tuple[Member, ...]:
+    """Return the members of a course, see `courses`."""
+    names = (DINT, "kind"), (LINT, "begun_ns claim"), (LREAL, "entry goal speed up down up_share down_share")
+    return tuple(Member(f"{prefix}{each}", kind) for kind, some in names for each in some.split())
+
 
 _OF_AXES = (
     *(Member("position", LREAL), Member("shown_ns", LINT), Member("axis", DINT), Member("active", BOOL)),
-    *_COURSE,
-    *members(LREAL, "start goal ratio seen watched"),
+    *(member for planner in PLANNERS for member in _course(f"{planner}_")),
+    *members(LREAL, "start ratio watched"),
     *members(DINT, "master watch"),
-    *members(LINT, "gear_claim watch_claim"),
+    *members(LINT, "watch_claim"),
 )
 
 _ANALOG_MEMBERS = tuple(
@@ -219,7 +221,7 @@ COORDINATE_SYSTEM = Structure(
             REAL, "MovePercentComplete DynamicsPercent ActualPositionTolerance CommandPositionTolerance"
         ),
     ),
-    hidden=(*_COURSE, *members(DINT, "number waiting"), *members(LINT, "transform"), *_ENDS),
+    hidden=(*_course(), *members(DINT, "number waiting"), *members(LINT, "transform"), *_ENDS),
 )
 
 CAM = Structure("CAM", (*members(REAL, "Master Slave"), Member("SegmentType", DINT)))

@@ -37,7 +37,7 @@ LISTS = (
     ("Forward", "Reverse", "CW", "CCW", "Shortest", "Positive", "Negative"),
     ("Positive Edge", "Negative Edge", "Positive_Edge", "Negative_Edge"),
     ("Programmed", "Fast Stop", "Fast Disable", "Fast Shutdown", "Hard Disable", "Hard Shutdown"),
-    ("Coordinated Move", "Coordinated Motion", "Coordinated Transform"),
+    ("Coordinated Move", "Coordinated Motion", "Coordinated Transform", "All Motion"),
     ("Volts", "Percent", "%", "Units", "RPM", "Per Minute", "Units per min", "Rev per min"),
     (
         "Time Driven Mode",

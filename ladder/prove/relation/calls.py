@@ -165,6 +165,11 @@ class TermCalls(TermSteps):
             after = or_(after, and_(condition, done))
         return after
 
+    def call_add_on_off(self, power: T, call: AddOnCall) -> T:
+        """Run a call as on a false rung where power holds."""
+        with self.when(power):
+            return and_(power, self.call_add_on(FALSE, call))
+
     def _put_power(self, call: AddOnCall, power: T) -> None:
         def put() -> None:
             self.put(call.enable_in, self.symbol(power))

@@ -95,6 +95,7 @@ class ScanMachine(TermCalls):
     def _task(self, task: ScheduledTask) -> None:
         """Run the programs of a task; S:FS is set in the first scan of each."""
         first = self.lowered.layout.leaf("S:FS")
+        self.scheduler.period_ns = task.task.rate_ns  # type: ignore[union-attr]
         for program in task.programs:
             if program.main is None:
                 continue

@@ -11,6 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from ....ladder.model.predefined.block_types import BLOCK_STRUCTURES, DIAGRAM_TYPES
+from ....ladder.model.predefined.process_types import ARRAYS
 from ....ladder.model.types import Structure
 
 
@@ -22,6 +23,7 @@ class BlockForm:
     lines: tuple[str, ...]
     output: str = ""  # the pin that is computed here, "" for an instruction of structured text
     formula: str = ""
+    arrays: tuple[str, ...] = ()  # those beside its tag; the last ones may be missing
 
 
 def _formula(structure: str, output: str, formula: str) -> BlockForm:
@@ -103,7 +105,10 @@ FORMULAS: Mapping[str, BlockForm] = {
 BLOCKS: Mapping[str, BlockForm] = {
     **FORMULAS,
     "MUX": _MUX,
-    **{name: BlockForm(structure, (f"{name}({{}});",)) for name, structure in BLOCK_STRUCTURES.items()},
+    **{
+        name: BlockForm(structure, (f"{name}({{}});",), arrays=ARRAYS.get(name, ()))
+        for name, structure in BLOCK_STRUCTURES.items()
+    },
 }
 """Blocks by type."""
 

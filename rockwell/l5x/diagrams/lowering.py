@@ -5,7 +5,7 @@
     Sum.SourceA := FBD_Blocks_1_0;
     IF Sum.EnableIn THEN                                  // only if EnableIn is wired
         Sum.Dest := Sum.SourceA + Sum.SourceB;
-        Sum.EnableOut [:=] 1;
+        Sum.EnableOut [:=] ABS(Sum.Dest) <= 3.4028235e+38;
     ELSE
         Sum.EnableOut := 0;
     END_IF;
@@ -13,10 +13,10 @@
 
 Data latching: wherever an IRef is wired to, it has its value of the beginning of the routine [1756-RM003,
 Function Block Attributes, Latching Data], in a generated tag if the diagram may change it. EnableOut is the
-wired EnableIn, else true; prescan clears both [Function Block States].
+wired EnableIn, else true, and false after an overflow; prescan clears both [Function Block States].
 
-Interpretations: a wire carries its value also to a block that its EnableIn turns off; an overflow does not
-clear EnableOut; EnableIn without a wire is not read.
+Interpretations: a wire carries its value also to a block that its EnableIn turns off; EnableIn without a wire
+is not read.
 """
 
 from __future__ import annotations
@@ -26,11 +26,15 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 
 from ....io_images.site import Site
+from ....ladder.instructions.addons import OFF
+from ....ladder.model.drawing import Drawing
+from ....ladder.model.predefined.process_types import MAX_REAL
 from ....ladder.model.tags import Tag
 from ....ladder.model.tree import Address
-from ....ladder.model.types import Elementary
+from ....ladder.model.types import REAL, Elementary
 from ..xml.records import ElementRecord
-from .blocks import canonical
+from .blocks import BlockForm, canonical
+from .picture import drawn
 from .sheets import Diagram, DiagramError, Node, Pin
 from .wire_values import DocumentNames, Values, form_of, name_in
 
@@ -56,18 +60,20 @@ class DiagramText:
 
     lines: list[DiagramLine] = field(default_factory=list)
     tags: list[Tag] = field(default_factory=list)  # generated for it
+    drawing: Drawing | None = None
 
 
 def lowered(content: ElementRecord, routine: str, known: DocumentNames) -> DiagramText:
     """Return a diagram's structured text, or raise a DiagramError."""
-    return _Lowering(Diagram(content), routine, known).run()
+    return _Lowering(content, routine, known).run()
 
 
 class _Lowering:
-    def __init__(self, diagram: Diagram, routine: str, known: DocumentNames) -> None:
-        self._diagram, self._known = diagram, known
-        self._values = Values(diagram, routine, known)
-        self._order = diagram.in_order()
+    def __init__(self, content: ElementRecord, routine: str, known: DocumentNames) -> None:
+        self._content, self._known = content, known
+        self._diagram = Diagram(content)
+        self._values = Values(self._diagram, routine, known)
+        self._order = self._diagram.in_order()
         self._lines: list[DiagramLine] = []
         self._refuse_unknown()
         self._written = {known.same(name_in(each)) for each in self._named_outputs()}
@@ -100,7 +106,12 @@ class _Lowering:
         for node in self._order:
             _RUN[node.tag](self, node)
             self._outputs(node)
-        return DiagramText(self._lines, self._values.tags)
+        places: dict[str, list[int]] = {}
+        for number, line in enumerate(self._lines, start=1):
+            if not line.text.startswith("//"):
+                places.setdefault(line.place, []).append(number)
+        drawing = Drawing(drawn(self._content, self._diagram, self._values, places), self._content)
+        return DiagramText(self._lines, self._values.tags, drawing)
 
     # --- input references
 
@@ -154,10 +165,10 @@ class _Lowering:
     def _is_enabled_by_wire(self, node: Node) -> bool:
         return any(each.name.upper() == ENABLE_IN.upper() for each in self._diagram.inputs_of(node))
 
-    def _enabled(self, node: Node, body: list[str]) -> None:
-        """Add the lines of a block, below its EnableIn if that is wired."""
+    def _enabled(self, node: Node, body: list[str], off: str = "") -> None:
+        """Add the lines of a block, below its EnableIn if that is wired; `off` runs if it is false."""
         if self._is_enabled_by_wire(node):
-            otherwise = ("ELSE", f"    {node.operand}.{ENABLE_OUT} := 0;", "END_IF;")
+            otherwise = ("ELSE", f"    {off or f'{node.operand}.{ENABLE_OUT} := 0;'}", "END_IF;")
             body = [f"IF {node.operand}.{ENABLE_IN} THEN", *(f"    {each}" for each in body), *otherwise]
         self._add(node, *body)
 
@@ -168,12 +179,17 @@ class _Lowering:
         self._inputs(node)
         form = form_of(node)
         assert form is not None
+        tag = ",".join((node.operand, *_arrays(node, form)))
         body = [
-            _PIN.sub(lambda found: f"{node.operand}.{found[1]}" if found[1] else node.operand, line)
+            _PIN.sub(lambda found: f"{node.operand}.{found[1]}" if found[1] else tag, line)
             for line in form.lines
         ]
         if form.output:
-            body.append(f"{node.operand}.{ENABLE_OUT} [:=] 1;")
+            result = form.structure.member(form.output)
+            valid = "1"
+            if result is not None and result.type is REAL:
+                valid = f"ABS({node.operand}.{form.output}) <= {MAX_REAL!r}"
+            body.append(f"{node.operand}.{ENABLE_OUT} [:=] {valid};")
         self._enabled(node, body)
 
     def _function(self, node: Node) -> None:
@@ -195,15 +211,15 @@ class _Lowering:
         arguments = self._known.arguments(node.type)
         if arguments is None:
             raise node.refused(f"no add-on {node.type} in the file")
-        if self._known.acts_when_off(node.type) and self._is_enabled_by_wire(node):
-            raise node.refused("its EnableIn is wired, and it has a routine EnableInFalse")
         self._inputs(node)
         handed = self._values.handed(node)
         missing = next((each for each in sorted(self._values.inouts(node)) if each not in handed), None)
         if missing is not None:
             raise node.refused(f"its {missing} has no argument")
         given = (handed.get(each.name.upper(), f"{node.operand}.{each.name}") for each in arguments)
-        self._enabled(node, [f"{node.type}({','.join((node.operand, *given))});"])
+        call = f"({','.join((node.operand, *given))});"
+        off = f"{node.type}{OFF}{call}" if self._known.acts_when_off(node.type) else ""
+        self._enabled(node, [f"{node.type}{call}"], off)
 
     def _call(self, node: Node) -> None:
         """JSR: its pins are the tags that it passes and gets; a wire to one writes the tag."""
@@ -229,6 +245,16 @@ _RUN: Mapping[str, Callable[[_Lowering, Node], None]] = {
     "SBR": _Lowering._begin,
     "RET": _Lowering._return,
 }
+
+
+def _arrays(node: Node, form: BlockForm) -> list[str]:
+    """Return the arrays of a block in the order of its call."""
+    listed = (each.attributes for each in node.record.children if each.tag == "Array")
+    given = {each.get("Name", "").upper().removesuffix("ARRAY"): each.get("Operand", "") for each in listed}
+    found = [given.pop(name.upper(), "") for name in form.arrays]
+    if given:
+        raise node.refused(f"it has no array {', '.join(given)}")
+    return [each for each in found if each]
 
 
 def _listed(node: Node) -> list[str]:

@@ -95,6 +95,7 @@ class Input:
     name: str  # of the pin, "" of an ORef
     source: Pin
     feedback: bool  # whether it gets the value of the execution before
+    through: Node | None = None  # the input connector at its wire
 
 
 class Diagram:
@@ -156,6 +157,7 @@ class Diagram:
         """Return an input with its source past connectors."""
         at, pin, feedback = self._wires[key][name]
         passed = set()
+        through = self.nodes[at] if self.nodes[at].tag == "ICon" else None
         while self.nodes[at].tag == "ICon":
             connector = self._connectors.get(self.nodes[at].record.attributes.get("Name", "").upper())
             if connector is None or not self._wires.get(connector.key) or at in passed:
@@ -166,7 +168,7 @@ class Diagram:
         if self.nodes[at].tag in ("ORef", "OCon"):
             raise self.nodes[at].refused("a wire leaves it, and it has no output")
         itself = at == key
-        return Input(name, Pin(self.nodes[at], pin), feedback or itself)
+        return Input(name, Pin(self.nodes[at], pin), feedback or itself, through)
 
     def inputs_of(self, node: Node) -> tuple[Input, ...]:
         """Return its wired inputs."""

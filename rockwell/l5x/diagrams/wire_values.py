@@ -27,6 +27,7 @@ class DocumentNames:
     same: Callable[[str], str]  # the tag behind an alias, in capitals
     arguments: Callable[[str], tuple[TagRecord, ...] | None]  # of an add-on in call order, None without it
     acts_when_off: Callable[[str], bool]  # whether an add-on has logic for a false EnableIn
+    outputs: Callable[[str], frozenset[str]]  # names of an add-on's outputs, in capitals
 
 
 def name_in(operand: str) -> str:
@@ -117,7 +118,11 @@ class Values:
         wide = (isinstance(each, Elementary) and each.is_integer and each.bits > DINT.bits for each in kinds)
         return LINT if any(wide) else DINT
 
-    # --- InOuts of add-ons, which are no values
+    # --- parameters of add-ons
+
+    def outputs(self, node: Node) -> frozenset[str]:
+        """Return the outputs of an add-on's element, in capitals."""
+        return self._known.outputs(node.type) if node.tag == "AddOnInstruction" else frozenset()
 
     def inouts(self, node: Node) -> frozenset[str]:
         """Return the InOuts of an add-on's element, in capitals."""

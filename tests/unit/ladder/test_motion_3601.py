@@ -16,6 +16,8 @@ TAG Next : MOTION_INSTRUCTION
 TAG Then : MOTION_INSTRUCTION
 TAG Go : BOOL
 TAG Search : BOOL
+TAG Merge : BOOL
+TAG Last : MOTION_INSTRUCTION
 TAG More : BOOL
 TAG Awake : TIMER
 ROUTINE Main
@@ -262,6 +264,55 @@ def test_a_newer_move_takes_the_axis(rig):
     bench["More"] = True
     bench.until("Then.PC")
     assert (bench["Do.IP"], bench["Do.PC"], bench["Feed.ActualPosition"]) == (False, False, 2.0)
+
+
+def merged(text):
+    return text.replace("Disabled,Programmed", "Enabled,Programmed")
+
+
+@pytest.mark.slow
+def test_beside_a_jog_a_3601_takes_a_move_with_merge_only(rig):
+    """22: a 3601 can't superimpose; nothing is sent, and the jog goes on. Merged, the jog ends first."""
+    rungs = (f"XIC(More){jog('Forward')};", f"XIC(Go){move(9, control='Then')};")
+    bench = homed(rig, *rungs, f"XIC(Merge){merged(move(9, control='Last'))};")
+    bench["More"] = True
+    bench.scan(100)
+    ticket = bench["Feed_3601.Ticket"]
+    bench["Go"] = True
+    bench.scan(20)
+    assert (bench.bits("Then"), bench["Then.ERR"]) == ({"EN", "ER"}, 22)
+    assert (bench["Feed_3601.Ticket"], bench["Feed.JogStatus"], bench["Do.IP"]) == (ticket, True, True)
+    bench["Merge"] = True
+    bench.scan(2)
+    assert (bench["Do.IP"], bench["Do.PC"], bench["Last.IP"]) == (False, False, True)
+    bench.until("Last.PC")
+    assert (bench["Feed.ActualPosition"], bench["Feed.JogStatus"]) == (9.0, False)
+
+
+@pytest.mark.slow
+def test_beside_a_move_a_3601_takes_no_jog_and_mas_of_a_jog_stops_nothing(rig):
+    rungs = (f"XIC(More){move(9)};", f"XIC(Go){jog('Forward', 'Then')};")
+    bench = homed(rig, *rungs, "XIC(Merge)MAS(Feed,Last,Jog,No,0,0,No,0,0);")
+    bench["More"] = True
+    bench.scan(50)
+    bench["Go"] = bench["Merge"] = True
+    bench.scan(2)
+    assert (bench.bits("Then"), bench["Then.ERR"]) == ({"EN", "ER"}, 22)
+    assert bench.bits("Last") == {"EN", "DN", "PC"}
+    bench.until("Do.PC")
+    assert bench["Feed.ActualPosition"] == 9.0
+
+
+@pytest.mark.slow
+def test_a_merge_at_current_speed_takes_the_speed_of_the_jog(rig):
+    """2 units/s instead of the 5 of the instruction: 2,000 steps/s in words 4 and 5."""
+    merge = move(9, control="Then").replace("Disabled,Programmed", "Enabled,Current")
+    bench = homed(rig, f"XIC(More){jog('Forward')};", f"XIC(Go){merge};")
+    bench["More"] = True
+    bench.scan(100)
+    bench["Go"] = True
+    bench.scan()
+    assert list(bench["Feed_3601.Words"])[4:6] == [2, 0]
 
 
 ADD_ON = f"""INSTRUCTION Feeder

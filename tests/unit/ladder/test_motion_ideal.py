@@ -180,6 +180,17 @@ def test_a_gear_follows_its_master():
         assert position(engine, "Slave") != pytest.approx(-position(engine, "Master") / 2)
 
 
+@pytest.mark.parametrize("rung", ["MRP(Master,Halt,Absolute,Actual,100)", "MAH(Master,Halt)"])
+def test_a_gear_does_not_follow_another_reference_of_its_master(rung):
+    gear = "MAG(Slave,Master,Then,Same,1,1,1,Actual,Real,Disabled,0,0)"
+    for engine in benches(f"XIC(Live){gear};", f"XIC(Go){rung};"):
+        engine.tags["Master.HomePosition"] = 7
+        engine.tags.Go = True
+        run(engine, 0.1)
+        assert (position(engine, "Master"), position(engine, "Slave")) == (100 if "MRP" in rung else 7, 0)
+        assert engine.tags["Slave.GearingStatus"] is True
+
+
 def test_a_watch_ends_when_the_axis_comes_by():
     for engine in benches(f"XIC(Go){jog('Forward')};", "XIC(Live)MAW(Feed,Then,Forward,1);"):
         engine.tags.Go = True
@@ -293,11 +304,11 @@ def test_an_axis_and_a_control_in_an_add_on_instruction():
         assert (position(engine), engine.tags["Block"][1]["Own"]["PC"]) == (4.0, True)
 
 
-def test_an_edit_that_adds_axes_keeps_a_move_under_way():
+def test_an_edit_that_adds_axes_keeps_a_move_and_a_jog_under_way():
     """Axes are numbered in the order of their tags: the edited program numbers them anew."""
-    rung = f"XIC(Go){move(10)};"
+    rungs = f"XIC(Go){move(10)};\nXIC(Go){jog('Forward', 'Then')};"
     old, new = (
-        parse_program(f"PROGRAM p\n{more}{TAGS}ROUTINE Main\n{SERVO}\n{rung}\nEND\n")
+        parse_program(f"PROGRAM p\n{more}{TAGS}ROUTINE Main\n{SERVO}\n{rungs}\nEND\n")
         for more in ("", "TAG Before : AXIS_VIRTUAL\nTAG First : MOTION_INSTRUCTION\n")
     )
     old.tags.Go = True
@@ -307,4 +318,6 @@ def test_an_edit_that_adds_axes_keeps_a_move_under_way():
     assert new.tags["Feed.MoveStatus"] is True
     for _ in range(300):
         new.step(10)
-    assert (position(new), bits(new)) == (10.0, {"EN", "DN", "PC"})
+    # 359 scans after the first one: the jog's ramp of 0.2 s and 0.2 units, and 3.39 s at 2 units/s
+    assert position(new) == pytest.approx(10.0 + 0.2 + 2 * 3.39)
+    assert (bits(new), bits(new, "Then")) == ({"EN", "DN", "PC"}, {"EN", "DN", "IP", "AC"})

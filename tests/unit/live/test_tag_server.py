@@ -88,6 +88,21 @@ def test_a_killed_server_is_told_and_starts_again_and_a_rerun_is_the_same(tmp_pa
 
 
 @pytest.mark.slow
+def test_the_end_of_a_run_resets_its_clients(tmp_path: Path) -> None:
+    """An orderly end makes st-ethernet-ip call itself without end, and Node-RED with it."""
+    job = load_job(str(write_rack(tmp_path)))
+    clients: list[Dialled] = []
+    with ExitStack() as ports:
+        run = JobRun(job, ports, RunOptions(handled=True))
+        service = TagService(job, ServerAddress.parse("ethernet-ip:0"), print, writes=True)
+        ports.callback(service.end)
+        desk = service.serve(run)
+        run_while(run, desk, threading.Thread(target=lambda: clients.append(Dialled(service.port))))
+    with clients[0].socket as left, pytest.raises(ConnectionResetError):
+        left.recv(1)
+
+
+@pytest.mark.slow
 def test_a_server_that_stands_still_is_told_and_starts_again(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -5,9 +5,26 @@ import re
 from pathlib import Path
 
 import pytest
-from l5x_files import block, connector, document, ladder, program, reference, sheets, tag, task, wire
+from l5x_files import (
+    add_on,
+    block,
+    connector,
+    document,
+    ladder,
+    parameter,
+    program,
+    reference,
+    sheets,
+    tag,
+    task,
+    wire,
+)
 from scanrack.commands import build
 from scanrack.ladder.debug import Debugger
+from scanrack.ladder.files import parse_program
+from scanrack.ladder.files.rungfile import program_text
+from scanrack.ladder.lowering.controller import Controller
+from scanrack.ladder.model.predefined.process_types import ARRAYS, PROCESS
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.comparing import differences
 from scanrack.rockwell.l5x.diagrams.blocks import BLOCKS
@@ -59,12 +76,18 @@ def test_a_diagram_is_imported_runs_and_is_counted(imported):
 @pytest.mark.parametrize("name", BLOCKS)
 def test_each_block_runs_and_is_on_the_page(imported, name):
     """A true EnableIn makes EnableOut true, a false one makes it false."""
-    content = reference("IRef", 0, "On") + block(name, 1, "It") + wire(0, "1.EnableIn")
-    tags = [tag("On", "BOOL"), tag("It", BLOCKS[name].structure.name)]
+    form = BLOCKS[name]
+    content = reference("IRef", 0, "On") + block(name, 1, "It", **{each: f"A{each}" for each in form.arrays})
+    content += wire(0, "1.EnableIn")
+    tags = [tag("On", "BOOL"), tag("It", form.structure.name)]
+    tags += [tag(f"A{each}", "REAL", "4") for each in form.arrays]
     routines = ladder("Main", "JSR(Blocks,0);"), sheets("Blocks", content)
     found = imported(document(tags=tags, programs=[program("P", *routines)], tasks=[task("T", "P")]))
     assert (found.report.objects, found.report.faults) == ([], {})
     for engine in (found.controller.compile(), found.controller.interpret()):
+        for pin in ("Source", "SourceB"):  # 0 has no logarithm, and divides nothing
+            if form.structure.member(pin):
+                engine.tags[f"It.{pin}"] = 1
         for value in (True, False):
             engine.tags["On"] = value
             engine.step()
@@ -79,15 +102,15 @@ ADD = block("ADD", 0, "Sum") + block("SUB", 1, "Difference", x=100)
 LOOP = wire("0.Dest", "1.SourceA") + wire("1.Dest", "0.SourceA")
 WRONG = {
     "an unknown block": (
-        block("PIDE", 0, "Loop"),
-        "sheet 1, PIDE Loop: function block diagrams have no PIDE here",
+        block("POSP", 0, "Loop"),
+        "sheet 1, POSP Loop: function block diagrams have no POSP here",
     ),
     "two unknown blocks": (
-        block("PIDE", 0, "Loop")
+        block("POSP", 0, "Loop")
         + block("ADD", 1, "Sum")
-        + block("ALM", 2, "Alarm", x=5)
-        + block("PIDE", 3, "Two", x=9),
-        "sheet 1, PIDE Loop; sheet 1, ALM Alarm; sheet 1, PIDE Two: function block diagrams have no PIDE, A",
+        + block("SCRV", 2, "Alarm", x=5)
+        + block("POSP", 3, "Two", x=9),
+        "sheet 1, POSP Loop; sheet 1, SCRV Alarm; sheet 1, POSP Two: function block diagrams have no POSP, S",
     ),
     "an unknown function": (
         block("FOO__F", 7),
@@ -181,7 +204,7 @@ def test_a_diagram_that_can_not_be_is_refused_with_its_element(imported, content
 
 def test_a_refused_diagram_may_do_nothing(imported, tmp_path):
     path = tmp_path / "machine.L5X"
-    path.write_text(machine(block("PIDE", 0, "Loop")), encoding="utf-8")
+    path.write_text(machine(block("POSP", 0, "Loop")), encoding="utf-8")
     answer = CliRunner().invoke(build(), ["l5x", str(path), "--print-rack"])
     assert 'Blocks = "false"' in answer.output
 
@@ -202,6 +225,32 @@ def test_a_diagram_is_written_as_it_was_read(imported, tmp_path):
             read_document(each).programs[0].routines[-1].chart for each in (path, tmp_path / "machine.L5X")
         ]
         assert _without_lines(records[0]) == _without_lines(records[1])
+
+
+def test_all_blocks_of_process_control_are_written_back_and_as_text(imported, tmp_path):
+    """As text the diagram is structured text that is read as the same statements, without its drawing."""
+    parts = [
+        block(name, key, f"T{key}", **{f"{each}Array": f"A{key}" for each in ARRAYS.get(name, ())})
+        for key, name in enumerate(PROCESS)
+    ]
+    tags = [tag(f"T{key}", kind.name) for key, kind in enumerate(PROCESS.values())]
+    tags += [tag(f"A{key}", "REAL", "4") for key, name in enumerate(PROCESS) if name in ARRAYS]
+    routines = (ladder("Main", "JSR(Blocks,0);"), sheets("Blocks", "".join(parts)))
+    first = imported(document(tags=tags, programs=[program("P", *routines)], tasks=[task("T", "P")]))
+    path = tmp_path / "again.L5X"
+    path.write_bytes(export_l5x(first.controller, "P"))
+    again = import_l5x(path)
+    assert (again.report.objects, again.report.refused, again.report.lost) == ([], [], [])
+    records = [
+        read_document(each).programs[0].routines[-1].chart for each in (path, tmp_path / "machine.L5X")
+    ]
+    assert _without_lines(records[0]) == _without_lines(records[1])
+    text = program_text(first.controller)
+    read = parse_program(text)
+    assert program_text(read) == text
+    assert isinstance(read, Controller)
+    ours, theirs = (each.programs[0].routines[-1] for each in (first.controller, read))
+    assert (theirs.statements, theirs.drawing) == (ours.statements, None)
 
 
 def _without_lines(record):
@@ -278,3 +327,29 @@ def test_a_diagram_is_proved_equal_to_a_rung(tmp_path, rung, status, said):
     words = ["prove", *map(str, paths), "-q", "--out", str(tmp_path / "proofs")]
     answer = CliRunner().invoke(build(), words)
     assert (answer.exit_code, said in answer.output) == (status, True)
+
+
+@pytest.mark.parametrize(("rung", "status"), [("XIC(Start)Valve(It);", 0), ("XIO(Start)Valve(It);", 1)])
+def test_an_add_on_with_a_wired_enable_in_is_proved_equal_to_its_rung(tmp_path, rung, status):
+    """Logic sets Q, EnableInFalse clears it."""
+    valve = add_on(
+        "Valve",
+        [parameter("Q", "BOOL", "Output", required=False)],
+        [],
+        ladder("Logic", "OTL(Q);"),
+        ladder("EnableInFalse", "OTU(Q);"),
+        runs='ExecuteEnableInFalse="true"',
+    )
+    element = '<AddOnInstruction Name="Valve" ID="1" X="9" Y="0" Operand="It"/>\n'
+    diagram = sheets("Blocks", reference("IRef", 0, "Start") + element + wire(0, "1.EnableIn"))
+    read = "XIC(It.Q)OTE(Motor);"
+    tags = [tag("Start", "BOOL"), tag("Motor", "BOOL"), tag("It", "Valve")]
+    both = ([ladder("Main", "JSR(Blocks,0);", read), diagram], [ladder("Main", rung, read)])
+    paths = [tmp_path / "diagram.L5X", tmp_path / "rung.L5X"]
+    for path, routines in zip(paths, both, strict=True):
+        text = document(
+            add_ons=[valve], tags=tags, programs=[program("P", *routines)], tasks=[task("T", "P")]
+        )
+        path.write_text(text, encoding="utf-8")
+    words = ["prove", *map(str, paths), "-q", "--out", str(tmp_path / "proofs")]
+    assert CliRunner().invoke(build(), words).exit_code == status

@@ -234,15 +234,18 @@ def test_ignition_has_folders_and_nodes() -> None:
 
 
 def test_node_red_has_a_table_by_program_and_a_node_for_each_writable_tag() -> None:
-    text, left_out = made("node-red", ROWS)
+    inside = TagRow("Hosts.Level", "DINT", (2, 3), True, "", "ns=2;s=Hosts.Level", "Hosts.Level")
+    flags = TagRow("Flags", "BOOL", (32,), False, "", "ns=2;s=Flags", "Flags")
+    text, left_out = made("node-red", [*ROWS, inside, flags])
     nodes = {each["id"]: each for each in json.loads(text)}
     table = nodes["rack-endpoint"]["vartable"]
     assert table["Main"] == {"Run": {"type": "BOOL"}}
     assert table[""]["Recipe.Steps[2].Time"] == {"type": "DINT"}
+    assert table[""]["Flags[31]"] == {"type": "BIT_STRING"}  # an element of such an array is a bit of a DWORD
     outs = {each["variable"] for each in nodes.values() if each["type"] == "eth-ip out"}
     assert outs == {
         "Recipe.Steps[2].Time",
         *(f"Grid[{row},{column}]" for row in range(3) for column in range(4)),
     }
     assert all(each["z"] == "rack-flow" for each in nodes.values() if "wires" in each)
-    assert left_out == ["Text", "Long"]
+    assert left_out == ["Hosts.Level", "Text", "Long"]  # its nodes know grids of tags, not of members

@@ -6,8 +6,9 @@ import os
 import socket
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
+from pathlib import Path
 
 from ....io_images.enip.codes import PORT
 from ....io_images.installing import how_to_install
@@ -15,6 +16,9 @@ from ....runtime.line.hosts import join_address, split_address
 from ....runtime.tag_servers.setup import ETHERNET_IP, MODBUS_TCP, OPC_UA
 
 HOST = "127.0.0.1"
+
+OPEN, ENCRYPTED = SECURITIES = ("none", "encrypted")
+"""What `--opc-ua-security` takes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,18 +54,25 @@ KINDS: Mapping[str, ServerKind] = {
 
 @dataclass(frozen=True, slots=True)
 class ServerAddress:
-    """A server and where it listens."""
+    """A server and where it listens.
+
+    Attributes:
+        encrypted: whether clients must encrypt; OPC UA only.
+        users: file of those who may log in; None = anyone.
+    """
 
     protocol: str
     host: str
     port: int
+    encrypted: bool = False
+    users: Path | None = None
 
     @classmethod
     def parse(cls, text: str) -> ServerAddress:
         """Return the address of `PROTOCOL[:[HOST:]PORT]`.
 
         >>> ServerAddress.parse("ethernet-ip:0")
-        ServerAddress(protocol='ethernet-ip', host='127.0.0.1', port=0)
+        ServerAddress(protocol='ethernet-ip', host='127.0.0.1', port=0, encrypted=False, users=None)
 
         Raises:
             ValueError: an unknown protocol, no address, or a package that is not installed.
@@ -115,11 +126,29 @@ class ServerAddress:
         return found
 
 
-def addresses(given: Sequence[str] | None) -> tuple[ServerAddress, ...]:
-    """Return the addresses of options; ValueError if one is not allowed, or a protocol is named twice."""
-    found = tuple(ServerAddress.parse(each) for each in given or ())
+def addresses(
+    given: Sequence[str] | None, security: str | None = None, users: Path | None = None
+) -> tuple[ServerAddress, ...]:
+    """Return the addresses of options.
+
+    Args:
+        security: of the OPC UA server, a word of `SECURITIES`; None = open on this machine, else encrypted.
+        users: file of those who may log in there.
+
+    Raises:
+        ValueError: one is not allowed, a protocol is named twice, or there is no OPC UA server to secure.
+    """
+    found = [ServerAddress.parse(each) for each in given or ()]
     names = [each.protocol for each in found]
     for each in found:
         if names.count(each.protocol) > 1:
             raise ValueError(f"--server {each.protocol} is given twice: a rack has one of each")
-    return found
+    if (security or users) and OPC_UA not in names:
+        raise ValueError(f"--opc-ua-{'security' if security else 'users'} goes with --server {OPC_UA}")
+    if users and security == OPEN:
+        raise ValueError(f"--opc-ua-users needs encryption: it can't go with --opc-ua-security {OPEN}")
+    for place, each in enumerate(found):
+        if each.protocol == OPC_UA:
+            encrypted = security == ENCRYPTED if security else bool(users) or not each.is_local
+            found[place] = replace(each, encrypted=encrypted, users=users)
+    return tuple(found)

@@ -246,17 +246,25 @@ def _opc_tag(row: TagRow, name: str) -> dict[str, Any]:
 
 # --- Node-RED
 
-_NODE_RED = {name: name for name in ("BOOL", "SINT", "INT", "DINT", "REAL")}
+_NODE_RED = dict.fromkeys(("BOOL", "SINT", "INT", "DINT", "REAL"))
 
 
 def node_red(rows: Iterable[TagRow], title: str) -> TagFile:
-    """Return a flow: an endpoint, a node that shows all tags, and a node for each writable one."""
+    """Return a flow: an endpoint, a node that shows all tags, and a node for each writable one.
+
+    Its nodes skip members that are arrays of several dimensions, and find an element of an array of BOOLs as
+    a BIT_STRING only (`Tag` of ethernet-ip 1.2).
+    """
     made = TagFile()
     table: dict[str, dict[str, dict[str, str]]] = {}
     outs = []
-    for row in made.single(rows, _NODE_RED):
+    rows = list(rows)
+    grids = [row for row in rows if len(row.dims) > 1 and "." in _program_and_name(row.enip)[1]]
+    made.left_out += [row.name for row in grids]
+    for row in made.single((row for row in rows if row not in grids), _NODE_RED):
         program, name = _program_and_name(row.enip)
-        table.setdefault(program, {})[name] = {"type": _NODE_RED[row.type_name]}
+        kind = "BIT_STRING" if row.type_name == "BOOL" and name.endswith("]") else row.type_name
+        table.setdefault(program, {})[name] = {"type": kind}
         if row.writable:
             outs.append((program, name))
     flow: list[dict[str, Any]] = [

@@ -20,12 +20,14 @@ from ....runtime.tag_servers.database import Database
 from ....runtime.tag_servers.nearest import unknown_patterns
 from ....runtime.tag_servers.register_map import RegisterMap
 from ....runtime.tag_servers.setup import MODBUS_TCP, OPC_UA, TagSetup
+from ....runtime.tag_servers.ua_security import UaSecurity
 from ....runtime.tag_servers.variables import VARIABLES_MOST, TagTree
 from ...load.loading import LoadedRack
 from ...trust.launcher import Handed, Helper, TimeoutExpired, launch
 from ..running import JobRun
 from .kinds import ServerAddress
 from .offered import listing_of_job
+from .ua_files import CERTIFICATE, FOLDER, TRUSTED, thumbprint, ua_security
 
 LOGIX, SLC = "1769-L33ER scanrack", "1764-LRP"
 """Product names of a CompactLogix and of a MicroLogix."""
@@ -65,6 +67,7 @@ class TagService:
         if problems := _problems(job, listing, where.protocol):
             raise ValueError("; ".join(problems))
         self._job = job
+        self._security = ua_security(job.folder, where.host, where.users) if where.encrypted else None
         self._sockets = where.listen()
         if where.protocol == OPC_UA and TagTree(Database(listing)).is_long:
             say(f"{self._title} clients see the first {VARIABLES_MOST:,} variables only")
@@ -101,9 +104,14 @@ class TagService:
         there = join_address(self._where.host, self.port)
         can = f"clients write {', '.join(patterns)}" if patterns else "clients read"
         lines = [f"{self._title} server on {there}: {can}"]
-        if not self._where.is_local:
+        if self._security is not None:
+            lines.append(_guarded_by(self._security))
+        if not self._where.is_local and (self._security is None or not self._security.users):
+            who = "anyone who reaches this address"
+            if self._security is not None and self._security.trusted is not None:
+                who = "each trusted client"
             lines.append(
-                f"anyone who reaches this address reads all {'mapped ' if self._where.kind.maps else ''}tags"
+                f"{who} reads all {'mapped ' if self._where.kind.maps else ''}tags"
                 + (" and writes the listed ones" if patterns else "")
                 + ": the server asks for no password"
             )
@@ -151,6 +159,7 @@ class TagService:
             self.port,
             self._where.protocol,
             server.modbus,
+            self._security,
         )
 
     def _offer(self, setup: TagSetup) -> None:
@@ -273,6 +282,16 @@ class TagServices:
         """End the servers; return False if all processes of one have died before they served anything."""
         served = [each.end() for each in self._services]
         return all(served)
+
+
+def _guarded_by(security: UaSecurity) -> str:
+    """Return a line about an encrypted server."""
+    certificate = f"{FOLDER}/{CERTIFICATE}, thumbprint {thumbprint(security.certificate)}"
+    who = f"user {' or '.join(security.users)}" if security.users else "no password"
+    trusted = f"clients with any certificate: make {FOLDER}/{TRUSTED} to name those you trust"
+    if security.trusted is not None:
+        trusted = f"clients with one of {len(security.trusted)} certificates in {FOLDER}/{TRUSTED}"
+    return f"encrypted with Basic256Sha256, {certificate}; {who}; {trusted}"
 
 
 def _problems(job: LoadedRack, listing: Listing, protocol: str) -> list[str]:

@@ -1,0 +1,19 @@
+"""The name of a rack's operator panel, which pages show: a file beside the rack file."""
+
+from __future__ import annotations
+
+from pathlib import PurePath
+
+from .program import split_address
+
+SUFFIX = ".panel"
+"""TOML, but named otherwise: a .toml file is a rack."""
+
+
+def panel_name(rack: str) -> str:
+    """Return the path of the panel beside a rack.
+
+    >>> panel_name("feeder.toml"), panel_name("line.py:rack")
+    ('feeder.panel', 'line.panel')
+    """
+    return str(PurePath(split_address(rack)[0]).with_suffix(SUFFIX))

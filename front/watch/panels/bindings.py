@@ -1,0 +1,87 @@
+"""What the items of a panel are bound to: tags of a program, words and bits of images, inputs of modules."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from difflib import get_close_matches
+from typing import Any
+
+from ..history.stretch import Stretch
+from .panel_file import ANY, BIT, KINDS, NUMBER
+
+Json = dict[str, Any]
+
+NEAREST = 3
+"""Names that are suggested in place of an unknown one."""
+
+_NUMBERS = re.compile(r"U?[SDL]?INT|L?REAL|BYTE|D?WORD")
+TYPES: Mapping[str, Callable[[str], object]] = {
+    BIT: lambda name: name == "BOOL",
+    NUMBER: lambda name: name == "BOOL" or _NUMBERS.fullmatch(name) is not None,
+    ANY: bool,
+}
+"""Types of tags that a kind of items takes."""
+
+
+class Bindings:
+    """The names that a program and its rack have for items.
+
+    Args:
+        slots: as in `hello`.
+        tags: as in `hello`.
+    """
+
+    def __init__(self, program: Stretch, slots: Sequence[Json], tags: Sequence[Json]) -> None:
+        self._program = program
+        self._tags = {each["name"].upper(): each for each in tags}
+        self._inputs = {
+            f"slot{slot['number']}.input.{each['name']}": _pressed(slot["number"], each)
+            for slot in slots
+            for each in slot["inputs"]
+        }
+        self._at = {each["read"]: each for each in self._inputs.values()}
+        self._names = {each.upper(): each for each in (*(tag["name"] for tag in tags), *self._inputs)}
+
+    def of(self, item: Mapping[str, Any]) -> Json:
+        """Return how an item is read and operated.
+
+        `read` is the name of its value, `type` that of the value, "" if unknown; `press` slot, name and level
+        at rest of an input, null for what a machine operates; `write` the tag that it sets; `broken` why it
+        does not work, "" if it does.
+        """
+        kind, tag = KINDS[item["kind"]], item["tag"]
+        found, broken = self._found(tag), ""
+        if found is None:
+            near = get_close_matches(tag.upper(), self._names, NEAREST, 0.5)
+            hint = f"; did you mean {', '.join(self._names[each] for each in near)}?" if near else ""
+            return {"read": "", "type": "", "broken": f"no tag {tag}{hint}"}
+        if not TYPES[kind.types](found["type"]):
+            what = found["type"] or "a structure or an array"
+            broken = f"{tag} is {what}: {item['kind']} needs {kind.types}"
+        elif kind.operates and "press" not in found and "write" not in found:
+            broken = f"{tag} can't be set: {item['kind']} needs a tag of the program or an input"
+        return {**found, "broken": broken}
+
+    def _found(self, tag: str) -> Json | None:
+        """Return the binding of a tag; None if there is none of that name."""
+        if tag in self._inputs:
+            return self._inputs[tag]
+        address = self._program.address(tag)
+        if address is not None:
+            known = {"read": str(address), "type": "INT" if address.bit is None else "BOOL"}
+            return self._at.get(known["read"], known)
+        own, catalog = self._tags.get(tag.upper()), self._program.catalog
+        kind = catalog.type_of(tag) if catalog is not None else None if own is None else own["type"]
+        if kind is None:
+            return None
+        return {"read": tag, "type": kind} | ({"write": tag} if own is None or own["writable"] else {})
+
+
+def _pressed(slot: int, told: Json) -> Json:
+    """Return the binding of an input; that of a card is read as a bit of its image."""
+    read = f"{slot}.input.{told['name']}"
+    if "word" in told:
+        read = f"Local:{slot}:I.Data[{told['word']}].{told['bit']}"
+    by_machine = "word" not in told and told["kind"] != "button"
+    return {"read": read, "type": "BOOL", "press": [slot, told["name"], None if by_machine else told["rest"]]}

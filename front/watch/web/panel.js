@@ -1,0 +1,183 @@
+// The operator panel: the items of a file beside the rack, on a grid. Presses are orders, recorded and repeated like all others.
+
+import { at, button, el, heading, setAttribute, setFlag, setText } from "./dom.js";
+import { link, wanted } from "./link.js";
+import { tell } from "./notice.js";
+import * as orders from "./orders.js";
+import { itemOf } from "./panelitems.js";
+import { editing, editor } from "./paneledit.js";
+import { ask } from "./source.js";
+import { onPaint, onProgram, run } from "./state.js";
+import { place, unplace } from "./values.js";
+import { alsoWatched, sendWatched } from "./watchtable.js";
+
+const CONFIRM_MS = 500; // the rack lets go what is not confirmed for four times as long
+const NARROW = 4; // columns of a narrow page
+
+const grid = el("div", { class: "grid" });
+const reason = el("p", { id: "panel-reason", class: "soft" });
+const empty = el("p", {}), tools = el("div");
+const onlyButton = button("Panel only", () => { link({ panel: wanted().panel ? null : "" }); only(wanted().panel); }, { title: "The panel as the whole page, as on a tablet" });
+const editButton = button("Edit panel", () => edit(true), { text: "Edit" });
+const held = new Map(); // binding -> { scan, over }: what this page presses
+let told = null, parts = [], confirming = 0, said = null;
+
+at("panel").append(heading("Operator panel", el("span", { class: "tools" }, editButton, onlyButton)), reason, empty, tools, grid);
+
+onProgram(() => {
+  for (const [bound] of [...held]) held.delete(bound), operate(bound, false); // the connection was lost meanwhile
+  only(wanted().panel);
+  load();
+});
+
+export async function load() {
+  try { take(await ask("panel")); } catch { /* the next hello asks again */ }
+}
+
+// Shows a panel: what the server tells of it, or of another page's changes.
+export function take(panel) {
+  if (editing() && panel !== told) return tell(`${panel.file} has changed: Save is refused until you discard your changes.`);
+  told = panel;
+  show(panel.items, panel.bound);
+}
+
+export function edit(on) {
+  editor(on ? told : null, show);
+  only(wanted().panel);
+  if (!on) load();
+}
+
+// Shows items with their bindings; while they are edited they press nothing.
+export function show(items, bound) {
+  unplace(grid);
+  release();
+  parts = bound.map((each, place) => partOf(items[place], each));
+  const inOrder = [...parts].sort((one, other) => one.item.at[1] - other.item.at[1] || one.item.at[0] - other.item.at[0]);
+  grid.replaceChildren(...inOrder.map(part => part.cell));
+  setText(empty, told.mistake || (items.length || editing() ? "" : told.lacks ? `There is no ${told.file} beside the rack.` : `No items yet. Edit builds a panel, kept as ${told.file} beside the rack.`));
+  setAttribute(empty, "class", told.mistake ? "wrong" : "soft");
+  editButton.disabled = Boolean(told.lacks);
+  editButton.title = told.lacks || "Build the panel";
+  for (const each of [editButton, onlyButton]) setFlag(each, "hidden", Boolean(editing()));
+  if (tools.firstChild !== editing()) tools.replaceChildren(...(editing() ? [editing()] : [])); // else what has the focus keeps it
+  alsoWatched.splice(0, Infinity, ...new Set(bound.filter(each => each.read && !isLevel(each)).map(each => each.read)));
+  sendWatched();
+  said = null;
+  for (const part of parts) if (isLevel(part.bound)) part.show(run.machine[part.bound.press[0]]?.inputs?.[part.bound.press[1]] ?? null);
+  paint({});
+}
+
+// Inputs of an axis come with its machine.
+const isLevel = ({ press, read }) => Boolean(press) && !read.startsWith("Local:");
+
+function partOf(item, bound) {
+  const set = value => { const why = whyNot(); why ? tell(why) : operate(bound, value); };
+  const made = itemOf(item, bound, { press: () => press(bound), release: () => release(bound), set, refuse: tell });
+  const cell = el("div", { class: "item", "data-item": item.name, "data-kind": item.kind }, made.node);
+  lay(cell, item);
+  const part = { item, bound, cell, value: null, node: made.node, show(value) { part.value = value; made.show(levelOf(part)); } };
+  made.show(null);
+  if (bound.read && !isLevel(bound)) place(cell, bound.read, value => { part.show(value); return null; });
+  else if (!bound.broken) cell.dataset.name = bound.read;
+  return part;
+}
+
+export function lay(cell, { at: [column, row], size: [width, height] }) {
+  cell.style.gridArea = `${row + 1} / ${column + 1} / span ${height} / span ${width}`;
+  cell.style.setProperty("--narrow", width < NARROW ? NARROW / 2 : NARROW);
+}
+
+// What an item shows: a button whether it is pressed, by the level of its input or else by the last order.
+function levelOf({ item, bound, value }) {
+  if (value === null || value === undefined) return null;
+  if (item.kind === "momentary" && bound.write) return run.pressed?.[bound.write]?.[0] === true;
+  if (bound.press && ["momentary", "maintained"].includes(item.kind)) return value !== (bound.press[2] ?? false);
+  return bound.type === "BOOL" && item.kind !== "selector" ? Boolean(value) : value;
+}
+
+// --- presses
+
+export function whyNot() {
+  if (editing()) return "The panel is being edited: it presses nothing.";
+  if (run.state === "lost") return "The connection is lost: nothing can be pressed.";
+  if (orders.recorded()) return "This is a recording: it shows what was pressed.";
+  if (run.hello.read_only) return `This page is read-only: it shows what is pressed, and can't press${run.hello.live_ports ? " without --allow-writes" : ""}.`;
+  return run.state === "past" ? "This is a past scan: press Live to operate the panel." : "";
+}
+
+const orderOf = ({ press, write, type }, value) => press
+  ? { do: "press", slot: press[0], name: press[1], on: value ? !press[2] : press[2], by: "panel" }
+  : { do: "write", tag: write, value: type === "BOOL" ? Boolean(value) : value, by: "panel" };
+
+const operate = (bound, value) => orders.operate(orderOf(bound, value));
+
+async function press(bound) {
+  const why = whyNot();
+  if (why) return tell(why);
+  if (held.has(bound)) return;
+  const mine = { scan: Infinity, over: false };
+  held.set(bound, mine);
+  confirm();
+  const answer = await operate(bound, true);
+  if (answer) mine.scan = answer.scan;
+  else held.delete(bound);
+  settle();
+}
+
+// Lets a button go, or all. A press lasts one scan at least, however short the touch.
+function release(bound) {
+  for (const [each, mine] of held) if (!bound || each === bound) mine.over = true;
+  settle();
+}
+
+function settle() {
+  for (const [bound, { scan, over }] of [...held]) {
+    if (!over || !(run.scan >= scan || (run.state === "past" && scan < Infinity))) continue;
+    held.delete(bound);
+    operate(bound, false);
+    if (!held.size) confirm();
+  }
+}
+
+// Says what is pressed. The rack lets it go when this page closes, is lost, or does not say so again.
+function confirm() {
+  clearTimeout(confirming);
+  ask("hold", { give: [...held.keys()].map(bound => orderOf(bound, false)) }).catch(() => {});
+  if (held.size) confirming = setTimeout(confirm, CONFIRM_MS);
+}
+
+for (const [target, event] of [[window, "blur"], [window, "pagehide"], [document, "visibilitychange"]]) {
+  target.addEventListener(event, () => { if (event !== "visibilitychange" || document.hidden) release(); });
+}
+
+// --- the panel as the page
+
+addEventListener("hashchange", () => only(wanted().panel));
+
+function only(on) {
+  setFlag(document.documentElement, "data-panel-only", on || Boolean(editing()));
+  setText(onlyButton, on ? "Whole page" : "Panel only");
+  onlyButton.setAttribute("aria-label", onlyButton.textContent);
+}
+
+function paint(changes) {
+  const why = whyNot();
+  setText(reason, why);
+  setFlag(reason, "hidden", !why);
+  for (const part of parts) {
+    const [slot, name] = part.bound.press ?? [], level = changes.machine?.[slot]?.inputs?.[name];
+    if (level !== undefined && isLevel(part.bound)) setAttribute(part.cell, "data-value", level === null ? "" : level ? "1" : "0"), part.show(level);
+    else if (changes.pressed) part.show(part.value);
+    if ((why === said && !changes.pressed) || (!part.bound.press && !part.bound.write)) continue;
+    const [, by] = run.pressed?.[slot ? `${slot}.input.${name}` : part.bound.write] ?? [];
+    setAttribute(part.cell, "title", by ? `Last set by ${by}` : null);
+    for (const each of part.node.matches("button") ? [part.node] : part.node.querySelectorAll("button, input")) {
+      setAttribute(each, "aria-disabled", why ? "true" : null);
+      setAttribute(each, "aria-describedby", why ? "panel-reason" : null);
+    }
+  }
+  said = why;
+  settle();
+}
+
+onPaint(paint);

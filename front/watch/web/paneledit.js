@@ -1,0 +1,199 @@
+// Builds an operator panel: items are dragged onto the grid, moved and sized there, by keys, too. Save alone writes the file.
+
+import { at, button, el, setFlag, setText } from "./dom.js";
+import { tell } from "./notice.js";
+import * as orders from "./orders.js";
+import { edit, lay, load, take } from "./panel.js";
+import { ask } from "./source.js";
+
+const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+const ROOM = 4; // free rows below the last item
+const isList = key => ["positions", "values"].includes(key), isNumber = key => ["least", "most", "decimals"].includes(key);
+const FIRST = { least: 0, most: 100, positions: ["Off", "On"] };
+
+let told = null, show = null, draft = null, bound = [], chosen = null, filled, node = null, changed = false, checks = 0;
+const form = el("div", { class: "row form", role: "group" });
+const wrong = el("p", { class: "wrong", role: "status" });
+const saveButton = button("Save panel", save, { text: "Save" });
+
+// The tools of the panel that is being edited, or null.
+export const editing = () => node;
+
+// Begins to edit a panel that is shown by `showing`; null ends it.
+export function editor(panel, showing) {
+  [told, show, chosen, filled, changed] = [panel, showing, null, undefined, false];
+  node = panel && el("div", { class: "building" },
+    el("div", { class: "line", role: "group", "aria-label": "Add an item" }, ...Object.entries(panel.kinds).map(([kind, { title }]) =>
+      el("button", { type: "button", class: "kind", title: `Drag onto the grid: ${title}`, pointerdown: event => dragNew(event, kind), click: event => { if (!event.detail) add(kind); } }, `+ ${kind}`)),
+      el("span", { class: "ways" }, saveButton, button("Discard changes", () => edit(false), { text: "Discard" }))), form, wrong);
+  if (!node) return;
+  draft = structuredClone(panel.items);
+  bound = panel.bound;
+  redraw();
+}
+
+function redraw() {
+  const cells = at("panel").querySelector(".grid"), inGrid = cells.contains(document.activeElement);
+  show(draft, bound);
+  cells.dataset.building = "";
+  cells.style.setProperty("--rows", Math.max(0, ...draft.map(({ at: [, row], size: [, height] }) => row + height)) + ROOM);
+  for (const cell of cells.children) handle(cell, draft.find(item => item.name === cell.dataset.item));
+  if (inGrid) focus();
+  saveButton.disabled = !changed;
+  fillForm();
+}
+
+// What can be done with an item: a drag moves it, one at its corner sizes it.
+function handle(cell, item) {
+  const corner = el("i", { class: "corner", "aria-hidden": "true" }), [column, row] = item.at, [width, height] = item.size;
+  cell.firstChild.inert = true;
+  cell.append(corner);
+  setFlag(cell, "data-chosen", item === chosen);
+  for (const [name, value] of Object.entries({ tabindex: 0, role: "group", "aria-label": `${item.name}, ${told.kinds[item.kind].title}, column ${column + 1}, row ${row + 1}, ${width} by ${height}` })) cell.setAttribute(name, value);
+  cell.addEventListener("pointerdown", event => { event.preventDefault(); cell.focus(); choose(item, cell); drag(event, cell, item, event.target === corner); });
+  cell.addEventListener("focus", () => choose(item, cell));
+  cell.addEventListener("keydown", event => {
+    const move = MOVES[event.key];
+    if (event.key === "Delete" || event.key === "Backspace") event.preventDefault(), remove(item);
+    else if (event.key === "Enter") event.preventDefault(), form.querySelector("input")?.focus();
+    else if (move && !event.ctrlKey) event.preventDefault(), step(item, move, event.shiftKey);
+  });
+}
+
+function choose(item, cell) {
+  if (chosen === item) return;
+  chosen = item;
+  for (const each of cell.parentElement.children) setFlag(each, "data-chosen", each === cell);
+  fillForm();
+}
+
+const focus = () => at("panel").querySelector("[data-chosen]")?.focus();
+
+function step(item, [x, y], sizes) {
+  const key = sizes ? "size" : "at", next = { ...item, [key]: [item[key][0] + x, item[key][1] + y] };
+  if (!fits(next, item)) return;
+  item[key] = next[key];
+  touched();
+}
+
+// Whether an item has its cells for itself; `own` is the one that it replaces.
+function fits({ at: [column, row], size: [width, height] }, own) {
+  const inside = column >= 0 && row >= 0 && width > 0 && height > 0 && height <= 8 && column + width <= told.columns && row + height <= 60;
+  return inside && draft.every(each => each === own || each.at[0] >= column + width || column >= each.at[0] + each.size[0] || each.at[1] >= row + height || row >= each.at[1] + each.size[1]);
+}
+
+function cellAt({ clientX, clientY }) {
+  const cells = at("panel").querySelector(".grid"), { left, top, width } = cells.getBoundingClientRect(), style = getComputedStyle(cells), gap = parseFloat(style.rowGap);
+  return [Math.floor((clientX - left) / ((width + gap) / told.columns)), Math.floor((clientY - top) / (parseFloat(style.gridAutoRows) + gap))];
+}
+
+function drag(begin, cell, item, sizes) {
+  const first = cellAt(begin), from = sizes ? item.size : item.at, key = sizes ? "size" : "at";
+  follow(begin, cell, event => {
+    const now = cellAt(event), next = { ...item, [key]: from.map((each, way) => each + now[way] - first[way]) };
+    if (String(next[key]) === String(item[key]) || !fits(next, item)) return;
+    item[key] = next[key];
+    changed = true;
+    lay(cell, item);
+  }, () => { if (item[key] !== from) touched(); });
+}
+
+// A new item under the pointer as long as it is over the grid; it is there where it is dropped.
+function dragNew(begin, kind) {
+  if (begin.button !== 0) return;
+  const item = made(kind), ghost = el("div", { class: "item ghost" }, item.name), here = begin.currentTarget;
+  let moved = false;
+  follow(begin, here, event => {
+    const [column, row] = cellAt(event), next = { ...item, at: [Math.min(Math.max(column, 0), told.columns - item.size[0]), Math.max(row, 0)] };
+    moved ||= Math.hypot(event.clientX - begin.clientX, event.clientY - begin.clientY) > 6;
+    const cells = at("panel").querySelector(".grid"), over = moved && document.elementsFromPoint(event.clientX, event.clientY).includes(cells);
+    item.at = over && fits(next) ? next.at : over ? item.at : null;
+    if (!item.at) return ghost.remove();
+    if (!ghost.isConnected) cells.append(ghost);
+    lay(ghost, item);
+  }, () => { ghost.remove(); if (item.at) put(item); else if (!moved) add(kind); });
+}
+
+function follow(begin, on, moved, ended) {
+  on.setPointerCapture(begin.pointerId);
+  const end = () => { on.onpointermove = on.onpointerup = on.onpointercancel = null; ended(); };
+  Object.assign(on, { onpointermove: moved, onpointerup: end, onpointercancel: end });
+}
+
+function made(kind) {
+  const { title, size, needs } = told.kinds[kind], word = title.split(" ").at(-1);
+  let number = 1;
+  while (draft.some(each => each.name === `${word} ${number}`)) number += 1;
+  return { name: `${word} ${number}`, kind, tag: "", at: null, size: [...size], ...Object.fromEntries(needs.filter(key => key in FIRST).map(key => [key, structuredClone(FIRST[key])])) };
+}
+
+// Adds an item at the first free place.
+function add(kind) {
+  const item = made(kind);
+  for (let place = 0; !item.at && place < 60 * told.columns; place += 1) {
+    const next = { ...item, at: [place % told.columns, Math.floor(place / told.columns)] };
+    if (fits(next)) item.at = next.at;
+  }
+  if (item.at) put(item);
+}
+
+function put(item) {
+  draft.push(item);
+  bound.push({ read: "", type: "", broken: "" });
+  chosen = item;
+  touched();
+  form.querySelector("[name=tag]").focus();
+}
+
+function remove(item) {
+  const place = draft.indexOf(item);
+  draft.splice(place, 1);
+  bound.splice(place, 1);
+  chosen = null;
+  touched();
+}
+
+// The draft has changed: what its items are bound to is asked again.
+async function touched() {
+  changed = true;
+  redraw();
+  const asked = checks += 1;
+  try {
+    const said = await ask("panel", { items: draft });
+    if (asked === checks && node) bound = said.bound, redraw();
+  } catch (refused) { tell(refused.message); }
+}
+
+// The fields of the chosen item; they stay while they are typed into.
+function fillForm() {
+  setText(wrong, bound[draft.indexOf(chosen)]?.broken ?? "");
+  if (filled === chosen) return;
+  filled = chosen;
+  form.setAttribute("aria-label", chosen ? `Fields of ${chosen.name}` : "Fields");
+  if (!chosen) return form.replaceChildren(el("span", { class: "soft" }, "Drag a kind onto the grid, or select an item: arrows move it, Shift and arrows size it, Delete removes it."));
+  const { needs, may } = told.kinds[chosen.kind], item = chosen;
+  form.replaceChildren(...[...needs, ...may].filter(key => key !== "kind").map(key => el("label", { title: told.allowed[key] }, key, field(item, key))), button("Remove item", () => remove(item), { text: "Remove" }));
+}
+
+function field(item, key) {
+  const value = isList(key) ? (item[key] ?? []).join(", ") : item[key] ?? "", changes = event => set(item, key, event.target.value);
+  if (key === "color") return el("select", { name: key, change: changes }, ...["", ...told.allowed.color.split(", ")].map(each => el("option", { value: each, selected: each === value }, each || "none")));
+  return el("input", { name: key, value, type: "text", autocomplete: "off", spellcheck: "false", list: key === "tag" ? "tags" : null, change: changes });
+}
+
+function set(item, key, text) {
+  const number = each => each.trim() === "" || Number.isNaN(Number(each)) ? each.trim() : Number(each);
+  const parts = text.split(",").map(each => each.trim()).filter(Boolean);
+  const value = key === "positions" ? parts : key === "values" ? parts.map(number) : isNumber(key) ? number(text) : text.trim();
+  if (text.trim() === "" && told.kinds[item.kind].may.includes(key)) delete item[key];
+  else item[key] = value;
+  touched();
+}
+
+async function save() {
+  const said = await orders.order("save_panel", { items: draft, base: told.base });
+  if (!said) return;
+  editor(null);
+  take(said);
+  tell(`${said.file} is saved.`, "told");
+}

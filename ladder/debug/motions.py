@@ -1,0 +1,136 @@
+"""Motion in chains of causes: the instruction that moves an axis, ends its motion, or is refused.
+
+Status bits and positions of an axis change after a scan, when no instruction runs. A course names the
+instruction that it is for, see `instructions.motion.courses`: one that began or ended in the scan of the
+change is the cause, else those that are under way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from ..instructions.motion.ideal_axis import BITS, PLANNER_OF
+from ..instructions.motion.motion_control import ERRORS
+from ..instructions.motion.spots import Ideal, MotionPart
+from ..model.operands import Group
+from ..model.predefined.motion_types import MOTION_BITS, MOTION_INSTRUCTION, PLANNERS
+from ..model.spec import Use
+from ..state.lowered import LoweredProgram
+from ..state.memory import Value, element_text
+from .causes import Causes, CellChange
+from .cells import Cell
+from .executed import StepRun, Write
+
+COMPLETE, MOVES, BLOCK = "the motion of {} is complete", "moved by {}", "as its block says"
+"""What motion did, with the names of its instructions."""
+
+_NAMES = {place: name for name, place in BITS.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class Motions:
+    """Finds the motion instructions behind changes of axes and of other instructions."""
+
+    lowered: LoweredProgram
+    causes: Causes
+
+    def attributed(self, origin: CellChange) -> CellChange:
+        """Return a change after a scan as one of the instruction that began or ended motion in its scan."""
+        axis = self._axis(origin.cell)
+        if axis is None or origin.write is None:
+            return origin
+        prefixes = tuple(self._courses(axis, origin.cell))
+        for each in reversed(self.causes.execution(origin.scan).writes):
+            if (
+                each.by is not None
+                and each.cell.index == axis.index
+                and each.cell.leaf.path.startswith(prefixes)
+            ):
+                return replace(origin, write=replace(origin.write, by=each.by))
+        return origin
+
+    def behind(self, origin: CellChange) -> Iterator[tuple[Cell, str, str]]:
+        """Yield what changed a cell after a scan: a cell, its name, and what its motion did."""
+        ideal: Ideal | None = self.lowered.ideal
+        control = self._part(origin.cell, ideal.controls if ideal else ())
+        axis = self._axis(origin.cell)
+        if control is not None:
+            yield *self._in_process(control), COMPLETE
+        elif axis is not None and ideal is not None:
+            ended = list(self._ended(axis, origin))
+            for claim in ended or self._under_way(axis, origin):
+                cell, name = self._in_process(ideal.controls[(claim >> 32) - 1])
+                yield cell, name, COMPLETE if ended else MOVES
+        else:
+            yield from self._of_block(origin.cell)
+
+    def _of_block(self, cell: Cell) -> Iterator[tuple[Cell, str, str]]:
+        """Yield the member of a 3601's block that a member of its axis shows."""
+        path, _, host = cell.leaf.path.rpartition(".")
+        for each in self.lowered.axes.values():
+            if each.tag.path == path:
+                name = f"{each.state.path}.{'Step' if cell.mask or host.endswith('Status') else 'Position'}"
+                yield Cell(self.lowered.layout.leaf(name), 0), name, BLOCK
+
+    def _ended(self, axis: MotionPart, origin: CellChange) -> Iterator[int]:
+        claims = tuple(f"{course}claim" for course in self._courses(axis, origin.cell))
+        for each in self.causes.execution(origin.scan).writes:
+            if (
+                each.cell.index == axis.index
+                and each.cell.leaf.path in claims
+                and each.before
+                and not each.after
+            ):
+                yield int(each.before)
+
+    def _under_way(self, axis: MotionPart, origin: CellChange) -> Iterator[int]:
+        for course in self._courses(axis, origin.cell):
+            leaf = self.lowered.layout.leaf(f"{course}claim")
+            claim = int(self.causes.value(Cell(leaf, axis.index), origin.scan))
+            if claim >> 32:
+                yield claim
+
+    def _axis(self, cell: Cell) -> MotionPart | None:
+        ideal: Ideal | None = self.lowered.ideal
+        return self._part(cell, [part for part, _ in ideal.axes] if ideal else ())
+
+    def _part(self, cell: Cell, parts: Iterable[MotionPart]) -> MotionPart | None:
+        path = cell.leaf.path.rpartition(".")[0]
+        return next((each for each in parts if each.path == path and each.index == cell.index), None)
+
+    def _courses(self, axis: MotionPart, cell: Cell) -> Iterator[str]:
+        """Yield the names in front of the members of courses: of the one that a status bit shows, or all."""
+        host = cell.leaf.path.rpartition(".")[2]
+        bit = _NAMES.get(f"{host}.{cell.mask.bit_length() - 1}", "") if cell.mask else ""
+        for planner in (PLANNER_OF[bit],) if bit in PLANNER_OF else PLANNERS:
+            yield f"{axis.path}.~{planner}_"
+
+    def _in_process(self, control: MotionPart) -> tuple[Cell, str]:
+        """Return the bit IP of an instruction, and its name."""
+        leaf = self.lowered.layout.leaf(f"{control.path}.FLAGS")
+        text = element_text(f"{control.path}.IP", leaf.dims, control.index)
+        return Cell(leaf, control.index, 1 << MOTION_BITS["IP"]), text
+
+
+def said_of(entry: StepRun, cell: Cell, value: Value, writes: Sequence[Write]) -> str:
+    """Return what a motion instruction did to a cell; "" for any other instruction.
+
+    It is named by axis and control, `MAM(Feed,Go)`. It may have been refused, with its error in words, or
+    have ended another one's motion.
+
+    Args:
+        writes: of the scan.
+    """
+    step = entry.step
+    if Use.MOTION not in step.uses:
+        return ""
+    groups = [each for each in step.operands if isinstance(each, Group)]
+    own = next(each for each in groups if each.type == MOTION_INSTRUCTION)
+    name = f"{step.name}({','.join(dict.fromkeys((groups[0].text, own.text)))})"
+    path, _, member = cell.leaf.path.rpartition(".")
+    if value and (member == "ERR" or cell.mask == 1 << MOTION_BITS["ER"]):
+        errors = [int(each.after) for each in writes if each.cell.leaf.path == f"{path}.ERR" and each.after]
+        return f"{name}: ERR {errors[-1]}, {ERRORS[errors[-1]]}" if errors else name
+    ends = not value and cell.mask is not None and path != own.path
+    return f"{name} ends it" if ends else name

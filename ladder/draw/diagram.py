@@ -1,0 +1,210 @@
+"""A function block diagram as SVG that a page lights: sheets, blocks, references and wires at their places.
+
+    <g class="element block" data-at="Main.3" data-tag="Delay"> ... </g>
+    <path class="wire" data-lit="Delay.DN" d="..."/>
+    <text class="value" data-value-of="Delay.ACC"></text>
+
+The page sets `data-value` of what has `data-lit`, a bit's wire or reference, and the content of the values.
+An element has a group for each of its lines of structured text, one in the other. The units of the editor are
+stretched, since names are wider here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from ..model.drawing import DrawnElement, DrawnPin, DrawnSheet, DrawnWire
+from .markup import CELL, attribute, plain
+
+PinTag = Callable[[str], tuple[str, bool] | None]
+"""Returns the full tag name for an address with one value, and whether it is a bit; else None."""
+
+STRETCH_X, STRETCH_Y = 2.0, 1.25
+PIN, HEAD, PAD, LINE = 24, 46, 10, 18
+"""Pixels of a pin's row, of a block's head, around texts, of a line."""
+
+LEAST, EDGE, TITLE = 128, 24, 34
+"""Pixels of a block at least, around a sheet, of its title."""
+
+MOST = 28
+"""Characters of a name."""
+
+BOX = 24
+"""Pixels of the height of a reference."""
+
+
+@dataclass(frozen=True, slots=True)
+class LiveDiagram:
+    """A diagram for a page: its SVG, and the tags that it shows."""
+
+    svg: str
+    names: tuple[str, ...]
+    width: int
+    height: int
+
+
+def as_written(address: str) -> tuple[str, bool] | None:
+    """Return an address as a tag that is no bit, for pictures without values."""
+    return (address, False) if address and not address[0].isdigit() else None
+
+
+def live_diagram(sheets: tuple[DrawnSheet, ...], ident: str, tag_of: PinTag = as_written) -> LiveDiagram:
+    """Draw a diagram for a page.
+
+    Args:
+        sheets: its sheets, drawn one below the other.
+        ident: prefix of its element ids: `Main` for routine Main.
+        tag_of: returns the tag of an address as text.
+    """
+    parts: list[str] = []
+    names: dict[str, None] = {}
+    width, top = LEAST, 0
+    for sheet in sheets:
+        drawn = _Sheet(sheet, ident, tag_of, top)
+        parts += drawn.parts()
+        names |= drawn.names
+        width, top = max(width, drawn.right + EDGE), drawn.bottom + EDGE
+    size = f'viewBox="0 0 {width} {top}" width="{width}" height="{top}"'
+    said = f'role="group" aria-label={attribute(f"Diagram {ident}")}'
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" class="rung chart fbd" {said} {size}>'
+    return LiveDiagram(f"{head}{''.join(parts)}</svg>", tuple(names), width, top)
+
+
+def _cut(text: str) -> str:
+    return text if len(text) <= MOST else f"{text[: MOST - 1]}…"
+
+
+def _wide(text: str) -> int:
+    return len(_cut(text)) * CELL
+
+
+class _Sheet:
+    def __init__(self, sheet: DrawnSheet, ident: str, tag_of: PinTag, top: int) -> None:
+        self._sheet, self._ident, self._tag_of, self._top = sheet, ident, tag_of, top
+        self.names: dict[str, None] = {}
+        least = [min((getattr(each, name) for each in sheet.elements), default=0) for name in ("x", "y")]
+        self._left, self._above = least
+        boxes = [self._box(each) for each in sheet.elements]
+        self.right = max((x + wide for x, _, wide, _ in boxes), default=0)
+        self.bottom = max((y + high for _, y, _, high in boxes), default=top + TITLE)
+        self._boxes = boxes
+
+    def _box(self, element: DrawnElement) -> tuple[int, int, int, int]:
+        """Return left, top, width and height."""
+        x = EDGE + round((element.x - self._left) * STRETCH_X)
+        y = self._top + TITLE + EDGE + round((element.y - self._above) * STRETCH_Y)
+        longest = max(map(_wide, element.lines), default=0) + 2 * PAD
+        if element.kind == "text":
+            return x, y, longest, LINE * max(len(element.lines), 1)
+        if element.kind != "block":
+            return x, y, max(longest, 48), BOX
+        sides = [
+            max((_wide(pin.name) for pin in pins), default=0) for pins in (element.inputs, element.outputs)
+        ]
+        wide = max(LEAST, longest, sum(sides) + 4 * PAD)
+        return x, y, wide, HEAD + PIN * max(len(element.inputs), len(element.outputs), 1)
+
+    def parts(self) -> Iterator[str]:
+        """Yield the SVG: the title, wires, then the elements over them."""
+        title = f"Sheet {self._sheet.number}" + (f"  {self._sheet.comment}" if self._sheet.comment else "")
+        yield self._text(EDGE, self._top + LINE, " ".join(title.split()), "heading")
+        for place, each in enumerate(self._sheet.wires):
+            yield self._wire(each, place)
+        for number, element in enumerate(self._sheet.elements):
+            yield self._element(element, number)
+
+    # --- values
+
+    def _tag(self, address: str) -> tuple[str, bool] | None:
+        found = self._tag_of(address) if address else None
+        if found is not None:
+            self.names[found[0]] = None
+        return found
+
+    def _value(self, address: str, x: int, y: int, *, ends: bool) -> str:
+        found = self._tag(address)
+        if found is None:
+            return ""
+        anchor = ' text-anchor="end"' if ends else ""
+        return f'<text class="bit value" data-value-of={attribute(found[0])} x="{x}" y="{y}"{anchor}></text>'
+
+    def _lit(self, address: str) -> str:
+        """Return the attribute of what a bit lights."""
+        found = self._tag(address)
+        return f" data-lit={attribute(found[0])}" if found is not None and found[1] else ""
+
+    # --- elements
+
+    def _text(self, x: int, y: int, text: str, kind: str, *, ends: bool = False) -> str:
+        anchor = ' text-anchor="end"' if ends else ""
+        shown = text if kind == "heading" else _cut(text)
+        return f'<text class="{kind}" x="{x}" y="{y}"{anchor}>{plain(shown)}</text>'
+
+    def _element(self, element: DrawnElement, number: int) -> str:
+        x, y, wide, high = self._boxes[number]
+        if element.kind == "text":
+            lines = (self._text(x, y + LINE * n, each, "caption") for n, each in enumerate(element.lines, 1))
+            return "".join(lines)
+        inside = self._frame(element, x, y, wide, high)
+        found = self._tag(element.tag)
+        tag = found[0] if found else element.tag
+        lit = "" if element.kind == "block" else self._lit(element.tag)
+        title = plain(" ".join(element.lines))
+        places = [f"{self._ident}.{place}" for place in element.places] or [f"{self._ident}.s{number}"]
+        about = f"data-at={attribute(places[0])} data-tag={attribute(tag)}{lit}"
+        text = f'<g class="element {element.kind}" {about}><title>{title}</title>{inside}</g>'
+        for place in places[1:]:
+            text = f"<g data-at={attribute(place)}>{text}</g>"
+        return text
+
+    def _frame(self, element: DrawnElement, x: int, y: int, wide: int, high: int) -> str:
+        at = f'x="{x}" y="{y}" width="{wide}" height="{high}"'
+        if element.kind != "block":
+            round_ = BOX // 2 if element.kind == "connector" else 2
+            name = self._text(x + PAD, y + 16, element.lines[0], "name")
+            end = x + wide if element.kind == "input" else x
+            outside = end + 4 if element.kind == "input" else end - 4
+            literal = element.kind == "connector" or not element.tag
+            value = "" if literal else self._value(element.tag, outside, y + 8, ends=element.kind != "input")
+            return f'<rect class="box" {at} rx="{round_}"/>{name}{value}'
+        parts = [f'<rect class="box" {at} rx="3"/>', self._text(x + PAD, y + 18, element.lines[0], "heading")]
+        if len(element.lines) > 1:
+            parts.append(self._text(x + PAD, y + 36, element.lines[1], "name"))
+        parts += [self._pin(pin, x, y, n, ends=False) for n, pin in enumerate(element.inputs)]
+        parts += [self._pin(pin, x + wide, y, n, ends=True) for n, pin in enumerate(element.outputs)]
+        return "".join(parts)
+
+    def _pin(self, pin: DrawnPin, x: int, y: int, row: int, *, ends: bool) -> str:
+        at = y + HEAD + PIN * row + PIN // 2
+        name = self._text(x - 6 if ends else x + 6, at + 4, pin.name, "caption", ends=ends)
+        return name + self._value(pin.value, x + 4 if ends else x - 4, at - 4, ends=not ends)
+
+    # --- wires
+
+    def _end(self, number: int, pin: str, *, output: bool) -> tuple[int, int]:
+        """Return the place of a pin."""
+        element = self._sheet.elements[number]
+        x, y, wide, _ = self._boxes[number]
+        if element.kind != "block":
+            return (x + wide if output else x), y + BOX // 2
+        pins = element.outputs if output else element.inputs
+        row = next((n for n, each in enumerate(pins) if each.name.upper() == pin.upper()), 0)
+        return (x + wide if output else x), y + HEAD + PIN * row + PIN // 2
+
+    def _wire(self, wire: DrawnWire, place: int) -> str:
+        """Draw a wire to the right, or around below its elements to the left."""
+        x, y = self._end(wire.source, wire.output, output=True)
+        to_x, to_y = self._end(wire.target, wire.input, output=False)
+        step = 14 + 5 * (place % 4)
+        if to_x - x >= 2 * step:
+            path = f"M{x} {y}H{to_x - step}V{to_y}H{to_x}"
+        elif to_x - x > 8:
+            path = f"M{x} {y}H{(x + to_x) // 2}V{to_y}H{to_x}"
+        else:
+            below = max(
+                top + high for _, top, _, high in (self._boxes[n] for n in (wire.source, wire.target))
+            )
+            path = f"M{x} {y}H{x + step}V{below + step // 2}H{to_x - step}V{to_y}H{to_x}"
+        kind = "wire feedback" if wire.feedback else "wire"
+        return f'<path class="{kind}"{self._lit(wire.value)} d="{path}"/>'

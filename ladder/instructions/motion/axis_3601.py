@@ -1,0 +1,161 @@
+"""The axis of a 3601 in a scan: its tag, the block that owns the module's words, and the module's units."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from ....io_images.thousands import PARAMETER_MAX
+from ...interpreter import Interpreter
+from ...interpreter.files import Members
+from ...model.arithmetic import wrap
+from ...model.operands import Constant, Group, Place, constant
+from ...model.predefined.motion_types import AXIS_MEMBERS
+from ...model.types import DINT
+from .axes import AxisSettings
+from .motion_control import AXIS_FAULT, SERVO_OFF, SHUT_DOWN, MotionControl
+
+ABSOLUTE, RELATIVE, VELOCITY, HOME, HALT, RESET, SET_POSITION, CONFIGURE = 1, 2, 3, 4, 5, 7, 8, 14
+"""Kinds of requests, see `axis3601.rung`."""
+
+COMMANDS = {ABSOLUTE: 1, RELATIVE: 2, HOME: 32, RESET: 2048, SET_POSITION: 512, HALT: 0}
+"""Command word per request; CCW searches have 64, manual moves 128 or 256."""
+
+STANDSTILL, ERROR_STOP = 1, 6
+"""States of the axis."""
+
+BITS = {each.name: each.at for each in AXIS_MEMBERS if each.at}
+"""Member and bit of each named bit of an axis."""
+
+
+@dataclass(frozen=True, slots=True)
+class BoundAxis:
+    """An axis of a program and its 3601."""
+
+    settings: AxisSettings  # its table in the rack file
+    tag: Group  # the axis
+    state: Group  # the block's AXIS_3601
+
+
+class Axis:
+    """A bound axis in a scan."""
+
+    def __init__(self, machine: Interpreter, bound: BoundAxis) -> None:
+        self.machine, self.settings = machine, bound.settings
+        self._tag, self._state = bound.tag, bound.state
+        self.tag, self.state = Members(machine, bound.tag), Members(machine, bound.state)
+
+    def bit(self, name: str) -> bool:
+        """Return a bit of the tag."""
+        return bool(self.machine.get(self._bit(name)))
+
+    def set_bits(self, **bits: bool) -> None:
+        """Set bits of the tag."""
+        for name, value in bits.items():
+            self.machine.put(self._bit(name), value)
+
+    def _bit(self, name: str) -> Place:
+        word, _, bit = BITS[name].partition(".")
+        return replace(self._tag.member(word), bit=Constant(int(bit), DINT))
+
+    def word(self, number: int) -> int:
+        """Return an input word of the module."""
+        place = self._state.member("In")
+        return int(self.machine.get(replace(place, indices=(constant(number),))))
+
+    @property
+    def words(self) -> list[int]:
+        """The output words of the last request."""
+        place = self._state.member("Words")
+        return [int(self.machine.get(replace(place, indices=(constant(each),)))) for each in range(8)]
+
+    @property
+    def status(self) -> int:
+        """Its PLCopen state: 0 disabled, 1 standstill, 6 error stop."""
+        return int(self.state["State"])
+
+    def request(self, motion: MotionControl, kind: int, *words: int) -> None:
+        """Send a request of a kind with output words; it replaces the previous one of `motion`."""
+        ticket = wrap(int(self.state["Ticket"]) + 1, 32)
+        self.state.set(Ticket=ticket, Kind=kind)
+        place = self._state.member("Words")
+        for number in range(8):
+            value = words[number] if number < len(words) else 0
+            self.machine.put(replace(place, indices=(constant(number),)), wrap(value, 16))
+        motion.ticket = ticket
+
+    @property
+    def under_way(self) -> int:
+        """Kind of the request that is carried out or waits; 0 without one."""
+        if self.state["Ticket"] != self.state["Taken"]:
+            return int(self.state["Kind"])
+        return int(self.state["RunKind"]) if int(self.state["Step"]) in (1, 2) else 0
+
+    def refusal(self) -> int:
+        """Return the error code if the axis accepts no motion now, else 0."""
+        if self.bit("ShutdownStatus"):
+            return SHUT_DOWN
+        if not self.bit("ServoActionStatus"):
+            return SERVO_OFF
+        return AXIS_FAULT if self.status in (0, ERROR_STOP) else 0
+
+    # --- numbers
+
+    def steps(self, units: float) -> int | None:
+        """Return a position or distance in steps, None if it does not fit into the module's words."""
+        value = units * self.settings.counts_per_unit
+        fits = math.isfinite(value) and abs(value) <= PARAMETER_MAX
+        return round(value) if fits else None
+
+    def speed(self, value: float, unit: str) -> int | None:
+        """Return a speed in steps/s."""
+        if unit == "%OFMAXIMUM":
+            value *= (self.settings.max_speed or float(self.tag["MaximumSpeed"])) / 100
+        return _within(value * self.settings.counts_per_unit, self.settings.limits.speed)
+
+    def rate(self, value: float, unit: str) -> int | None:
+        """Return an acceleration in steps/ms/s, None if the module has no such rate."""
+        if unit == "%OFMAXIMUM":
+            value *= self.maximum() / 100
+        return _within(value * self.settings.counts_per_unit / 1000, self.settings.limits.rate)
+
+    def maximum(self) -> float:
+        """Return 100 % of maximum, units/s²."""
+        return self.settings.max_acceleration or float(self.tag["MaximumAcceleration"])
+
+
+def _within(value: float, most: int) -> int | None:
+    return round(value) if math.isfinite(value) and 1 <= round(value) <= most else None
+
+
+def show(axis: Axis) -> None:
+    """Update the tag from the module's inputs, after each scan."""
+    state, tag, machine = axis.state, axis.tag, axis.machine
+    status = axis.status
+    position = int(state["Position"]) / axis.settings.counts_per_unit
+    seconds = (machine.now_ns - int(tag["~shown_ns"])) / 1e9
+    velocity = (position - float(tag["~position"])) / seconds if seconds > 0 else 0.0
+    tag.set(
+        ActualPosition=position,
+        CommandPosition=position,
+        ActualVelocity=velocity,
+        CommandVelocity=velocity,
+        AverageVelocity=velocity,
+        **{"~position": position, "~shown_ns": machine.now_ns},
+    )
+    running = int(state["Step"]) in (1, 2)
+    kind, words = int(state["RunKind"]), (axis.word(0), axis.word(1))
+    lost = status == 0 and axis.bit("ServoActionStatus")
+    if lost:
+        axis.set_bits(ServoActionStatus=False, DriveEnableStatus=False)
+    axis.set_bits(
+        MoveStatus=running and kind in (ABSOLUTE, RELATIVE),
+        JogStatus=running and kind == VELOCITY,
+        HomingStatus=running and kind == HOME,
+        StoppingStatus=int(state["Step"]) == 3,
+        AxisHomedStatus=status != 0 and not words[0] >> 10 & 1,
+        AccelStatus=status != 0 and bool(words[0] >> 5 & 1),
+        DecelStatus=status != 0 and bool(words[0] >> 6 & 1),
+        PhysicalAxisFault=status == ERROR_STOP,
+        ModuleFault=lost or (status == 0 and axis.bit("ModuleFault")),
+    )

@@ -1,0 +1,108 @@
+"""Operands of motion instructions on ideal axes and coordinate systems [MOTION-RM002]."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from ...interpreter import Interpreter
+from ...model.predefined.motion_words import (
+    JERK_UNITS,
+    MERGE_SPEEDS,
+    NO_YES,
+    PROFILES,
+    RATE_UNITS,
+    SPEED_UNITS,
+)
+from .motion_control import Given, MotionControl, number_of, word_of
+from .ramps import Dynamics, shares
+
+LARGEST = 1e15
+"""Largest position, distance, speed or rate, units."""
+
+
+class MotionCall(NamedTuple):
+    """An instruction that begins, with its operands after axis, group or system, and the control."""
+
+    machine: Interpreter
+    motion: MotionControl
+    name: str
+    operands: Sequence[Given]
+
+    @property
+    def now_ns(self) -> int:
+        """Time of the scan."""
+        return self.machine.now_ns
+
+    def number(self, place: int) -> float:
+        """Return a numeric operand; 0 for one that is left out."""
+        return number_of(self.machine, self.operands[place]) if place < len(self.operands) else 0.0
+
+    def word(self, place: int, words: tuple[str, ...]) -> str:
+        """Return a keyword operand."""
+        return word_of(self.machine, self.operands[place], words) if place < len(self.operands) else ""
+
+    def yes(self, place: int) -> bool:
+        """Whether a keyword operand says Yes."""
+        return self.word(place, NO_YES) == "YES"
+
+    def under_way(self) -> None:
+        """Show that its motion has begun."""
+        self.motion.set(DN=True, IP=True, AC=True)
+
+
+Maxima = Callable[[str], float]
+"""100 % of a maximum by name: Speed, Acceleration, Deceleration."""
+
+
+def dynamics_at(
+    call: MotionCall, place: int, maximum: Maxima, current: float | None = None
+) -> Dynamics | None:
+    """Return speed, rates and jerks of ten operands from `place` on; None if one is out of range.
+
+    Args:
+        current: speed of the axis, which a merge at Current takes instead of the operand, unless it is 0.
+    """
+    speed = current or scaled(call.number(place), call.word(place + 1, SPEED_UNITS), maximum("Speed"))
+    up, down = (
+        scaled(call.number(place + by), call.word(place + by + 1, RATE_UNITS), maximum(name))
+        for by, name in ((2, "Acceleration"), (4, "Deceleration"))
+    )
+    if speed is None or up is None or down is None:
+        return None
+    if call.word(place + 6, PROFILES) != "SCURVE":
+        return Dynamics(speed, up, down)
+    unit = call.word(place + 9, JERK_UNITS)
+    up, up_share = _curved(up, call.number(place + 7), unit, speed)
+    down, down_share = _curved(down, call.number(place + 8), unit, speed)
+    return Dynamics(speed, up, down, up_share, down_share)
+
+
+def merge_at(call: MotionCall, place: int, words: tuple[str, ...], speed: float) -> tuple[str, float | None]:
+    """Return the merge operand at `place`, and the speed to go on at: None for the programmed one.
+
+    Args:
+        words: what it can say; the first one is Disabled.
+        speed: of the axis or coordinate system now, units/s.
+    """
+    merge = call.word(place, words)
+    at_current = merge not in ("", "DISABLED") and call.word(place + 1, MERGE_SPEEDS) == "CURRENT"
+    return merge, abs(speed) if at_current else None
+
+
+def scaled(value: float, unit: str, maximum: float) -> float | None:
+    """Return a speed or rate in units of the axis; None beyond the range, or in units of a master or time."""
+    if unit == "%OFMAXIMUM":
+        value *= maximum / 100
+    elif not unit.startswith("UNITSPERSEC"):
+        return None
+    return value if 1e-9 <= value <= LARGEST else None
+
+
+def _curved(rate: float, jerk: float, unit: str, speed: float) -> tuple[float, float]:
+    """Return the rate of an S-curve and the share of its ramps; a jerk that is not above 0 makes none."""
+    if not 0 < jerk <= LARGEST:
+        return rate, 0.0
+    if unit == "UNITSPERSEC3":
+        return shares(rate, jerk, speed)
+    return rate, min(jerk, 100.0) / 200  # % of time; % of maximum is taken for it

@@ -1,0 +1,126 @@
+"""Courses: what a planner of an ideal axis or coordinate system carries out, as functions of time.
+
+    move        to a distance          home        at once
+    jog, stop   to a speed             gear, path  follow another position
+
+A course lies in hidden members of its tag, with the planner's name in front, so that snapshots, edits and
+both back ends have it.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from ...state.memory import Value
+from .ramps import REST, Dynamics, Instant, Phases, at, move, ramp
+from .spots import ENDED, Ideal, MotionSpot, settle
+
+
+class Kind(IntEnum):
+    """What a course does."""
+
+    NOTHING = 0
+    MOVE = 1
+    JOG = 2
+    HOME = 3
+    STOP = 4
+    PATH = 5  # a coordinate system moves the axis
+    GEAR = 6
+
+
+FOLLOWING = (Kind.GEAR, Kind.PATH)
+ENDING = (Kind.MOVE, Kind.HOME, Kind.STOP)
+"""Kinds that end by themselves."""
+
+_DYNAMICS = ("speed", "up", "down", "up_share", "down_share")
+
+
+class Course:
+    """A planner of an axis, or the one of a coordinate system.
+
+    The members: `goal` is the distance of a move, the speed of a jog, the position last seen of one that
+    follows; `entry` the speed at `begun_ns`, of one that follows its present one.
+    """
+
+    def __init__(self, spot: MotionSpot, ideal: Ideal, planner: str = "") -> None:
+        self._spot, self._ideal, self.planner = spot, ideal, planner
+        self._prefix = f"{planner}_" if planner else ""
+
+    def _of(self, name: str) -> Value:
+        return self._spot[f"~{self._prefix}{name}"]
+
+    def hide(self, **members: Value) -> None:
+        """Set members."""
+        self._spot.hide(**{f"{self._prefix}{name}": value for name, value in members.items()})
+
+    @property
+    def kind(self) -> Kind:
+        """What it does."""
+        return Kind(int(self._of("kind")))
+
+    @property
+    def claim(self) -> int:
+        """The instruction that it is for, see `MotionControl.claim`."""
+        return int(self._of("claim"))
+
+    @property
+    def goal(self) -> float:
+        """Where it leads."""
+        return float(self._of("goal"))
+
+    @property
+    def dynamics(self) -> Dynamics:
+        """Its speed and rates."""
+        return Dynamics(*(float(self._of(name)) for name in _DYNAMICS))
+
+    def _phases(self, kind: Kind) -> Phases:
+        entry = float(self._of("entry"))
+        if kind is Kind.MOVE:
+            return move(self.goal, entry, self.dynamics)
+        if kind in (Kind.JOG, Kind.STOP):
+            return ramp(entry, self.goal, self.dynamics)
+        return ()
+
+    def instant(self, now_ns: int) -> Instant:
+        """Return where it is; one that follows has no travel of its own."""
+        kind = self.kind
+        if kind in FOLLOWING:
+            return Instant(0.0, float(self._of("entry")), 0.0, False)
+        if kind is Kind.NOTHING:
+            return REST
+        last = self.goal if kind is Kind.JOG else 0.0
+        return at(self._phases(kind), (now_ns - int(self._of("begun_ns"))) / 1e9, last)
+
+    def is_over(self, now_ns: int, present: Instant) -> bool:
+        """Whether it has come to its end; not in the scan that began it."""
+        return present.over and self.kind in ENDING and now_ns > int(self._of("begun_ns"))
+
+    def begin(
+        self,
+        now_ns: int,
+        kind: Kind,
+        dynamics: Dynamics,
+        claim: int,
+        *,
+        goal: float = 0.0,
+        entry: float = 0.0,
+    ) -> None:
+        """Begin another course in the place of this one."""
+        self.hide(kind=kind, begun_ns=now_ns, claim=claim, entry=entry, goal=goal)
+        self.hide(**{name: getattr(dynamics, name) for name in _DYNAMICS})
+
+    def follow(self, position: float, speed: float, ratio: float = 1.0) -> float:
+        """Return the axis's way since the last call: that of what it follows, times a ratio."""
+        way = (position - self.goal) * ratio
+        self.hide(goal=position, entry=speed * ratio)
+        return way
+
+    def settle(self, error: int = 0, **bits: bool) -> None:
+        """Set bits of its instruction."""
+        settle(self._spot.memory, self._ideal, self.claim, error, **bits)
+
+    def end(self, error: int = 0, **bits: bool) -> None:
+        """End it, and its instruction with further bits."""
+        if self.kind is not Kind.NOTHING:
+            self.settle(error, **ENDED, **bits)
+            self.hide(kind=Kind.NOTHING, claim=0)

@@ -1,0 +1,126 @@
+"""Structures of motion in memory: axes, coordinate systems, and the instructions that move them.
+
+An axis notes for which instruction it does something: a claim is the number of the MOTION_INSTRUCTION and
+that of its request. A claim that is older than the instruction's last request sets no bits any more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from ...model.predefined.motion_types import MOTION_BITS, PLANNERS
+from ...model.tags import Leaf
+from ...state.memory import Memory, Value
+from ...state.regions import converted
+from .axes import AxisSettings
+
+
+@dataclass(frozen=True, slots=True)
+class MotionPart:
+    """A structure of a program, by the path of its tag and its place among the elements of an array."""
+
+    path: str
+    index: int
+    name: str  # as messages name it
+    kind: str = ""  # name of its type
+    leaves: dict[str, Leaf] = field(
+        default_factory=dict, compare=False, repr=False
+    )  # by member, once looked up
+
+
+@dataclass(frozen=True, slots=True)
+class Ideal:
+    """The ideal axes and coordinate systems of a program, and its motion instructions."""
+
+    axes: tuple[tuple[MotionPart, AxisSettings], ...]  # number -1 is the first
+    systems: tuple[tuple[MotionPart, tuple[int, ...]], ...]  # number 1 is the first; numbers of its axes
+    controls: tuple[MotionPart, ...]  # number 1 is the first
+
+    def carry(self, before: Ideal, memory: Memory) -> None:
+        """Give what is under way the numbers of this program after an online edit of another one."""
+        controls = _renumbered(before.controls, self.controls)
+        axes = _renumbered([part for part, _ in before.axes], [part for part, _ in self.axes])
+        for parts, claims in ((self.axes, OF_AXES), (self.systems, OF_SYSTEMS)):
+            for part, _ in parts:
+                spot = MotionSpot(memory, part)
+                for name in claims:
+                    number, ticket = divmod(int(spot[f"~{name}"]), 1 << 32)
+                    spot.hide(**{name: controls.get(number, 0) << 32 | ticket})
+        for part, _ in self.axes:
+            spot = MotionSpot(memory, part)
+            master = int(spot["~master"])
+            if master < 0:
+                spot.hide(master=-axes.get(-master, 0))
+
+
+OF_AXES = (*(f"{planner}_claim" for planner in PLANNERS), "watch_claim")
+OF_SYSTEMS = ("claim", "next_claim", "transform")
+"""Hidden members that name an instruction."""
+
+
+def _renumbered(before: Sequence[MotionPart], after: Sequence[MotionPart]) -> dict[int, int]:
+    """Return new numbers by old ones, from 1."""
+    now = {(part.path.upper(), part.index): number for number, part in enumerate(after, 1)}
+    return {number: now.get((part.path.upper(), part.index), 0) for number, part in enumerate(before, 1)}
+
+
+class MotionSpot:
+    """A structure in memory: `spot["~kind"]`, `spot.put(MoveStatus=True)`."""
+
+    def __init__(self, memory: Memory, part: MotionPart) -> None:
+        self.memory, self.part = memory, part
+
+    def _leaf(self, name: str) -> Leaf:
+        leaves = self.part.leaves
+        if name not in leaves:
+            leaves[name] = self.memory.layout.leaf(f"{self.part.path}.{name}")
+        return leaves[name]
+
+    def __getitem__(self, name: str) -> Value:
+        """Return a member."""
+        return self.memory.read(self._leaf(name), self.part.index)
+
+    def put(self, **members: Value) -> None:
+        """Set members that lie in no array."""
+        for name, value in members.items():
+            leaf = self._leaf(name)
+            self.memory.write(leaf, self.part.index, converted(leaf.type, value))
+
+    def hide(self, **members: Value) -> None:
+        """Set hidden members."""
+        self.put(**{f"~{name}": value for name, value in members.items()})
+
+    def row(self, name: str, values: Iterable[float]) -> None:
+        """Set the elements of an array member."""
+        leaf = self._leaf(name)
+        for place, value in enumerate(values, self.part.index * leaf.dims[-1]):
+            self.memory.write(leaf, place, converted(leaf.type, value))
+
+    def bits(self, places: dict[str, str], **bits: bool) -> None:
+        """Set bits by name, whose word and number `places` has."""
+        words: dict[str, int] = {}
+        for name, on in bits.items():
+            word, _, bit = places[name].partition(".")
+            value = words[word] if word in words else int(self[word])
+            words[word] = value | 1 << int(bit) if on else value & ~(1 << int(bit))
+        self.put(**words)
+
+
+FLAGS = {name: f"FLAGS.{bit}" for name, bit in MOTION_BITS.items()}
+
+
+def settle(memory: Memory, ideal: Ideal, claim: int, error: int = 0, **bits: bool) -> None:
+    """Set bits of the instruction of a claim, if it has not begun another time since."""
+    number, ticket = claim >> 32, claim & 0xFFFF_FFFF
+    if not number:
+        return
+    control = MotionSpot(memory, ideal.controls[number - 1])
+    if control["~ticket"] == ticket:
+        control.bits(FLAGS, **bits)
+        if error:
+            control.put(ERR=error)
+
+
+ENDED = {"IP": False, "AC": False, "ACCEL": False, "DECEL": False}
+"""Bits of an instruction whose motion has ended."""

@@ -1,0 +1,116 @@
+"""D2SD and D3SD: a device of two or three states with feedback [1756-RM006K p. 28-50].
+
+    mode                      commanded state
+    Hand (ProgHandReq)        HandFB, or the one HandFB that is set
+    Override                  OverrideState; by ProgOverrideReq, OverrideOnInit, an alarm with OverrideOnFault
+    Program, Operator         the one command or request that is set, if the state's permissive is
+
+More than one command holds the state and is a fault. A commanded change starts the fault timer, the feedback
+of the state stops it. Where the manual is silent: the first scan starts the timer, too, and an override by an
+alarm gives the operator control.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from .function_block import FunctionBlock, block_row
+
+_NS_PER_S = 1_000_000_000
+
+
+def _one(block: FunctionBlock, names: list[str], fault: str) -> int | None:
+    """Return which one of several bits is set, None for none; several are a fault."""
+    found = [number for number, name in enumerate(names) if block[name]]
+    block.wrong(**{fault: len(found) > 1})
+    return found[0] if len(found) == 1 else None
+
+
+def _device(states: int) -> Callable[[FunctionBlock], None]:
+    """Return the step of a device of so many states."""
+    three = states == 3
+    numbers = range(states)
+    feedbacks = ("FB0", "FB1", "FB2", "FB3") if three else ("FB0", "FB1")
+
+    def commanded(block: FunctionBlock, *, program: bool) -> int | None:
+        """Return the state that who has control commands, None for no change."""
+        asked = _one(block, [f"Oper{n}Req" for n in numbers], "OperReqInv")
+        if three:
+            by_program = _one(block, [f"Prog{n}Command" for n in numbers], "ProgCommandInv")
+        else:
+            by_program = int(block["ProgCommand"])
+        state = by_program if program else asked
+        return state if state is not None and block[f"State{state}Perm"] else None
+
+    def overriding(block: FunctionBlock, *, first: bool) -> bool:
+        """Return whether the device is to be in its override state; an alarm gives the operator control."""
+        by_alarm = block.on("FaultAlarm") and block.on("OverrideOnFault")
+        begins = first and block.on("OverrideOnInit")
+        asked = block.on("ProgOverrideReq") or by_alarm or begins
+        if by_alarm or begins:
+            block.set(ProgOper=False)
+        invalid = three and block.wrong(OverrideStateInv=not 0 <= block["OverrideState"] < states)
+        return asked and not invalid and not block["ProgHandReq"]
+
+    def state_of(block: FunctionBlock, before: int, *, first: bool) -> int:
+        """Set the mode; return the state that is commanded now."""
+        program = block.control()
+        hand, override = block.on("ProgHandReq"), overriding(block, first=first)
+        block.set(Hand=hand, Override=override)
+        state = commanded(block, program=program and block.on("ProgOper"))
+        if override:
+            state = int(block["OverrideState"])
+        by_hand = (
+            _one(block, [f"HandFB{n}" for n in numbers], "HandCommandInv") if three else int(block["HandFB"])
+        )
+        if hand:
+            state = by_hand
+        return before if state is None else state
+
+    def show(block: FunctionBlock, state: int) -> bool:
+        """Set the outputs of a state; return whether the feedback shows it."""
+        there = all(block[each] == block[f"{each}State{state}"] for each in feedbacks)
+        block.set(**{f"Device{n}State": there and n == state for n in numbers})
+        if three:
+            block.set(**{f"Command{n}Status": n == state for n in numbers})
+            block.set(**{f"Out{n}": block[f"Out{n}State{state}"] for n in range(3)})
+        else:
+            block.set(CommandStatus=state == 1, Out=(state == 1) != block.on("OutReverse"))
+        return there
+
+    def mode_alarm(block: FunctionBlock, state: int) -> None:
+        """Remind the operator: the program commands another state than he does."""
+        names = [f"Prog{n}Command" for n in numbers] if three else ["ProgCommand"]
+        asked = sum(int(block[each]) << place for place, each in enumerate(names))
+        wanted = 1 << state if three else state
+        changed = asked ^ int(block["~asked"])
+        alarm = block.on("ModeAlarm") or bool(changed & (asked ^ wanted))
+        free = not (block["ProgOper"] or block["Override"] or block["Hand"])
+        block.set(ModeAlarm=alarm and free and asked != wanted, **{"~asked": asked})
+
+    def step(block: FunctionBlock) -> None:
+        first = block.starts()
+        if first:
+            block.set(ModeAlarm=False, FaultAlarm=False)
+            mode_alarm(block, 0)
+        before = int(block["~state"])
+        state = state_of(block, before, first=first)
+        there = show(block, state)
+        if first or state != before:
+            block.set(**{"~timing": True, "~since_ns": block.machine.now_ns})
+        if there:
+            block.set(**{"~timing": False})
+        limit = block.limited("FaultTime", 0.0, math.inf)
+        late = (block.machine.now_ns - int(block["~since_ns"])) / _NS_PER_S >= limit
+        fault = limit > 0 and not there and (late or not block["~timing"])
+        latched = block.on("FaultAlarm") and block.on("FaultAlarmLatch") and not block["FaultAlmUnlatch"]
+        block.set(FaultAlarm=fault or latched, FaultAlmUnlatch=False, **{"~state": state})
+        mode_alarm(block, state)
+        block.clear_requests()
+
+    return step
+
+
+D2SD = block_row("D2SD", _device(2))
+D3SD = block_row("D3SD", _device(3))

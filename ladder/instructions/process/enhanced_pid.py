@@ -1,0 +1,286 @@
+"""PIDE: a closed loop in velocity form [1756-RM006K p. 66-100, 255].
+
+    E% = (SP - PV) in percent of PVEUMax - PVEUMin; PV - SP with ControlAction
+    CV = CV before + P dE% + I/60 E% DeltaT + 60 D d(dE%)/DeltaT         independent gains
+    CV = CV before + P (dE% + E% DeltaT/(60 I) + 60 D d(dE%)/DeltaT)     dependent gains (DependIndepend)
+
+dE% is that of PV alone with PVEProportional, and d(dE%) with PVEDerivative. Then the feed forward is added,
+and CV is limited: windup, 0 to 100 %, CVHLimit and CVLLimit, rate of change.
+
+    mode               CV                       by
+    Hand               HandFB                   ProgHandReq
+    Override           CVOverride               ProgOverrideReq
+    Manual             CVProg or CVOper         ProgManualReq or OperManualReq
+    Auto, CasRat       the algorithm            the same with Auto and CasRat
+
+Where the manual is silent: the end of Hand or Override leads to Manual; a setpoint or ratio is checked when
+it is in use; DSmoothing has no effect. Tuning is not simulated: AtuneReady stays false.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from .function_block import FunctionBlock, block_row
+from .measuring import level_alarms, rate_alarms
+
+_MODES = ("CasRat", "Auto", "Manual", "Override", "Hand")
+_ALARMS = (
+    *(f"PV{name}Alarm" for name in ("HH", "H", "L", "LL", "ROCPos", "ROCNeg")),
+    *(f"Dev{name}Alarm" for name in ("HH", "H", "L", "LL")),
+)
+
+
+@dataclass(slots=True)
+class _Loop:
+    """A call of a PIDE."""
+
+    block: FunctionBlock
+    program: bool
+    seconds: float
+    first: bool
+    bad_pv: bool = False  # no error can be computed
+    bad_cv: bool = False  # no CV can be computed
+    initializing: bool = False
+    mode: str = "Manual"
+    error: float = 0.0  # in percent
+    setpoint_high: bool = False
+    setpoint_low: bool = False
+
+    @property
+    def regulates(self) -> bool:
+        return self.mode in ("Auto", "CasRat")
+
+    def of_control(self, name: str) -> str:
+        """Return the name of an input of who has control."""
+        return f"{name}{'Prog' if self.program else 'Oper'}"
+
+
+def _check(loop: _Loop) -> None:
+    """Note faults of the measured and the controlled value; initialize CV."""
+    block = loop.block
+    was_faulted = block.on("CVFaulted")
+    low, high = block.real("PVEUMin"), block.real("PVEUMax")
+    least, most = block.real("SPLLimit"), block.real("SPHLimit")
+    loop.bad_pv = block.wrong(
+        PVFaulted=block.on("PVFault") or not math.isfinite(block.real("PV")),
+        PVSpanInv=not low < high,
+        SPLimitsInv=not low <= least <= most <= high,
+    )
+    spanless = block["CVEUMax"] == block["CVEUMin"]
+    loop.bad_cv = block.wrong(CVFaulted=block.on("CVFault"), CVEUSpanInv=spanless)
+    asked = loop.first or block.on("CVInitReq") or was_faulted
+    loop.initializing = asked and not loop.bad_cv
+
+
+def _choose_mode(loop: _Loop) -> None:
+    block, who = loop.block, "Prog" if loop.program else "Oper"
+    mode = next((each for each in _MODES if block[each]), "Manual")
+    if mode in ("Override", "Hand"):
+        mode = "Manual"
+    if block[f"{who}ManualReq"]:
+        mode = "Manual"
+    elif block[f"{who}AutoReq"]:
+        mode = "Auto"
+    elif block[f"{who}CasRatReq"] and block["AllowCasRat"]:
+        mode = "CasRat"
+    if mode == "CasRat" and not block["AllowCasRat"]:
+        mode = "Auto"
+    stopped = loop.bad_pv or loop.bad_cv or (loop.initializing and block.on("ManualAfterInit"))
+    if stopped and mode in ("Auto", "CasRat"):
+        mode = "Manual"
+    if block["ProgHandReq"]:
+        mode = "Hand"
+    elif block["ProgOverrideReq"]:
+        mode = "Override"
+    loop.mode = mode
+    block.set(**{each: each == mode for each in _MODES})
+
+
+def _set_ratio(loop: _Loop) -> float:
+    block = loop.block
+    low, high = block.real("RatioLLimit"), block.real("RatioHLimit")
+    block.wrong(RatioLimitsInv=low < 0 or high < low)
+    low = max(low, 0.0)
+    name = loop.of_control("Ratio")
+    ratio = block.real(name)
+    block.set(RatioHAlarm=ratio > high, RatioLAlarm=ratio < low)
+    block.wrong(**{f"{name}Inv": not low <= ratio <= high})
+    ratio = max(min(ratio, high), low)
+    block.set(Ratio=ratio)
+    if loop.program:
+        block.set(RatioOper=block["RatioProg"])
+    return ratio
+
+
+def _set_point(loop: _Loop) -> None:
+    """Set SP and the error, in units and in percent of the span of PV."""
+    block = loop.block
+    ratio = _set_ratio(loop)
+    value = block.real("PV")
+    name = "SPCascade" if loop.mode == "CasRat" else loop.of_control("SP")
+    point = block.real(name) * (ratio if loop.mode == "CasRat" and block["UseRatio"] else 1.0)
+    if block["PVTracking"] and loop.mode == "Manual" and not loop.bad_pv:
+        point = value
+        block.set(SPProg=value, SPOper=value)
+    low, high = block.real("SPLLimit"), block.real("SPHLimit")
+    loop.setpoint_high, loop.setpoint_low = point > high, point < low
+    block.wrong(**{f"{name}Inv": loop.setpoint_high or loop.setpoint_low})
+    point = max(min(point, high), low)
+    block.set(SP=point, SPHAlarm=loop.setpoint_high, SPLAlarm=loop.setpoint_low)
+    if loop.program or loop.mode == "CasRat":
+        block.set(SPOper=point)
+    if block.wrong(PVSpanInv=not block["PVEUMin"] < block["PVEUMax"]):
+        return
+    low, span = block.real("PVEUMin"), block.real("PVEUMax") - block.real("PVEUMin")
+    error = value - point if block["ControlAction"] else point - value
+    loop.error = error * 100 / span
+    block.set(E=error, EPercent=loop.error)
+    block.set(SPPercent=(point - low) * 100 / span, PVPercent=(value - low) * 100 / span)
+
+
+def _gains(block: FunctionBlock) -> list[float]:
+    return [block.limited(f"{each}Gain", 0.0, math.inf) for each in "PID"]
+
+
+def _change(loop: _Loop) -> float:
+    """Return the change of CV in percent by the gains; keep errors and PV for the next calls."""
+    block, seconds = loop.block, loop.seconds
+    gains = _gains(block)
+    percent = block.real("PVPercent") * (1 if block["ControlAction"] else -1)
+    now = {"e": loop.error, "q": percent}
+    if loop.first:
+        block.set(**{f"~{each}{n}": value for each, value in now.items() for n in (1, 2)})
+    past = {each: (block.real(f"~{each}1"), block.real(f"~{each}2")) for each in "eq"}
+    if seconds > 0 and not loop.bad_pv:
+        block.set(**{f"~{each}2": values[0] for each, values in past.items()})
+        block.set(**{f"~{each}1": value for each, value in now.items()})
+    dead = _in_deadband(loop, past["e"][0])
+    if seconds <= 0 or not loop.regulates or loop.initializing or dead:
+        return 0.0
+    of, by = ("q" if block[f"PVE{each}"] else "e" for each in ("Proportional", "Derivative"))
+    step = now[of] - past[of][0]
+    bend = 60 * (now[by] - 2 * past[by][0] + past[by][1]) / seconds
+    area = loop.error * seconds / 60
+    if block["DependIndepend"]:
+        return gains[0] * (step + (area / gains[1] if gains[1] else 0.0) + gains[2] * bend)
+    return gains[0] * step + gains[1] * area + gains[2] * bend
+
+
+def _in_deadband(loop: _Loop, before: float) -> bool:
+    """Return whether the error is so small that CV stays; without ZCOff only after it has crossed zero."""
+    block = loop.block
+    band = block.limited("ZCDeadband", 0.0, math.inf)
+    inside = band > 0 and abs(block.real("E")) <= band
+    crossed = loop.error * before <= 0 or block.on("ZCDeadbandOn")
+    on = inside and (block.on("ZCOff") or crossed) and not loop.bad_pv
+    block.set(ZCDeadbandOn=on)
+    return on
+
+
+def _feed_forward(loop: _Loop) -> float:
+    """Return the change of the feed forward."""
+    block = loop.block
+    value = block.limited("FF", -100.0, 100.0)
+    before = value if loop.first else block.real("~ff")
+    if block["FFSetPrevious"]:
+        before = block.limited("FFPrevious", -100.0, 100.0)
+    block.set(**{"~ff": value})
+    return value - before
+
+
+def _select_cv(loop: _Loop) -> tuple[float, float]:
+    """Return CV by the mode, and that of before."""
+    block = loop.block
+    change = _change(loop) + _feed_forward(loop)
+    before = block.real("CV")
+    if loop.initializing:
+        span = block.real("CVEUMax") - block.real("CVEUMin")
+        cv = (block.real("CVInitValue") - block.real("CVEUMin")) * 100 / span
+        return max(min(cv, 100.0), 0.0), before
+    if loop.mode == "Hand":
+        faulted = block.wrong(HandFBFaulted=block.on("HandFBFault"))
+        return before if faulted else block.limited("HandFB", 0.0, 100.0), before
+    if loop.mode == "Override":
+        return block.limited("CVOverride", 0.0, 100.0), before
+    if loop.mode == "Manual":
+        return block.limited(loop.of_control("CV"), 0.0, 100.0), before
+    if block["CVSetPrevious"]:
+        before = block.limited("CVPrevious", 0.0, 100.0)
+    cv = before + change if loop.seconds > 0 else before
+    if (block["WindupHIn"] and cv > before) or (block["WindupLIn"] and cv < before):
+        cv = before
+    return cv, before
+
+
+def _limit_cv(loop: _Loop) -> None:
+    """Limit CV, set it and CVEU, with their alarms and what other loops need to know."""
+    block = loop.block
+    cv, before = _select_cv(loop)
+    low, high = block.real("CVLLimit"), block.real("CVHLimit")
+    block.wrong(CVLimitsInv=not 0 <= low <= high <= 100)
+    limiting = loop.regulates or (loop.mode == "Manual" and block.on("CVManLimiting"))
+    alarms = {"CVHAlarm": cv > high or cv > 100, "CVLAlarm": cv < low or cv < 0}
+    if loop.first:
+        alarms = dict.fromkeys(alarms, False)
+    cv = max(min(cv, 100.0), 0.0)
+    rate = block.limited("CVROCLimit", 0.0, math.inf)
+    fast = False
+    if limiting and not loop.initializing:
+        cv = max(min(cv, high), low)
+        most = rate * loop.seconds
+        fast = rate > 0 and abs(cv - before) > most and loop.seconds > 0
+        cv = max(min(cv, before + most), before - most) if fast else cv
+    if not math.isfinite(cv):
+        cv = before
+    block.set(CV=cv, CVROCAlarm=fast, CVInitializing=loop.initializing, **alarms)
+    if loop.initializing:
+        block.set(CVEU=block["CVInitValue"])
+    elif not block.wrong(CVEUSpanInv=block["CVEUMax"] == block["CVEUMin"]):
+        span = block.real("CVEUMax") - block.real("CVEUMin")
+        block.set(CVEU=cv * span / 100 + block.real("CVEUMin"))
+    if loop.program or loop.mode != "Manual":
+        block.set(CVOper=block["CV"])
+    reverse = block.on("ControlAction")
+    high_end, low_end = ("CVLAlarm", "CVHAlarm") if reverse else ("CVHAlarm", "CVLAlarm")
+    block.set(
+        InitPrimary=loop.mode != "CasRat" or loop.initializing,
+        WindupHOut=loop.setpoint_high or alarms[high_end],
+        WindupLOut=loop.setpoint_low or alarms[low_end],
+    )
+
+
+def _alarms(loop: _Loop) -> None:
+    block = loop.block
+    band, deviation_band = (block.limited(f"{each}Deadband", 0.0, math.inf) for each in ("PV", "Dev"))
+    rates = [block.real(f"PVROC{each}") for each in ("PosLimit", "NegLimit", "Period")]
+    block.wrong(PVROCLimitsInv=any(not each >= 0 for each in rates))
+    deviations = {name: block.real(f"Dev{name}Limit") for name in ("HH", "H", "L", "LL")}
+    ordered = deviations["HH"] >= deviations["H"] >= 0 and deviations["LL"] >= deviations["L"] >= 0
+    block.wrong(DevHLLimitsInv=not ordered)
+    if loop.first or loop.bad_pv:
+        block.set(**dict.fromkeys(_ALARMS, False))
+        rate_alarms(block, block.real("PV"), "PV", first=True)
+        return
+    value, point = block.real("PV"), block.real("SP")
+    level_alarms(block, value, "PV", {each: block.real(f"PV{each}Limit") for each in deviations}, band)
+    around = {each: point + (limit if each.startswith("H") else -limit) for each, limit in deviations.items()}
+    level_alarms(block, value, "Dev", around, deviation_band)
+    rate_alarms(block, value, "PV", first=False)
+
+
+def _regulate(block: FunctionBlock) -> float:
+    first = block.starts()
+    seconds = block.seconds(first=first)
+    loop = _Loop(block, block.control(), seconds, first)
+    _check(loop)
+    _choose_mode(loop)
+    _set_point(loop)
+    _limit_cv(loop)
+    _alarms(loop)
+    block.clear_requests()
+    return block.real("CV")
+
+
+PIDE = block_row("PIDE", _regulate)

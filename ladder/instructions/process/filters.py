@@ -1,0 +1,206 @@
+"""Filters: a transfer function of s, executed by the bilinear transform of DeltaT.
+
+    s = 2/DeltaT (1 - 1/z) / (1 + 1/z)
+
+| block | transfer function |
+|---|---|
+| LDLG | (1 + Lead s) / (1 + Lag s), of In x Gain + Bias |
+| LPF | w^n / B(s), w = WLag, B the Butterworth polynomial of order n = 1 to 3 |
+| HPF | s^n / B(s), w = WLead |
+| NTCH | (s^2 + w^2) / (s^2 + s w/Q + w^2), w = WNotch; order 4 the same twice |
+
+DERV, INTG and DEDT are the derivative, the integral and a delay [1756-RM006K, the page of each]. The first
+scan, and Initialize, start a filter in its steady state. The manual has no difference equations, and these
+are interpretations; so is the range of a frequency, 1E-7/DeltaT to 0.7 pi/DeltaT.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+from ...model.types import REAL
+from .function_block import FunctionBlock, block_row
+
+Polynomial = Sequence[float]
+"""Coefficients of s^0, s^1, ..."""
+
+_MOST_ORDER = 4
+_SQRT2 = math.sqrt(2)
+_BUTTERWORTH: dict[int, Polynomial] = {1: (1, 1), 2: (1, _SQRT2, 1), 3: (1, 2, 2, 1)}
+
+
+def _times(a: Polynomial, b: Polynomial) -> list[float]:
+    """Multiply polynomials."""
+    made = [0.0] * (len(a) + len(b) - 1)
+    for i, x in enumerate(a):
+        for j, y in enumerate(b):
+            made[i + j] += x * y
+    return made
+
+
+def _in_delays(polynomial: Polynomial, order: int, seconds: float) -> list[float]:
+    """Return the polynomial of 1/z for one of s, times (1 + 1/z)^order."""
+    made = [0.0] * (order + 1)
+    for power, factor in enumerate(polynomial):
+        part = [factor * (2 / seconds) ** power]
+        for each in [(1.0, -1.0)] * power + [(1.0, 1.0)] * (order - power):
+            part = _times(part, each)
+        made = [a + b for a, b in zip(made, part, strict=True)]
+    return made
+
+
+def _filtered(
+    block: FunctionBlock, value: float, upper: Polynomial, lower: Polynomial, seconds: float, *, begin: bool
+) -> float:
+    """Execute a transfer function; return Out."""
+    order = len(lower) - 1
+    steady = value * upper[0] / lower[0]
+    if begin or not math.isfinite(value):
+        block.set(**{f"~x{n}": value for n in range(1, order + 1)})
+        block.set(**{f"~y{n}": steady for n in range(1, order + 1)}, Out=steady)
+        return steady
+    if seconds <= 0:
+        return block.real("Out")
+    above, below = (_in_delays(each, order, seconds) for each in (upper, lower))
+    inputs = [value, *(block.real(f"~x{n}") for n in range(1, order + 1))]
+    outputs = [block.real(f"~y{n}") for n in range(1, order + 1)]
+    out = sum(a * x for a, x in zip(above, inputs, strict=True))
+    out = (out - sum(b * y for b, y in zip(below[1:], outputs, strict=True))) / below[0]
+    block.set(Out=out)
+    if math.isfinite(out):  # of an overflow nothing is remembered
+        block.set(**{f"~x{n}": x for n, x in enumerate(inputs[:-1], start=1)})
+        block.set(**{f"~y{n}": y for n, y in enumerate([out, *outputs[:-1]], start=1)})
+    return out
+
+
+def _lead_lag(block: FunctionBlock) -> float:
+    first = block.begins()
+    seconds = block.seconds(first=first)
+    value = block.real("In") * block.real("Gain") + block.real("Bias")
+    lead = block.limited("Lead", 0.0, math.inf)
+    lag = block.limited("Lag", seconds / 2, math.inf)
+    begin = first or block.on("Initialize") or not math.isfinite(lead + lag)
+    return _filtered(block, value, (1.0, lead), (1.0, lag), seconds, begin=begin)
+
+
+def _frequency(block: FunctionBlock, name: str, seconds: float) -> float:
+    """Return a frequency within what DeltaT allows."""
+    if seconds <= 0:
+        return 1.0
+    return block.limited(name, 1e-7 / seconds, 0.7 * math.pi / seconds)
+
+
+def _of_order(name: str, *orders: int) -> Callable[[FunctionBlock], float]:
+    """Return the step of a filter of a frequency; of an order that is not there it holds Out."""
+
+    def step(block: FunctionBlock) -> float:
+        first = block.begins()
+        seconds = block.seconds(first=first)
+        order = int(block["Order"])
+        w = _frequency(block, name, seconds)
+        wrong = block.wrong(OrderInv=order not in orders)
+        quality = block.limited("QFactor", 0.5, 100.0) if name == "WNotch" else 0.0
+        if wrong:
+            return block.real("Out")
+        if name == "WNotch":
+            upper, lower = [w * w, 0.0, 1.0], [w * w, w / quality, 1.0]
+            if order == _MOST_ORDER:
+                upper, lower = _times(upper, upper), _times(lower, lower)
+        else:
+            lower = [each * w ** (order - power) for power, each in enumerate(_BUTTERWORTH[order])]
+            upper = [lower[0]] if name == "WLag" else [0.0] * order + [1.0]
+        begin = first or block.on("Initialize")
+        return _filtered(block, block.real("In"), upper, lower, seconds, begin=begin)
+
+    return step
+
+
+def _derive(block: FunctionBlock) -> float:
+    """Out = Gain (In - In before) / DeltaT; In itself with ByPass."""
+    first = block.begins()
+    seconds = block.seconds(first=first)
+    value, before = block.real("In"), block.real("~x1")
+    out = block.real("Out")
+    if block["ByPass"]:
+        out = value
+    elif first:
+        out = 0.0
+    elif seconds > 0:
+        out = block.real("Gain") * (value - before) / seconds
+    if first or seconds > 0:
+        block.set(**{"~x1": value})
+    block.set(Out=out)
+    return out
+
+
+def _integrate(block: FunctionBlock) -> float:
+    """Out = Out before + IGain (In + In before)/2 DeltaT, between the limits."""
+    first = block.begins()
+    seconds = block.seconds(first=first)
+    value, gain = block.real("In"), block.limited("IGain", 0.0, math.inf)
+    low, high = block.real("LowLimit"), block.real("HighLimit")
+    block.wrong(HighLowLimsInv=not low < high)
+    before = block.real("~exact")
+    change = 0.0
+    if first or block["Initialize"]:
+        before = block.real("InitialValue")
+    elif seconds > 0:
+        change = gain * (value + block.real("~x1")) / 2 * seconds
+    if (change > 0 and block["HoldHigh"]) or (change < 0 and block["HoldLow"]):
+        change = 0.0
+    out = before + change
+    if low < high:
+        block.set(HighAlarm=out >= high, LowAlarm=out <= low)
+        out = min(max(out, low), high)
+    block.set(Out=out)
+    if math.isfinite(out) and math.isfinite(value) and (first or seconds > 0 or block["Initialize"]):
+        block.set(**{"~exact": out, "~x1": value})
+    return out
+
+
+def _delay(block: FunctionBlock) -> float:
+    """In x Gain + Bias of Deadtime before; the buffer is the array, the newest value first.
+
+    Deadtime is rounded to whole DeltaT. A buffer that grows repeats its oldest value. In the first scan,
+    after an InFault and with an invalid Deadtime, Out is In x Gain + Bias, and the buffer is filled with it.
+    """
+    first = block.begins()
+    seconds = block.seconds(first=first)
+    (buffer,) = block.arrays
+    value = block.real("In") * block.real("Gain") + block.real("Bias")
+    faulted, was = block.on("InFault"), block.on("~faulted")
+    block.set(**{"~faulted": faulted})
+    if block.wrong(InFaulted=faulted):
+        return block.real("Out")
+    begin = first or was
+    if seconds <= 0 and not begin:
+        return block.real("Out")
+    wait, size = block.real("Deadtime"), len(buffer)
+    invalid = not first and block.wrong(DeadtimeInv=not 0 <= wait <= size * seconds)
+    stored = block.machine.converted(REAL, value)
+    if begin or invalid:
+        for place in range(size):
+            buffer[place] = stored
+        block.set(Out=value, **{"~held": size})
+        return value
+    count = math.floor(wait / seconds + 0.5)
+    held = min(int(block["~held"]), count)
+    oldest = buffer[held - 1] if held else block["Out"]
+    for place in range(held, count):
+        buffer[place] = oldest
+    for place in range(count - 1, 0, -1):
+        buffer[place] = buffer[place - 1]
+    if count:
+        buffer[0] = stored
+    block.set(Out=oldest if count else value, **{"~held": count})
+    return block.real("Out")
+
+
+LDLG = block_row("LDLG", _lead_lag)
+LPF = block_row("LPF", _of_order("WLag", 1, 2, 3))
+HPF = block_row("HPF", _of_order("WLead", 1, 2, 3))
+NTCH = block_row("NTCH", _of_order("WNotch", 2, 4))
+DERV = block_row("DERV", _derive)
+INTG = block_row("INTG", _integrate)
+DEDT = block_row("DEDT", _delay)

@@ -1,0 +1,202 @@
+"""What the function blocks of process control have in common [1756-RM006K, Function Block Attributes].
+
+| | |
+|---|---|
+| status | `wrong` notes each fault; after the call its bit, InstructFault and Status show it |
+| EnableOut | false if Out, or another result, is infinite or NaN |
+| DeltaT | the task's period or the whole ms since the last call; OversampleDT; that of time stamps |
+| control | Program or Operator control by four requests; ProgOperReq and ProgProgReq have precedence |
+| first run, first scan | `ran` is false once, `begun` after each prescan |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from ...interpreter import Interpreter
+from ...interpreter.files import Elements, Members
+from ...model.operand_checks import OperandError, require_type
+from ...model.operands import Group, Place, Resolved
+from ...model.predefined.block_types import BLOCKS
+from ...model.predefined.process_types import ARRAYS, STATUS_BITS
+from ...model.spec import Spec, Use, action
+from ...model.types import REAL, Structure
+
+NS_PER_MS = 1_000_000
+MS_PER_S = 1000
+STAMPS = 1 << 15
+"""Time stamps run from 0 to 32,767 ms."""
+
+MOST_OVERSAMPLE_S = 4194.303
+
+
+class FunctionBlock(Members):
+    """A block in a call: `block["In"]`, `block.set(Out=1.0)`."""
+
+    def __init__(self, machine: Interpreter, group: Group, arrays: tuple[Resolved, ...] = ()) -> None:
+        super().__init__(machine, group)
+        self.machine: Interpreter = machine
+        self.arrays = tuple(Elements(machine, each) for each in arrays)
+        self._faults: dict[str, bool] = {}
+
+    def real(self, name: str) -> float:
+        """Return a member as a number."""
+        return float(self[name])
+
+    def on(self, name: str) -> bool:
+        """Return whether a member is set."""
+        return bool(self[name])
+
+    def wrong(self, **faults: bool) -> bool:
+        """Note faults by the names of their bits; return whether there is one among them."""
+        found = {name: bool(each) for name, each in faults.items()}
+        self._faults.update(found)
+        return any(found.values())
+
+    def limited(self, name: str, low: float, high: float, fault: str = "") -> float:
+        """Return an input within limits; outside of them its `Inv` bit, or another one, is a fault."""
+        value = self.real(name)
+        inside = low <= value <= high
+        self.wrong(**{fault or f"{name}Inv": not inside})
+        return value if inside else high if value > high else low
+
+    def report(self, bits: dict[str, tuple[str, int]]) -> None:
+        """Set the status words and bits."""
+        faults = {name: self._faults.get(name, False) for name in bits}
+        faults["InstructFault"] = any(self._faults.values())
+        words = dict.fromkeys((word for word, _ in bits.values()), 0)
+        for name, (word, bit) in bits.items():
+            words[word] |= int(faults[name]) << bit
+        self.set(**faults, **{word: value - (value >> 31 << 32) for word, value in words.items()})
+
+    # --- time
+
+    def begins(self) -> bool:
+        """Return whether this is the first call after a prescan."""
+        begins = not self.on("~begun")
+        self.set(**{"~begun": True})
+        return begins
+
+    def first_run(self) -> bool:
+        """Return whether this is the first call at all."""
+        first = not self.on("~ran")
+        self.set(**{"~ran": True})
+        return first
+
+    def elapsed_ms(self, *, first: bool) -> int:
+        """Return whole ms since the last call, 0 in the first scan; a rest stays for the next one."""
+        since = self._group.member("~last_ns")
+        if first:
+            self.machine.start_clock(since)
+            return 0
+        return self.machine.elapsed(since, NS_PER_MS)
+
+    def seconds(self, *, first: bool) -> float:
+        """Set DeltaT by the timing mode; return it, 0 if the algorithm does not run."""
+        mode = self["TimingMode"]
+        elapsed = self.elapsed_ms(first=first) / MS_PER_S
+        scheduler = self.machine.scheduler
+        if mode == 1:
+            elapsed = self.real("OversampleDT")
+            if self.wrong(DeltaTInv=not 0 <= elapsed <= MOST_OVERSAMPLE_S):
+                elapsed = 0.0
+        elif mode == 2:
+            elapsed = self._sampled(first=first)
+        elif self.wrong(TimingModeInv=mode != 0):
+            elapsed = 0.0
+        elif scheduler is not None and scheduler.period_ns:
+            elapsed = scheduler.period_ns // NS_PER_MS / MS_PER_S
+        self.set(DeltaT=elapsed)
+        return elapsed
+
+    def _sampled(self, *, first: bool) -> float:
+        """Return the time between the stamps of two samples."""
+        stamp, period = int(self["RTSTimeStamp"]), int(self["RTSTime"])
+        unusable = self.wrong(RTSTimeInv=not 1 <= period < STAMPS)
+        if self.wrong(RTSTimeStampInv=not 0 <= stamp < STAMPS):
+            return 0.0
+        elapsed = 0 if first else (stamp - int(self["~stamp"])) % STAMPS
+        self.set(**{"~stamp": stamp})
+        self.wrong(RTSMissed=not first and not unusable and abs(elapsed - period) > 1)
+        return elapsed / MS_PER_S
+
+    # --- control
+
+    def control(self) -> bool:
+        """Set ProgOper by the requests; return whether the program has control."""
+        program = self.on("ProgOper")
+        if self.on("ProgOperReq"):
+            program = False
+        elif self.on("ProgProgReq"):
+            program = True
+        elif self.on("OperOperReq"):
+            program = False
+        elif self.on("OperProgReq"):
+            program = True
+        self.set(ProgOper=program)
+        return program
+
+    def starts(self) -> bool:
+        """Begin a call with its mode of control; return whether it is the first scan.
+
+        The first run starts in Operator control; the first scan ignores all requests of before.
+        """
+        if self.first_run():
+            self.set(ProgOper=False)
+        first = self.begins()
+        if first:
+            self.clear_requests()
+        return first
+
+    def clear_requests(self) -> None:
+        """Clear the operator's requests, and with ProgValueReset the program's."""
+        whose = ("Oper", "Prog") if self.on("ProgValueReset") else ("Oper",)
+        kind = self._group.type
+        assert isinstance(kind, Structure)
+        names = [each.name for each in kind.members if each.name.endswith("Req")]
+        self.set(**{name: False for name in names if name.startswith(whose)})
+
+
+def _check_arrays(block: Group, *arrays: Resolved, kind: Structure) -> None:
+    require_type(block, kind)
+    for each in arrays:
+        if not isinstance(each, Place | Group) or each.type != REAL:
+            raise OperandError(f"{getattr(each, 'text', each)} is no array of REAL", "pass an array of REAL")
+
+
+def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int = 0) -> Spec:
+    """Return the row of a block.
+
+    Args:
+        name: in `BLOCKS`.
+        step: what a call does; it returns a result that may overflow, None without one.
+        optional: number of last arrays that may be missing.
+    """
+    kind = BLOCKS[name]
+    arrays = ARRAYS.get(name, ())
+    bits = STATUS_BITS[kind.name]
+
+    def run(machine: Interpreter, group: Group, *given: Resolved) -> None:
+        block = FunctionBlock(machine, group, given)
+        result = step(block)
+        block.set(EnableOut=result is None or not (machine.is_infinite(result) or machine.is_nan(result)))
+        if bits:
+            block.report(bits)
+
+    def prescan(machine: Interpreter, group: Group, *_given: Resolved) -> None:
+        begins = {"begun": False, "before": True}  # a clock that is on in the first scan is not an edge
+        named = (each.name for each in kind.hidden)
+        Members(machine, group).set(**{f"~{name}": begins[name] for name in named if name in begins})
+
+    return action(
+        name,
+        Use.BLOCK,
+        *[Use.ARRAY] * len(arrays),
+        optional=optional,
+        run=run,
+        prescan=prescan,
+        check=partial(_check_arrays, kind=kind),
+        in_rungs=False,
+    )

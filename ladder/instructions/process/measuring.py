@@ -1,0 +1,224 @@
+"""Blocks that watch, choose, average and total measured values [1756-RM006K, the page of each].
+
+| block | function |
+|---|---|
+| ALM | alarms of level, with a deadband, and of rate, of samples ROCPeriod apart |
+| ESEL | one of six values: by number, the highest, lowest, median or mean of those without a fault |
+| MAVE, MSTD | average, weighted or not, and standard deviation of the last samples |
+| TOT | total of a flow by the trapezoidal rule, in double precision, with targets and a low cutoff |
+"""
+
+from __future__ import annotations
+
+import math
+
+from ...model.types import REAL
+from .function_block import NS_PER_MS, FunctionBlock, block_row
+
+NS_PER_S = 1000 * NS_PER_MS
+
+
+def level_alarms(
+    block: FunctionBlock, value: float, prefix: str, limits: dict[str, float], band: float
+) -> None:
+    """Set the alarms of a value: at its limit, until it is back by more than a deadband.
+
+    Args:
+        block: the block.
+        value: the value.
+        prefix: of the alarms' names.
+        limits: by the rest of their names, HH to LL.
+        band: the deadband, not negative.
+    """
+    for name, limit in limits.items():
+        alarm = f"{prefix}{name}Alarm"
+        sign = 1 if name.startswith("H") else -1
+        beyond = sign * value >= sign * limit
+        block.set(**{alarm: beyond or (block.on(alarm) and sign * value >= sign * limit - band)})
+
+
+def rate_alarms(block: FunctionBlock, value: float, prefix: str, *, first: bool) -> float | None:
+    """Set the alarms of a rate in units/s by samples ROCPeriod apart; return a new rate."""
+    period, up, down = (block.real(f"{prefix}ROC{each}") for each in ("Period", "PosLimit", "NegLimit"))
+    now = block.machine.now_ns
+    if first or not 0 < period <= 32767.0:
+        block.set(**{"~sampled_ns": now, "~sample": value})
+        if first or period == 0:
+            block.set(**{f"{prefix}ROCPosAlarm": False, f"{prefix}ROCNegAlarm": False})
+        return None
+    elapsed = (now - int(block["~sampled_ns"])) / NS_PER_S
+    if elapsed < period:
+        return None
+    rate = (value - block.real("~sample")) / elapsed
+    block.set(**{"~sampled_ns": now, "~sample": value})
+    block.set(**{f"{prefix}ROCPosAlarm": rate >= up > 0, f"{prefix}ROCNegAlarm": -rate >= down > 0})
+    return rate
+
+
+def _alarm(block: FunctionBlock) -> float:
+    first = block.begins()
+    value = block.real("In")
+    band = block.limited("Deadband", 0.0, math.inf)
+    level_alarms(
+        block, value, "", {name: block.real(f"{name}Limit") for name in ("HH", "H", "L", "LL")}, band
+    )
+    for name, most in (("ROCPosLimit", math.inf), ("ROCNegLimit", math.inf), ("ROCPeriod", 32767.0)):
+        block.limited(name, 0.0, most)
+    rate = rate_alarms(block, value, "", first=first)
+    if rate is not None:
+        block.set(ROC=rate)
+    return block.real("ROC")
+
+
+# --- ESEL
+
+_MANUAL, _HIGH, _LOW, _MEDIAN, _AVERAGE = range(5)
+_MOST_INPUTS = 6
+
+
+def _choose(block: FunctionBlock) -> float:
+    block.starts()
+    program = block.control()
+    override = block.on("ProgOverrideReq")
+    block.set(Override=override)
+    mode, used = int(block["SelectorMode"]), int(block["InsUsed"])
+    faulted = [block.on(f"In{number}Fault") for number in range(1, _MOST_INPUTS + 1)]
+    few = block.wrong(InsUsedInv=not 1 <= used <= _MOST_INPUTS)
+    most = _MOST_INPUTS if few else used
+    block.wrong(InsFaulted=any(faulted[:most]), SelectorModeInv=not _MANUAL <= mode <= _AVERAGE)
+    chosen = {name: int(block[name]) for name in ("ProgSelector", "OperSelector")}
+    block.wrong(**{f"{name}Inv": not 0 <= number <= most for name, number in chosen.items()})
+    if override or mode == _MANUAL:
+        number = chosen["ProgSelector" if program else "OperSelector"]
+        if 1 <= number <= most:
+            block.set(Out=block[f"In{number}"], SelectedIn=number)
+    elif not few and mode <= _AVERAGE and mode > 0:
+        usable = [number for number in range(1, most + 1) if not faulted[number - 1]]
+        if usable:
+            _by_mode(block, mode, [(block.real(f"In{number}"), number) for number in usable])
+    block.clear_requests()
+    return block.real("Out")
+
+
+def _by_mode(block: FunctionBlock, mode: int, values: list[tuple[float, int]]) -> None:
+    """Set Out and SelectedIn; SelectedIn is 0 of a mean."""
+    ranked = sorted(values, key=lambda each: (each[0], each[1]))
+    if mode == _AVERAGE:
+        found = sum(value for value, _ in values) / len(values), 0
+    elif mode == _MEDIAN and len(ranked) % 2 == 0:
+        low, high = ranked[len(ranked) // 2 - 1], ranked[len(ranked) // 2]
+        found = (low[0] + high[0]) / 2, 0
+    elif mode == _MEDIAN:
+        found = ranked[len(ranked) // 2]
+    else:
+        found = (max if mode == _HIGH else min)(values, key=lambda each: each[0])
+    block.set(Out=found[0], SelectedIn=found[1])
+
+
+# --- MAVE, MSTD
+
+
+def _samples(block: FunctionBlock, most: int) -> list[float] | None:
+    """Take a sample; return the samples, the newest first; None if Out stays or is In."""
+    first = block.begins()
+    value, count = block.real("In"), int(block["NumberOfSamples"])
+    faulted, few = block.on("InFault"), not 1 <= count <= most
+    if block.wrong(InFaulted=faulted, NumberOfSampInv=few):
+        block.set(**{"~held": 0})
+        return None
+    if block["Initialize"] or not math.isfinite(value):
+        block.set(Out=value, **{"~held": 0})
+        return None
+    if first:
+        block.set(**{"~held": 0})
+    if not block["SampleEnable"]:
+        return None
+    storage = block.arrays[0]
+    held = min(int(block["~held"]) + 1, count)
+    for place in range(held - 1, 0, -1):
+        storage[place] = storage[place - 1]
+    storage[0] = block.machine.converted(REAL, value)
+    block.set(**{"~held": held})
+    return [float(storage[place]) for place in range(held)]
+
+
+def _average(block: FunctionBlock) -> float:
+    weighted = block.on("UseWeights") and len(block.arrays) > 1
+    samples = _samples(block, min(map(len, block.arrays if weighted else block.arrays[:1])))
+    if samples is not None:
+        weights = [float(block.arrays[1][place]) for place in range(len(samples))] if weighted else None
+        if weights is None:
+            block.set(Out=sum(samples) / len(samples))
+        else:
+            block.set(Out=sum(a * b for a, b in zip(samples, weights, strict=True)))
+    return block.real("Out")
+
+
+def _deviation(block: FunctionBlock) -> float:
+    samples = _samples(block, len(block.arrays[0]))
+    if samples is not None:
+        mean = sum(samples) / len(samples)
+        squares = sum((each - mean) * (each - mean) for each in samples)
+        block.set(Average=mean, Out=math.sqrt(squares / len(samples)) if math.isfinite(squares) else math.inf)
+    return block.real("Out")
+
+
+# --- TOT
+
+_UNIT_S = (1, 60, 3600, 86_400)
+
+
+def _total(block: FunctionBlock) -> float:
+    if not block["~ran"]:
+        total = block.real("ResetValue")
+        block.set(Total=total, OldTotal=0.0, **{"~exact": total})
+    first = block.starts()
+    seconds = block.seconds(first=first)
+    program = block.control()
+    value, base = block.real("In"), int(block["TimeBase"])
+    unusable = block.wrong(InFaulted=block.on("InFault"), TimeBaseInv=not 0 <= base < len(_UNIT_S))
+    _reset(block, program=program)
+    _start_and_stop(block, program=program)
+    low = value <= block.real("LowInCutoff")
+    block.set(LowInCutoffFlag=low)
+    runs, ran_before = block.on("RunStop"), block.on("~running")
+    before = block.real("~x1")
+    if not unusable:
+        if runs and ran_before and not low and seconds > 0:
+            step = block.real("Gain") * seconds / _UNIT_S[base] * (value + before) / 2
+            if math.isfinite(block.real("~exact") + step):
+                block.set(**{"~exact": block.real("~exact") + step})
+            block.set(Total=block.real("~exact"))
+        if math.isfinite(value):
+            block.set(**{"~x1": 0.0 if low else value})
+    block.set(**{"~running": runs})
+    total, target = block.real("Total"), block.real("Target")
+    block.set(TargetFlag=total >= target)
+    block.set(**{f"{each}Flag": total >= target - block.real(each) for each in ("TargetDev1", "TargetDev2")})
+    block.clear_requests()
+    return total
+
+
+def _reset(block: FunctionBlock, *, program: bool) -> None:
+    """Reset the total on a rising request of who has control; the operator's is cleared after each call."""
+    asked = block.on("ProgResetReq")
+    by_program = program and asked and not block["~asked"]
+    block.set(**{"~asked": asked}, ProgResetDone=by_program or (asked and block.on("ProgResetDone")))
+    if by_program or (not program and block["OperResetReq"]):
+        value = block.real("ResetValue")
+        block.set(OldTotal=block["Total"], Total=value, **{"~exact": value})
+
+
+def _start_and_stop(block: FunctionBlock, *, program: bool) -> None:
+    who = "Prog" if program else "Oper"
+    if block[f"{who}StopReq"]:
+        block.set(RunStop=False)
+    elif block[f"{who}StartReq"]:
+        block.set(RunStop=True)
+
+
+ALM = block_row("ALM", _alarm)
+ESEL = block_row("ESEL", _choose)
+MAVE = block_row("MAVE", _average, optional=1)
+MSTD = block_row("MSTD", _deviation)
+TOT = block_row("TOT", _total)

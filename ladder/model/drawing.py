@@ -1,0 +1,58 @@
+"""The drawing of a function block diagram: what stands where on its sheets, with the tags of its values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnPin:
+    """A pin of an element; `value` is the address of what it has, "" without one."""
+
+    name: str
+    value: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnElement:
+    """A block, a reference, a connector or a text, at its place in units of the editor."""
+
+    kind: str  # block, input, output, connector or text
+    x: int
+    y: int
+    lines: tuple[str, ...]  # its type and its tag, its operand, or its text
+    tag: str = ""  # the address that it stands for, "" without one
+    inputs: tuple[DrawnPin, ...] = ()
+    outputs: tuple[DrawnPin, ...] = ()
+    places: tuple[int, ...] = ()  # numbers of its lines of structured text
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnWire:
+    """A wire from an output pin of an element to an input pin of another one; "" of a reference."""
+
+    source: int  # index of the element
+    output: str
+    target: int
+    input: str
+    value: str  # the address of its value
+    feedback: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class DrawnSheet:
+    """A sheet."""
+
+    number: int
+    comment: str
+    elements: tuple[DrawnElement, ...]
+    wires: tuple[DrawnWire, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """A diagram as it is drawn, and the record of the file, for export."""
+
+    sheets: tuple[DrawnSheet, ...]
+    record: Any

@@ -1,0 +1,111 @@
+"""The drawing of a diagram: elements at their places, pins, and the tag of each value."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ....ladder.model.drawing import DrawnElement, DrawnPin, DrawnSheet, DrawnWire
+from ..xml.records import ElementRecord, number_of
+from .sheets import RUN, Diagram, Node, Pin
+from .wire_values import Values, form_of
+
+_KINDS = {"IRef": "input", "ORef": "output", "ICon": "connector", "OCon": "connector"}
+
+
+def drawn(
+    content: ElementRecord, diagram: Diagram, values: Values, places: Mapping[str, Sequence[int]]
+) -> tuple[DrawnSheet, ...]:
+    """Return the sheets; `places` are the lines of structured text of each element."""
+    sheets = [each for each in content.children if each.tag == "Sheet"]
+    return tuple(_Sheet(each, place, diagram, values, places).sheet() for place, each in enumerate(sheets, 1))
+
+
+class _Sheet:
+    def __init__(
+        self,
+        record: ElementRecord,
+        place: int,
+        diagram: Diagram,
+        values: Values,
+        places: Mapping[str, Sequence[int]],
+    ) -> None:
+        self._record, self._diagram, self._values, self._places = record, diagram, values, places
+        self._number = number_of(record.attributes.get("Number", "")) or place
+        self._nodes = [each for key, each in diagram.nodes.items() if key[0] == self._number]
+        self._index = {each.key: place for place, each in enumerate(self._nodes)}
+
+    def sheet(self) -> DrawnSheet:
+        comment = next((each.text.strip() for each in self._record.children if each.tag == "Description"), "")
+        wires = [wire for each in self._record.children if (wire := self._wire(each)) is not None]
+        outputs = {
+            place: {each.output for each in wires if each.source == place} for place in self._index.values()
+        }
+        elements = [self._element(each, outputs[place]) for place, each in enumerate(self._nodes)]
+        texts = [_text(each) for each in self._record.children if each.tag == "TextBox"]
+        return DrawnSheet(self._number, comment, (*elements, *texts), tuple(wires))
+
+    def _wire(self, record: ElementRecord) -> DrawnWire | None:
+        if record.tag not in ("Wire", "FeedbackWire"):
+            return None
+        get = record.attributes.get
+        keys = [(self._number, number_of(get(name, "")) or 0) for name in ("FromID", "ToID")]
+        source, target = (self._diagram.nodes[key] for key in keys)
+        output = get("FromParam", "") if source.tag in RUN else ""
+        pin = get("ToParam", "") if target.tag in RUN else ""
+        value = self._value(source, output)
+        feedback = record.tag == "FeedbackWire"
+        return DrawnWire(self._index[source.key], output, self._index[target.key], pin, value, feedback)
+
+    def _value(self, node: Node, pin: str) -> str:
+        """Return the address of a value on this sheet; that of a connector is behind it."""
+        if node.tag != "ICon":
+            return self._values.text(Pin(node, pin))
+        reads = (each for inputs in self._diagram.inputs.values() for each in inputs)
+        return next((self._values.text(each.source) for each in reads if each.through is node), "")
+
+    def _element(self, node: Node, wired: set[str]) -> DrawnElement:
+        _, x, y, _ = node.position
+        places = tuple(self._places.get(node.place, ()))
+        name = node.record.attributes.get("Name", "")
+        if node.tag not in RUN:
+            kind = _KINDS[node.tag]
+            shown = name if kind == "connector" else node.operand
+            tag = node.operand if kind != "connector" else ""
+            return DrawnElement(kind, x, y, (shown,), tag, places=places)
+        lines = tuple(filter(None, (node.type or node.tag, node.operand)))
+        inputs, outputs = self._pins(node, wired)
+        return DrawnElement("block", x, y, lines, node.operand, inputs, outputs, places)
+
+    def _pins(self, node: Node, wired: set[str]) -> tuple[tuple[DrawnPin, ...], tuple[DrawnPin, ...]]:
+        """Return the pins on the left and on the right: visible or wired ones in the order of the type."""
+        read = {each.name for each in self._diagram.inputs_of(node)}
+        visible = node.record.attributes.get("VisiblePins", "").split()
+        listed = [
+            *node.record.attributes.get("In", "").split(),
+            *node.record.attributes.get("Ret", "").split(),
+        ]
+        names = list(dict.fromkeys((*visible, *listed, *read, *wired)))
+        form = form_of(node)
+        order = [each.name for each in form.structure.members] if form else []
+        border = order.index("EnableOut") if "EnableOut" in order else len(order)
+        names.sort(key=lambda each: order.index(each) if each in order else len(order))
+        of_add_on = self._values.outputs(node)
+        right = {each for each in names if each in order[border:] or each.upper() in of_add_on} | (
+            wired - read
+        )
+        if node.tag in ("JSR", "SBR"):
+            right |= {each for each in listed if each not in read and node.tag == "SBR"}
+            right |= set(node.record.attributes.get("Ret", "").split()) if node.tag == "JSR" else set()
+        sources = {each.name: each.source for each in self._diagram.inputs_of(node)}
+        of_wire = sources if node.tag == "Function" else {}  # a function has no memory of its inputs
+        pins = [
+            (each, DrawnPin(each, self._values.text(of_wire.get(each, Pin(node, each))))) for each in names
+        ]
+        left = tuple(pin for name, pin in pins if name not in right)
+        return left, tuple(pin for name, pin in pins if name in right)
+
+
+def _text(record: ElementRecord) -> DrawnElement:
+    x, y = (int(number_of(record.attributes.get(name, "")) or 0) for name in "XY")
+    text = record.text.strip() or next((each.text.strip() for each in record.children), "")
+    return DrawnElement("text", x, y, tuple(text.splitlines()))

@@ -1,0 +1,128 @@
+"""Refuses what asyncua lets OPC UA clients do before they have proved who they are.
+
+asyncua (2.1) takes requests over a connection that is not encrypted even if the server offers no such policy.
+It checks the certificate that a request names, not that of the channel. It attaches a connection to the
+session of another one before it checks the password. It keeps every server that someone registers, and a
+connection whose message it could not read. Here that ends:
+
+    request                            open server     encrypted server
+    GetEndpoints, FindServers          yes             yes: what a client needs to connect
+    RegisterServer                     no              no
+    a session of another connection    no              no
+    everything else                    yes             in an encrypted channel, from a trusted certificate
+"""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from importlib import import_module
+from typing import Any
+
+from ..tag_servers.ua_security import UaSecurity
+
+REFUSAL_S = 1.0
+"""Time that a refused password costs; a client's requests wait for each other."""
+
+PUBLIC = ("GetEndpointsRequest", "FindServersRequest")
+REFUSED = ("RegisterServerRequest", "RegisterServer2Request")
+
+
+class UaGuard:
+    """Guards the connections of a server.
+
+    Args:
+        security: None for a server that is open to everyone who reaches it.
+    """
+
+    def __init__(self, security: UaSecurity | None) -> None:
+        self._ua: Any = import_module("asyncua.ua")
+        self._rules: Any = import_module("asyncua.crypto.permission_rules")
+        self._error: Any = import_module("asyncua.common.utils").ServiceError
+        self._security = security
+        self._public, self._refused = self._ids(PUBLIC), self._ids(REFUSED)
+        (self._activates,) = self._ids(("ActivateSessionRequest",))
+
+    def _ids(self, names: tuple[str, ...]) -> set[Any]:
+        ua = self._ua
+        return {ua.NodeId(getattr(ua.ObjectIds, f"{each}_Encoding_DefaultBinary")) for each in names}
+
+    async def set_up(self, server: Any) -> None:
+        """Offer the policy and the kinds of users, before the server listens."""
+        ua, inner, security = self._ua, server.iserver, self._security
+        server.allow_remote_admin(False)
+        inner.lookup_external_session = lambda _token: None
+        policies, token = ua.SecurityPolicyType, ua.AnonymousIdentityToken
+        if security is None:
+            server.set_security_policy([policies.NoSecurity])
+        else:
+            await server.set_application_uri(security.uri)
+            await server.load_certificate(security.certificate)
+            await server.load_private_key(security.key, format="pem")
+            server.set_security_policy([policies.Basic256Sha256_SignAndEncrypt])
+            if security.users:
+                token = ua.UserNameIdentityToken
+                inner.user_manager, inner.decrypt_user_token = self, self._name_and_password
+        server.set_identity_tokens([token])
+
+    def get_user(
+        self, _server: Any, username: str | None = None, password: str | None = None, certificate: Any = None
+    ) -> Any:
+        """Return the user who logs in; None if the password is wrong. Called by asyncua."""
+        if self._security is None or not self._security.lets_in(username, password):
+            return None
+        return self._rules.User(self._rules.UserRole.User, username)
+
+    def _name_and_password(self, _session: Any, token: Any) -> tuple[str, str]:
+        """Return what a client logs in with; it is encrypted by the channel and no second time.
+
+        Decrypting texts of strangers with the server's key would tell them about other texts.
+        """
+        if token.EncryptionAlgorithm:
+            raise self._error(self._ua.StatusCodes.BadIdentityTokenInvalid)
+        return token.UserName, bytes(token.Password or b"").decode("utf-8")
+
+    def watch(self, connection: Any) -> None:
+        """Check each request of a connection before asyncua sees it; end it at a message that can't be read.
+
+        asyncua goes on with the next one, though a request for a channel may have been accepted by half.
+        """
+        processor, process = connection.processor, connection._process_one_msg
+        processor._process_message = self._checked(processor, processor._process_message)
+
+        async def processed(*message: Any) -> bool:
+            try:
+                return bool(await process(*message))
+            except Exception:
+                connection.transport.abort()
+                return False
+
+        connection._process_one_msg = processed
+
+    def _checked(self, processor: Any, process: Callable[..., Awaitable[Any]]) -> Callable[..., Any]:
+        codes = self._ua.StatusCodes
+
+        async def checked(kind: Any, *rest: Any) -> Any:
+            if (refusal := self._refusal(kind, processor._connection.security_policy)) is not None:
+                raise self._error(refusal)
+            try:
+                return await process(kind, *rest)
+            except self._error as error:
+                if kind == self._activates and error.code == codes.BadUserAccessDenied:
+                    await asyncio.sleep(REFUSAL_S)
+                raise
+
+        return checked
+
+    def _refusal(self, kind: Any, policy: Any) -> int | None:
+        """Return the status that refuses a request; None for one that asyncua answers."""
+        codes, security = self._ua.StatusCodes, self._security
+        status: int | None = None
+        if kind in self._refused:
+            status = codes.BadServiceUnsupported
+        elif security is not None and kind not in self._public:
+            if policy.Mode != self._ua.MessageSecurityMode.SignAndEncrypt:
+                status = codes.BadSecurityModeInsufficient
+            elif security.trusted is not None and policy.peer_certificate not in security.trusted:
+                status = codes.BadCertificateUntrusted
+        return status

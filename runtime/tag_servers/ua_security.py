@@ -1,0 +1,64 @@
+"""What guards an OPC UA server: its certificate, who may log in, and which clients it trusts."""
+
+from __future__ import annotations
+
+import hmac
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from hashlib import sha256
+
+USERS_MOST, PASSWORD_MOST = 64, 128
+"""Users of a server, and bytes of a name or a password."""
+
+
+@dataclass(frozen=True, slots=True)
+class UaSecurity:
+    """What an encrypted server needs. Its process gets no password, only their SHA-256.
+
+    Attributes:
+        certificate: in DER.
+        uri: of the application, which the certificate names.
+        key: private, in PEM.
+        users: SHA-256 of passwords, by user; without one, clients are anonymous.
+        trusted: certificates of clients, in DER; None = any.
+    """
+
+    certificate: bytes
+    uri: str
+    key: bytes = field(repr=False)
+    users: Mapping[str, bytes] = field(default_factory=dict, repr=False)
+    trusted: frozenset[bytes] | None = field(default=None, repr=False)
+
+    def lets_in(self, user: str | None, password: str | None) -> bool:
+        """Whether a user may log in with a password; it takes as long for an unknown user.
+
+        >>> guard = UaSecurity(b"", "", b"", users_of("ann:secret:1"))
+        >>> guard.lets_in("ann", "secret:1"), guard.lets_in("ann", ""), guard.lets_in("bob", "secret:1")
+        (True, False, False)
+        """
+        expected = self.users.get(user or "")
+        given = sha256((password or "").encode("utf-8", "surrogatepass")).digest()
+        return hmac.compare_digest(given, expected or bytes(32)) and expected is not None
+
+
+def users_of(text: str) -> dict[str, bytes]:
+    """Return the users of a file: a line `name:password` for each; empty lines and those of `#` are skipped.
+
+    Raises:
+        ValueError: a line is not of that form, a user stands twice, or there is none.
+    """
+    users: dict[str, bytes] = {}
+    for number, line in enumerate(text.splitlines(), 1):
+        if not line.strip() or line.startswith("#"):
+            continue
+        name, colon, password = line.partition(":")
+        if not (name and colon and password):
+            raise ValueError(f"line {number}: must be name:password")
+        if len(name.encode()) > PASSWORD_MOST or len(password.encode()) > PASSWORD_MOST:
+            raise ValueError(f"line {number}: a name and a password have at most {PASSWORD_MOST} bytes")
+        if name in users:
+            raise ValueError(f"line {number}: {name!r} stands above, too")
+        users[name] = sha256(password.encode()).digest()
+    if not 0 < len(users) <= USERS_MOST:
+        raise ValueError(f"it must name 1 to {USERS_MOST} users, each as name:password")
+    return users
