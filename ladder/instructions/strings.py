@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from ..compiler.rungs import RungWriter
-from ..compiler.value_writer import StringPlace
+from ..compiler.string_places import StringPlace
 from ..interpreter import Interpreter
 from ..model.errors import SHORT_STRING_CODE, STRING_CODE
 from ..model.operands import Constant, Group, Place, Resolved, StringConstant, is_integer, width_of
