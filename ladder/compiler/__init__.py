@@ -19,6 +19,7 @@ from ..model.errors import LadderError
 from ..run.engine import Engine
 from ..state.lowered import LoweredProgram
 from ..state.memory import NOTHING
+from ..state.tag_bytes import PUT_TEXT, text_writer
 from .observed import UNOBSERVED, ForceInserter, Observation, Reading
 from .positions import relocated
 from .program import text_of
@@ -56,10 +57,13 @@ def observed_scanner_of(lowered: LoweredProgram, observation: Observation) -> Ob
         text = text_of(lowered, observation)
         idents = frozenset(text.idents)
         codes = [_code(part.unit(idents), text.file, observation) for part in text.parts]
+    text_names = {name for code in codes for name in code.co_names if name.startswith(PUT_TEXT)}
     regions, interpreted = regions_of(lowered), interpreted_of(lowered)
 
     def bind(engine: Engine, observed: Mapping[str, Any]) -> Callable[[int], object]:
         namespace: dict[str, Any] = {**services(engine, regions, interpreted), **observed}
+        for name in text_names:
+            namespace[name] = text_writer(int(name[len(PUT_TEXT) :]), held=bool(observation.held))
         functions: dict[str, FunctionType] = {}
         for code in codes:
             closure = tuple(engine.memory.cells[name] for name in code.co_freevars)

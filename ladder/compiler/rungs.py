@@ -119,9 +119,9 @@ class RungWriter:
         self.writer.line(call)
         return ""
 
-    def interpret(self) -> None:
-        """Write code that has the interpreter run the current instruction when its rung is true."""
-        self.writer.line(self._interpretation())
+    def interpret(self, *power: str) -> None:
+        """Write code that has the interpreter run the current instruction, by default as on a true rung."""
+        self.writer.line(self._interpretation(*power))
 
     def _interpretation(self, *power: str) -> str:
         frame = self.values.stores()

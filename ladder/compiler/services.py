@@ -15,19 +15,12 @@ from ..model.types import TYPES, Elementary
 from ..state.characters import FUNCTIONS, read_string, store_string
 from ..state.lowered import BROKEN, LoweredProgram, LoweredStep, parameters_of, passes_groups
 from ..state.memory import NOTHING, CompiledAddOnStore, Passed, Store, Value, set_text_in, text_in
-from ..state.regions import ArrayRegion, copy, fill, region_of
+from ..state.regions import ArrayRegion, converted, copy, fill, region_of
+from ..state.rows import copy_row, first_of, move_down, shift_bits, store_bytes
 from ..state.tag_bytes import chars, set_chars
 
 if TYPE_CHECKING:
     from ..run.engine import Engine
-
-
-_RANGES = {
-    name: (kind.lowest, kind.highest)
-    for name, kind in TYPES.items()
-    if isinstance(kind, Elementary) and kind.is_integer
-}
-_NO_RANGE = 1, 0
 
 
 class Services:
@@ -45,6 +38,13 @@ class Services:
         interpreter = self._engine.interpreter
         interpreter.now_ns, interpreter.frame = self._engine.now_ns, frame
         return interpreter.execute(self._interpreted[site], power)
+
+    def fetched(self, site: int) -> Any:
+        """Return what `Spec.fetch` of an instruction computes."""
+        interpreter, step = self._engine.interpreter, self._interpreted[site]
+        assert step.spec.fetch is not None
+        interpreter.now_ns, interpreter.site = self._engine.now_ns, site
+        return step.spec.fetch(interpreter, *step.operands)
 
     def passed(self, site: int, number: int) -> Passed:
         """Return a structure or an array that an instruction passes, as bytes."""
@@ -81,9 +81,13 @@ class Services:
         """Count the return of a recursive routine."""
         self._fault_log.returned()
 
-    def jumped_back(self, site: int) -> None:
-        """Count a backward jump; fault if the scan does not end."""
-        self._fault_log.jumped_back(site)
+    def negative_control(self, site: int, tag: str, length: int, position: int) -> None:
+        """Fault: LEN or POS of a CONTROL is negative."""
+        self._fault_log.negative_control(site, tag, length, position)
+
+    def jumped_back(self, site: int, times: int = 1) -> None:
+        """Count backward jumps; fault if the scan does not end."""
+        self._fault_log.jumped_back(site, times)
 
     def narrow(self, site: int, value: int, width: int, bits: int) -> int:
         """Wrap a number to the computation's width, then to the tag's."""
@@ -170,15 +174,6 @@ class Services:
         """Copy bytes between regions; without a store they are in the program's memory."""
         copy((origin or self._memory, source, first), (goal or self._memory, target, at), length)
 
-    def copy_row(self, goal: Any, at: int, origin: Any, first: int, count: int) -> None:
-        """Copy numbers of one type; either side is a list, a view of bytes or the words of an image."""
-        if count <= 0:
-            return
-        row = origin[first : first + count]
-        if isinstance(row, list) and not isinstance(goal, list):
-            row = array(goal.format, row)
-        goal[at : at + count] = row
-
     def fill(
         self, target: ArrayRegion, at: int, length: int, value: Value, goal: Store | None = None
     ) -> None:
@@ -217,12 +212,6 @@ class Services:
 
     def answer(self, site: int, value: Value, kind: str) -> Value:
         """Convert a parameter or a returned value to its tag's type."""
-        if value.__class__ is int:
-            low, high = _RANGES.get(kind, _NO_RANGE)
-            if low <= value <= high:
-                return value
-        if kind == "BOOL":
-            return bool(value)
         if kind == "REAL":
             return self.real_result(site, value, value)
         if kind == "LREAL":
@@ -268,7 +257,8 @@ def services(engine: Engine, regions: Regions, interpreted: Mapping[int, Lowered
     named |= {"array": array, "chars": chars, "set_chars": set_chars, "faults": engine.fault_log}
     named |= {"read_string": read_string, "store_string": store_string, "types": TYPES}
     named |= {f"string_{name}": function for name, function in FUNCTIONS.items()}
-    named["broken"] = BROKEN
+    named |= {each.__name__: each for each in (copy_row, first_of, move_down, shift_bits, store_bytes)}
+    named |= {"broken": BROKEN, "converted": converted}
     return named | CALLED
 
 

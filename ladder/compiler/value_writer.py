@@ -25,6 +25,7 @@ from ..model.stretches import BITS, Spot, row_strides
 from ..model.tags import OWN, FrameLayout, Leaf
 from ..model.types import DINT, LINT, LREAL, REAL, Elementary
 from .packed import assign_packed, read_packed
+from .string_places import StringPlace
 from .writer import Writer
 
 _REAL_HOLDS = 1 << 127  # integers up to this size never overflow a REAL
@@ -302,10 +303,13 @@ class ValueWriter:
                 return Term(text if text[-1].isdigit() else f'float("{text}")', real=True, double=double)
             return Term(str(value) if value >= 0 else f"({value})", value, value)
         assert isinstance(operand, Place)
-        kind = operand.type
+        return self.term_of(self.read(operand), operand.type)
+
+    def term_of(self, text: str, kind: Elementary) -> Term:
+        """Return a value of a type."""
         if kind.is_real or kind.is_double:
-            return Term(self.read(operand), real=True, double=kind.is_double)
-        return Term(self.read(operand), kind.lowest, kind.highest)
+            return Term(text, real=True, double=kind.is_double)
+        return Term(text, kind.lowest, kind.highest)
 
     def narrowed(self, name: str, terms: list[Term], width: int) -> Term:
         """Return an integer operation wrapped to its width."""
@@ -377,6 +381,12 @@ class ValueWriter:
         result = self.operation(name, terms) if width > 0 else self.real_operation(name, terms, width)
         self.store(target, result, width)
 
+    def expression(self, target: Place, expression: Resolved) -> None:
+        """Write lines that store the value of an expression."""
+        self.clear_flags()
+        width = width_of(expression, target)
+        self.store(target, self.term(expression, width), width if width <= 0 else LINT.bits)
+
     def _carry(self, name: str, operands: tuple[Resolved, ...], width: int) -> None:
         mask = (1 << width) - 1
         texts = [f"({self.term(each, width).text} & {mask})" for each in operands]
@@ -414,22 +424,28 @@ class ValueWriter:
             return repr(operand.value.encode("latin-1", errors="replace"))
         assert isinstance(operand, Group)
         place = self.string(operand)
-        return f"chars({place})" if place else f"text{self._in_store(operand)})"
+        if place is None:
+            return f"text{self._in_store(operand)})"
+        return place.read(self.writer.temporary(), f"chars({place})") if place.is_fixed else f"chars({place})"
 
     def set_characters(self, operand: Group, text: str) -> None:
-        """Write an assignment of characters to a string."""
+        """Write an assignment of characters, in a variable, to a string."""
         place = self.string(operand)
-        call = f"set_chars({place}" if place else f"set_text{self._in_store(operand)}"
-        self.writer.line(f"{call}, {text})")
+        if place is None:
+            self.writer.line(f"set_text{self._in_store(operand)}, {text})")
+        else:
+            self.writer.line(
+                place.store(text, f"len({text}) if len({text}) < {place.room} else {place.room}")
+            )
 
-    def string(self, operand: Group) -> str:
-        """Return text for a STRING in bytes: tag, byte, room for characters; "" for others."""
+    def string(self, operand: Group) -> StringPlace | None:
+        """Return the place of a STRING in bytes, None of others."""
         spot = self.writer.layout.byte_spot(operand.path)
         if spot is None:
-            return ""
+            return None
         texts = self.subscripts(first_leaf(operand), operand.indices, operand.text)
         room = operand.layout.leaf(f"{operand.path}.DATA").dims[-1]
-        return f"{spot.ident}, {self.placed(spot, first_leaf(operand), texts)}, {room}"
+        return StringPlace(spot.ident, self.placed(spot, first_leaf(operand), texts), room)
 
     def _in_store(self, operand: Group) -> str:
         """Return text for the arguments that find a string: path, index, store."""

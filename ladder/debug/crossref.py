@@ -13,7 +13,7 @@ from ..model.resolver import Resolver
 from ..model.spec import Use
 from ..model.tags import OWN, Leaf
 from ..model.types import HIDDEN
-from ..state.lowered import ADD_ON, AddOnCall, Call, LoweredProgram, LoweredRoutine, LoweredStep, steps_of
+from ..state.lowered import ADD_ON, AddOnCall, Call, LoweredProgram, LoweredRoutine, LoweredStep
 
 BOTH_WAYS = frozenset(
     {
@@ -150,7 +150,7 @@ def _in_routine(
 ) -> Iterator[Mention]:
     """Yield the mentions of a routine and of the add-on instructions that it calls."""
     for line in routine.lines:
-        for step in steps_of(line.nodes):
+        for step in line.all_steps:
             for each in mentions_of(lowered.sites[step.site], step):
                 where = placed(each.where)
                 yield replace(each, where=where, text=where.text, instance=instance)

@@ -16,6 +16,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ..compiler.files import elements_left, subscripts_kept
+from ..compiler.passes import write_fal, write_fsc
+from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
 from ..model import arithmetic
@@ -23,7 +26,7 @@ from ..model.operand_checks import OperandError, array_of
 from ..model.operands import Constant, Group, Place, Resolved
 from ..model.spec import IN_RUNGS, WITH_CONTROL, Spec, Use, action, always, on_control
 from ..model.types import Elementary, count_of
-from ..state.regions import converted
+from ..state.regions import converted, region_of
 from .compute import store_expression
 
 # --- FAL, FSC: passes
@@ -111,6 +114,17 @@ def _size(machine: Interpreter, array: Resolved, dimension: Constant, target: Pl
         store, region, first = machine.end(array)
         size = region.left(first, store) if region.whole else count_of(dims)
     machine.put(target, machine.converted(target.type, size))
+
+
+def _write_size(rungs: RungWriter, array: Resolved, dimension: Constant, target: Place) -> None:
+    assert isinstance(array, (Place, Group))
+    dims, region = array_of(array), region_of(array)
+    size = str(dims[int(dimension.value)])
+    if len(dims) == 1:
+        texts = subscripts_kept(rungs.values, array)
+        size = elements_left(rungs, region, texts) if region.whole else str(count_of(dims))
+    size = f"max({size}, 0)" if not size.isdigit() else size
+    rungs.values.assign(target, f"converted(types[{target.type.name!r}], {size})")
 
 
 # --- AVE, STD, SRT: one dimension
@@ -203,11 +217,19 @@ def _on_dimension(name: str, *uses: Use, **parts: Any) -> Spec:
 
 # --- the rows
 
+_INSTEAD = "write a FOR loop"
+
 FAL = always(
-    "FAL", *WITH_CONTROL, Use.PASSES, Use.TARGET, Use.EXPRESSION, run=_fal, instead="write a FOR loop"
+    "FAL",
+    *(*WITH_CONTROL, Use.PASSES, Use.TARGET, Use.EXPRESSION),
+    run=_fal,
+    write=write_fal,
+    instead=_INSTEAD,
 )
-FSC = always("FSC", *WITH_CONTROL, Use.PASSES, Use.CONDITION, run=_fsc, instead="write a FOR loop")
-SIZE = action("SIZE", Use.TABLE, Use.CONSTANT, Use.INTEGER_TARGET, check=_check_dimension, run=_size)
+FSC = always("FSC", *WITH_CONTROL, Use.PASSES, Use.CONDITION, run=_fsc, write=write_fsc, instead=_INSTEAD)
+SIZE = action(
+    "SIZE", Use.TABLE, Use.CONSTANT, Use.INTEGER_TARGET, check=_check_dimension, run=_size, write=_write_size
+)
 AVE = _on_dimension("AVE", Use.TABLE, Use.CONSTANT, Use.TARGET, run=_statistic(_average, 1), instead=IN_RUNGS)
 SRT = _on_dimension("SRT", Use.ARRAY, Use.CONSTANT, run=_srt)
 STD = _on_dimension(

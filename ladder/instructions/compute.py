@@ -9,7 +9,6 @@ from ..compiler.value_writer import Term
 from ..interpreter import Interpreter
 from ..model.operands import Place, Resolved, width_of
 from ..model.spec import Spec, Use, action
-from ..model.types import LINT
 
 
 def computation(name: str, operator: str, *operands: Use, **parts: Any) -> Spec:
@@ -34,12 +33,6 @@ def store_expression(machine: Interpreter, target: Place, expression: Resolved) 
     """Store the value of an expression."""
     machine.clear_flags()
     machine.store(target, machine.number(expression, width_of(expression, target)))
-
-
-def _write_cpt(rungs: RungWriter, target: Place, expression: Resolved) -> None:
-    rungs.values.clear_flags()
-    width = width_of(expression, target)
-    rungs.values.store(target, rungs.values.term(expression, width), width if width <= 0 else LINT.bits)
 
 
 # --- TRN: a REAL without its fraction
@@ -70,7 +63,7 @@ CPT = action(
     Use.TARGET,
     Use.EXPRESSION,
     run=store_expression,
-    write=_write_cpt,
+    write=lambda rungs, target, expression: rungs.values.expression(target, expression),
     captions=("Dest", "Expression"),
     instead=ASSIGNED,
 )

@@ -134,10 +134,15 @@ def _take(rungs: RungWriter, number: int, place: Place | Group, text: str) -> No
         return
     rungs.values.clear_flags()
     kind = place.type
-    value = rungs.values.keep(f"answer({rungs.values.site}, {text}, {kind.name!r})")
     if kind.is_bool:
-        rungs.values.set_bit(place, value)
+        rungs.values.set_bit(place, rungs.values.keep(f"True if {text} else False"))
         return
+    if kind.is_integer:
+        value = rungs.values.keep(text)
+        fits = f"{value}.__class__ is int and {kind.lowest} <= {value} <= {kind.highest}"
+        rungs.writer.line(f"if not ({fits}): {value} = answer({rungs.values.site}, {value}, {kind.name!r})")
+    else:
+        value = rungs.values.keep(f"answer({rungs.values.site}, {text}, {kind.name!r})")
     rungs.values.assign_result(place, value)
 
 

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
 from math import inf
 
+from ..compiler.files import ByteEnd, byte_end, plus
 from ..compiler.rungs import RungWriter
 from ..interpreter import Interpreter
 from ..model.arithmetic import real
-from ..model.operands import SINGLE, Constant, Group, Place, Resolved, first_leaf, width_moved
+from ..model.operands import SINGLE, Constant, Place, Resolved, width_moved
 from ..model.spec import Use, action
-from ..model.stretches import row_strides
 from ..model.tags import Leaf
-from ..model.types import DINT, LINT, Structure
+from ..model.types import DINT, LINT
 from ..state.regions import ArrayRegion, FieldSlice, converted, copied_singly, plain, region_of
 
 # --- COP, CPS: bytes from one place to another
@@ -26,11 +24,11 @@ def _cop(machine: Interpreter, source: Resolved, target: Resolved, length: Resol
 
 
 def _write_cop(rungs: RungWriter, source: Resolved, target: Resolved, length: Resolved) -> None:
-    regions = region_of(source), region_of(target)
-    ends = [_byte_end(rungs, each) for each in (source, target)]
+    ends = [byte_end(rungs, each) for each in (source, target)]
     if ends[0] is not None and ends[1] is not None:
         _write_bytes(rungs, ends[0], ends[1], length)
         return
+    regions = region_of(source), region_of(target)
     if isinstance(length, Constant) and _write_slices(rungs, *regions, int(length.value)):
         return
     if copied_singly((source, target, length)):
@@ -44,65 +42,16 @@ def _write_cop(rungs: RungWriter, source: Resolved, target: Resolved, length: Re
     rungs.writer.line(f"copy({', '.join(parts + (stores if stores != ['None', 'None'] else []))})")
 
 
-@dataclass(frozen=True, slots=True)
-class _ByteEnd:
-    """One side of a copy in bytes."""
-
-    tag: str  # text, as are
-    at: str  # the first byte
-    left: str  # and the number of bytes to the end of its array
-    size: int  # bytes per element
-    surely: int  # the least that `left` may be
-
-
-def _byte_end(rungs: RungWriter, operand: Resolved) -> _ByteEnd | None:
-    """Return an operand in bytes with its subscripts checked, None if it is not in bytes."""
-    assert isinstance(operand, (Place, Group))
-    values, leaf = rungs.values, first_leaf(operand)
-    if isinstance(operand.type, Structure):
-        assert isinstance(operand, Group)
-        spot = rungs.writer.layout.byte_spot(operand.path)
-    else:
-        spot = rungs.writer.layout.spot(leaf)
-    if spot is None or not spot.view or spot.unit == 1:
-        return None
-    region = region_of(operand)
-    texts = values.subscripts(leaf, operand.indices, operand.text)
-    texts = [each if each.isdigit() else values.keep(each) for each in texts]
-    at, width = values.placed(spot, leaf, texts), spot.unit // 8
-    if width > 1:
-        at = str(int(at) * width) if at.isdigit() else f"({at}) * {width}"
-    surely = 0 if region.whole else region.size
-    return _ByteEnd(spot.ident, at, _bytes_left(rungs, region, texts), region.size, surely)
-
-
-def _bytes_left(rungs: RungWriter, region: ArrayRegion, texts: Sequence[str]) -> str:
-    """Return text for the number of bytes from an element, by its subscripts, to the end of its array."""
-    size, first = region.size, region.fixed_first
-    if first is not None and not region.whole:
-        return str(region.fixed_left(first) * size)
-    strides = row_strides(region.dims, region.rest)
-    flat = " + ".join(
-        f"{text} * {stride}" if stride != 1 else text for text, stride in zip(texts, strides, strict=True)
-    )
-    if region.whole:
-        length = rungs.writer.handed(region.root)[2]
-        return f"({length} - ({flat})) * {size}" if flat else f"{length} * {size}"
-    if region.array == 1:
-        return str(size)
-    return f"({region.array} - ({flat}) % {region.array}) * {size}"
-
-
-def _write_bytes(rungs: RungWriter, source: _ByteEnd, target: _ByteEnd, length: Resolved) -> None:
+def _write_bytes(rungs: RungWriter, source: ByteEnd, target: ByteEnd, length: Resolved) -> None:
     """Write a copy between bytes as a slice."""
     count = _byte_count(rungs, length, target, source)
     if count != "0":
         with _if_any(rungs, count):
-            slices = (f"{each.tag}.B[{each.at}:{_plus(each.at, count)}]" for each in (target, source))
+            slices = (f"{each.tag}.B[{each.at}:{plus(each.at, count)}]" for each in (target, source))
             rungs.writer.line(" = ".join(slices))
 
 
-def _byte_count(rungs: RungWriter, length: Resolved, target: _ByteEnd, *source: _ByteEnd) -> str:
+def _byte_count(rungs: RungWriter, length: Resolved, target: ByteEnd, *source: ByteEnd) -> str:
     """Return text for the number of bytes to write: a number, or a variable that may be 0 or negative."""
     ends = (target, *source)
     if isinstance(length, Constant):
@@ -118,10 +67,6 @@ def _byte_count(rungs: RungWriter, length: Resolved, target: _ByteEnd, *source: 
 
 def _if_any(rungs: RungWriter, count: str) -> AbstractContextManager[None]:
     return nullcontext() if count.isdigit() else rungs.writer.block(f"if {count} > 0:")
-
-
-def _plus(at: str, count: str) -> str:
-    return str(int(at) + int(count)) if at.isdigit() and count.isdigit() else f"{at} + {count}"
 
 
 def _write_singly(rungs: RungWriter, source: ArrayRegion, target: ArrayRegion) -> None:
@@ -206,10 +151,10 @@ def _fll(machine: Interpreter, source: Resolved, target: Resolved, length: Resol
 
 def _write_fll(rungs: RungWriter, source: Resolved, target: Resolved, length: Resolved) -> None:
     region = region_of(target)
-    if source == Constant(0, DINT) and (end := _byte_end(rungs, target)) is not None:
+    if source == Constant(0, DINT) and (end := byte_end(rungs, target)) is not None:
         size = _byte_count(rungs, length, end)
         with _if_any(rungs, size):
-            rungs.writer.line(f"{end.tag}.B[{end.at}:{_plus(end.at, size)}] = bytes({size})")
+            rungs.writer.line(f"{end.tag}.B[{end.at}:{plus(end.at, size)}] = bytes({size})")
         return
     if _write_list_filled(rungs, source, region, length):
         return

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from ..compiler.queues import write_load, write_shift, write_unload
 from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
 from ..model.arithmetic import wrap
@@ -71,6 +72,8 @@ def _bit_shift(name: str, *, left: bool) -> Spec:
         optional=1,
         check=check_dints,
         run=_shift(left),
+        write=write_shift(left),
+        partly=True,
         prescan=_clear_shift,
         instead=IN_RUNGS,
     )
@@ -174,12 +177,14 @@ def set_enable(name: str = "EN") -> Callable[..., None]:
 
 def _load_queue(name: str) -> Spec:
     uses = Use.ITEM, Use.ARRAY
-    return on_control(name, *uses, run=_load, check=_check_load, prescan=set_enable(), instead=IN_RUNGS)
+    both = {"run": _load, "write": write_load, "partly": True}
+    return on_control(name, *uses, **both, check=_check_load, prescan=set_enable(), instead=IN_RUNGS)
 
 
 def _unload_queue(name: str, *, first: bool) -> Spec:
-    uses, run, prescan = (Use.ARRAY, Use.ITEM_TARGET), _unload(first), set_enable("EU")
-    return on_control(name, *uses, run=run, check=_check_unload, prescan=prescan, instead=IN_RUNGS)
+    uses, prescan = (Use.ARRAY, Use.ITEM_TARGET), set_enable("EU")
+    both = {"run": _unload(first), "write": write_unload(first), "partly": True}
+    return on_control(name, *uses, **both, check=_check_unload, prescan=prescan, instead=IN_RUNGS)
 
 
 BSL = _bit_shift("BSL", left=True)

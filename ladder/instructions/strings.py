@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import replace
 from typing import Any
 
 from ..compiler.rungs import RungWriter
+from ..compiler.string_places import StringPlace
 from ..interpreter import Interpreter
 from ..model.errors import SHORT_STRING_CODE, STRING_CODE
-from ..model.operand_checks import is_string
-from ..model.operands import Group, Place, Resolved, StringConstant, is_integer, width_of
+from ..model.operands import Constant, Group, Place, Resolved, StringConstant, is_integer, width_of
 from ..model.spec import Spec, Use, action
 from ..model.types import DINT
 from ..state.characters import fits, too_long
@@ -75,43 +76,73 @@ def _row(
             return
         *sources, target = operands
         given = [_write_value(rungs, each, width) for each in sources]
-        read = [f"{text} is not None" for text, each in zip(given, sources, strict=True) if is_string(each)]
+        read = [text for text, each in zip(given, sources, strict=True) if isinstance(each, Group)]
+        call = f"string_{name}(faults, {', '.join([str(rungs.values.site), *given])}"
         if typed and isinstance(target, Place):
-            given += [f"types[{target.type.name!r}]", repr(target.text)]
+            call += f", types[{target.type.name!r}], {target.text!r}"
         inline = _INLINE.get(name) if name != "DTOS" or is_integer(sources[0]) else None
-        with rungs.writer.block(f"if {' and '.join(read)}:") if read else nullcontext():
-            if inline:
-                _write_result(rungs, target, inline.format(*given), code)
-                return
-            text = f"string_{name}(faults, {', '.join([str(rungs.values.site), *given])})"
+        with _if_all(rungs, read):
+            text = inline.format(*given, call=f"{call})") if inline else f"{call})"
             result = rungs.values.keep(text)
-            with rungs.writer.block(f"if {result} is not None:"):
+            with nullcontext() if name in _NEVER_NONE else _if_all(rungs, [result]):
                 _write_result(rungs, target, result, code)
 
     return action(name, *uses, run=run, write=write)
 
 
+def _if_all(rungs: RungWriter, texts: list[str]) -> AbstractContextManager[None]:
+    """Write the condition that all of these variables have a value."""
+    values = [f"{text} is not None" for text in texts]
+    return rungs.writer.block(f"if {' and '.join(values)}:") if values else nullcontext()
+
+
 def _write_value(rungs: RungWriter, operand: Resolved, width: int | None) -> str:
     values = rungs.values
     if isinstance(operand, Group):
-        return values.keep(f"read_string(faults, {values.site}, {values.string(operand)}, {operand.text!r})")
+        place = _place(rungs, operand)
+        otherwise = f"read_string(faults, {values.site}, {place}, {operand.text!r})"
+        return values.keep(place.read(rungs.writer.temporary(), otherwise))
     if isinstance(operand, StringConstant):
-        return values.keep(values.characters(operand))
-    return values.keep(values.term(operand, width_of(operand) if width is None else width).text)
+        return values.characters(operand)
+    text = values.term(operand, width_of(operand) if width is None else width).text
+    return text if isinstance(operand, Constant) else values.keep(text)
+
+
+def _place(rungs: RungWriter, operand: Group) -> StringPlace:
+    place = rungs.values.string(operand)
+    assert place is not None
+    return place if place.is_fixed else replace(place, at=rungs.values.keep(place.at))
 
 
 def _write_result(rungs: RungWriter, target: Resolved, result: str, code: int) -> None:
     values = rungs.values
     if isinstance(target, Group):
-        place = f"{values.string(target)}, {target.text!r}"
-        rungs.writer.line(f"store_string(faults, {values.site}, {place}, {result}, {code})")
+        place = _place(rungs, target)
+        stored = f"store_string(faults, {values.site}, {place}, {target.text!r}, {result}, {code})"
+        length = rungs.writer.temporary()
+        rungs.writer.line(f"if ({length} := len({result})) <= {place.room}: {place.store(result, length)}")
+        rungs.writer.line(f"else: {stored}")
     elif isinstance(target, Place):
         narrow = target.type.is_integer and target.type.bits < DINT.bits
         values.assign(target, f"wrap({result}, {target.type.wraps})" if narrow else result)
 
 
-_INLINE = {"CONCAT": "{} + {}", "DTOS": 'b"%d" % {}'}
-"""Text of what is one expression, DTOS for integers."""
+_PART = "1 <= {2} <= len({0}) and 0 <= {1} <= len({0}) - {2} + 1"
+
+_INLINE = {
+    "CONCAT": "{} + {}",
+    "DTOS": 'b"%d" % {}',
+    "MID": "{0}[{2} - 1:{2} - 1 + {1}] if " + _PART + " else {call}",
+    "DELETE": "{0}[:{2} - 1] + {0}[{2} - 1 + {1}:] if " + _PART + " else {call}",
+    "INSERT": "{0}[:{2} - 1] + {1} + {0}[{2} - 1:] if 1 <= {2} <= len({0}) + 1 else {call}",
+    "FIND": "{0}.find({1}, {2} - 1) + 1 if 1 <= {2} <= len({0}) else {call}",
+    "UPPER": "{}.upper()",
+    "LOWER": "{}.lower()",
+}
+"""Text of what is one expression; DTOS for integers; `call` records the fault of a place out of range."""
+
+_NEVER_NONE = {"CONCAT", "DTOS", "RTOS", "UPPER", "LOWER"}
+"""Those that have a result whatever their operands are."""
 
 
 def _in_bytes(rungs: RungWriter, operand: Group) -> bool:

@@ -30,7 +30,6 @@ from ..state.lowered import (
     Node,
     Parallel,
     Selection,
-    steps_of,
 )
 from ..state.memory import InterpretedAddOnStore, Memory, Passed, Value
 from ..state.scheduler import Scheduler
@@ -328,7 +327,7 @@ class Interpreter(PlaceValues):
         """Yield the instructions of a routine in order; jumps are not taken."""
         for line in routine.lines if routine else ():
             self._count()
-            yield from steps_of(line.nodes, copies=False)
+            yield from line.steps
 
     def _prescan_step(self, step: LoweredStep) -> None:
         self.site = step.site

@@ -26,7 +26,7 @@ from ..model.spec import Use
 from ..model.tags import Tag
 from ..model.tree import Rung
 from ..model.types import Structure, count_of
-from ..state.lowered import LoweredLine, LoweredProgram, steps_of
+from ..state.lowered import LoweredLine, LoweredProgram
 from .addon import AddOn, specs_of
 from .rungs import Lowering
 from .text import parse_rung
@@ -142,7 +142,7 @@ def _number(lowered: LoweredProgram, settings: Mapping[str, AxisSettings], data:
     """Number the axes, coordinate systems and controls of a program with motion instructions."""
     numbers = {path: number for number, path in enumerate(lowered.axes, 1)}
     lowered.presets |= {(f"{path}.~axis", 0): number for path, number in numbers.items()}
-    if not any(Use.MOTION in step.uses for line in _lines(lowered) for step in steps_of(line.nodes)):
+    if not any(Use.MOTION in step.uses for line in _lines(lowered) for step in line.all_steps):
         return
     parts = [(tag, part) for tag in lowered.layout.tags().values() for part in _parts(tag)]
     axes = [part for tag, part in parts if is_axis(tag.type) and part.path.upper() not in numbers]

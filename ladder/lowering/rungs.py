@@ -46,7 +46,6 @@ from ..state.lowered import (
     LoweredStep,
     Node,
     Parallel,
-    steps_of,
 )
 from .addon import LOGIC, OTHERWISE, POSTSCAN, PRESCAN, AddOn, copies_of
 from .calls import handed_over, held_subscripts
@@ -135,7 +134,7 @@ class Lowering:
         for number, rung in enumerate(routine.rungs):
             line = self.line(number, rung)
             lines.append(line)
-            for step in steps_of(line.nodes):
+            for step in line.all_steps:
                 if step.name == "LBL" and step.operands:
                     self._label(labels, step.operands[0], number, first=line.nodes[0] is step)
                 elif step.name == "SBR" and number == 0 and line.nodes[0] is step:
@@ -183,13 +182,14 @@ class Lowering:
             self.report(deep, "use fewer, or steps in between")
             return LoweredLine(number, (), rung.origin, "", rung.comment)
         nodes = self._series(rung.series)
-        steps = list(steps_of(nodes))
+        line = LoweredLine(number, nodes, rung.origin, self._rung_text, rung.comment)
+        steps = line.all_steps
         if steps and all(step.kind is InstructionKind.INPUT and not step.spec.alone for step in steps):
             self.report("the rung has no output", "end it with a coil or another output instruction")
         for step in steps:
             if step.name == "MCR" and nodes[-1] is not step:
                 self.report("MCR is not last in its rung", "move what follows to a rung of its own")
-        return LoweredLine(number, nodes, rung.origin, self._rung_text, rung.comment)
+        return line
 
     def _series(self, series: Series) -> tuple[Node, ...]:
         return tuple(

@@ -15,7 +15,7 @@ from ..model.spec import Use
 from ..model.stretches import fits_bytes
 from ..model.tags import OWN, FrameLayout, Layout, Tag, tag_in
 from ..model.types import Structure, count_of, fields_of
-from ..state.lowered import AddOnCall, Call, LoweredProgram, LoweredStep, steps_of
+from ..state.lowered import AddOnCall, Call, LoweredProgram, LoweredStep
 from ..state.regions import copied_singly
 from .rungs import pass_bits_on
 
@@ -46,7 +46,7 @@ def choose_bytes(lowered: LoweredProgram) -> None:
     uses = _Uses()
     for routine in lowered.routines.values():
         for line in routine.lines:
-            for step in steps_of(line.nodes):
+            for step in line.all_steps:
                 uses.step(step)
     layout = lowered.layout
     layout.make_bytes([each.name.upper() for each in layout.unused if _is_large(each)])

@@ -247,3 +247,21 @@ def distributed(source: int, source_bit: int, target: int, target_bit: int, leng
     field = (1 << length) - 1
     moved = (source >> source_bit & field) << target_bit
     return wrap(target & ~(field << target_bit) | moved, bits)
+
+
+# --- scaling
+
+
+def scaled(value: float, low: float, high: float, least: float, most: float) -> float:
+    """Scale linearly from low .. high to least .. most; a span of 0 leaves the value as it is.
+
+    >>> scaled(5.0, 0.0, 10.0, 100.0, 200.0), scaled(5.0, 1.0, 1.0, 0.0, 9.0)
+    (150.0, 5.0)
+    """
+    return value if low == high else least + (value - low) * (most - least) / (high - low)
+
+
+def percent(value: float, low: float, high: float) -> float:
+    """Return a number in percent of a span; a span of 0 leaves it as it is."""
+    span = high - low
+    return value * 100 / span if span else value

@@ -141,6 +141,11 @@ def _is_condition(resolved: Resolved) -> bool:
     return resolved.name in BITWISE and all(map(_is_condition, resolved.operands))
 
 
+def _is_test(resolved: Resolved) -> bool:
+    """Whether an operand is a condition, or a number: exports have 0 for never and 1 for always."""
+    return isinstance(resolved, Constant) or _is_condition(resolved)
+
+
 def _is_region(resolved: Resolved) -> bool:
     """Whether an operand has bytes in memory: no BOOL, no bit, no array of BOOL."""
     if isinstance(resolved, Place):
@@ -232,9 +237,7 @@ OPERAND_CHECKS: Mapping[Use, OperandCheck] = {
     Use.EXPRESSION: OperandCheck(
         is_arithmetic, "an arithmetic expression", "compare with CMP; AND, OR, XOR, NOT take integers"
     ),
-    Use.CONDITION: OperandCheck(
-        _is_condition, "a comparison", "write a relation such as a>b, or a>b AND c<=d"
-    ),
+    Use.CONDITION: OperandCheck(_is_test, "a comparison", "write a relation such as a>b, or a>b AND c<=d"),
     Use.TRUTH: OperandCheck(is_logical, "a bit or a condition", "compare it, as in count <> 0"),
     Use.TIMER: OperandCheck(lambda each: _is_structure(each, TIMER), "a TIMER", "declare the tag as TIMER"),
     Use.COUNTER: OperandCheck(

@@ -127,6 +127,7 @@ class Spec:
         prove: what `run` means for all values at once, called with the machine, the power before it and the
             operands, returns the power after it, see `prove.machine`; None runs `run` on terms.
         partly: whether `write` leaves rare cases to `run`, by `interpret(site)`.
+        fetch: computes in the interpreter what `write` asks for by `fetched(site)`; called like `run`.
         prescan: called like `run` without the condition; None if prescan does nothing.
         postscan: the same on the last scan of an SFC action with automatic reset; None for a false rung, in
             structured text for nothing [1756-PM006, automatic reset option].
@@ -152,6 +153,7 @@ class Spec:
     write: Callable[..., Any] | None = field(default=None, kw_only=True)
     prove: Callable[..., Any] | None = field(default=None, kw_only=True)
     partly: bool = field(default=False, kw_only=True)
+    fetch: Callable[..., Any] | None = field(default=None, kw_only=True)
     prescan: Callable[..., None] | None = field(default=None, kw_only=True)
     postscan: Callable[..., None] | None = field(default=None, kw_only=True)
     check: Callable[..., None] | None = field(default=None, kw_only=True)

@@ -183,7 +183,7 @@ class Layout:
         self.in_bytes: set[str] = (
             set()
         )  # tags, or roots of an add-on instruction, that are bytes, in capitals
-        self._spots: dict[str, Spot] = {}
+        self._spots: dict[str, Spot | None] = {}
         self._single: tuple[tuple[int, int], list[Leaf]] = (0, 0), []
         self._idents: set[str] = set()
         self._held = 0
@@ -307,6 +307,7 @@ class Layout:
         plain = isinstance(tag, Tag) and isinstance(tag.type, Elementary) and bool(tag.dims)
         if name.upper() not in self.boxed and not leaf.is_image and not plain:
             self.boxed[name.upper()] = self._ident(name)
+            self._spots.clear()
 
     def make_bytes(self, names: Iterable[str]) -> None:
         """Lay out tags, in capitals, as bytes."""
@@ -318,11 +319,12 @@ class Layout:
 
     def spot(self, leaf: Leaf) -> Spot | None:
         """Return the place of a leaf in a list or in bytes, None if it has a variable of its own."""
+        if not self.boxed:
+            return None
         name = leaf.path.upper()
-        known = self._spots.get(name)
-        if known is None and self.boxed:
-            known = self._find_spot(leaf, name)
-        return known
+        if name in self._spots:
+            return self._spots[name]
+        return self._find_spot(leaf, name)
 
     def _find_spot(self, leaf: Leaf, name: str) -> Spot | None:
         head = tag_in(name)
@@ -333,7 +335,7 @@ class Layout:
             rest, in_bytes = name[len(head) + 1 :], head in self.in_bytes
             found = spot_of(tag.type, tag.dims, rest, self.boxed[head], in_bytes=in_bytes)
         else:
-            return None
+            found = None
         self._spots[name] = found
         return found
 
@@ -440,7 +442,7 @@ def _identifier(path: str) -> str:
     return f"tag_{wanted}" if wanted[0].isdigit() or wanted.startswith(_FUNCTIONS) else wanted
 
 
-_FUNCTIONS = ("addon_", "jsr_", "string_")
+_FUNCTIONS = ("addon_", "jsr_", "string_", "put_text_")
 """Beginnings of names of functions of the compiled program."""
 
 
@@ -542,66 +544,15 @@ def _declared(member: Member) -> Declaration:
 FRAME, BASE = "frame", "base"
 """Variables of a compiled add-on instruction: the list of its instance, and the offset in it."""
 
-RESERVED = frozenset(
-    [
-        "now",
-        "given",
-        "at",
-        "float",
-        "len",
-        "abs",
-        "min",
-        "array",
-        "region",
-        "subscript",
-        "outside",
-        "negative",
-        "jumped_back",
-        "called",
-        "returned",
-        "narrow",
-        "integer",
-        "cut",
-        "divide",
-        "modulo",
-        "real_result",
-        "real_divide",
-        "real_modulo",
-        "double_result",
-        "double_divide",
-        "double_modulo",
-        "copy",
-        "copy_row",
-        "fill",
-        "text",
-        "set_text",
-        "chars",
-        "faults",
-        "types",
-        "read_string",
-        "store_string",
-        "set_chars",
-        "bytes",
-        "python",
-        "answer",
-        "interpret",
-        "passed",
-        "received",
-        "broken",
-        *CALLED,
-        "program",
-        "rung_done",
-        "scan",
-        FRAME,
-        BASE,
-        "LadderFault",
-        "fault",
-        "mask",
-        "site",
-        "interpret",
-        "stretch",
-        "text_in",
-        "set_text_in",
-    ]
-)
+_WORDS = f"""
+now given at program scan rung_done LadderFault fault mask site stretch region types faults {FRAME} {BASE}
+float len abs min max array bytes broken converted
+subscript outside negative negative_control jumped_back called returned narrow integer cut divide modulo
+real_result real_divide real_modulo double_result double_divide double_modulo
+copy copy_row fill move_down shift_bits store_bytes first_of
+text set_text text_in set_text_in chars set_chars read_string store_string
+python answer interpret fetched passed received
+"""
+
+RESERVED = frozenset((*_WORDS.split(), *CALLED))
 """Identifiers of the compiled program; its temporaries start with two underscores."""

@@ -145,7 +145,8 @@ def dtos(_faults: FaultLog, _site: int, value: int | float) -> bytes:
 
 def rtos(_faults: FaultLog, _site: int, value: float) -> bytes:
     """Return a REAL as text."""
-    return real_text(float(value)).encode()
+    text = b"%.9g" % value
+    return text if b"." in text or b"e" in text else real_text(float(value)).encode()
 
 
 def real_text(value: float) -> str:

@@ -86,6 +86,11 @@ class FaultLog:
             what = {"rung": "JMP", "line": "loop"}.get(at.unit, "chart")
             raise LadderFault(at, what, text, WATCHDOG_CODE, WATCHDOG_TYPE)
 
+    @property
+    def jumps_left(self) -> int:
+        """Backward jumps that the scan has left."""
+        return MOST_JUMPS - self._jumps
+
     def negative_control(self, site: int, tag: str, length: int, position: int) -> NoReturn:
         """Fault: LEN or POS of a CONTROL is negative."""
         text = f"LEN is {length}, POS is {position}; neither may be negative"

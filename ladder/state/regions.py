@@ -59,12 +59,12 @@ class ArrayRegion:
         return self.array - first % self.array
 
 
-def region_of(resolved: Resolved) -> ArrayRegion:
-    """Return the region that starts at an operand."""
+def region_of(resolved: Resolved, *, extent: bool = False) -> ArrayRegion:
+    """Return the region that starts at an operand; `extent`: with the first of its parts only."""
     assert isinstance(resolved, (Place, Group))
     rest = () if isinstance(resolved, Place) else resolved.dims
     kind: DataType = resolved.type
-    fields = fields_of(kind)
+    fields = fields_of(kind)[:1] if extent else fields_of(kind)
     if isinstance(resolved, Place):
         path, leaves = resolved.leaf.path, [resolved.leaf]
     else:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import struct
+from collections.abc import Callable
 from typing import Any
 
 from ..model.stretches import BITS, HIDDEN_VALUES, STRUCTURES, Spot, byte_parts, hidden_places
@@ -80,3 +82,26 @@ def set_chars(tag: Any, at: int, room: int, value: bytes) -> None:
     codes = value[:room]
     tag.i[at >> 2] = len(codes)
     tag.B[at + 4 : at + 4 + room] = codes.ljust(room, b"\0")
+
+
+PUT_TEXT = "put_text_"
+"""Name of a `text_writer` in the compiled program, less the size of DATA."""
+
+
+def text_writer(room: int, *, held: bool) -> Callable[[Any, int, int, bytes], object]:
+    """Return a function that writes LEN and characters of a STRING, padded with 0.
+
+    It takes the bytes of a tag, the first one of the STRING, LEN, and characters, as many or more.
+
+    Args:
+        room: the size of DATA.
+        held: whether the bytes may be forced: such views are no buffers.
+    """
+    layout = struct.Struct(f"<i{room}s")
+    if not held:
+        return layout.pack_into
+
+    def write(view: Any, at: int, length: int, text: bytes) -> None:
+        view[at : at + layout.size] = layout.pack(length, text)
+
+    return write

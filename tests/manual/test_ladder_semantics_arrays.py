@@ -117,6 +117,14 @@ def test_fal_stops_at_an_overflow_until_er_is_cleared():
     assert bench.list("Queue", 3) == [0, 4, 22]
 
 
+@pytest.mark.parametrize(("number", "state"), [("0", (0, 1, 6)), ("1", (1, 0, 0))])
+def test_fsc_with_a_number_for_a_condition_finds_nothing_or_the_first_element(number, state):
+    bench = Both(f"XIC(Go)FSC(C,6,0,ALL,{number});", f"CMP({number})OTE(Yes);")
+    bench.scan(Go=True)
+    assert bench.control("FD", "DN", "POS") == state
+    assert bool(bench.tags["Yes"]) == (number == "1")
+
+
 def test_a_position_behind_the_array_is_a_major_fault():
     bench = Both("FAL(C,7,0,ALL,Copy[C.POS],Data[C.POS]);")
     with pytest.raises(LadderFault, match="type 4 code 20") as error:

@@ -250,10 +250,31 @@ _FILE_OUTPUTS = (
     _joined("ALMA", st.just("Level"), values, *[st.sampled_from(("A", "B", "0"))] * 3, *[unset] * 4),
     _any_of(
         ("OTL", "OTU"),
-        st.sampled_from(("Loop.MO", "Loop.SWM", "Loop.PE", "Loop.DOE", "Alarm.Latched", "Level.LEnabled")),
+        st.sampled_from(
+            (
+                *("Loop.MO", "Loop.SWM", "Loop.PE", "Loop.DOE", "Loop.CA", "Loop.PVT", "Loop.NOZC"),
+                *(
+                    "Alarm.Latched",
+                    "Alarm.AckRequired",
+                    "Alarm.Condition",
+                    "Alarm.OperReset",
+                    "Alarm.OperAck",
+                ),
+                *("Alarm.OperDisable", "Alarm.ProgEnable", "Alarm.OperSuppress", "Alarm.AlarmCountReset"),
+                *("Level.LEnabled", "Level.AckRequired", "Level.OperAckAll", "Level.OperDisable"),
+            )
+        ),
     ),
     _joined(
-        "MOV", values, st.sampled_from(("Loop.SP", "Loop.KI", "Loop.MAXO", "Loop.DB", "Alarm.MinDurationPRE"))
+        "MOV",
+        values,
+        st.sampled_from(
+            (
+                *("Loop.SP", "Loop.KI", "Loop.MAXO", "Loop.DB", "Loop.UPD", "Loop.PVH", "Loop.DVDB"),
+                *("Alarm.MinDurationPRE", "Level.MinDurationPRE", "Level.ROCPeriod", "Level.ROCNegLimit"),
+                *("Level.HLimit", "Level.LLimit", "Level.Deadband", "Level.ROCPosLimit"),
+            )
+        ),
     ),
     st.sampled_from(("MSG(Order)", "OTL(Order.TO)", "OTU(Order.EN)", "OTE(Order.DN)")),
     _any_of(("OTE", "OTU"), st.sampled_from(("Ctl.IN", "Ctl.ER", "Ctl.EN", "Ctl.EU"))),
@@ -432,6 +453,11 @@ LOGIC = (
     "MUL(Amount,3,Kept);",
     "XIC(On)MOV(Times.ACC,Table[Kept]);",
     "COP(Table[0],Table[1],2);",
+    "XIC(On)FSC(Look,?,?,ALL,Table[Look.POS]=Amount)XIC(Look.FD)ADD(Kept,1,Kept);",
+    "XIC(On)OTU(Look.IN);",
+    "XIC(On)FAL(Fill,?,?,INC,Table[Fill.POS],Shared+Fill.POS);",
+    "XIC(On)FFL(Amount,Table,Queue,?,?);",
+    "XIO(On)FFU(Table,Kept,Queue,?,?);",
 )
 """Rungs that an add-on instruction may consist of."""
 
@@ -467,6 +493,12 @@ DEEP_LOGIC = (
     "TON(Time,?,?)XIC(Time.DN)MOV(1,Kept);",
     "XIC(On)MOV(0,Kept);",
     "EQU(Label,'abc')MOV(2,Label.LEN);",
+    "XIC(Flag)FFL(Kept,Row,Queue,?,?)XIC(Queue.DN)OTU(Queue.EN);",
+    "XIO(Flag)LFU(Row,Total,Queue,?,?);",
+    "XIC(On)BSL(Own.Both,Shift,Flag,?);",
+    "SIZE(Row,0,Kept);",
+    "FSC(Shift,?,?,2,Own.Words[Shift.POS]>Kept);",
+    "ALMA(Level,Kept,Flag,0,0,?,?,?,?)XIC(Level.HInAlarm)OTE(Flag);",
 )
 """Rungs of an add-on instruction that calls another one."""
 
@@ -484,7 +516,10 @@ LOCAL Inner : Mixer
 LOCAL More : Mixer[2] := [{"Kept": 2}]
 LOCAL Kept : DINT := 1
 LOCAL Own : Packet
-LOCAL Other : Packet"""
+LOCAL Other : Packet
+LOCAL Queue : CONTROL := {"LEN": 3}
+LOCAL Shift : CONTROL := {"LEN": 4}
+LOCAL Level : ALARM_ANALOG := {"HLimit": 2.0, "HEnabled": true}"""
 
 
 @st.composite
@@ -507,6 +542,7 @@ def add_ons(draw):
         "LOCAL Time : TIMER",
         "LOCAL Times : COUNTER",
         "LOCAL Table : DINT[3]",
+        *(f'LOCAL {name} : CONTROL := {{"LEN": 3}}' for name in ("Look", "Fill", "Queue")),
         *routine("Logic"),
         *(routine("EnableInFalse") if draw(st.booleans()) else ()),
         *(routine("Prescan") if draw(st.booleans()) else ()),

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from random import Random
 
 from l5x_files import add_on, alias, document, ladder, parameter, program, rung, structured, tag, task
+from real_machines import MESSAGE_TAGS, drive_add_on, message_routine
 from real_rungs import VARIANTS, Pools, Rungs, driven, driving
 from real_types import ITEMS, Part, Values, string_type, type_text, types_of, units
 
@@ -60,6 +61,7 @@ class Plant:
         self._rungs = Rungs(self._draw, self._pools, VARIANTS[variant], self._units, self._items)
         self._kinds = {*TAG_SHARES} - {*_UNITS} | {*self._units}
         self._bits, self._text = variant == "bits", variant == "text"
+        self._drives, self._messages = variant == "drives", variant == "messages"
         self._programs = max(2, round(rungs / (PER_ROUTINE * ROUTINES + DRIVING)))
         self._in_program = max(6, rungs // self._programs - DRIVING)
         self._each = max(20, tags // (self._programs + 1) - 60)
@@ -75,7 +77,7 @@ class Plant:
         ]
         return document(
             types=[string_type(), *self._type_texts()],
-            add_ons=[] if self._bits else add_ons(),
+            add_ons=[] if self._bits else [*add_ons(), *([drive_add_on()] if self._drives else [])],
             tags=shared,
             programs=programs,
             tasks=tasks,
@@ -129,7 +131,7 @@ class Plant:
         pools.enter()
         rungs.needed = []
         tags = []
-        for part in driven():
+        for part in (*driven(), *(MESSAGE_TAGS if self._messages else ())):
             if part.kind == "WORD":
                 pools.add(part, own=True)
             tags.append(self._values.tag(part._replace(kind=_WORDS.get(part.kind, part.kind))))
@@ -143,6 +145,7 @@ class Plant:
             ladder("Main", *calls),
             ladder("Drive", *driving(self._draw, self._items)),
             *routines,
+            *([message_routine()] if self._messages else ()),
             tags=tags,
         )
 

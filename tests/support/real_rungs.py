@@ -6,8 +6,10 @@ in a range, texts are built from constants, and what a copy makes of other bytes
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from random import Random
 
+from real_machines import SPECIALS
 from real_types import BEHIND, Part, Types, places
 
 SHARES: Mapping[str, float] = {
@@ -30,6 +32,9 @@ VARIANTS: dict[str, dict[str, float]] = {
     "add_ons": {**SHARES, "add_on": 30, "plain": 48.8},
     "arrays": {**SHARES, "subscript": 40, "plain": 37.9},
     "text": dict(SHARES),
+    "drives": {**SHARES, "drive": 12, "plain": 61.9},
+    "messages": {**SHARES, "call": 12, "string": 12, "plain": 53.5},
+    "alarms": {**SHARES, "alarm": 12, "queue": 8, "plain": 53.9},
 }
 """Shares of rungs in programs that use one thing more; `text` has structured text beside its rungs."""
 
@@ -149,8 +154,14 @@ class Rungs:
             "string": self._string,
             "timer": self._timer,
             "status": self._status,
-        }[kind]
+        }.get(kind) or partial(SPECIALS[kind], self._draw, self._pools.pick, self._need)
         return f"{self._input()}{made()}"
+
+    def _need(self, kind: str, length: int) -> str:
+        """Return the name of a new tag of the program."""
+        name = f"{kind.title().replace('_', '')}_{len(self.needed)}"
+        self.needed.append(Part(name, kind, length))
+        return name
 
     # --- conditions
 

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from ...compiler.alarms import write_alma, write_almd
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
 from ...model.operands import Group, Resolved
@@ -178,6 +179,7 @@ ALMD = always(
     Use.PRESET,
     optional=2,
     run=_almd,
+    write=write_almd,
     instead=IN_RUNGS,
     prescan=_prescan_almd,
 )
@@ -189,5 +191,6 @@ ALMA = always(
     *[Use.PRESET] * 4,
     optional=4,
     run=_alma,
+    write=write_alma,
     prescan=_prescan_alma,
 )

@@ -15,8 +15,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from ...compiler.pid import write_pid
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
+from ...model.arithmetic import percent, scaled
 from ...model.errors import PID_SETPOINT_CODE, PID_TIME_CODE
 from ...model.operands import Constant, Group, Place, Resolved
 from ...model.spec import Use, always
@@ -38,11 +40,6 @@ class _Loop(Members):
 
     def real(self, name: str) -> float:
         return float(self[name])
-
-
-def _scaled(value: float, low: float, high: float, least: float, most: float) -> float:
-    """Scale linearly; a span of 0 leaves the value as it is."""
-    return value if low == high else least + (value - low) * (most - least) / (high - low)
 
 
 def _pid(
@@ -67,10 +64,10 @@ def _pid(
         loop.set(MAXO=100.0, MINO=0.0)
     _measure(machine, loop, float(machine.number(process, 0)))
     tie = float(machine.number(tieback, 0))
-    loop.set(TIE=_scaled(tie, loop.real("MINTIE"), loop.real("MAXTIE"), 0.0, 100.0))
+    loop.set(TIE=scaled(tie, loop.real("MINTIE"), loop.real("MAXTIE"), 0.0, 100.0))
     output = _output(loop)
     if machine.condition(hold):
-        output = _scaled(float(machine.number(held, 0)), loop.real("MINCV"), loop.real("MAXCV"), 0.0, 100.0)
+        output = scaled(float(machine.number(held, 0)), loop.real("MINCV"), loop.real("MAXCV"), 0.0, 100.0)
         _track(loop, output)
     loop.set(OUT=output)
     if isinstance(target, Place):
@@ -80,7 +77,7 @@ def _pid(
 
 def _measure(machine: Interpreter, loop: _Loop, raw: float) -> None:
     """Scale PV, set its alarms, compute the error."""
-    value = _scaled(raw, loop.real("MINI"), loop.real("MAXI"), loop.real("MINS"), loop.real("MAXS"))
+    value = scaled(raw, loop.real("MINI"), loop.real("MAXI"), loop.real("MINS"), loop.real("MAXS"))
     loop.set(PV=value)
     if loop.bit("PVT") and (loop.bit("MO") or loop.bit("SWM")):
         loop.set(SP=value)
@@ -138,8 +135,7 @@ def _gains(loop: _Loop) -> tuple[float, float, float]:
 
 
 def _percent(loop: _Loop, value: float) -> float:
-    span = loop.real("MAXS") - loop.real("MINS")
-    return value * 100 / span if span else value
+    return percent(value, loop.real("MINS"), loop.real("MAXS"))
 
 
 def _change(loop: _Loop) -> float:
@@ -169,5 +165,6 @@ PID = always(
     Use.SWITCH,
     Use.NUMBER,
     run=_pid,
+    write=write_pid,
     prescan=lambda machine, group, *_operands: _Loop(machine, group).set_bits(INI=False),
 )

@@ -26,7 +26,7 @@ from ...model.stubs import stub_of
 from ...model.tags import Leaf
 from ...model.types import DINT, MESSAGE_BITS, count_of
 from ...run.partners import receive
-from ...state.lowered import LoweredProgram, steps_of
+from ...state.lowered import LoweredProgram
 from ...state.memory import Memory
 
 TIMEOUT = 1
@@ -111,7 +111,7 @@ class _MessagePlaces:
 def ends_of_messages(lowered: LoweredProgram) -> tuple[Callable[[Any], None], ...]:
     """Return functions that end messages of structured text after a scan."""
     texts = [each for each in lowered.routines.values() if each.body is not None]
-    if not any(step.name == "MSG" for each in texts for line in each.lines for step in steps_of(line.nodes)):
+    if not any(step.name == "MSG" for each in texts for line in each.lines for step in line.all_steps):
         return ()
     return (partial(_end_messages, tuple(_waiting_in(lowered))),)
 

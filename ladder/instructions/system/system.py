@@ -13,7 +13,9 @@ import struct
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import lru_cache, partial
+from typing import Any
 
+from ...compiler.attributes import write_gsv
 from ...interpreter import Interpreter
 from ...model.arithmetic import wrap
 from ...model.errors import LadderError
@@ -116,15 +118,23 @@ CLOCK = "WALLCLOCKTIME"
 _LATEST_US = 8_000 * 365 * 86_400 * 1_000_000  # maximum setting of the clock, µs from power-up
 
 
+def _path(kind: str, instance: str, name: str) -> str:
+    """Return the path of an attribute with memory."""
+    return f"{HIDDEN}gsv.{kind}.{instance}.{name}"
+
+
+_OFFSET = _path(CLOCK, "", "OFFSET")
+
+
 def _wall_us(machine: Interpreter) -> int:
-    leaf = machine.lowered.layout.find(_path(CLOCK, "", "OFFSET"))
+    leaf = machine.lowered.layout.find(_OFFSET)
     offset = machine.whole(machine.memory.read(leaf)) if leaf is not None else 0
     return machine.now_ns // 1_000 + offset
 
 
 def _set_wall(machine: Interpreter, now_us: int) -> None:
     """Set the clock; a time out of range is ignored."""
-    leaf = machine.lowered.layout.find(_path(CLOCK, "", "OFFSET"))
+    leaf = machine.lowered.layout.find(_OFFSET)
     if leaf is not None and 0 <= now_us < _LATEST_US:
         machine.memory.write(leaf, 0, now_us - machine.now_ns // 1_000)
 
@@ -147,7 +157,13 @@ def _write_microseconds(machine: Interpreter, _name: str, data: bytes) -> None:
 
 
 def _date(machine: Interpreter, _name: str) -> bytes:
-    now = POWER_UP + datetime.timedelta(microseconds=_wall_us(machine))
+    return _date_at(_wall_us(machine))
+
+
+@lru_cache(maxsize=4)
+def _date_at(wall_us: int) -> bytes:
+    """Return the date of an instant, which several instructions of a scan ask for."""
+    now = POWER_UP + datetime.timedelta(microseconds=wall_us)
     day = now.year, now.month, now.day
     return struct.pack("<7i", *day, now.hour, now.minute, now.second, now.microsecond)
 
@@ -196,11 +212,6 @@ ATTRIBUTES: Mapping[tuple[str, str], Attribute] = {
     **{(kind, "NAME"): Attribute(_name_of) for kind in ("MODULE", "PROGRAM", "ROUTINE", "TASK")},
 }
 """Attributes that the runtime computes, by class and name in capitals."""
-
-
-def _path(kind: str, instance: str, name: str) -> str:
-    """Return the path of an attribute with memory."""
-    return f"{HIDDEN}gsv.{kind}.{instance}.{name}"
 
 
 def _kept(kind: str, name: str, kept: StoredValue) -> Attribute:
@@ -253,7 +264,7 @@ def _resolve(
     if stored is not None:
         resolver.kept(_path(kind, instance, name), stored.initial)
     elif kind == CLOCK:
-        resolver.kept(_path(CLOCK, "", "OFFSET"), 0)
+        resolver.kept(_OFFSET, 0)
     if not isinstance(given[3], Address):
         raise OperandError(f"{given[3]} is not a tag", "name a tag")
     return kind, instance, name, resolver.memory(given[3], written=written)
@@ -295,6 +306,12 @@ def _gsv(machine: Interpreter, kind: str, instance: str | Place, name: str, targ
     machine.put_bytes(store, region, first, count, data)
 
 
+def _fetch(
+    machine: Interpreter, kind: str, instance: str | Place, name: str, _target: Place | Group
+) -> bytes:
+    return _read(machine, kind, instance, name)
+
+
 def _ssv(machine: Interpreter, kind: str, instance: str | Place, name: str, source: Place | Group) -> None:
     store, region, first = end = machine.end(source)
     size = len(_read(machine, kind, instance, name))
@@ -322,11 +339,11 @@ def _event(machine: Interpreter, name: str) -> None:
 # --- the rows
 
 
-def _row(name: str, use: Use, run: Callable[..., None], *, written: bool) -> Spec:
+def _row(name: str, use: Use, *, written: bool, **parts: Any) -> Spec:
     resolve = partial(_resolve, written=written)
-    return action(name, Use.LABEL, Use.LABEL, Use.LABEL, use, resolve=resolve, run=run)
+    return action(name, Use.LABEL, Use.LABEL, Use.LABEL, use, resolve=resolve, **parts)
 
 
 EVENT = action("EVENT", Use.LABEL, run=_event)
-GSV = _row("GSV", Use.DESTINATION, _gsv, written=True)
-SSV = _row("SSV", Use.SOURCE, _ssv, written=False)
+GSV = _row("GSV", Use.DESTINATION, written=True, run=_gsv, write=write_gsv, fetch=_fetch, partly=True)
+SSV = _row("SSV", Use.SOURCE, written=False, run=_ssv)

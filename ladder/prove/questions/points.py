@@ -16,7 +16,6 @@ from enum import StrEnum
 from ...model.errors import LadderError
 from ...model.spec import InstructionKind
 from ...run.engine import Engine
-from ...state.lowered import steps_of
 from ..algebra.terms import T, and_, not_, variables
 from ..induction import Limits, prove
 from ..relation.noting import Passage
@@ -59,7 +58,7 @@ def points_of(problem: ProgramSystem) -> dict[RungPoint, T]:
     found: dict[RungPoint, T] = {}
     for routine in problem.lowered.routines.values():
         for line in routine.lines:
-            for step in steps_of(line.nodes):
+            for step in line.all_steps:
                 passages = problem.machine.passages.get(step.site, ())
                 is_contact = step.kind is InstructionKind.INPUT
                 for state, t in _states(passages, is_contact=is_contact):

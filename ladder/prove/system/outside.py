@@ -14,7 +14,7 @@ from ...model.errors import LadderError
 from ...model.operands import Calculation, Constant, Place
 from ...model.tags import Layout, tag_in
 from ...run.view import Tags
-from ...state.lowered import Call, LoweredProgram, steps_of
+from ...state.lowered import Call, LoweredProgram
 from ..algebra.terms import T
 from .transition import Key
 
@@ -39,7 +39,7 @@ def named_bits(lowered: LoweredProgram) -> dict[Key, int]:
         operand
         for routine in lowered.routines.values()
         for line in routine.lines
-        for step in steps_of(line.nodes)
+        for step in line.all_steps
         for operand in step.operands
     ]
     for place in _places_in(operands):

@@ -49,8 +49,8 @@ def initial_of(
         only = {each.form: each.value for each in data}
         if (one := only.get("Decorated")) is not None and "" not in only:
             return scalar(one, kind, ValueReading(say=say))
-    found = {each.form: each.element for each in data}
     how = ValueReading(types.has_initials(kind), say)
+    found = {each.form: each.element if how.keep else each.other_than_zero for each in data}
     inner = next(found["Decorated"].iterchildren("*"), None) if "Decorated" in found else None
     raw = bytes_in(found[""]) if "" in found else None
     if raw and types.has_known_bytes(kind) and fits(raw, kind, dims) and (inner is None or is_certain(kind)):

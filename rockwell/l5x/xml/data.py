@@ -21,6 +21,10 @@ _ONE_VALUE = re.compile(
 )
 
 
+_ZERO = re.compile(rb'<DataValueMember Name="\w+" DataType="\w+"(?: Radix="[\w/ ]+")? Value="(?:0|0\.0)"/>')
+"""A member that is 0: half of the members of an export."""
+
+
 class Data:
     """The values of a tag in one form.
 
@@ -56,6 +60,13 @@ class Data:
         if self._text is None or self._parse is None:
             return self._element
         return self._parse(self._text, self._element.sourceline)
+
+    @property
+    def other_than_zero(self) -> Any:
+        """The element without those members that are 0, as far as it was cut out."""
+        if self._text is None or self._parse is None:
+            return self._element
+        return self._parse(_ZERO.sub(b"", self._text), self._element.sourceline)
 
 
 def cut_out(data: bytes) -> tuple[bytes, list[bytes]]:

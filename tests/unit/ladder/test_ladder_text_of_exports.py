@@ -6,10 +6,9 @@ import pytest
 from ladder_bench import both, program_of
 from scanrack.io_images.image import Image
 from scanrack.ladder import LadderFault, RungTextError
-from scanrack.ladder.compiler.services import Services
+from scanrack.ladder.compiler.services import regions_of, services
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.lowering.text import parse_rung
-from scanrack.ladder.model.operators import CALLED
 from scanrack.ladder.model.tags import RESERVED
 from scanrack.ladder.state.fault_log import MOST_RECURSION
 
@@ -105,8 +104,15 @@ def test_functions_outside_of_their_domain_are_a_minor_fault(expression, result)
 
 
 def test_functions_are_names_that_no_tag_takes_in_the_compiled_program():
-    services = {name for name in dir(Services) if not name.startswith("_")}
-    assert (set(CALLED) | services) - RESERVED == set()
+    engine = parse_program("PROGRAM p\nTAG B : BOOL\nROUTINE Main\nOTE(B);\nEND\n").compile()
+    names = {name for name in services(engine, regions_of(engine.lowered), {}) if name[:7] != "string_"}
+    assert names - RESERVED == set()
+    assert {"float", "len", "abs", "min", "max", "bytes"} <= RESERVED
+    for name in ("converted", "max", "put_text_82", "string_MID"):
+        rung = f"ADD({name},1,{name})DTOS({name},T);"
+        program = parse_program(f"PROGRAM p\nTAG {name} : DINT\nTAG T : STRING\nROUTINE Main\n{rung}\nEND\n")
+        program.step()
+        assert (program.tags[name], program.tags["T"]) == (1, "1")
 
 
 def test_an_empty_rung_does_nothing():

@@ -1,0 +1,142 @@
+"""ALMD and ALMA in Python text; `instructions.process.alarms` has the same steps in the same order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from ..model.operands import SINGLE, Group, Resolved
+from ..model.types import ALARM_LEVELS, DINT, REAL
+from .files import MemberText, converted_text
+from .rungs import RungWriter
+
+_NS_PER_MS, _NS_PER_US = 1_000_000, 1_000
+
+
+class _AlarmText(MemberText):
+    """What ALMD and ALMA have in common."""
+
+    def __init__(self, rungs: RungWriter, group: Group) -> None:
+        super().__init__(rungs, group)
+        self.keep, self.block = rungs.values.keep, rungs.writer.block
+
+    def copy(self, names: Iterable[str], operands: Iterable[Resolved]) -> None:
+        """Write operands to the parameters of these names."""
+        for name, operand in zip(names, operands, strict=True):
+            self.set(**{name: self._values.condition(operand)})
+
+    def requested(self, name: str) -> str:
+        """Return a variable that says whether the program or the operator requests this."""
+        program = self.keep(self[f"Prog{name}"])
+        asked = self.keep(f"{program} and not {self[f'~{name}']} or {self[f'Oper{name}']}")
+        self.set(**{f"~{name}": program, f"Oper{name}": False})
+        return asked
+
+    def switch(self, on: str, off: str, state: str) -> None:
+        """Write a state that requests set and clear."""
+        with self.block(f"if {self[f'Prog{off}']} or {self[f'Oper{off}']}:"):
+            self.set(**{state: False})
+        with self.block(f"elif {self[f'Prog{on}']} or {self[f'Oper{on}']}:"):
+            self.set(**{state: True})
+        self.set(**{f"Oper{on}": False, f"Oper{off}": False})
+
+    def lasts(self, active: str) -> str:
+        """Write the time of a condition; return a variable that says whether it has lasted long enough."""
+        found = self.keep("False")
+        with self.block(f"if {active}:"):
+            with self.block(f"if not {self['~active']}:"):
+                self.set(**{"~active": True, "~since_ns": "now"})
+            elapsed = self.keep(f"(now - {self['~since_ns']}) // {_NS_PER_MS}")
+            self.set(MinDurationACC=f"min({elapsed}, {DINT.highest})")
+            self._writer.line(f"{found} = {elapsed} >= {self['MinDurationPRE']}")
+        with self.block("else:"):
+            self.set(MinDurationACC=0, **{"~active": False})
+        return found
+
+
+# --- ALMD
+
+
+def write_almd(rungs: RungWriter, power: str, group: Group, *operands: Resolved) -> None:
+    """Write ALMD."""
+    alarm, power, block = _AlarmText(rungs, group), rungs.kept(power), rungs.writer.block
+    alarm.set(EnableIn=power, EnableOut=power, In=power)
+    alarm.copy(("ProgAck", "ProgReset", "ProgDisable", "ProgEnable"), operands)
+    alarm.switch("Disable", "Enable", "Disabled")
+    disabled = alarm.keep(alarm["Disabled"])
+    alarm.switch("Suppress", "Unsuppress", "Suppressed")
+    acknowledged, reset = alarm.requested("Ack"), alarm.requested("Reset")
+    with block(f"if {alarm['AlarmCountReset']}:"):
+        alarm.set(AlarmCount=0, AlarmCountReset=False)
+    active = alarm.keep(f"not {disabled} and {alarm['In']} == {alarm['Condition']}")
+    lasts = alarm.lasts(active)
+    with block(f"if {lasts} and not {alarm['InAlarm']}:"):
+        alarm.set(InAlarm=True, Acked=f"not {alarm['AckRequired']}")
+        alarm.set(AlarmCount=f"min({alarm['AlarmCount']} + 1, {DINT.highest})")
+        alarm.set(InAlarmTime=f"now // {_NS_PER_US}")
+    with block(f"elif {alarm['InAlarm']} and not {active}:"):
+        with block(f"if {disabled} or {alarm['Latched']} and {reset}:"):
+            alarm.set(InAlarm=False, Acked=True)
+        with block(f"elif not {alarm['Latched']}:"):
+            alarm.set(InAlarm=False)
+    with block(f"if {acknowledged} or not {alarm['AckRequired']}:"):
+        alarm.set(Acked=True)
+    alarm.set(InAlarmUnack=f"{alarm['InAlarm']} and not {alarm['Acked']}")
+
+
+# --- ALMA
+
+
+def write_alma(rungs: RungWriter, power: str, group: Group, source: Resolved, *operands: Resolved) -> None:
+    """Write ALMA."""
+    alarm, power = _AlarmText(rungs, group), rungs.kept(power)
+    alarm.set(EnableIn=power, EnableOut=power)
+    with rungs.writer.block(f"if {power}:"):
+        alarm.set(In=converted_text(rungs.values.term(source, SINGLE), REAL))
+        alarm.copy(("ProgAckAll", "ProgDisable", "ProgEnable"), operands)
+        alarm.switch("Disable", "Enable", "Disabled")
+        disabled = alarm.keep(alarm["Disabled"])
+        alarm.switch("Suppress", "Unsuppress", "Suppressed")
+        acknowledged = alarm.requested("AckAll")
+        _write_limits(alarm, disabled, acknowledged)
+        _write_rates(alarm, disabled, acknowledged)
+        for one, each in (("InAlarm", "InAlarm"), ("AnyInAlarmUnack", "InAlarmUnack")):
+            names = (*ALARM_LEVELS, "ROCPos", "ROCNeg")
+            alarm.set(**{one: " or ".join(alarm[f"{name}{each}"] for name in names)})
+
+
+def _write_limits(alarm: _AlarmText, disabled: str, acknowledged: str) -> None:
+    beyond = {}
+    for name in ALARM_LEVELS:
+        passed = f"{alarm['In']} {'>=' if name.startswith('H') else '<='} {alarm[f'{name}Limit']}"
+        beyond[name] = alarm.keep(f"not {disabled} and {alarm[f'{name}Enabled']} and {passed}")
+    lasts = alarm.lasts(" or ".join(beyond.values()))
+    starts = alarm.keep(" or ".join([lasts, *(alarm[f"{name}InAlarm"] for name in ALARM_LEVELS)]))
+    for name in ALARM_LEVELS:
+        limit, band = alarm[f"{name}Limit"], f"max({alarm['Deadband']}, 0.0)"
+        inside = f"< {limit} - {band}" if name.startswith("H") else f"> {limit} + {band}"
+        stays = f"not {disabled} and {alarm[f'{name}InAlarm']} and not {alarm['In']} {inside}"
+        _write_level(alarm, name, alarm.keep(f"{stays} or {beyond[name]} and {starts}"), acknowledged)
+
+
+def _write_level(alarm: _AlarmText, name: str, on: str, acknowledged: str) -> None:
+    required = alarm["AckRequired"]
+    with alarm.block(f"if {on} and not {alarm[f'{name}InAlarm']}:"):
+        alarm.set(**{f"{name}Acked": f"not {required}"})
+    with alarm.block(f"if {acknowledged} or not {required}:"):
+        alarm.set(**{f"{name}Acked": True})
+    alarm.set(**{f"{name}InAlarm": on})
+    alarm.set(**{f"{name}InAlarmUnack": f"{on} and not {alarm[f'{name}Acked']}"})
+
+
+def _write_rates(alarm: _AlarmText, disabled: str, acknowledged: str) -> None:
+    """Write the sample, once per ROCPeriod, and the comparison of its rate of change."""
+    period = alarm.keep(alarm["ROCPeriod"])
+    with alarm.block(f"if not {alarm['~sampled']}:"):
+        alarm.set(**{"~sampled": True, "~sampled_ns": "now", "~sample": alarm["In"]})
+    with alarm.block(f"elif {period} > 0 and now - {alarm['~sampled_ns']} >= {period} * 1e9:"):
+        alarm.set(ROC=f"real(({alarm['In']} - {alarm['~sample']}) / {period})")
+        alarm.set(**{"~sampled_ns": "now", "~sample": alarm["In"]})
+    for name, rate in (("ROCPos", alarm["ROC"]), ("ROCNeg", f"-{alarm['ROC']}")):
+        limit = alarm[f"{name}Limit"]
+        on = alarm.keep(f"not {disabled} and {period} > 0 and {limit} > 0 and {rate} >= {limit}")
+        _write_level(alarm, name, on, acknowledged)

@@ -1,0 +1,169 @@
+"""Operands of instructions as Python text: structures, arrays of numbers, elements in bytes.
+
+The counterparts of `interpreter.files`: they read and write in the same order, so that both back ends meet
+the same fault first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..model.operands import Group, Place, Resolved, first_leaf, width_moved
+from ..model.stretches import BITS, row_strides
+from ..model.types import Elementary, Structure
+from ..state.regions import ArrayRegion, region_of
+from .rungs import RungWriter
+from .value_writer import Term, ValueWriter
+
+
+class MemberText:
+    """A structure: `alarm["Acked"]` is text for a member, `alarm.set(Acked="True")` writes one."""
+
+    def __init__(self, rungs: RungWriter, group: Group) -> None:
+        self._group = group
+        self._values, self._writer = rungs.values, rungs.writer
+
+    def __getitem__(self, name: str) -> str:
+        """Return text for a member."""
+        return self._values.read(self._group.member(name))
+
+    def set(self, **members: object) -> None:
+        """Write assignments of text of the members' types."""
+        for name, text in members.items():
+            self._values.assign(self._group.member(name), str(text))
+
+
+class ControlText(MemberText):
+    """A CONTROL."""
+
+    def check(self) -> None:
+        """Write a fault if LEN or POS is negative."""
+        length, position = self["LEN"], self["POS"]
+        given = f"{self._values.site}, {self._group.text!r}, {length}, {position}"
+        self._writer.line(f"if {length} < 0 or {position} < 0: negative_control({given})")
+
+
+class ElementText:
+    """Elements of an array of numbers from an operand on; writes the checks of its subscripts.
+
+    Only of operands that `has_elements`.
+    """
+
+    def __init__(self, rungs: RungWriter, operand: Resolved) -> None:
+        assert isinstance(operand, (Place, Group))
+        self._values, self._writer = rungs.values, rungs.writer
+        self.leaf = first_leaf(operand)
+        self.region = region_of(operand, extent=True)
+        self.type = self.leaf.type
+        texts = subscripts_kept(rungs.values, operand)
+        self.row = rungs.writer.name(self.leaf)
+        self.at = _kept(rungs.values, rungs.values.offset(self.leaf, texts))
+        self.left = _kept(rungs.values, elements_left(rungs, self.region, texts))
+
+    def check(self, number: str) -> None:
+        """Write a fault if there is no element of this number."""
+        wanted = f"{number}, {self.left}, {self._values.site}, {self.region.text!r}"
+        if not (number.isdigit() and self.left.isdigit() and int(number) < int(self.left)):
+            self._writer.line(f"if not 0 <= {number} < {self.left}: outside({wanted})")
+
+    def __getitem__(self, number: str) -> str:
+        """Return text for an element."""
+        return f"{self.row}[{plus(self.at, number)}]"
+
+    def value_of(self, source: Resolved) -> str:
+        """Return text for a number as a value of these elements."""
+        term = self._values.term(source, width_moved(source, self.type))
+        return self._values.keep(converted_text(term, self.type))
+
+
+def has_elements(rungs: RungWriter, operand: Resolved) -> bool:
+    """Whether an operand is an array of numbers in a list or a view."""
+    assert isinstance(operand, (Place, Group))
+    leaf = first_leaf(operand)
+    spot = rungs.writer.layout.spot(leaf)
+    is_row = bool(leaf.dims) or spot is not None
+    packed = spot is not None and spot.view == BITS
+    return is_row and isinstance(operand.type, Elementary) and not packed and not rungs.writer.mask(leaf)
+
+
+def converted_text(term: Term, kind: Elementary) -> str:
+    """Return text for a number converted to a type, without flags and faults."""
+    if term.real:
+        fits = kind.is_double or (kind.is_real and not term.double)
+    else:
+        may_be_bit = term.high == 1 and not term.text.isdigit()
+        fits = kind.is_integer and not may_be_bit and kind.lowest <= term.low and term.high <= kind.highest
+    if fits:
+        return term.text
+    return f"converted(types[{kind.name!r}], {term.text})"
+
+
+@dataclass(frozen=True, slots=True)
+class ByteEnd:
+    """Elements in bytes from an operand on."""
+
+    tag: str  # text, as are
+    at: str  # the first byte
+    left: str  # and the number of bytes to the end of its array
+    size: int  # bytes per element
+    surely: int  # the least that `left` may be
+
+
+def byte_end(rungs: RungWriter, operand: Resolved) -> ByteEnd | None:
+    """Return an operand in bytes with its subscripts checked, None if it is not in bytes."""
+    assert isinstance(operand, (Place, Group))
+    values, leaf = rungs.values, first_leaf(operand)
+    if isinstance(operand.type, Structure):
+        assert isinstance(operand, Group)
+        spot = rungs.writer.layout.byte_spot(operand.path)
+    else:
+        spot = rungs.writer.layout.spot(leaf)
+    if spot is None or not spot.view or spot.unit == 1:
+        return None
+    region = region_of(operand, extent=True)
+    texts = subscripts_kept(values, operand)
+    at, width = values.placed(spot, leaf, texts), spot.unit // 8
+    if width > 1:
+        at = str(int(at) * width) if at.isdigit() else f"({at}) * {width}"
+    surely = 0 if region.whole else region.size
+    return ByteEnd(spot.ident, at, elements_left(rungs, region, texts, region.size), region.size, surely)
+
+
+def subscripts_kept(values: ValueWriter, operand: Place | Group) -> list[str]:
+    """Return text for the checked subscripts of an operand: numbers or variables."""
+    texts = values.subscripts(first_leaf(operand), operand.indices, operand.text)
+    return [each if each.isdigit() else values.keep(each) for each in texts]
+
+
+def elements_left(rungs: RungWriter, region: ArrayRegion, texts: Sequence[str], size: int = 1) -> str:
+    """Return text for the number of elements from an element, by its subscripts, to the end of its array.
+
+    Args:
+        size: what counts as that many, as an element's bytes do.
+    """
+    first = region.fixed_first
+    if first is not None and not region.whole:
+        return str(region.fixed_left(first) * size)
+    strides = row_strides(region.dims, region.rest)
+    flat = " + ".join(
+        f"{text} * {stride}" if stride != 1 else text for text, stride in zip(texts, strides, strict=True)
+    )
+    times = f" * {size}" if size != 1 else ""
+    if region.whole:
+        length = rungs.writer.handed(region.root)[2]
+        return f"({length} - ({flat})){times}" if flat else f"{length}{times}"
+    if region.array == 1:
+        return str(size)
+    return f"({region.array} - ({flat}) % {region.array}){times}"
+
+
+def plus(at: str, count: str) -> str:
+    """Return text for a sum, of numbers the sum itself."""
+    if at == "0" or count == "0":
+        return count if at == "0" else at
+    return str(int(at) + int(count)) if at.isdigit() and count.isdigit() else f"{at} + {count}"
+
+
+def _kept(values: ValueWriter, text: str) -> str:
+    return text if text.isdigit() else values.keep(text)

@@ -1,0 +1,93 @@
+"""FAL and FSC in Python text; `instructions.arrays` says what they do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ..model.operands import Group, Place, Resolved
+from ..model.types import DINT
+from .files import ControlText
+from .rungs import RungWriter
+
+
+def _write_passes(
+    rungs: RungWriter, power: str, control: ControlText, mode: str, one: Callable[[], None]
+) -> None:
+    """Write the passes of one scan; `one` writes lines for the element at POS, and `break` to stop there.
+
+    Jumps backward are counted together: the countdown of the passes ends where the watchdog does.
+    """
+    keep, line, block, site = rungs.values.keep, rungs.writer.line, rungs.writer.block, rungs.values.site
+    rises = keep(f"{power} and not {control['EN']}")
+    runs = power
+    if mode.isdigit():
+        runs = keep(f"{power} or {control['EN']} and not {control['DN']}")
+    with block(f"if {runs}:"):
+        with block(f"if {rises}:"):
+            control.set(EN=True, **({} if mode == "INC" else {"POS": 0}))
+        waits = f" or not {rises}" if mode == "INC" else ""
+        with block(f"if not ({control['DN']} or {control['ER']}{waits}):"):
+            control.check()
+            all_ = keep(control["LEN"] if mode == "ALL" else "1" if mode == "INC" else mode)
+            least = keep(f"max({all_} - faults.jumps_left, 0)")
+            left = rungs.writer.temporary()
+            line(f"{left} = {all_}")
+            with block("try:"):
+                with block(f"while {left} > {least} and {control['POS']} < {control['LEN']}:"):
+                    line(f"{left} -= 1")
+                    one()
+                with block("else:"):
+                    line(f"if {left} and {control['POS']} < {control['LEN']}: jumped_back({site}, {all_})")
+                    control.set(DN=f"{control['POS']} >= {control['LEN']}")
+            line(f"finally: jumped_back({site}, {all_} - {left})")
+    if power != "True":
+        with block("else:"):
+            _write_end(rungs, control)
+
+
+def _write_end(rungs: RungWriter, control: ControlText) -> None:
+    with rungs.writer.block(f"if {control['DN']}:"):
+        control.set(DN=False, POS=0)
+    control.set(EN=False)
+
+
+def write_fal(
+    rungs: RungWriter, power: str, group: Group, mode: str, target: Place, expression: Resolved
+) -> None:
+    """Write FAL."""
+    control = ControlText(rungs, group)
+    moves_on = f"wrap({control['POS']} + 1, {DINT.bits})" if target.leaf == group.member("POS").leaf else ""
+
+    def one() -> None:
+        before = rungs.values.keep("faults.overflows")
+        rungs.values.expression(target, expression)
+        fails = rungs.values.keep(f"faults.overflows != {before}")
+        control.set(ER=fails)
+        rungs.writer.line(f"if {fails}: break")
+        control.set(POS=moves_on or f"{control['POS']} + 1")
+
+    _write_passes(rungs, rungs.kept(power), control, mode, one)
+
+
+def write_fsc(rungs: RungWriter, power: str, group: Group, mode: str, expression: Resolved) -> None:
+    """Write FSC."""
+    control, power, block = ControlText(rungs, group), rungs.kept(power), rungs.writer.block
+    searches = rungs.values.keep("True")
+    with block(f"if {control['FD']}:"):
+        with block(f"if not {power}:"):
+            control.set(FD=False, IN=False)
+            _write_end(rungs, control)
+            rungs.writer.line(f"{searches} = False")
+        with block(f"elif {control['IN']}:"):
+            rungs.writer.line(f"{searches} = False")
+        with block("else:"):
+            control.set(FD=False, POS=f"wrap({control['POS']} + 1, {DINT.bits})")
+
+    def one() -> None:
+        with block(f"if {rungs.values.condition(expression)}:"):
+            control.set(FD=True, IN=True)
+            rungs.writer.line("break")
+        control.set(POS=f"{control['POS']} + 1")
+
+    with block(f"if {searches}:"):
+        _write_passes(rungs, power, control, mode, one)

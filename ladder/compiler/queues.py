@@ -1,0 +1,198 @@
+"""Queues, stacks and shifted bits in Python text; `instructions.shifts` says what they do.
+
+Written are arrays of numbers in lists and views, and structures in bytes; others are left to the interpreter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ..model.operands import Group, Place, Resolved
+from ..model.types import DINT, Elementary
+from .files import (
+    ControlText,
+    ElementText,
+    byte_end,
+    converted_text,
+    has_elements,
+    plus,
+    subscripts_kept,
+)
+from .rungs import RungWriter
+
+# --- FFL, LFL, FFU, LFU
+
+
+def write_load(rungs: RungWriter, power: str, source: Resolved, queue: Resolved, group: Group) -> None:
+    """Write FFL or LFL."""
+    if not _is_written(rungs, queue, source):
+        rungs.interpret(power)
+        return
+    control, power = ControlText(rungs, group), rungs.kept(power)
+    rises = rungs.values.keep(f"{power} and not {control['EN']}")
+    control.set(EN=power)
+    control.check()
+    with rungs.writer.block(f"if {rises} and {control['POS']} < {control['LEN']}:"):
+        position = rungs.values.keep(control["POS"])
+        _write_item(rungs, source, queue, position)
+        control.set(POS=f"{position} + 1")
+    _write_level(control)
+
+
+def _is_written(rungs: RungWriter, queue: Resolved, single: Resolved) -> bool:
+    """Whether a queue, and the structure that is put or taken, are of a kind that is written as Python."""
+    if has_elements(rungs, queue):
+        return not isinstance(single, Group) and not (isinstance(single, Place) and single.bit is not None)
+    return all(isinstance(each, Group) and _in_bytes(rungs, each) for each in (queue, single))
+
+
+def _in_bytes(rungs: RungWriter, operand: Group) -> bool:
+    return (
+        not isinstance(operand.type, Elementary) and rungs.writer.layout.byte_spot(operand.path) is not None
+    )
+
+
+def _write_item(rungs: RungWriter, source: Resolved, queue: Resolved, number: str) -> None:
+    """Write `_store_item`."""
+    line, keep = rungs.writer.line, rungs.values.keep
+    if has_elements(rungs, queue):
+        elements = ElementText(rungs, queue)
+        value = elements.value_of(source)
+        elements.check(number)
+        line(f"{elements[number]} = {value}")
+        return
+    goal, origin = byte_end(rungs, queue), byte_end(rungs, source)
+    assert goal is not None
+    assert origin is not None
+    assert isinstance(queue, Group)
+    place = f"{rungs.values.site}, {queue.text!r}"
+    line(f"if {number} >= {goal.left} // {goal.size}: outside({number}, {goal.left} // {goal.size}, {place})")
+    at = keep(f"{goal.at} + {number} * {goal.size}")
+    taken = f"{origin.tag}.B[{origin.at}:{plus(origin.at, str(origin.size))}]"
+    line(f"{goal.tag}.B[{at}:{at} + {goal.size}] = {taken}")
+
+
+def _write_level(control: ControlText) -> None:
+    control.set(DN=f"{control['POS']} >= {control['LEN']}")
+    control.set(EM=f"{control['POS']} == 0")
+
+
+def write_unload(first: bool) -> Callable[[RungWriter, str, Resolved, Resolved, Group], None]:
+    """Return the writer of FFU, or of LFU."""
+
+    def write(rungs: RungWriter, power: str, queue: Resolved, target: Resolved, group: Group) -> None:
+        if not _is_written(rungs, queue, target):
+            rungs.interpret(power)
+            return
+        control, power = ControlText(rungs, group), rungs.kept(power)
+        rises = rungs.values.keep(f"{power} and not {control['EU']}")
+        control.set(EU=power)
+        control.check()
+        with rungs.writer.block(f"if {rises}:"):
+            level = rungs.values.keep(f"min({control['POS']}, {control['LEN']})")
+            control.set(POS=f"max({level} - 1, 0)")
+            taken = _write_taken_number if has_elements(rungs, queue) else _write_taken_structure
+            taken(rungs, queue, target, control, level, first=first)
+        _write_level(control)
+
+    return write
+
+
+def _write_taken_number(
+    rungs: RungWriter, queue: Resolved, target: Resolved, control: ControlText, level: str, *, first: bool
+) -> None:
+    """Write `_deliver`, the move of the elements behind the first, and the zero at the free place."""
+    assert isinstance(target, Place)
+    values, line = rungs.values, rungs.writer.line
+    elements = ElementText(rungs, queue)
+    number = "0" if first else values.keep(f"{level} - 1")
+    if target.type == elements.type:
+        subscripts_kept(values, target)  # which come first
+    taken, zero = values.keep(repr(elements.type.zero)), elements.type.zero
+    with rungs.writer.block(f"if {level}:"):
+        elements.check(number)
+        line(f"{taken} = {elements[number]}")
+    values.assign(target, converted_text(values.term_of(taken, elements.type), target.type))
+    with rungs.writer.block(f"if {level}:"):
+        if first:
+            _write_moved_down(rungs, queue, (elements.row, elements.at, elements.left), control, repr(zero))
+        else:
+            line(f"{elements[number]} = {zero!r}")
+
+
+def _write_taken_structure(
+    rungs: RungWriter, queue: Resolved, target: Resolved, control: ControlText, level: str, *, first: bool
+) -> None:
+    """Write the same for structures in bytes."""
+    assert isinstance(queue, Group)
+    line, keep = rungs.writer.line, rungs.values.keep
+    origin, goal = byte_end(rungs, queue), byte_end(rungs, target)
+    assert origin is not None
+    assert goal is not None
+    size, row = origin.size, f"{origin.tag}.B"
+    into = f"{goal.tag}.B[{goal.at}:{plus(goal.at, str(size))}]"
+    with rungs.writer.block(f"if {level}:"):
+        number = "0" if first else keep(f"{level} - 1")
+        left = keep(f"{origin.left} // {size}")
+        if not first:
+            given = f"{number}, {left}, {rungs.values.site}, {queue.text!r}"
+            line(f"if {number} >= {left}: outside({given})")
+        at = keep(origin.at if first else f"{origin.at} + {number} * {size}")
+        taken = f"{row}[{at}:{at} + {size}]"
+        line(f"{into} = {taken}")
+        if first:
+            _write_moved_down(rungs, queue, (row, at, left), control, f"bytes({size})")
+        else:
+            line(f"{taken} = bytes({size})")
+    line(f"else: {into} = bytes({size})")
+
+
+def _write_moved_down(
+    rungs: RungWriter, queue: Resolved, place: tuple[str, str, str], control: ControlText, zero: str
+) -> None:
+    assert isinstance(queue, (Place, Group))
+    row, at, left = place
+    given = f"{rungs.values.site}, {queue.text!r}, {row}, {at}, {control['LEN']}, {left}, {zero}"
+    rungs.writer.line(f"move_down(faults, {given})")
+
+
+# --- BSL, BSR
+
+
+def write_shift(left: bool) -> Callable[[RungWriter, str, Resolved, Group, Place], None]:
+    """Return the writer of BSL, or of BSR."""
+
+    def write(rungs: RungWriter, power: str, array: Resolved, group: Group, source: Place) -> None:
+        control, block = ControlText(rungs, group), rungs.writer.block
+        if not has_elements(rungs, array):
+            rungs.interpret(power)
+            return
+
+        def when_true() -> None:
+            with block(f"if not {control['EN']}:"):
+                control.set(EN=True)
+                with block(f"if {control['LEN']} < 0:"):
+                    control.set(ER=True)
+                with block("else:"):
+                    elements = ElementText(rungs, array)
+                    with block(f"if {control['LEN']}:"):
+                        _write_moved_bits(rungs, elements, control, source, left=left)
+                    with block("else:"):
+                        control.set(DN=True, POS=0)
+
+        rungs.either(power, when_true, lambda: control.set(EN=False, DN=False, ER=False, POS=0))
+
+    return write
+
+
+def _write_moved_bits(
+    rungs: RungWriter, elements: ElementText, control: ControlText, source: Place, *, left: bool
+) -> None:
+    values = rungs.values
+    length = values.keep(control["LEN"])
+    given = f"{elements.left}, {elements.left}, {values.site}, {elements.region.text!r}"
+    rungs.writer.line(f"if {length} > {elements.left} * {DINT.bits}: outside({given})")
+    unloaded = values.keep(
+        f"shift_bits({elements.row}, {elements.at}, {length}, {values.read(source)}, {left})"
+    )
+    control.set(UL=unloaded, DN=True, POS=length)
