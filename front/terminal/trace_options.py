@@ -56,6 +56,7 @@ UaSecurityOption = Annotated[
     UaSecurityWord | None,
     typer.Option(
         "--opc-ua-security",
+        metavar="none|encrypted",
         help="Of the OPC UA server. encrypted: Basic256Sha256, with a certificate in opcua/ beside the rack.",
         show_default="none on this machine, else encrypted",
     ),

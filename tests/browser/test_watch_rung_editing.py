@@ -6,10 +6,12 @@ rungs, a save without the old file, a new tag that is not declared, a branch aro
 
 import shutil
 from pathlib import Path
+from typing import cast
 
 import pytest
 from scanrack.commands import build
 from scanrack.jobs.load.loading import load_job
+from scanrack.ladder import LadderLogic
 from scanrack.terminal.status import DONE
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
@@ -88,6 +90,10 @@ def can(page):
     """Return the steps that can be taken."""
     script = "return [...document.querySelectorAll('.rungbar button:enabled')].map(each => each.ariaLabel)"
     return [each.removesuffix(" edits") for each in page.run(script) if each.endswith(" edits")]
+
+
+def until_can(page, step):
+    until(lambda: step in can(page))
 
 
 def notice(page):
@@ -218,11 +224,15 @@ def test_an_l5x_is_saved_with_its_edited_rungs(page, tmp_path):
         type_keys(page, Keys.ARROW_RIGHT, "XIO Held", Keys.ENTER)
         until(lambda: verdict(page) == "1 place edited, no mistake.")
         for step in ("Accept", "Assemble", "Save"):
-            until(lambda step=step: step in can(page))
+            until_can(page, step)
             page.press(f"{step} edits")
         until(lambda: (rack.parent / "mixer.L5X.bak").exists() and not can(page))
     assert (rack.parent / "mixer.L5X.bak").read_bytes() == (EXAMPLES / "l5x" / "mixer.L5X").read_bytes()
-    main = next(each for each in load_job(str(rack)).logic.routines if each.name == r"\MainProgram.Main")
+    main = next(
+        each
+        for each in cast(LadderLogic, load_job(str(rack)).logic).routines
+        if each.name == r"\MainProgram.Main"
+    )
     assert str(main.rungs[0]) == "XIC(Local:1:I.Data.0)XIO(Held)OTE(Start);"
 
 

@@ -88,6 +88,7 @@ READ: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "fuzz --scenario": ("fuzz good.toml --scenario {}", (".json",)),
     "conform plan": ("conform {} --list", (".plan",)),
     "conform --judge": ("conform --judge {}", (".json", ".mcap")),
+    "conform --html": ("conform --judge missing.json --html {}", (".html",)),
     "conform --out": ("conform --judge missing.json --out {}", (".json",)),
     "tags rack": ("tags {}", (*RACKS, *PROGRAMS)),
     "serve rack": ("serve amci3601 {} --tcp 1.2.3.4.5:1", RACKS),
@@ -108,6 +109,8 @@ NOT_READ = {
     "show --extract": "it is written, and has to be new or empty",
     "prove --out": "a folder for scenarios",
     "fuzz --write-tests": "a folder for tests",
+    "run --opc-ua-users": "64 KiB of it, see tests/unit/live/test_ua_files.py",
+    "watch --opc-ua-users": "64 KiB of it, see tests/unit/live/test_ua_files.py",
 }
 """Paths of folders that nothing is read from."""
 

@@ -198,7 +198,7 @@ def test_an_opened_recording_shows_what_was_recorded(rack, tmp_path):
     watching.dice, watching.answers, watching.pieces = dice, [], []
     with open_trace(path) as trace, tempfile.TemporaryDirectory() as folder:
         recording = OpenedRecording(trace, TracePlace(path, None, ""), Path(folder), trust=False)
-        watching.monitor, watching.asking = recording.monitor(lambda *_: None), Page()
+        watching.monitor, watching.asking = recording.monitor(lambda *_, **_given: None), Page()
         watching.monitor.join(watching.asking)
         while watching.monitor.tick():
             pass

@@ -28,7 +28,7 @@ INPUTS = {
     "replay path", "replay rack", "replay program", "ladder file", "l5x file",
     "l5x against", "why file", "xref file", "fuzz rack", "fuzz invariants", "fuzz scenario",
     "fuzz begin_with", "check files",
-    "prove rack", "prove new", "tags rack",
+    "prove rack", "prove new", "tags rack", "run ua_users", "watch ua_users",
     "serve program", "serve rack", "import capture", "conform plan", "conform source",
     "device pcl601 program list file", "device pcl601 program write file",
     "device pmc006 program check file", "device pmc006 program write file",

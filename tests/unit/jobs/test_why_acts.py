@@ -41,11 +41,13 @@ def test_the_acts_are_the_planted_ones_and_do_it_again(tmp_path, world, done, ta
     assert found is not None
     assert found.found is not None, str(found)
     assert [act.text for act in found.found] == acts
+    orders = found.orders()
+    assert orders is not None
     assert (bench.scans, bench[tag]) == before  # the bench itself has not gone on
     again = make(tmp_path, world)
     do(again, done)
     hands = OperatorActions(again.cpu, again.cpu.rack, None if world == "python" else again._desk)
-    for order in found.orders():  # as those of a session
+    for order in orders:  # as those of a session
         if "wait_ns" in order:
             again.run_for(f"{order['wait_ns']} ns")
         else:
@@ -57,7 +59,9 @@ def test_the_acts_are_the_planted_ones_and_do_it_again(tmp_path, world, done, ta
 def test_each_answer_lacks_nothing_and_none_has_another_one_in_it(tmp_path):
     bench = make(tmp_path, "rungs")
     do(bench, "1s")
-    found = [{act.text for act in each.found} for each in every_act(bench, bench.chain("Run"), "Run", True)]
+    found = [
+        {act.text for act in each.found or ()} for each in every_act(bench, bench.chain("Run"), "Run", True)
+    ]
     assert found == [{START}, {"close start (slot 2)"}]
 
 

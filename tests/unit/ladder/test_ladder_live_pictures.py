@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from ladder_programs import rungs
 from scanrack.ladder.draw import live_rung, power, rung_text
 from scanrack.ladder.lowering.text import parse_rung
-from scanrack.ladder.model.tree import Address, Branch, Instruction, Rung, instructions_of
+from scanrack.ladder.model.tree import Address, Branch, Instruction, Number, Rung, instructions_of
 
 SEAL_IN = "[XIC(Start),XIC(Run)]XIO(Stop)OTE(Run);"
 SVG = "{http://www.w3.org/2000/svg}"
@@ -132,7 +132,7 @@ def states_of(live):
 def test_a_block_says_what_it_does_with_values_of_its_tags_and_constants():
     assert states_of(drawn("TON(Fill,3000,0);")) == [[["", "{Fill.ACC:s} of {Fill.PRE:s} s"]]]
     captions = {"MC_MoveAbsolute": ("Instance", "Axis", "Execute", "Position", "Velocity")}
-    operands = (Address("Out"), Address("Feed"), Address("Go"), -6000, Address("Fast"))
+    operands = (Address("Out"), Address("Feed"), Address("Go"), Number(-6000, "-6000"), Address("Fast"))
     rung = Rung((Instruction("MC_MoveAbsolute", operands),))
     live = live_rung(rung, "R.0", 60, captions)
     first, second = states_of(live)
@@ -145,7 +145,7 @@ def test_a_block_says_what_it_does_with_values_of_its_tags_and_constants():
 
 def test_a_state_that_the_program_cannot_tell_is_left_out():
     only, captions = {"Part", "Part.Busy", "Part.Done"}, {"Mine": ("Instance", "Size")}
-    rung = Rung((Instruction("Mine", (Address("Part"), 7)),))
+    rung = Rung((Instruction("Mine", (Address("Part"), Number(7, "7"))),))
     live = live_rung(rung, "R.0", 60, captions, lambda each: str(each) if str(each) in only else None)
     assert states_of(live) == [[["Part.Busy", "busy"], ["Part.Done", "done"], ["", "idle"]]]
     silent = live_rung(rung, "R.0", 60, captions, lambda _address: None)

@@ -5,6 +5,7 @@ running program on itself, an untest that leaves the edited program.
 """
 
 import asyncio
+from typing import Any
 
 import pytest
 from watching import PATIENCE_S, page_of, watched
@@ -84,7 +85,12 @@ def test_rungs_are_checked_tried_tested_and_untested(rack):
 def test_a_page_without_control_edits_nothing(rack):
     async def work(session):
         async with page_of(session) as page:
-            asked = [("words", {}), ("rungs", {"columns": 80}), ("would", {}), ("online", {"step": "accept"})]
+            asked: list[tuple[str, dict[str, Any]]] = [
+                ("words", {}),
+                ("rungs", {"columns": 80}),
+                ("would", {}),
+                ("online", {"step": "accept"}),
+            ]
             for question, fields in asked:
                 assert "read-only" in (await page.ask(question, **fields))["refused"]
 
