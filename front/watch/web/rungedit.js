@@ -156,7 +156,7 @@ function setCaret(focused) {
   } else if (svg) {
     at.place = Math.min(at.place, gaps.length - 1);
     at.anchor = Math.min(at.anchor, gaps.length - 1);
-    const point = pointIn(svg, body), [x, y] = point(gaps[at.place]), [from] = point(gaps[at.anchor]);
+    const point = pointOf(svg, body), [x, y] = point(gaps[at.place]), [from] = point(gaps[at.anchor]);
     caret.style.left = `${x}px`;
     caret.style.top = `${y}px`;
     setFlag(mark, "hidden", at.anchor === at.place);
@@ -173,7 +173,7 @@ function setCaret(focused) {
 }
 
 // Places of the drawing in the box that holds it.
-function pointIn(svg, body) {
+function pointOf(svg, body) {
   const box = svg.getBoundingClientRect(), outer = body.getBoundingClientRect(), { width, y } = svg.viewBox.baseVal, scale = box.width / width;
   return ([left, top]) => [box.left - outer.left + left * scale, box.top - outer.top + (top - y) * scale];
 }
@@ -192,7 +192,7 @@ function clicked(event) {
 // The place nearest to a point, once the places of the rung are known.
 async function nearest(svg, row, { clientX, clientY }) {
   if (!checkedOf(at)) await look(at.key, textOf(at));
-  const gaps = at && checkedOf(at)?.gaps, box = row.querySelector(".body").getBoundingClientRect(), point = pointIn(svg, row.querySelector(".body"));
+  const gaps = at && checkedOf(at)?.gaps, box = row.querySelector(".body").getBoundingClientRect(), point = pointOf(svg, row.querySelector(".body"));
   if (!gaps) return;
   const far = gaps.map(point).map(([x, y]) => Math.hypot(x + box.left - clientX, 3 * (y + box.top - clientY)));
   go(at.key, at.index, far.indexOf(Math.min(...far)));
@@ -274,7 +274,7 @@ export function newRung() {
 
 export function deleteRung() {
   if (!at) return;
-  const where = at, next = neighbour(1) ?? neighbour(-1);
+  const where = at, next = neighbor(1) ?? neighbor(-1);
   at = null;
   put(texts => { texts.splice(where.index, 1); }, where);
   if (next && next.key !== where.key) go(next.key, next.index, 0);
@@ -293,7 +293,7 @@ const CONTROL = {
   Delete: deleteRung, Enter: newRung, b: branch,
 };
 const PLAIN = {
-  ArrowLeft: event => step(-1, event.shiftKey), ArrowRight: event => step(1, event.shiftKey), ArrowUp: () => toNeighbour(-1), ArrowDown: () => toNeighbour(1),
+  ArrowLeft: event => step(-1, event.shiftKey), ArrowRight: event => step(1, event.shiftKey), ArrowUp: () => toNeighbor(-1), ArrowDown: () => toNeighbor(1),
   Home: () => go(at.key, at.index, 0), End: () => go(at.key, at.index, read(textOf(at)).places.length - 1),
   Backspace: () => remove(false), Delete: () => remove(true), Enter: () => at.place === at.anchor ? newRung() : retype(), F2: retype,
   "[": branch, ",": leg, Escape: () => { at = null; setCaret(null); },
@@ -326,17 +326,17 @@ function step(by, wide = false) {
   if (places[next]) go(at.key, at.index, next, wide ? at.anchor : next);
 }
 
-function neighbour(by) {
+function neighbor(by) {
   const rows = [...sheet.querySelectorAll(".row[data-key]")].filter(row => row.classList.contains("draft") || !row.dataset.edited), row = rows[rows.indexOf(rowAt(at)) + by];
   return row ? { key: row.dataset.key, index: Number(row.dataset.index) } : null;
 }
 
 // Up and down go to the next leg, then to the next rung.
-function toNeighbour(by) {
+function toNeighbor(by) {
   const gaps = checkedOf(at)?.gaps ?? [], [x, y] = gaps[at.place] ?? [0, 0];
   const beyond = gaps.map(([left, top], number) => ({ number, far: (top - y) * by, off: Math.abs(left - x) })).filter(each => each.far > 1);
   if (beyond.length) return go(at.key, at.index, beyond.sort((one, other) => one.far - other.far || one.off - other.off)[0].number);
-  const next = neighbour(by);
+  const next = neighbor(by);
   if (next) go(next.key, next.index, 0);
 }
 
