@@ -427,3 +427,54 @@ def test_an_overflow_clears_enable_out(run):
         ({"A": 3e38}, {"Sum.EnableOut": False, "Quotient.EnableOut": True, "Lag.EnableOut": False}),
         ({"A": 1, "B": 0}, {"Sum.EnableOut": True, "Quotient.EnableOut": False}),
     )
+
+
+NOT_KEPT = {
+    # as in FILTERS: 5 is a steady state, then 9: (0.25 (9 + 5) + 0.75 x 5)/1.25 = 5.8
+    "LPF": ("FILTER_LOW_PASS", {"WLag": "1"}, 5, 5.8),
+    # (9 - 5)/1.25
+    "HPF": ("FILTER_HIGH_PASS", {"WLead": "1"}, 0, 3.2),
+    # (1 + 1/z^2)/2
+    "NTCH": ("FILTER_NOTCH", {"WNotch": "4", "QFactor": "0.5"}, 5, 7),
+    # (9 + 5 + 7 Out before)/9 with Lag 2, 2 Lag/DeltaT = 8
+    "LDLG": ("LEAD_LAG", {"Lag": "2"}, 5, 49 / 9),
+    # (9 - 5)/0.5
+    "DERV": ("DERIVATIVE", {"Gain": "1"}, 0, 8),
+    # 1 unit/s for 0.5 s
+    "RLIM": ("RATE_LIMITER", {"IncRate": "1", "DecRate": "1"}, 5, 5.5),
+}
+
+
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf"), -float("inf")])
+@pytest.mark.parametrize("name", NOT_KEPT)
+def test_a_block_keeps_no_value_that_is_not_finite(run, name, wrong):
+    """ "Function Block Responses to Overflow Conditions": Out has it in its own call only."""
+    kind, pins, steady, after = NOT_KEPT[name]
+    diagram = around(name, "It", {"In": "A", **pins}, {"Out": "B"})
+    run(
+        diagram,
+        {kind: "It", "REAL": "A B"},
+        500,
+        ({"A": 5}, {"It.EnableOut": True}),
+        ({}, {"B": steady}),
+        ({"A": wrong}, {"It.EnableOut": False}),
+        ({"A": 9}, {"B": after, "It.EnableOut": True}),
+    )
+
+
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf")])
+def test_a_deadtime_keeps_no_value_that_is_not_finite(run, wrong):
+    """Two elements of 500 ms. The buffer stays in such a call; without a deadtime Out is the input."""
+    diagram = around("DEDT", "Wait", {"In": "A", "Deadtime": "Time"}, {"Out": "B"}, StorageArray="Buffer")
+    run(
+        diagram,
+        {"DEADTIME": "Wait", "REAL": "A B Time", "REAL[4]": "Buffer"},
+        500,
+        ({"A": wrong, "Time": 1}, {"Buffer[0]": 0, "Wait.EnableOut": False}),
+        ({"A": 5}, {"B": 5, "Buffer[0]": 5, "Buffer[1]": 5, "Wait.EnableOut": True}),
+        ({"A": 7}, {"B": 5, "Buffer[0]": 7, "Buffer[1]": 5}),
+        ({"A": wrong}, {"B": 5, "Buffer[0]": 7, "Buffer[1]": 5}),
+        ({"A": 9}, {"B": 5, "Buffer[0]": 9, "Buffer[1]": 7}),
+        ({"Time": 0, "A": wrong}, {"Wait.EnableOut": False}),
+        ({"A": 3}, {"B": 3}),
+    )
