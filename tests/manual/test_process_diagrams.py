@@ -478,3 +478,12 @@ def test_a_deadtime_keeps_no_value_that_is_not_finite(run, wrong):
         ({"Time": 0, "A": wrong}, {"Wait.EnableOut": False}),
         ({"A": 3}, {"B": 3}),
     )
+
+
+@pytest.mark.parametrize(("rate", "out"), [(2.5, 0.1975), (0.5, 0.1995)])
+def test_a_period_that_is_no_whole_number_of_milliseconds(run, rate, out):
+    """DeltaT is the period of the task [p. 499]. In 200 ms each call but the first adds it."""
+    diagram = around("INTG", "Sum", {"In": "1", "IGain": "1"}, {"Out": "Out"})
+    calls = round(200 / rate)
+    still = [({}, {"Sum.DeltaT": rate / 1000})] * (calls - 1)
+    run(diagram, {"INTEGRATOR": "Sum", "REAL": "Out"}, rate, *still, ({}, {"Out": out}))
