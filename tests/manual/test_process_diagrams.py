@@ -487,3 +487,48 @@ def test_a_period_that_is_no_whole_number_of_milliseconds(run, rate, out):
     calls = round(200 / rate)
     still = [({}, {"Sum.DeltaT": rate / 1000})] * (calls - 1)
     run(diagram, {"INTEGRATOR": "Sum", "REAL": "Out"}, rate, *still, ({}, {"Out": out}))
+
+
+@pytest.mark.parametrize("high", [-5, -6, float("nan")])
+def test_an_integrator_whose_limits_are_crossed_is_at_the_low_one(run, high):
+    """Out is LowLimit, with both alarms and bit 2 of Status; correct limits go on from there."""
+    diagram = around("INTG", "Sum", {"In": "1", "IGain": "2", "HighLimit": "High"}, {"Out": "Out"})
+    run(
+        diagram,
+        {"INTEGRATOR": "Sum", "REAL": "High Out"},
+        500,
+        ({"High": 10, "Sum.LowLimit": -5.0}, {"Out": 0, "Sum.HighAlarm": False, "Sum.LowAlarm": False}),
+        ({}, {"Out": 1}),
+        ({"High": high}, {"Out": -5, "Sum.HighAlarm": True, "Sum.LowAlarm": True, "Sum.Status": 1 | 1 << 2}),
+        ({"High": 10}, {"Out": -4, "Sum.HighAlarm": False, "Sum.LowAlarm": False, "Sum.Status": 0}),
+    )
+
+
+def test_a_step_of_the_feed_forward_waits_for_a_call_with_time(run):
+    """OversampleDT 0 runs nothing; then CV is 50 + 10, then 60 - 3."""
+    pins = {"PV": "50", "SPProg": "50", "CVInitValue": "50", "FF": "FF", "TimingMode": "1"}
+    diagram = around("PIDE", "Loop", {**pins, **IN_AUTO, "OversampleDT": "Time"}, {"CV": "CV"})
+    run(
+        diagram,
+        {"PID_ENHANCED": "Loop", "REAL": "FF Time CV"},
+        100,
+        ({"Time": 1}, {"CV": 50}),
+        ({"Time": 0, "FF": 10}, {"CV": 50}),
+        ({"Time": 1}, {"CV": 60}),
+        ({"FF": 7}, {"CV": 57}),
+        ({}, {"CV": 57}),
+    )
+
+
+def test_a_setpoint_that_is_no_number_is_a_fault_of_its_call(run):
+    """CV stays at 50, and the next setpoint moves it at once: 50 + 60 - 50."""
+    pins = {"PV": "50", "SPProg": "SP", "CVInitValue": "50", "PGain": "1"}
+    diagram = around("PIDE", "Loop", {**pins, **IN_AUTO}, {"CV": "CV"})
+    run(
+        diagram,
+        {"PID_ENHANCED": "Loop", "REAL": "SP CV"},
+        1000,
+        ({"SP": 50}, {"CV": 50, "Loop.SPProgInv": False}),
+        ({"SP": float("nan")}, {"CV": 50, "Loop.SPProgInv": True, "Loop.InstructFault": True}),
+        ({"SP": 60}, {"CV": 60, "Loop.SPProgInv": False, "Loop.InstructFault": False}),
+    )

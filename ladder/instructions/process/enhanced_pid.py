@@ -126,7 +126,7 @@ def _set_point(loop: _Loop) -> None:
         block.set(SPProg=value, SPOper=value)
     low, high = block.real("SPLLimit"), block.real("SPHLimit")
     loop.setpoint_high, loop.setpoint_low = point > high, point < low
-    block.wrong(**{f"{name}Inv": loop.setpoint_high or loop.setpoint_low})
+    block.wrong(**{f"{name}Inv": not low <= point <= high})
     point = max(min(point, high), low)
     block.set(SP=point, SPHAlarm=loop.setpoint_high, SPLAlarm=loop.setpoint_low)
     if loop.program or loop.mode == "CasRat":
@@ -153,7 +153,7 @@ def _change(loop: _Loop) -> float:
     if loop.first:
         block.set(**{f"~{each}{n}": value for each, value in now.items() for n in (1, 2)})
     past = {each: (block.real(f"~{each}1"), block.real(f"~{each}2")) for each in "eq"}
-    if seconds > 0 and not loop.bad_pv:
+    if seconds > 0 and not loop.bad_pv and math.isfinite(loop.error):
         block.set(**{f"~{each}2": values[0] for each, values in past.items()})
         block.set(**{f"~{each}1": value for each, value in now.items()})
     dead = _in_deadband(loop, past["e"][0])
@@ -180,9 +180,11 @@ def _in_deadband(loop: _Loop, before: float) -> bool:
 
 
 def _feed_forward(loop: _Loop) -> float:
-    """Return the change of the feed forward."""
+    """Return the change of the feed forward; a call without time leaves it to the next one."""
     block = loop.block
     value = block.limited("FF", -100.0, 100.0)
+    if loop.seconds <= 0 and not loop.first:
+        return 0.0
     before = value if loop.first else block.real("~ff")
     if block["FFSetPrevious"]:
         before = block.limited("FFPrevious", -100.0, 100.0)

@@ -139,12 +139,12 @@ def _derive(block: FunctionBlock) -> float:
 
 
 def _integrate(block: FunctionBlock) -> float:
-    """Out = Out before + IGain (In + In before)/2 DeltaT, between the limits."""
+    """Out = Out before + IGain (In + In before)/2 DeltaT, limited; LowLimit if the limits are crossed."""
     first = block.begins()
     seconds = block.seconds(first=first)
     value, gain = block.real("In"), block.limited("IGain", 0.0, math.inf)
     low, high = block.real("LowLimit"), block.real("HighLimit")
-    block.wrong(HighLowLimsInv=not low < high)
+    crossed = block.wrong(HighLowLimsInv=not low < high)
     before = block.real("~exact")
     change = 0.0
     if first or block["Initialize"]:
@@ -154,9 +154,8 @@ def _integrate(block: FunctionBlock) -> float:
     if (change > 0 and block["HoldHigh"]) or (change < 0 and block["HoldLow"]):
         change = 0.0
     out = before + change
-    if low < high:
-        block.set(HighAlarm=out >= high, LowAlarm=out <= low)
-        out = min(max(out, low), high)
+    block.set(HighAlarm=crossed or out >= high, LowAlarm=crossed or out <= low)
+    out = low if crossed else min(max(out, low), high)
     block.set(Out=out)
     if math.isfinite(out) and math.isfinite(value) and (first or seconds > 0 or block["Initialize"]):
         block.set(**{"~exact": out, "~x1": value})

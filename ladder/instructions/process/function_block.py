@@ -4,7 +4,7 @@
 |---|---|
 | status | `wrong` notes each fault; after the call its bit, InstructFault and Status show it |
 | EnableOut | false if Out, or another result, is infinite or NaN |
-| DeltaT | the period of a periodic task, else the whole ms since the last call; OversampleDT; that of time stamps |
+| DeltaT | the period of the task, else whole ms since the last call; OversampleDT; that of time stamps |
 | control | Program or Operator control by four requests; ProgOperReq and ProgProgReq have precedence |
 | first run, first scan | `ran` is false once, `begun` after each prescan |
 """
