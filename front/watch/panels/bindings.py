@@ -15,6 +15,9 @@ Json = dict[str, Any]
 NEAREST = 3
 """Names that are suggested in place of an unknown one."""
 
+HINTS_MOST, COMPARED_MOST = 5, 1000
+"""Unknown tags of a panel for which names are looked up, and names compared with each: all pages wait."""
+
 _NUMBERS = re.compile(r"U?[SDL]?INT|L?REAL|BYTE|D?WORD")
 TYPES: Mapping[str, Callable[[str], object]] = {
     BIT: lambda name: name == "BOOL",
@@ -42,6 +45,7 @@ class Bindings:
         }
         self._at = {each["read"]: each for each in self._inputs.values()}
         self._names = {each.upper(): each for each in (*(tag["name"] for tag in tags), *self._inputs)}
+        self._hints_left = HINTS_MOST
 
     def of(self, item: Mapping[str, Any]) -> Json:
         """Return how an item is read and operated.
@@ -53,15 +57,26 @@ class Bindings:
         kind, tag = KINDS[item["kind"]], item["tag"]
         found, broken = self._found(tag), ""
         if found is None:
-            near = get_close_matches(tag.upper(), self._names, NEAREST, 0.5)
-            hint = f"; did you mean {', '.join(self._names[each] for each in near)}?" if near else ""
-            return {"read": "", "type": "", "broken": f"no tag {tag}{hint}"}
+            return {"read": "", "type": "", "broken": f"no tag {tag}{self._hint(tag)}"}
         if not TYPES[kind.types](found["type"]):
             what = found["type"] or "a structure or an array"
             broken = f"{tag} is {what}: {item['kind']} needs {kind.types}"
         elif kind.operates and "press" not in found and "write" not in found:
             broken = f"{tag} can't be set: {item['kind']} needs a tag of the program or an input"
         return {**found, "broken": broken}
+
+    def _hint(self, tag: str) -> str:
+        """Return the names that may be meant by an unknown tag, "" without any; kept by the program."""
+        kept, key = self._program.hints, (tag, len(self._names))
+        if key not in kept and self._hints_left:
+            self._hints_left -= 1
+            wanted = tag.upper()
+            names = sorted(self._names, key=lambda name: name[:1] != wanted[:1])[:COMPARED_MOST]
+            near = get_close_matches(wanted, names, NEAREST, 0.5)
+            if len(kept) >= COMPARED_MOST:
+                kept.clear()
+            kept[key] = f"; did you mean {', '.join(self._names[each] for each in near)}?" if near else ""
+        return kept.get(key, "")
 
     def _found(self, tag: str) -> Json | None:
         """Return the binding of a tag; None if there is none of that name."""
