@@ -392,7 +392,7 @@ def _is_hex(value: object) -> bool:
 def _are_rungs(value: object) -> bool:
     if not _is_short(value) or not all(map(_is_rung, value)):
         return False
-    return sum(len(texts) for _routine, _number, texts in value) <= RUNGS_MOST  # type: ignore[misc]
+    return sum(len(texts) for _routine, _number, texts in value) <= RUNGS_MOST
 
 
 def _is_rung(value: object) -> bool:
@@ -411,7 +411,7 @@ def _are_tags(value: object) -> bool:
     )
 
 
-def _is_short(value: object) -> TypeGuard[Sequence[object]]:
+def _is_short(value: object) -> TypeGuard[Sequence[Any]]:
     """Whether this is a list that is as short as the text of a draft."""
     if not isinstance(value, (list, tuple)):
         return False
