@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
+from heapq import nlargest
+from itertools import pairwise
 from typing import Any
 
 from ..history.stretch import Stretch
@@ -15,8 +17,10 @@ Json = dict[str, Any]
 NEAREST = 3
 """Names that are suggested in place of an unknown one."""
 
-HINTS_MOST, COMPARED_MOST = 5, 1000
+HINTS_MOST, COMPARED_MOST = 5, 100
 """Unknown tags of a panel for which names are looked up, and names compared with each: all pages wait."""
+
+HINTS_KEPT = 1000
 
 _NUMBERS = re.compile(r"U?[SDL]?INT|L?REAL|BYTE|D?WORD")
 TYPES: Mapping[str, Callable[[str], object]] = {
@@ -71,9 +75,8 @@ class Bindings:
         if key not in kept and self._hints_left:
             self._hints_left -= 1
             wanted = tag.upper()
-            names = sorted(self._names, key=lambda name: name[:1] != wanted[:1])[:COMPARED_MOST]
-            near = get_close_matches(wanted, names, NEAREST, 0.5)
-            if len(kept) >= COMPARED_MOST:
+            near = get_close_matches(wanted, _likely(wanted, self._names), NEAREST, 0.5)
+            if len(kept) >= HINTS_KEPT:
                 kept.clear()
             kept[key] = f"; did you mean {', '.join(self._names[each] for each in near)}?" if near else ""
         return kept.get(key, "")
@@ -91,6 +94,14 @@ class Bindings:
         if kind is None:
             return None
         return {"read": tag, "type": kind} | ({"write": tag} if own is None or own["writable"] else {})
+
+
+def _likely(wanted: str, names: Iterable[str]) -> list[str]:
+    """Return the names that have most pairs of letters in common with another, or else its first letter."""
+    pairs = {f"{one}{other}" for one, other in pairwise(wanted)}
+    return nlargest(
+        COMPARED_MOST, names, key=lambda name: (sum(map(name.__contains__, pairs)), name[:1] == wanted[:1])
+    )
 
 
 def _pressed(slot: int, told: Json) -> Json:

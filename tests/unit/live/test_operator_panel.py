@@ -263,6 +263,10 @@ def test_names_are_suggested_for_a_few_unknown_tags_and_looked_up_once(monkeypat
         assert [each.partition("; ")[2] for each in said[:hints]] == ["did you mean B1?"] * hints
         assert all("; " not in each for each in said[hints:])
     assert asked_for == [(f"B-{each}", bindings.COMPARED_MOST) for each in range(10)]
+    monkeypatch.undo()
+    tags.append({"name": "Station", "type": "BOOL", "writable": True})
+    found = bindings.Bindings(program, [], tags)
+    assert found.of({"kind": "lamp", "tag": "Btatoin"})["broken"] == "no tag Btatoin; did you mean Station?"
 
 
 # --- in a session
