@@ -45,9 +45,10 @@ def noting(page):
     return heard
 
 
-async def until_told(page, heard, wanted):
+async def until_edited(page, heard, *, new="", dropped=""):
+    kind, name = ("new", new) if new else ("dropped", dropped)
     async with asyncio.timeout(PATIENCE_S):
-        while not any(map(wanted, heard)):
+        while not any(name in each.get("edited", {}).get(kind, []) for each in heard):
             await page.hear()
 
 
@@ -84,12 +85,10 @@ def test_rungs_are_checked_tried_tested_and_untested(rack):
             assert (await page.ask("online", step="accept", **draft))["stage"] == "accepted"
             heard = noting(page)
             assert (await page.ask("online", step="test"))["stage"] == "testing"
-            await until_told(page, heard, lambda message: "Off" in message.get("edited", {}).get("new", []))
+            await until_edited(page, heard, new="Off")
             assert "is being tested" in (await page.ask("online", step="save"))["refused"]
             assert (await page.ask("online", step="untest"))["stage"] == "accepted"
-            await until_told(
-                page, heard, lambda message: "Off" in message.get("edited", {}).get("dropped", [])
-            )
+            await until_edited(page, heard, dropped="Off")
             assert (await page.ask("words"))["base"] == words["base"]
             assert (await page.ask("online", step="cancel"))["stage"] == ""
             assert (rack.parent / "line.rung").read_text(encoding="utf-8") == RUNGS
