@@ -33,9 +33,7 @@ def rewritten_l5x(data: bytes, edits: Iterable[RungEdit], tags: Sequence[NewTag]
         strip_cdata=False, resolve_entities=False, load_dtd=False, no_network=True, huge_tree=False
     )
     try:
-        root = etree.fromstring(
-            data.removeprefix(BOM_UTF8).lstrip(), parser
-        )  # blanks may lead
+        root = etree.fromstring(data.removeprefix(BOM_UTF8).lstrip(), parser)  # blanks may lead
     except etree.XMLSyntaxError as error:
         raise LadderError(f"the L5X can't be read: {error}") from None
     by_routine: dict[str, list[RungEdit]] = {}
