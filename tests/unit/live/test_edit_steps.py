@@ -7,6 +7,7 @@ follows a link, a file that takes the place of its link.
 
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -55,15 +56,21 @@ class EditedSession:
         self.editor.ask(order, answers.append)
         return answers
 
-    def until(self, wanted: Any) -> None:
+    def until(self, wanted: Callable[[], Any], *, attended: bool = True) -> None:
+        """Wait until a condition holds; between two looks is the end of a scan if it is `attended`."""
         end = time.monotonic() + PATIENCE_S
         while not wanted():
             assert time.monotonic() < end
             time.sleep(0.002)
+            if attended:
+                self.attend()
+
+    def until_told(self, key: str) -> None:
+        self.until(lambda: any(key in each for each in self.live.told))
 
     def ask(self, order: Any) -> Any:
         answers = self.asked(order)
-        self.until(lambda: self.attend() or answers)
+        self.until(lambda: answers)
         return answers[0]
 
     def step(self, step: str) -> Any:
@@ -95,7 +102,7 @@ def test_an_error_of_our_own_is_refused_and_the_editor_goes_on(session, monkeypa
     with monkeypatch.context() as patched:
         patched.setattr(Editor, "_loaded", breaks)
         session.editor.load_soon()
-        session.until(lambda: session.attend() or any("mistake" in each for each in session.live.told))
+        session.until_told("mistake")
     assert session.ask(Source())["text"] == RUNGS
 
 
@@ -103,7 +110,7 @@ def test_save_never_replaces_what_another_program_has_written(session):
     session.accept()
     assert session.step("assemble") == "assembled"
     session.file.write_text("PROGRAM Other\n", encoding="utf-8")
-    session.until(lambda: session.attend() or any("preview" in each for each in session.live.told))
+    session.until_told("preview")
     assert "changed by another program" in session.step("save")
     assert session.file.read_text(encoding="utf-8") == "PROGRAM Other\n"
     session.file.write_text(RUNGS, encoding="utf-8")
@@ -140,8 +147,8 @@ def test_a_step_waits_for_the_exchange_before_it(session):
     session.accept()
     takeovers = session.live.session.takeovers
     tested, cancelled = session.asked(Online("test")), session.asked(Online("cancel"))
-    session.until(lambda: len(takeovers) >= 4)  # exchange, its outcome, and two answers
-    session.until(lambda: session.attend() or cancelled)
+    session.until(lambda: len(takeovers) >= 4, attended=False)  # exchange, its outcome, and two answers
+    session.until(lambda: cancelled)
     assert tested[0]["stage"] == "testing"
     assert "being exchanged" in cancelled[0]["refused"]
     assert session.step("cancel") == ""

@@ -10,6 +10,7 @@ import pytest
 from live_sessions import FEEDER, LiveSession
 from scanrack.commands import build
 from scanrack.runtime import CpuFault
+from scanrack.runtime.live.actions import Online
 from scanrack.traces import open_trace, read_columns
 from typer.testing import CliRunner
 
@@ -228,10 +229,10 @@ def test_a_fault_of_the_cpu_is_shown_until_the_session_ends(tmp_path):
     )
     orders = [(6, {"do": "go"}), *((0, {"do": "online", "step": each}) for each in ("test", "save"))]
     session, steps = LiveSession(orders, rack=rack), []
-    session.session.edit = lambda order, _reply: steps.append(order.step)
+    session.session.edit = lambda order, _reply: steps.append(order)
     with pytest.raises(CpuFault, match="on purpose"):
         session.play()
-    assert steps == ["save"]
+    assert steps == [Online("save")]
     states = [each["state"] for each in session.told if "state" in each]
     assert "on purpose" in states[-1]["fault"]
     assert ["the CPU has faulted" in each for each in session.refusals] == [True, True]
