@@ -261,6 +261,8 @@ class Session:
     def _ask_editor(self, order: actions.ToEditor, number: object) -> None:
         if self.edit is None:
             raise ValueError("this program can't be edited while it runs")
+        if isinstance(order, actions.Online) and order.step not in _WITHOUT_SCANS:
+            self._refuse_after_fault()
         self.edit(order, lambda told: self._tell({"answer": {"id": number, **told}}))
 
     def _take_over(self, takeover: Callable[[], Action | None], at_ns: int, scan: int) -> None:
@@ -400,6 +402,9 @@ def _faulted(fault: CpuFault) -> str:
     """Return the refusal of every order but a branch."""
     return f"the CPU has faulted in {fault}: branch from an earlier scan"
 
+
+_WITHOUT_SCANS = ("accept", "cancel", "save")
+"""Steps with edited rungs that may be taken after a fault: no edited program has to run."""
 
 _RUNG = re.compile(r"(?P<routine>.+)\.(?P<rung>\d+)(?: (?P<when>changes|executes))?")
 """A rung, `Main.3` or `Main.3 changes`, which no tag looks like: bits of tags are watched as the tags."""

@@ -10,7 +10,7 @@ import pytest
 from live_sessions import FEEDER, LiveSession
 from scanrack.commands import build
 from scanrack.runtime import CpuFault
-from scanrack.runtime.live.actions import action_of
+from scanrack.runtime.live.actions import Online, action_of
 from scanrack.traces import open_trace, read_columns
 from typer.testing import CliRunner
 
@@ -249,9 +249,12 @@ def test_a_fault_of_the_cpu_is_shown_until_the_session_ends(tmp_path):
     (tmp_path / "bad.py").write_text(
         "def logic(scan):\n    assert scan.number < 5, 'on purpose'\n", encoding="utf-8"
     )
-    session = LiveSession([(6, {"do": "go"})], rack=rack)
+    orders = [(6, {"do": "go"}), *((0, {"do": "online", "step": each}) for each in ("test", "save"))]
+    session, steps = LiveSession(orders, rack=rack), []
+    session.session.edit = lambda order, _reply: steps.append(order)
     with pytest.raises(CpuFault, match="on purpose"):
         session.play()
+    assert steps == [Online("save")]
     states = [each["state"] for each in session.told if "state" in each]
     assert "on purpose" in states[-1]["fault"]
-    assert "the CPU has faulted" in session.refusals[0]
+    assert ["the CPU has faulted" in each for each in session.refusals] == [True, True]
