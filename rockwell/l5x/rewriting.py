@@ -16,6 +16,7 @@ from ...ladder.lowering.edited import BEFORE_FIRST, NewTag, RungEdit
 from ...ladder.model.errors import LadderError
 from ...ladder.model.tags import program_of
 from .edits import NORMAL
+from .xml.document import whole_tree
 
 
 def rewritten_l5x(data: bytes, edits: Iterable[RungEdit], tags: Sequence[NewTag] = ()) -> bytes:
@@ -29,13 +30,7 @@ def rewritten_l5x(data: bytes, edits: Iterable[RungEdit], tags: Sequence[NewTag]
         LadderError: the file can't be read, has no such rung or program, or a routine has online edits of
             its own.
     """
-    parser = etree.XMLParser(
-        strip_cdata=False, resolve_entities=False, load_dtd=False, no_network=True, huge_tree=False
-    )
-    try:
-        root = etree.fromstring(data.removeprefix(BOM_UTF8).lstrip(), parser)  # blanks may lead
-    except etree.XMLSyntaxError as error:
-        raise LadderError(f"the L5X can't be read: {error}") from None
+    root = whole_tree(data)
     by_routine: dict[str, list[RungEdit]] = {}
     for each in edits:
         by_routine.setdefault(each.routine, []).append(each)

@@ -17,7 +17,7 @@ from ..history.program_file import why_not
 from ..history.stretch import Stretch
 from .monitor import Monitor
 from .page import Page
-from .stretched import Stretched
+from .stretched import ReplayPackage
 
 Json = dict[str, Any]
 Said = Mapping[str, Any]
@@ -97,7 +97,7 @@ def would(monitor: Monitor, page: Page, said: Said) -> None:
     first = program.kept.scans[at]
     rows = monitor.subject.timeline.between(first, last)
     inputs = [each for scan, each in program.kept.inputs.items() if first <= scan <= last]
-    given = Stretched(
+    given = ReplayPackage(
         first, program.kept.values(at), program.kept.forces(first), inputs, rows, list(monitor.subject.words),
         ran, draft.rungs, draft.tags,
     )  # fmt: skip

@@ -32,7 +32,7 @@ from ...runtime.live.ring import Rows
 from ..history.program_file import rewrite
 from ..history.program_replica import ProgramReplica, SnapshotStore
 from ..history.watched_program import Inputs, Values
-from .stretched import Stretched
+from .stretched import ReplayPackage
 from .why_process import MODESTY
 
 MOST_GROUPS, MOST_MEMBERS = 60, 20
@@ -51,7 +51,7 @@ class KnownRows:
         return self._rows[(scans >= first) & (scans <= last)]
 
 
-class Difference(NamedTuple):
+class EditEffect(NamedTuple):
     """A value that would have differed, from a scan on."""
 
     path: str
@@ -59,7 +59,7 @@ class Difference(NamedTuple):
     scan: int
 
 
-def answer(given: Stretched) -> dict[str, Any]:
+def answer(given: ReplayPackage) -> dict[str, Any]:
     """Return the values that would have differed, grouped by tag, or why that can't be said."""
     try:
         with tempfile.TemporaryDirectory() as folder:
@@ -78,7 +78,7 @@ def answer(given: Stretched) -> dict[str, Any]:
     return {"groups": found[:MOST_GROUPS], "more": max(0, len(found) - MOST_GROUPS), "scans": scans}
 
 
-def _programs(given: Stretched, folder: Path) -> tuple[LadderLogic, LadderLogic]:
+def _programs(given: ReplayPackage, folder: Path) -> tuple[LadderLogic, LadderLogic]:
     edited = folder / "edited"
     copytree(given.ran.place, edited)
     file = edited / given.ran.program.partition(":")[0]
@@ -91,7 +91,7 @@ def _programs(given: Stretched, folder: Path) -> tuple[LadderLogic, LadderLogic]
     return old, new
 
 
-def differences(given: Stretched, old: LadderLogic, new: LadderLogic) -> list[Difference]:
+def differences(given: ReplayPackage, old: LadderLogic, new: LadderLogic) -> list[EditEffect]:
     """Run both programs on the same inputs; return what differs, each value once."""
     first, last = given.first, int(given.rows["scan"][-1])
     engines = [WatchedEngine(each.build(), each.scanner) for each in (old, new)]
@@ -104,7 +104,7 @@ def differences(given: Stretched, old: LadderLogic, new: LadderLogic) -> list[Di
     pairs = _pairs(*memories)
     other = memories[1].cells
     cells = [(ident, cell, other[ident]) for ident, cell in memories[0].cells.items() if ident in other]
-    found: dict[str, Difference] = {}
+    found: dict[str, EditEffect] = {}
     seen: set[str] = set()
     walks = (each.walk(first, last) for each in runs)
     for scan, _ in enumerate(zip(*walks, strict=False), first):
@@ -119,11 +119,11 @@ def differences(given: Stretched, old: LadderLogic, new: LadderLogic) -> list[Di
                 name = f"{path}[{index}]" if leaf.size > 1 else path
                 both = memories[0].read(leaf, index), memories[1].read(twin, index)
                 if name not in found and not same(*both):
-                    found[name] = Difference(name, leaf.output, scan)
+                    found[name] = EditEffect(name, leaf.output, scan)
     return list(found.values())
 
 
-def _replica(given: Stretched, program: LadderLogic, values: Mapping[str, Any]) -> ProgramReplica:
+def _replica(given: ReplayPackage, program: LadderLogic, values: Mapping[str, Any]) -> ProgramReplica:
     kept = SnapshotStore()
     kept.take(Values(given.first, dict(values), 0))
     for record in (Inputs(given.first - 1, (), given.forces, None, 0), *given.inputs):

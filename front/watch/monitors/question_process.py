@@ -15,7 +15,7 @@ from ...jobs.trust.launcher import Helper, launch
 from ...runtime.loop.pace import wall_ns
 from ...traces.read.columns import Columns
 from .page import Page
-from .stretched import Stretched
+from .stretched import ReplayPackage
 
 PATIENCE_S, WANT_PATIENCE_S, SHARE_PATIENCE_S = 20, 60, 120
 """Time limits of a question, of what it would take, and of a page to share."""
@@ -85,7 +85,7 @@ class QuestionProcesses:
         begin = partial(launch, "scanrack.watch.share.share_process:main", trace, scan, flag.strip(), rack)
         self._begin(page, number, begin, SHARE_PATIENCE_S, f"scanrack share {trace} --at {scan}{flag}")
 
-    def effects(self, page: Page, number: object, given: Stretched) -> None:
+    def effects(self, page: Page, number: object, given: ReplayPackage) -> None:
         """Ask what an edit would have done in the last scans; the answer goes to the page."""
         with tempfile.TemporaryFile() as file:
             pickle.dump(given, file)

@@ -19,7 +19,7 @@ class SessionProgram(NamedTuple):
     program: str  # the program in it, `path[:function]`
 
 
-class Stretched(NamedTuple):
+class ReplayPackage(NamedTuple):
     """Scans that ran, and an edit."""
 
     first: int

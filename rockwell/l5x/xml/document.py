@@ -95,6 +95,22 @@ def parse_document(data: bytes, file: str) -> L5xDocument:
     return _L5xReader(file, cut).document(root)
 
 
+def whole_tree(data: bytes) -> Any:
+    """Return the root of an L5X that is to be written again: as it is, with its sections of character data.
+
+    Raises:
+        L5xError: it can't be read, or is larger than what can be imported.
+    """
+    _checked(data, "the L5X")
+    parser = etree.XMLParser(
+        strip_cdata=False, resolve_entities=False, load_dtd=False, no_network=True, huge_tree=False
+    )
+    try:
+        return etree.fromstring(data.removeprefix(codecs.BOM_UTF8).lstrip(), parser)  # blanks may lead
+    except etree.XMLSyntaxError as error:
+        raise L5xError("the L5X", error.lineno or 1, f"it is not XML: {error.msg}") from None
+
+
 def _checked(data: bytes, file: str) -> bytes:
     """Return a document's bytes as UTF-8, or raise an L5xError for what no export has."""
     if len(data) > MOST_BYTES:
