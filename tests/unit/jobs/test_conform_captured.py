@@ -1,7 +1,8 @@
 """Scenes that `scanrack conform --judge` finds in a recording with several configurations, or none.
 
 Broken on purpose: levels by the configuration before, the configuration kept at a rest that shows its error,
-a change of inputs dated by the read before it: each turns one red.
+a refused configuration taken for a beginning, a change of inputs dated by the read before it: each turns one
+red.
 """
 
 from __future__ import annotations
@@ -54,6 +55,11 @@ def explained(scenes: list[PlayedScene]) -> list[bool]:
     return [search(each.moments, Amci3601, TIMING).explains_all for each in scenes]
 
 
+def operated(scenes: list[PlayedScene]) -> list[Transmission]:
+    sent = [each for scene in scenes for each in scene.moments if isinstance(each, Transmission)]
+    return [each for each in sent if each.words is None]
+
+
 def later_images(recording: PackedTrace, rows: int) -> PackedTrace:
     """Return a recording whose input images are read some rows later."""
     columns = recording.columns
@@ -69,8 +75,16 @@ def test_a_second_configuration_replaces_the_levels_of_the_first(tmp_path: Path,
     found = scenes_in(recording, {}, 1, TIMING)
     assert len(found.scenes) == 2
     assert explained(found.scenes) == [True, True]
-    sent = [each for scene in found.scenes for each in scene.moments if isinstance(each, Transmission)]
-    assert [each.inputs for each in sent if each.words is None] == []
+    assert operated(found.scenes) == []
+
+
+def test_a_refused_configuration_begins_no_scene(tmp_path: Path) -> None:
+    """Its images show the configuration before it, which a scene that begins there does not know."""
+    for first in (ACTIVE_HIGH, ACTIVE_LOW):
+        found = scenes_in(recorded(tmp_path, first + REFUSED + MOVE + ACTIVE_HIGH, 120), {}, 1, TIMING)
+        assert explained(found.scenes) == [True, True]
+        assert found.scenes[0].reads > 80
+        assert operated(found.scenes) == []
 
 
 def test_a_rest_that_shows_the_error_of_a_configuration_has_none(tmp_path: Path) -> None:
@@ -93,9 +107,7 @@ def test_an_input_may_have_changed_before_the_image_of_the_read_before(tmp_path:
     recording = recorded(tmp_path, ACTIVE_HIGH, 60, PRESSED)
     late = Timing(rpi_ns=4_000_000, scan_ns=3_000_000)
     (scene,) = scenes_in(recording, {}, 1, late).scenes
-    pressed, released = [
-        each for each in scene.moments if isinstance(each, Transmission) and each.words is None
-    ]
+    pressed, released = operated([scene])
     assert (pressed.inputs, released.inputs) == (InputBit.ESTOP, 0)
     times = recording.times
     images = [words_of(each) for each in recording.images((1, "in"))]

@@ -126,7 +126,7 @@ class _Scenes:
                 scene = None
             inputs = self._changed(seen)
             written = [Transmission(self._window(row), words)] if words != sent else []
-            if words[0] < 0 <= sent[0]:
+            if words[0] < 0 <= sent[0] and not self._is_refused(row):
                 if scene is not None:
                     yield scene
                 scene = self._configured(row, seen)
@@ -185,11 +185,23 @@ class _Scenes:
                 break
         return scene
 
+    def _is_refused(self, row: int) -> bool:
+        """Return whether the module refuses words and its images go on to show the configuration before."""
+        entered = False
+        for shown in map(words_of, self._inputs[row:] if any(self._configuration) else ()):
+            if configuration_in(shown) is not None:
+                return False
+            if entered and not shown[0] & MODE_CONFIG:
+                return True
+            entered = entered or bool(shown[0] & MODE_CONFIG)
+        return False
+
     def _changed(self, seen: SeenImage) -> list[Transmission]:
         """Return the change of inputs that an image shows."""
         shows_mode = bool(seen.words[0] & MODE_CONFIG)
         self._in_effect = self._in_effect or shows_mode
-        if shows_mode or not self._in_effect or not any(self._configuration):
+        has_levels = self._in_effect and any(self._configuration) and not seen.words[0] & CONFIG_ERROR
+        if shows_mode or not has_levels:
             return []
         levels = levels_in(seen.words, self._configuration)
         if levels == self._levels:
