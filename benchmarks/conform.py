@@ -222,7 +222,7 @@ def factors(plan: ScenePlan, counter: bool) -> bool:
         judge = Judge(plan.firmware, plan.timing)
         for each in played(plan, ("relative moves", "a longer move"), name, counter):
             judge.judge(each)
-        found = fitted_scales(judge.result)
+        found = fitted_scales(judge.conclude())
         good &= [each.what for each in found if each.low < factor < each.high] == [what]
         print(f"{name:18} told as: {' '.join(each.sentence for each in found) or 'nothing'}", flush=True)
     return good

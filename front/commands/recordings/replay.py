@@ -23,7 +23,7 @@ def _replay_command(options: ReplayOptions) -> None:
 
     A 3601 that was in operation before the trace is taken as an image shows it at rest, and compared from the
     scan after that. Its configuration is the first that the trace shows, or --configuration. --record writes
-    what is replayed, for scanrack compare.
+    what is replayed, for scanrack compare; earlier recordings are kept, unless --replace is given.
 
     Exit status: 0 the same, 1 something differs, 2 a file or option can't be used, 130 stopped by Ctrl-C.
 
@@ -38,13 +38,10 @@ def _replay_command(options: ReplayOptions) -> None:
         "--tolerance-counts": options.tolerance_counts != 0,
         "--to-the-end": options.to_the_end,
     }
-    session = {"--replace": options.replace}
-    of_others = own if options.into is ReplayTarget.SESSION else session
-    wrong = next((option for option, given in of_others.items() if given), None)
-    if wrong is not None:
-        say = f"{wrong} does not go with --into {options.into.value}"
-        raise typer.Exit(complain(say, BAD_INPUT))
     if options.into is ReplayTarget.SESSION:
+        wrong = next((option for option, given in own.items() if given), None)
+        if wrong is not None:
+            raise typer.Exit(complain(f"{wrong} does not go with --into session", BAD_INPUT))
         from .session_job import rerun_trace
 
         rerun_trace(options)

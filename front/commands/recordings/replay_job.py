@@ -23,13 +23,13 @@ from ...jobs.replay.replaying import (
 from ...jobs.replay.resumed import ResumedOperation, configuration_words
 from ...jobs.replay.targets import ReplayTarget, Stimuli
 from ...jobs.trust.attachments import job_of, spec_of
-from ...runtime.config.rackspec import RackSpec
+from ...runtime.config.rackspec import KEPT_TRACES, RackSpec
 from ...runtime.loop.scan import ScanLogic
 from ...terminal.complaints import reported_mistakes
 from ...terminal.progress import shown_progress
 from ...terminal.terminal import say
 from ...terminal.trace_options import tell_notes
-from ...traces.files.guard import TRACE, check_output
+from ...traces.files.keeping import RecordingKeeper, check_recordings
 from ...traces.read.reader import Trace, open_trace
 from ...traces.replay import PackedTrace
 from ...traces.write.recorder import ScanRecorder
@@ -48,8 +48,10 @@ def replay_trace(options: ReplayOptions) -> None:
     """
     with reported_mistakes():
         allowed = tolerance(options.tolerance_time, options.tolerance_counts)
+        keeping = None
         if options.record is not None:
-            check_output(options.record, TRACE, {options.path: "the trace"})
+            keeping = None if options.replace else RecordingKeeper(options.record, KEPT_TRACES)
+            check_recordings([options.record], keeping, {options.path: "the trace"})
         with open_trace(options.path) as trace, tempfile.TemporaryDirectory() as folder:
             recording = PackedTrace.of(trace)
             try:
@@ -82,7 +84,7 @@ def replay_trace(options: ReplayOptions) -> None:
             replay.notes[:0] = left_out
             observed = partial(shown_progress, quiet=options.quiet)
             period_ns = int(trace.head.metadata["scan_period_ns"])
-            with _recorder(options.record, replay, recording, period_ns) as recorders:
+            with _recorder(options.record, keeping, replay, recording, period_ns) as recorders:
                 follower = replay.run(
                     allowed, to_the_end=options.to_the_end, observed=observed, recorders=recorders
                 )
@@ -97,7 +99,11 @@ def replay_trace(options: ReplayOptions) -> None:
 
 @contextmanager
 def _recorder(
-    target: Path | None, replay: Replay, recording: PackedTrace, period_ns: int
+    target: Path | None,
+    keeping: RecordingKeeper | None,
+    replay: Replay,
+    recording: PackedTrace,
+    period_ns: int,
 ) -> Iterator[list[ScanRecorder]]:
     """Record a replay; yield what listens to it."""
     if target is None:
@@ -105,7 +111,12 @@ def _recorder(
         return
     facts = {"name": target.stem, "source": REPLAY}
     recorder = ScanRecorder(
-        target, replay.rack.memory, recording.slots, scan_period_ns=period_ns, metadata=facts
+        target,
+        replay.rack.memory,
+        recording.slots,
+        scan_period_ns=period_ns,
+        metadata=facts,
+        keeping=keeping,
     )
     with closing(recorder):
         yield [recorder]

@@ -30,7 +30,7 @@ from ...jobs.conform.paths.logix_path import (
 from ...jobs.conform.plan import PlannedScene, ScenePlan, load_plan
 from ...jobs.conform.playing import play
 from ...jobs.conform.report import FORMAT, Recorded, as_object, lines, load_played, next_steps
-from ...jobs.conform.verdicts import Judge
+from ...jobs.conform.verdicts import ConformResult, Judge
 from ...jobs.replay.resumed import configuration_words
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.complaints import reported_mistakes
@@ -106,17 +106,24 @@ class ConformOptions:
         bool, typer.Option("--allow-writes", help="With --live: write the module's words.")
     ] = False
     out: Annotated[
-        Path, typer.Option("--out", "-o", metavar="FILE", help="The result to send, without your names.")
-    ] = Path("conform.json")
+        Path | None,
+        typer.Option(
+            "--out",
+            "-o",
+            metavar="FILE",
+            help="The result to send, without your names.",
+            show_default="conform.json; none with --judge",
+        ),
+    ] = None
     html: Annotated[
-        Path | None, typer.Option("--html", metavar="FILE", help="Write a page to send, too: one sheet.")
+        Path | None, typer.Option("--html", metavar="FILE", help="Also write a one-page HTML report.")
     ] = None
     configuration: Annotated[
         str | None,
         typer.Option(
             "--configuration",
             metavar="WORDS",
-            help="Those in effect at the beginning of a trace: '843Ch 003Ch 0 500'.",
+            help="Configuration words when the trace begins: '843Ch 003Ch 0 500'.",
         ),
     ] = None
     rung: Annotated[
@@ -154,9 +161,12 @@ def _conform_command(
             raise typer.Exit(DONE)
         used = {options.source: "the file that is judged"} if options.source is not None else {}
         used |= {Path(options.plan): "the plan"} if Path(options.plan).is_file() else {}
-        check_output(options.out, RESULT, used)
+        out = options.out or (None if options.path is None else Path("conform.json"))
+        if out is not None:
+            check_output(out, RESULT, used)
+        around = used if out is None else used | {out: "the result"}
         if options.html is not None:
-            check_output(options.html, PAGE, used | {options.out: "the result"})
+            check_output(options.html, PAGE, around)
         tag, period_ns = counter_of(options.counter)
         tags = ModuleTags(options.module, tag, period_ns, wiring_of(options.wire or []))
         wanted = replace(wanted, timing=_timing(wanted.timing, options.scan, period_ns))
@@ -184,15 +194,18 @@ def _conform_command(
             verdict = judge.judge(each)
             if not options.quiet and not options.as_json:
                 complain(f"{each.name}: {verdict.verdict}")
-        whole = as_object(recorded, judge.result)
-        with new_file(options.out, RESULT, used=used) as file:
-            json.dump(whole, file, separators=(", ", ": "))
-            file.write("\n")
+        result = judge.conclude()
+        whole = as_object(recorded, result)
+        name = "" if out is None else out.name
+        if out is not None:
+            with new_file(out, RESULT, used=used) as file:
+                json.dump(whole, file, separators=(", ", ": "))
+                file.write("\n")
         if options.html is not None:
-            save_report(options.html, recorded, judge.result, used | {options.out: "the result"})
+            save_report(options.html, recorded, result, around, name)
         if options.as_json or not options.quiet:
-            _say_result(whole, judge, recorded, as_json=options.as_json)
-        raise typer.Exit(NO if judge.result.differs else DONE)
+            _say_result(whole, result, recorded, name, as_json=options.as_json)
+        raise typer.Exit(NO if result.differs else DONE)
 
 
 def _timing(timing: Timing, scan: str | None, period_ns: int) -> Timing:
@@ -209,7 +222,7 @@ def _recorded(source: Path, slot: int, timing: Timing, given: Sequence[int] | No
         if given is not None:
             raise ValueError("--configuration goes with a trace: a result has its own")
         return load_played(source)
-    captured = scenes_of(source, slot, given)
+    captured = scenes_of(source, slot, timing, given)
     tell_notes(captured)
     return Recorded(captured.firmware, timing, captured.scenes, slot, date=captured.captured_at)
 
@@ -260,13 +273,15 @@ def _say_list(plan: ScenePlan) -> None:
         say(on_a_line(f"{scene.name}: {scene.why}{settles}{needs}"))
 
 
-def _say_result(whole: dict[str, object], judge: Judge, recorded: Recorded, *, as_json: bool) -> None:
+def _say_result(
+    whole: dict[str, object], result: ConformResult, recorded: Recorded, name: str, *, as_json: bool
+) -> None:
     if as_json:
         say_json({name: part for name, part in whole.items() if name != "moments"})
     else:
-        for line in lines(judge.result, recorded.reads):
+        for line in lines(result, recorded.reads):
             say(line)
-        for advice in next_steps(recorded, judge.result):
+        for advice in next_steps(recorded, result, name):
             say(f"next: {advice}")
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 from ...io_images.amci3601 import RULES
 from ...traces.files.guard import PAGE, Used
 from ...traces.files.newfile import new_file
-from .report import Recorded, counted, difference_lines, fitted_scales, next_steps
+from .report import Recorded, counted, difference_lines, factor_sentences, next_steps
+from .rules_apart.scales import either
 from .verdicts import ConformResult, ConformVerdict, SceneVerdict
 
 MOST_DIFFERENCES = 6
@@ -36,8 +37,11 @@ section { break-inside: avoid }
   pre { font-size: 8.5px } }"""
 
 
-def save_report(path: Path, recorded: Recorded, result: ConformResult, used: Used) -> None:
+def save_report(path: Path, recorded: Recorded, result: ConformResult, used: Used, name: str = "") -> None:
     """Write the page.
+
+    Args:
+        name: of the file of the result; "" if none is written.
 
     Raises:
         OwnedError: it would replace a file of another kind, or one in use.
@@ -48,11 +52,11 @@ def save_report(path: Path, recorded: Recorded, result: ConformResult, used: Use
     view = '<meta name="viewport" content="width=device-width">'
     with new_file(path, PAGE, used=used) as file:
         file.write(f"{head}{view}\n<style>\n{STYLE}\n</style></head><body>\n<h1>{title}</h1>\n")
-        file.writelines(f"{part}\n" for part in _parts(recorded, result))
+        file.writelines(f"{part}\n" for part in _parts(recorded, result, name))
         file.write("</body></html>\n")
 
 
-def _parts(recorded: Recorded, result: ConformResult) -> Iterator[str]:
+def _parts(recorded: Recorded, result: ConformResult, name: str) -> Iterator[str]:
     differing = [each for each in result.scenes if each.verdict is ConformVerdict.DIFFERS]
     yield (
         f'<p class="bad"><b>{len(differing)} of {len(result.scenes)} scenes differ.</b></p>'
@@ -61,13 +65,15 @@ def _parts(recorded: Recorded, result: ConformResult) -> Iterator[str]:
     )
     yield _table((), _facts(recorded))
     yield _verdicts(result)
-    if fitted_scales(result):
-        yield _section("Factors", _list(each.sentence for each in fitted_scales(result)))
+    factors = factor_sentences(result)
+    if factors:
+        yield _section("Factors", _list(factors))
     if differing:
         shown = (_difference(each, result) for each in differing[:MOST_DIFFERENCES])
         yield _section("What differs", "".join(shown))
         if len(differing) > MOST_DIFFERENCES:
-            yield f"<p>{len(differing) - MOST_DIFFERENCES} more scenes differ; conform.json has them.</p>"
+            where = f"{escape(name)} has them" if name else "--out FILE writes them"
+            yield f"<p>{len(differing) - MOST_DIFFERENCES} more scenes differ; {where}.</p>"
     rules = [(rule, each) for rule, each in result.rules.items() if each.verdict is ConformVerdict.DIFFERS]
     if rules:
         rows = (
@@ -79,7 +85,7 @@ def _parts(recorded: Recorded, result: ConformResult) -> Iterator[str]:
     if undecided:
         rows_open = ((escape(each.name), escape(each.why)) for each in undecided)
         yield _section("Open scenes", _table(("scene", "why"), rows_open))
-    steps = list(next_steps(recorded, result))
+    steps = list(next_steps(recorded, result, name))
     if steps:
         yield _section("What to try next", _list(steps))
     yield (
@@ -120,7 +126,7 @@ def _difference(scene: SceneVerdict, result: ConformResult) -> str:
     by = [
         *(f"{number}: {result.readings[number].why}" for number in scene.readings),
         *(f"without {rule}" for rule in scene.rules),
-        *(each.sentence for each in scene.scales),
+        *([either(scene.scales)] if scene.scales else []),
     ]
     why = f"Explained by: {'; '.join(by)}" if by else "Nothing known explains it."
     return (

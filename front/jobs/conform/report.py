@@ -14,7 +14,7 @@ from ...io_images.input_files import read_input_text
 from ...io_images.text_limits import TextKind
 from .moments import ImageWords, PlayedScene, Timing, from_rows, to_rows, words_text
 from .plan import BUILT_IN, ScenePlan, load_plan
-from .rules_apart.scales import FittedScale
+from .rules_apart.scales import FittedScale, either
 from .verdicts import UNDECIDED, ConformResult, ConformVerdict, Difference
 
 FORMAT = "scanrack conform 1"
@@ -107,17 +107,17 @@ def lines(result: ConformResult, reads: int) -> Iterator[str]:
         if scene.difference is not None:
             yield from (f"    {each}" for each in difference_lines(scene.difference))
         for number in scene.readings:
-            yield f"    explained by another reading: {number}: {result.readings[number].why}"
+            yield f"    explained by another interpretation: {number}: {result.readings[number].why}"
         if scene.rules:
             yield f"    explained without {', '.join(scene.rules)}"
-        for scale in scene.scales:
-            yield f"    explained by another scale: {scale.sentence}"
+        if scene.scales:
+            yield f"    explained by another scale: {either(scene.scales)}"
     yield ""
     yield from _counts("rules", {rule: each.verdict for rule, each in result.rules.items()})
     for rule, found in result.rules.items():
         if found.verdict is ConformVerdict.DIFFERS:
             yield f"    {rule} differs [{found.scene}]: {found.why} The manual: {RULES[rule].text}"
-    yield from _counts("readings", {number: each.verdict for number, each in result.readings.items()})
+    yield from _counts("interpretations", {number: each.verdict for number, each in result.readings.items()})
     for number, found in result.readings.items():
         if found.verdict not in UNDECIDED:
             yield f"    {number} {found.verdict} [{found.scene}]: {found.why}"
@@ -149,8 +149,12 @@ def _image(words: ImageWords) -> str:
     return f"{words_text(words)}  {names}"
 
 
-def next_steps(recorded: Recorded, result: ConformResult) -> Iterator[str]:
-    """Yield what to try next, a sentence each."""
+def next_steps(recorded: Recorded, result: ConformResult, name: str) -> Iterator[str]:
+    """Yield what to try next, a sentence each.
+
+    Args:
+        name: of the file of the result; "" if none is written.
+    """
     for scene in result.scenes:
         if scene.verdict is ConformVerdict.DIFFERS and not (scene.readings or scene.rules or scene.scales):
             again = f"Play it again with --scene '{scene.name}'. " if recorded.plan else ""
@@ -168,7 +172,8 @@ def next_steps(recorded: Recorded, result: ConformResult) -> Iterator[str]:
     if recorded.plan in BUILT_IN:
         yield from _unplayed(load_plan(recorded.plan), {each.name for each in recorded.scenes})
     if result.differs:
-        yield "Send conform.json: it has every word and image, and none of your names."
+        what = f"Send {name}: it" if name else "--out FILE writes a result to send: it"
+        yield f"{what} has every word and image, and none of your names."
 
 
 WIDE_FACTOR = 0.02
@@ -196,3 +201,14 @@ def fitted_scales(result: ConformResult) -> list[FittedScale]:
         else:
             found.append(scale)
     return found
+
+
+def factor_sentences(result: ConformResult) -> list[str]:
+    """Return what the factors say, once each; those that a scene leaves beside each other are joined."""
+    found = fitted_scales(result)
+    said = (
+        either([next(each for each in found if each.within(scale)) for scale in scene.scales])
+        for scene in result.scenes
+        if scene.scales
+    )
+    return list(dict.fromkeys(said))

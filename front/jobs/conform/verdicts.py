@@ -24,7 +24,7 @@ from ...runtime.modules.amci3601.module import Amci3601
 from .hypotheses import MOST, Search, search
 from .moments import ImageWords, PlayedScene, SeenImage, Timing, Transmission, words_text
 from .rules_apart.rivals import RIVALS
-from .rules_apart.scales import FittedScale, fitted
+from .rules_apart.scales import FittedScale, either, fitted, without_lesser
 from .rules_apart.without import STATEMENTS, without
 
 
@@ -266,9 +266,16 @@ class Judge:
             self._fit(played, verdict)
 
     def _fit(self, played: PlayedScene, verdict: SceneVerdict) -> None:
-        for scale in fitted(lambda alteration: self._search(played, alteration)):
-            verdict.scales.append(scale)
-            self._differs(self.result.rules[scale.rule], played.name, scale.sentence)
+        verdict.scales += fitted(lambda alteration: self._search(played, alteration))
+
+    def conclude(self) -> ConformResult:
+        """Return the result when all scenes are judged: only together they tell which factors are left."""
+        scenes = [each for each in self.result.scenes if each.scales]
+        for scene, left in zip(scenes, without_lesser([each.scales for each in scenes]), strict=True):
+            scene.scales = left
+            for scale in left:
+                self._differs(self.result.rules[scale.rule], scene.name, either(left))
+        return self.result
 
     def _may_explain(
         self, played: PlayedScene, alteration: Alteration, suspect: _Trail, found: Search

@@ -229,6 +229,12 @@ def test_a_page_to_send_has_no_name_of_the_owners(plan: Path, controller: FakeCo
     status, said = scanrack("conform --judge conform.json --out again.json --html again.html -q")
     assert (status, said) == (0, "")
     assert Path("again.html").read_text("utf-8") == page
+    Path("again.json").unlink()
+    recorded = Path("conform.json").read_bytes()
+    status, said = scanrack("conform --judge conform.json --html again.html -q")
+    assert (status, said) == (0, ""), "no result takes the place of what was recorded"
+    assert Path("conform.json").read_bytes() == recorded
+    assert sorted(each.name for each in Path().glob("*.json")) == ["conform.json"]
 
 
 def test_words_of_a_configuration_go_with_a_trace(plan: Path, controller: FakeController) -> None:

@@ -123,13 +123,13 @@ def test_a_trace_is_taken_in_scenes_from_configuration_to_configuration(tmp_path
         run = JobRun(job, ports, RunOptions(trace=tmp_path / "run.mcap", handled=True))
         with run.cpu:
             run.cpu.run(400)
-    firmware, scenes, notes, _ = scenes_of(tmp_path / "run.mcap", 1)
+    firmware, scenes, notes, _ = scenes_of(tmp_path / "run.mcap", 1, Timing(scan_ns=0))
     assert (firmware, len(scenes), notes) == ("4.1", 2, [])
     found = [search(each.moments, Amci3601, Timing(scan_ns=0)) for each in scenes]
     assert [each.explains_all for each in found] == [True, True]
     assert sum(each.reads for each in found) > 300
     with pytest.raises(ValueError, match="slot 2 has no words of a 3601"):
-        scenes_of(tmp_path / "run.mcap", 2)
+        scenes_of(tmp_path / "run.mcap", 2, Timing())
 
 
 def test_a_read_is_explained_by_pairs_of_words() -> None:

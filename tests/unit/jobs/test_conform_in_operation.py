@@ -54,7 +54,7 @@ def test_cuts_are_judged_from_the_first_rest_on_and_nothing_differs(recording: P
     judged = total = 0
     for first in random.Random(46).sample(range(10, len(recording.scans) * 3 // 4), CUTS):
         late = cut(recording, first)
-        found = scenes_in(late, {}, 1, words)
+        found = scenes_in(late, {}, 1, TIMING, words)
         assert (
             "the trace begins in the middle of operation; the module's state is that of scan"
             in found.notes[0]

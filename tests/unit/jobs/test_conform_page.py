@@ -9,7 +9,7 @@ from scanrack.io_images.amci3601 import RULES
 from scanrack.jobs.conform.moments import PlayedScene, Timing
 from scanrack.jobs.conform.page import MOST_DIFFERENCES, save_report
 from scanrack.jobs.conform.plan import load_plan
-from scanrack.jobs.conform.report import Recorded, fitted_scales, next_steps
+from scanrack.jobs.conform.report import Recorded, fitted_scales, lines, next_steps
 from scanrack.jobs.conform.rules_apart.scales import FittedScale
 from scanrack.jobs.conform.verdicts import ConformVerdict, Difference, Judge, SceneVerdict
 
@@ -56,10 +56,16 @@ def test_the_page_has_the_first_read_the_rule_and_the_reason(tmp_path: Path) -> 
 
 def test_a_page_of_many_differences_shows_the_first_ones(tmp_path: Path) -> None:
     names = [f"scene {number}" for number in range(MOST_DIFFERENCES + 2)]
-    save_report(tmp_path / "r.html", recorded("", *names), judged(*map(differing, names)).result, {})
+    result = judged(*map(differing, names)).result
+    save_report(tmp_path / "r.html", recorded("", *names), result, {}, "june.json")
     page = (tmp_path / "r.html").read_text("utf-8")
     assert page.count("12.3 ms after the words") == MOST_DIFFERENCES
-    assert "2 more scenes differ; conform.json has them." in page
+    assert "2 more scenes differ; june.json has them." in page
+    assert "<li>Send june.json: it has" in page
+    save_report(tmp_path / "r.html", recorded("", *names), result, {})
+    page = (tmp_path / "r.html").read_text("utf-8")
+    assert "2 more scenes differ; --out FILE writes them." in page
+    assert ".json" not in page
 
 
 @pytest.mark.parametrize(
@@ -71,7 +77,7 @@ def test_a_page_of_many_differences_shows_the_first_ones(tmp_path: Path) -> None
             0,
             "a: nothing known explains it. Play it again with --scene 'a'. Does a program",
         ),
-        (differing("a", rules=["MC-01"]), "mine", 0, "Send conform.json"),
+        (differing("a", rules=["MC-01"]), "mine", 0, "Send june.json: it has"),
         (
             differing("a", scales=[FittedScale("speed", 0.9, 0.95)]),
             "mine",
@@ -87,17 +93,19 @@ def test_a_page_of_many_differences_shows_the_first_ones(tmp_path: Path) -> None
     ],
 )
 def test_each_result_has_its_next_step(scene: SceneVerdict, plan: str, scan_ns: int, says: str) -> None:
-    assert next(next_steps(recorded(plan, "a", scan_ns=scan_ns), judged(scene).result)).find(says) >= 0
+    steps = next_steps(recorded(plan, "a", scan_ns=scan_ns), judged(scene).result, "june.json")
+    assert says in next(steps)
 
 
 def test_scenes_that_need_wiring_are_suggested() -> None:
     plan = load_plan("hour")
     plain = [each.name for each in plan.scenes if not each.needs]
-    steps = list(next_steps(recorded("hour", *plain), judged().result))
+    steps = list(next_steps(recorded("hour", *plain), judged().result, ""))
     wired = [each.name for each in plan.scenes if "inputs" in each.needs]
     assert steps[0] == f"To play {', '.join(wired)}: wire inputs and give --wire."
     assert steps[1].endswith("give --encoder with one that stands still.")
-    assert list(next_steps(recorded("hour", *(each.name for each in plan.scenes)), judged().result)) == []
+    whole = recorded("hour", *(each.name for each in plan.scenes))
+    assert list(next_steps(whole, judged().result, "")) == []
 
 
 def test_scenes_that_agree_give_one_factor() -> None:
@@ -106,3 +114,10 @@ def test_scenes_that_agree_give_one_factor() -> None:
         FittedScale("speed", 0.95, 1.0),
         FittedScale("speed", 1.3, 1.3 + 0.1),
     ]
+
+
+def test_the_text_speaks_of_interpretations() -> None:
+    said = list(lines(judged(differing("a", readings=["A-102"])).result, 0))
+    assert sum(each.startswith("    explained by another interpretation: A-102: ") for each in said) == 1
+    assert sum(each.startswith("interpretations: ") for each in said) == 1
+    assert "reading" not in " ".join(said)

@@ -18,10 +18,10 @@ from conform_scenes import MS, plan_of
 from scanrack.jobs.conform.hypotheses import search
 from scanrack.jobs.conform.moments import PlayedScene, Timing
 from scanrack.jobs.conform.playing import play
-from scanrack.jobs.conform.report import lines
-from scanrack.jobs.conform.rules_apart.scales import SCALED, FittedScale, fitted
+from scanrack.jobs.conform.report import factor_sentences, lines
+from scanrack.jobs.conform.rules_apart.scales import SCALED, FittedScale, fitted, without_lesser
 from scanrack.jobs.conform.rules_apart.without import STATEMENTS
-from scanrack.jobs.conform.verdicts import ConformVerdict, Judge
+from scanrack.jobs.conform.verdicts import ConformVerdict, Judge, SceneVerdict
 from scanrack.runtime.modules.amci3601 import step_generator
 from scanrack.runtime.modules.amci3601.altered import Altered3601
 from scanrack.runtime.modules.amci3601.module import Amci3601
@@ -84,7 +84,7 @@ def test_a_scene_that_a_factor_explains_differs_by_the_rule_of_the_factor() -> N
     assert verdict.verdict is ConformVerdict.DIFFERS
     assert [each.what for each in verdict.scales] == ["acceleration"]
     assert verdict.scales[0].low < 0.93 < verdict.scales[0].high
-    rule = judge.result.rules[SCALED["acceleration"].rule]
+    rule = judge.conclude().rules[SCALED["acceleration"].rule]
     assert (rule.verdict, rule.why) == (ConformVerdict.DIFFERS, verdict.scales[0].sentence)
     assert f"    explained by another scale: {verdict.scales[0].sentence}" in lines(judge.result, 0)
 
@@ -104,3 +104,41 @@ def test_factors_of_two_scenes_leave_what_both_allow() -> None:
     assert wide.within(narrow) == FittedScale("speed", 0.94, 0.95)
     assert wide.within(FittedScale("speed", 0.96, 0.99)) is None
     assert wide.within(FittedScale("rates", 0.94, 0.99)) is None
+
+
+ACCELERATION, SPEED = FittedScale("acceleration", 0.92, 0.94), FittedScale("speed", 0.94, 0.96)
+DECELERATION = FittedScale("deceleration", 0.9, 0.95)
+EITHER = (
+    "It accelerates at 0.930 ± 0.010 of the programmed rate, "
+    "or it runs at 0.950 ± 0.010 of the programmed speed."
+)
+
+
+def concluded(*scenes: list[FittedScale]) -> Judge:
+    judge = Judge("4.1", Timing())
+    judge.result.scenes += [
+        SceneVerdict(str(number), ConformVerdict.DIFFERS, 5, 9, scales=scales)
+        for number, scales in enumerate(scenes)
+    ]
+    judge.conclude()
+    return judge
+
+
+def test_a_kind_that_explains_fewer_scenes_than_another_is_no_fact() -> None:
+    result = concluded([ACCELERATION], [ACCELERATION, SPEED], []).result
+    assert [each.scales for each in result.scenes] == [[ACCELERATION], [ACCELERATION], []]
+    assert result.rules["PRO-03"].why == ACCELERATION.sentence
+    assert result.rules["PRO-01"].verdict is ConformVerdict.NOT_IN_PLAN
+    assert factor_sentences(result) == [ACCELERATION.sentence]
+
+
+def test_kinds_that_no_scene_tells_apart_are_joined() -> None:
+    result = concluded([ACCELERATION, SPEED], [ACCELERATION, SPEED]).result
+    assert {result.rules[each].why for each in ("PRO-01", "PRO-03")} == {EITHER}
+    assert f"    explained by another scale: {EITHER}" in lines(result, 0)
+    assert factor_sentences(result) == [EITHER]
+
+
+def test_kinds_with_a_scene_of_their_own_are_both_left() -> None:
+    scenes = [[ACCELERATION], [DECELERATION], [ACCELERATION, DECELERATION]]
+    assert without_lesser(scenes) == scenes

@@ -206,6 +206,27 @@ def test_the_rack_file_says_how_many(line: Path) -> None:
     assert (line / "line.1.mcap").read_bytes() == kept
 
 
+def test_a_replay_keeps_the_recording_in_whose_place_it_writes(line: Path) -> None:
+    run(line, 1)
+    (line / "line.mcap").rename(line / "other.mcap")
+    before = (line / "other.mcap").read_bytes()
+    run(line, 2)
+    words = ["replay", "line.mcap", "--record", "other.mcap", "-q"]
+    assert CliRunner().invoke(build(), words).exit_code == 0
+    assert (line / "other.1.mcap").read_bytes() == before
+    (line / "other.1.mcap").replace(line / "other.mcap")
+    assert CliRunner().invoke(build(), [*words, "--replace"]).exit_code == 0
+    assert (line / "other.mcap").read_bytes() != before
+    assert not (line / "other.1.mcap").exists()
+
+
+def test_a_replay_moves_no_recording_that_it_reads(line: Path) -> None:
+    run(line, 1)
+    (line / "line.mcap").rename(line / "line.1.mcap")
+    result = CliRunner().invoke(build(), ["replay", "line.1.mcap", "--record", "line.mcap"])
+    assert (result.exit_code, "line.1.mcap is the trace" in result.stderr) == (2, True), result.stderr
+
+
 def test_tags_are_not_retained_where_a_recording_will_be_moved(line: Path) -> None:
     (line / "line.toml").write_text(RACK.format("").replace("line.py", "line.rung"), encoding="utf-8")
     (line / "line.rung").write_text(

@@ -21,9 +21,9 @@ from ....traces.replay import PackedTrace
 from ...captures.words import CAPTURED_AT, SAMPLED, is_sampled
 from ...replay.replaying import forced_rows, score_of
 from ...replay.resumed import ResumedModule, ResumedOperation, configuration_in, words_of
-from ..moments import ImageWords, KnownState, PlayedScene, SeenImage, Transmission, Window
+from ..moments import ImageWords, KnownState, PlayedScene, SeenImage, Timing, Transmission, Window
 
-MODE_CONFIG = StatusMsw.MODE_CONFIG.value
+MODE_CONFIG, CONFIG_ERROR = StatusMsw.MODE_CONFIG.value, StatusMsw.CONFIG_ERROR.value
 ZERO: ImageWords = (0,) * WORDS
 
 
@@ -36,12 +36,13 @@ class CapturedScenes(NamedTuple):
     captured_at: str  # date and time of the capture, as it is known
 
 
-def scenes_of(path: Path, slot: int, given: Sequence[int] | None = None) -> CapturedScenes:
+def scenes_of(path: Path, slot: int, timing: Timing, given: Sequence[int] | None = None) -> CapturedScenes:
     """Return the firmware that a trace names, its scenes, its defects and what is assumed.
 
     A scan is a read of input words; output words that changed were sent between it and the next one.
 
     Args:
+        timing: of the path.
         given: configuration words in effect at the beginning; None = those that the trace shows first.
 
     Raises:
@@ -53,13 +54,17 @@ def scenes_of(path: Path, slot: int, given: Sequence[int] | None = None) -> Capt
             raise ValueError(
                 f"{path}: slot {slot} has no words of a 3601; scanrack import --as amci3601 makes them"
             )
-        found = scenes_in(PackedTrace.of(trace), trace.head.metadata, slot, given)
+        found = scenes_in(PackedTrace.of(trace), trace.head.metadata, slot, timing, given)
         found.notes[:0] = trace.notes
         return found
 
 
 def scenes_in(
-    recording: PackedTrace, facts: Mapping[str, str], slot: int, given: Sequence[int] | None = None
+    recording: PackedTrace,
+    facts: Mapping[str, str],
+    slot: int,
+    timing: Timing,
+    given: Sequence[int] | None = None,
 ) -> CapturedScenes:
     """Return the scenes of a recording, see `scenes_of`.
 
@@ -74,7 +79,7 @@ def scenes_in(
     follows = module if isinstance(module, ResumedModule) else None
     since_last = sampled
     until_next = captured and facts.get("words") != SAMPLED
-    scenes = list(_Scenes(recording, slot, follows, since_last, until_next).found())
+    scenes = list(_Scenes(recording, slot, follows, since_last, until_next, timing.lag_ns).found())
     notes = resumed.notes([] if scenes else [slot]) if follows else []
     if not scenes:
         scenes = [PlayedScene("all", note="the module is never configured, so nothing is known of its state")]
@@ -88,6 +93,7 @@ class _Scenes:
         module: follows the recording and tells where the state is known; None = it was just powered up.
         since_last: output words that a scan shows first were sent since the one before: a client reads both.
         until_next: they were sent before the next one, as a PLC does, or in a packet of their own.
+        lag_ns: how old an image may be when it is read.
     """
 
     def __init__(
@@ -97,11 +103,13 @@ class _Scenes:
         module: ResumedModule | None,
         since_last: bool,
         until_next: bool,
+        lag_ns: int,
     ) -> None:
         self._times, self._module = recording.times, module
-        self._since_last, self._until_next = since_last, until_next
+        self._since_last, self._until_next, self._lag_ns = since_last, until_next, lag_ns
         self._inputs, self._outputs = recording.images((slot, "in")), recording.images((slot, "out"))
         self._configuration = ZERO
+        self._in_effect = True  # the configuration; images of the one before it tell no levels
         self._levels = 0
         self._place: ImageWords | None = None  # of the first rest of a scene, as words
 
@@ -118,7 +126,7 @@ class _Scenes:
                 scene = None
             inputs = self._changed(seen)
             written = [Transmission(self._window(row), words)] if words != sent else []
-            if words[0] < 0 <= sent[0]:
+            if words[0] < 0 <= sent[0] and not self._is_refused(row):
                 if scene is not None:
                     yield scene
                 scene = self._configured(row, seen)
@@ -149,39 +157,58 @@ class _Scenes:
         if self._module.rests:
             words = self._module.configuration
             self._configuration = ZERO if words is None else _signed(words)
+            self._in_effect = True
         return not self._module.why, self._module.rests
 
     def _resumed(self, seen: SeenImage, sent: ImageWords) -> PlayedScene:
         """Return a scene that begins with the state that an image shows."""
-        state = KnownState(seen.window, seen.words, sent, self._configuration, self._levels)
+        configuration = ZERO if seen.words[0] & CONFIG_ERROR else self._configuration
+        state = KnownState(seen.window, seen.words, sent, configuration, self._levels)
         return PlayedScene(f"rest at {seen.window.high_ns / 1e9:.3f} s", [state])
 
     def _configured(self, row: int, seen: SeenImage) -> PlayedScene:
         """Return a scene that begins with the configuration after a scan; inputs are as they show later."""
         now = Window(seen.window.high_ns, seen.window.high_ns)
         self._place = None
+        self._in_effect = entered = False
         scene = PlayedScene(f"configuration at {now.low_ns / 1e9:.3f} s", [Transmission(now, ZERO), seen])
         for image in self._inputs[row:]:
             shown = words_of(image)
+            entered = entered or bool(shown[0] & MODE_CONFIG)
             accepted = configuration_in(shown)
             if accepted is not None:
                 self._configuration = _signed(accepted)
-            elif not shown[0] & MODE_CONFIG and any(self._configuration):
+            elif entered and not shown[0] & MODE_CONFIG:
                 self._levels = levels_in(_words(image), self._configuration)
                 if self._levels:
                     scene.moments.append(Transmission(now, None, self._levels))
                 break
         return scene
 
+    def _is_refused(self, row: int) -> bool:
+        """Return whether the module refuses words and its images go on to show the configuration before."""
+        entered = False
+        for shown in map(words_of, self._inputs[row:] if any(self._configuration) else ()):
+            if configuration_in(shown) is not None:
+                return False
+            if entered and not shown[0] & MODE_CONFIG:
+                return True
+            entered = entered or bool(shown[0] & MODE_CONFIG)
+        return False
+
     def _changed(self, seen: SeenImage) -> list[Transmission]:
         """Return the change of inputs that an image shows."""
-        if seen.words[0] & MODE_CONFIG or not any(self._configuration):
+        shows_mode = bool(seen.words[0] & MODE_CONFIG)
+        self._in_effect = self._in_effect or shows_mode
+        has_levels = self._in_effect and any(self._configuration) and not seen.words[0] & CONFIG_ERROR
+        if shows_mode or not has_levels:
             return []
         levels = levels_in(seen.words, self._configuration)
         if levels == self._levels:
             return []
         self._levels = levels
-        return [Transmission(seen.window, None, levels)]
+        window = Window(seen.window.low_ns - self._lag_ns, seen.window.high_ns)
+        return [Transmission(window, None, levels)]
 
 
 def levels_in(shown: ImageWords, configuration: ImageWords) -> int:

@@ -10,7 +10,7 @@ below and above it that a read contradicts bound the module's own.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import pairwise
@@ -82,6 +82,25 @@ class FittedScale:
         """Return what two scenes leave of a factor; None if they contradict each other."""
         low, high = max(self.low, other.low), min(self.high, other.high)
         return FittedScale(self.what, low, high) if self.what == other.what and low < high else None
+
+
+def either(scales: Sequence[FittedScale]) -> str:
+    """Return what a module does, as a sentence: one of several scales that explain the same reads."""
+    first, *more = (each.sentence.removesuffix(".") for each in scales)
+    return ", or i".join([first, *(each[1:] for each in more)]) + "."
+
+
+def without_lesser(scenes: Sequence[list[FittedScale]]) -> list[list[FittedScale]]:
+    """Return the scales of each scene without a kind that explains less than another one does.
+
+    A short scene leaves several kinds; one that explains all that another explains, and more, is likelier.
+    """
+    explains: dict[str, set[int]] = {}
+    for number, scales in enumerate(scenes):
+        for each in scales:
+            explains.setdefault(each.what, set()).add(number)
+    lesser = {what for what, mine in explains.items() if any(mine < other for other in explains.values())}
+    return [[each for each in scales if each.what not in lesser] for scales in scenes]
 
 
 def scaled(what: str, factor: int) -> Alteration:
