@@ -10,6 +10,8 @@ Its motion is the sum of what its planners do at the same time [MOTION-RM002H p.
 
     position = start + travel of each course (`courses`); what follows another position shifts `start`
 
+`target` is where the start is once the move has ended, so that it ends exactly there.
+
 A planner carries out one course; a newer one goes on from that planner's speed. A merge ends all of them and
 goes on from their sum. After each scan `update` writes the tag's members and the bits of the instructions
 whose motion has ended, whether their rungs are scanned or not.
@@ -56,6 +58,16 @@ PLANNER_OF = {
 
 Masters = Mapping[int, tuple[float, float]]
 """Position and speed of the axes on 3601s by number, for the gears that follow them."""
+
+
+def ahead(way: float, unwind: float) -> float:
+    """Return a way as one forward on a rotary axis, 0 to below `unwind`; what rounding leaves of 0 is 0.
+
+    >>> ahead(-10.0, 360.0), ahead(-1e-12, 360.0)
+    (350.0, 0.0)
+    """
+    forward = way % unwind
+    return 0.0 if min(forward, unwind - forward) <= 1e-9 * unwind else forward
 
 
 class IdealAxis(MotionSpot):
@@ -122,8 +134,8 @@ class IdealAxis(MotionSpot):
             self.put(StartActualPosition=start, StartCommandPosition=start)
 
     def _fold(self, course: Course, now_ns: int) -> None:
-        """Add the travel of a course that ends to the start."""
-        self.shift(course.instant(now_ns).travel)
+        """Add the travel of a course that ends to the start; that of a move is on the way to its target."""
+        self.shift(course.instant(now_ns).travel, target=course.planner != "move")
 
     def rest(self, now_ns: int, error: int = 0) -> None:
         """End everything at once, where the axis is."""
@@ -131,9 +143,11 @@ class IdealAxis(MotionSpot):
         for each in self.courses.values():
             each.end(error, **({"ER": True} if error else {}))
 
-    def shift(self, way: float) -> None:
-        """Move the position: by another reference, or by what the axis follows."""
+    def shift(self, way: float, *, target: bool = True) -> None:
+        """Move the position, and the end of a move: by another reference, or by what the axis follows."""
         self.hide(start=float(self["~start"]) + way)
+        if target:
+            self.hide(target=float(self["~target"]) + way)
 
     def redefine(self, way: float) -> None:
         """Move its reference: a gear that follows it does not move."""
@@ -179,8 +193,10 @@ class IdealAxis(MotionSpot):
         if course.kind is Kind.HOME:
             self.redefine(float(self["HomePosition"]) - float(self["~start"]))
             self.bits(BITS, AxisHomedStatus=True)
+        elif course.kind is Kind.MOVE:
+            self.hide(start=float(self["~target"]))
         else:
-            self.shift(course.goal if course.kind is Kind.MOVE else present.travel)
+            self.shift(present.travel, target=course.planner != "move")
         course.end(PC=True)
 
     def _watch(self, position: float) -> None:
