@@ -342,6 +342,19 @@ def test_a_path_and_a_jog_of_one_of_its_axes(merge, tmp_path):
         assert _bits(engine) == {"B:PC"} | ({"A:IP"} if merge != "All Motion" else set())
 
 
+def test_a_path_that_waited_is_active_once_it_begins(tmp_path):
+    """AC "sets when the instruction becomes active" [MOTION_INSTRUCTION]; each path takes 3 s."""
+    rungs = [f"XIC(Go{name}){line('P', name, 'Disabled')};" for name in "AB"]
+    for engine in systems(tmp_path, *rungs):
+        seen = []
+        for scan in range(62):
+            engine.tags.GoA = engine.tags.GoB = True
+            engine.step(100 if scan else 0)
+            if scan in (5, 35, 61):
+                seen.append([name for name in ("A.AC", "B.AC") if engine.tags[name]])
+        assert seen == [["A.AC"], ["B.AC"], []]
+
+
 ENDINGS = {
     "stop": "MAS(X,B,All,Yes,6,Units per sec2,No,0,% of Time)",
     "servo off": "MSF(X,B)",

@@ -169,6 +169,7 @@ class IdealSystem(MotionSpot):
             claim = int(self["~next_claim"])
             self.hide(waiting=0, next_claim=0)
             self.begin(now_ns, self.end("next"), dynamics, claim)
+            self.course.settle(AC=True)
 
     def _show(self, now_ns: int) -> None:
         positions, kind, present = self.positions(now_ns), self.kind, self.course.instant(now_ns)
