@@ -56,9 +56,8 @@ def write_fal(
 ) -> None:
     """Write FAL."""
     control = ControlText(rungs, group)
-    writes_pos = (
-        target.leaf == group.member("POS").leaf or target.leaf.root
-    )  # an InOut can be another name of POS
+    # an InOut can be another name of POS
+    writes_pos = target.leaf == group.member("POS").leaf or target.leaf.root
     moves_on = f"wrap({control['POS']} + 1, {DINT.bits})" if writes_pos else f"{control['POS']} + 1"
 
     def one() -> None:

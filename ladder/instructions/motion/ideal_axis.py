@@ -60,6 +60,10 @@ Masters = Mapping[int, tuple[float, float]]
 """Position and speed of the axes on 3601s by number, for the gears that follow them."""
 
 
+ROUNDING = 1e-9
+"""What counts as none on a rotary axis, of a turn."""
+
+
 def ahead(way: float, unwind: float) -> float:
     """Return a way as one forward on a rotary axis, 0 to below `unwind`; what rounding leaves of 0 is 0.
 
@@ -67,7 +71,7 @@ def ahead(way: float, unwind: float) -> float:
     (350.0, 0.0)
     """
     forward = way % unwind
-    return 0.0 if min(forward, unwind - forward) <= 1e-9 * unwind else forward
+    return 0.0 if min(forward, unwind - forward) <= ROUNDING * unwind else forward
 
 
 class IdealAxis(MotionSpot):
@@ -152,6 +156,7 @@ class IdealAxis(MotionSpot):
     def redefine(self, way: float) -> None:
         """Move its reference: a gear that follows it does not move."""
         self.shift(way)
+        self.hide(position=float(self["~position"]) + way)
         for place in range(1, len(self.ideal.axes) + 1):
             slave = IdealAxis(self.memory, self.ideal, -place)
             gear = slave.courses["gear"]
@@ -202,7 +207,10 @@ class IdealAxis(MotionSpot):
     def _watch(self, position: float) -> None:
         """End MAW when the axis comes to its position."""
         way, there, before = int(self["~watch"]), float(self["~watched"]), float(self["~position"])
-        if way and (before < there <= position if way > 0 else before > there >= position):
+        left, gone, unwind = (there - before) * way, (position - before) * way, self.settings.unwind
+        if unwind:  # `gone` may lack what rounding takes of a move that ends there
+            left, gone = ahead(left, unwind), gone + ROUNDING * unwind
+        if way and 0 < left <= gone:
             settle(self.memory, self.ideal, int(self["~watch_claim"]), IP=False, PC=True)
             self.hide(watch=0, watch_claim=0)
             self.bits(BITS, WatchEventArmedStatus=False, WatchEventStatus=True)

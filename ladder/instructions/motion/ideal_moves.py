@@ -7,8 +7,8 @@
 | MCD, MAS | the profile of the planner that it names; MAS of All stops the sum of all |
 | MAH | HomePosition at once, as active homing "immediate"; PC a scan later |
 | MRP | at once, also in motion |
-| MAG | the slave follows the master's position, locked at once; IP until it ends |
-| MAW, MDW | PC when the axis comes to the position in that direction |
+| MAG | the slave follows the master's position, locked at once; IP until it ends; no axis leads itself |
+| MAW, MDW | PC when the axis comes to the position in that direction, a rotary one in any turn |
 | MAR, MDR | armed; no registration input comes |
 | MRAT, MAAT, MRHD, MAHD | a scan; PC |
 | MGS, MGSD, MGSR, MGSP | all axes: there is one group |
@@ -224,7 +224,7 @@ def _gear(axis: IdealAxis, call: MotionCall) -> None:
         ratio = abs(ratio) * (-1 if (before < 0) != (way == "REVERSE") else 1)
     elif way == "OPPOSITE":
         ratio = -ratio
-    if not number or not abs(ratio) <= LARGEST:
+    if number in (0, axis.number) or not abs(ratio) <= LARGEST:
         call.motion.refuse(OUT_OF_RANGE)
         return
     axis.begin(call.now_ns, "gear", Kind.GEAR, Dynamics(1.0, 1.0, 1.0), call.motion.claim, goal=seen)

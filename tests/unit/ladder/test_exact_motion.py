@@ -94,3 +94,48 @@ def test_a_rotary_move_to_where_the_axis_is_makes_no_turn(kind):
     hair = 1e-13 if kind == POSITIVE else -1e-13
     engine = after(move(28.4 + hair), move(28.4, kind, "B"), unwind=360.0)
     assert (exactly(engine), engine.tags["B.PC"]) == (28.4, True)
+
+
+WATCHES = {
+    # the jog goes 300 * 0.6 units in the first scan, less 5 of its ramp of 1/30 s, and 180 in the second
+    "forward through 0": (350, "Forward", 20, [True, True]),
+    "forward, not yet": (350, "Forward", 200, [False, True]),
+    "back through 0": (10, "Reverse", 340, [True, True]),
+    "back, not yet": (10, "Reverse", 160, [False, True]),
+    "where it stands": (10, "Forward", 10, [False, False]),
+}
+
+
+@pytest.mark.parametrize(("start", "way", "where", "fires"), WATCHES.values(), ids=WATCHES)
+def test_a_watch_of_a_rotary_axis(start, way, where, fires):
+    rungs = (move(start), f"MAW(Ax,B,{way},{where})", jog("C", way, speed=300))
+    engine = after(*rungs[:2], unwind=360.0, scans=2, ms=600)
+    assert engine.tags["B.IP"] is True
+    engine = after(*rungs, unwind=360.0, scans=2, ms=600)
+    seen = [engine.tags["B.PC"]]
+    engine.step(600)
+    assert [*seen, engine.tags["B.PC"]] == fires
+
+
+def test_a_watch_of_a_linear_axis_sees_the_end_of_a_move():
+    engine = after(move(33.7), "MAW(Ax,B,Forward,200.4)", move(200.4, control="C"))
+    assert (engine.tags["C.PC"], engine.tags["B.PC"]) == (True, True)
+
+
+def test_a_watch_of_a_rotary_axis_sees_the_end_of_a_move_after_turns():
+    """520.3 less the position before is a hair less than 160.3 less that position, in one turn."""
+    engine = after(move(350.1), "MAW(Ax,B,Forward,160.3)", move(160.3, POSITIVE, "C"), unwind=360.0)
+    assert (engine.tags["C.PC"], engine.tags["B.PC"]) == (True, True)
+
+
+@pytest.mark.parametrize(("units", "where", "way"), [(100, 50, "Forward"), (-100, -50, "Reverse")])
+def test_another_reference_is_no_way(units, where, way):
+    engine = after(move(1), f"MAW(Ax,B,{way},{where})", f"MRP(Ax,C,Absolute,Actual,{units})")
+    assert engine.tags["Ax.ActualPosition"] == units
+    assert (engine.tags["B.IP"], engine.tags["B.PC"]) == (True, False)
+
+
+def test_an_axis_is_not_its_own_master():
+    engine = after("MAG(Ax,Ax,A,Same,1,1,1,Actual,Real,Disabled,50,% of Maximum)", jog())
+    assert (engine.tags["A.ER"], engine.tags["A.ERR"]) == (True, 13)
+    assert engine.tags["Ax.GearingStatus"] is False
