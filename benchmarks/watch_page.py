@@ -195,7 +195,7 @@ def measure_edits(look: Look, rungs: int, edits: int) -> None:
             for number in range(rungs)
         )
         text = f"PROGRAM Large\nTAG N : DINT\n{tags}ROUTINE Main\n{''.join(lines)}END\n"
-        (Path(folder) / "large.rung").write_text(text)
+        (Path(folder) / "large.rung").write_text(text, encoding="utf-8")
         with watching(rack) as session:
             look.open(session.link)
             look.until_drawn()

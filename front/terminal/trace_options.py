@@ -57,7 +57,7 @@ UaSecurityOption = Annotated[
     typer.Option(
         "--opc-ua-security",
         metavar="none|encrypted",
-        help="Of the OPC UA server. encrypted: Basic256Sha256, with a certificate in opcua/ beside the rack.",
+        help="Secure the OPC UA server; encrypted is Basic256Sha256, certificate in opcua/.",
         show_default="none on this machine, else encrypted",
     ),
 ]
@@ -66,7 +66,7 @@ UaUsersOption = Annotated[
     typer.Option(
         "--opc-ua-users",
         metavar="FILE",
-        help="Who may use the OPC UA server: lines name:password in a file that only you can read.",
+        help="Require a login; FILE has lines name:password, private to you.",
     ),
 ]
 QuietOption = Annotated[bool, typer.Option("--quiet", "-q", help="No progress bar and no summary.")]

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import json
 import threading
+import traceback
 from collections import deque
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -54,6 +55,13 @@ class EditManner(NamedTuple):
     trust: bool = False  # Python that is typed in a page may run
 
 
+class Exchange(NamedTuple):
+    """A program that is to run from the next scan on; another one may have been refused by then."""
+
+    takeover: Takeover
+    follow: Callable[[], None] = lambda: None  # called beside the scans when it was carried out, or refused
+
+
 class Editor:
     """Watches the files of a program, and passes on edited ones.
 
@@ -78,10 +86,13 @@ class Editor:
         self._online = OnlineEdit(program_name(job), self._accepted)
         self._ready: tuple[ProgramVersion, LoadedRack] | None = None  # an accepted program, not used yet
         self._known: tuple[int, LoadedRack, list[Json]] | None = None
+        self._exchanging = 0  # exchanges whose outcome has not been followed; of this thread only
+        self._exchanged: deque[Exchange] = deque()
         self._ending, self._wake = threading.Event(), threading.Event()
         self._wanted = False
         self._restart = ""
         self._stamp = self._stamped()
+        self._disk = self._digest_on_disk()  # of the file as this session has loaded or saved it
         self._thread = threading.Thread(target=self._watch, name="edits", daemon=True)
 
     def start(self) -> None:
@@ -114,16 +125,49 @@ class Editor:
         while not self._ending.is_set():
             self._wake.wait(LOOK_S)
             self._wake.clear()
-            while self._asked:
-                self._answer(*self._asked.popleft())
-            wanted, self._wanted = self._wanted, False
-            stamp = self._stamped()
-            if stamp is not None and (wanted or stamp != self._stamp):
-                self._stamp = stamp
-                if self._manner.preview and not wanted:
-                    self._preview_saved()
-                else:
-                    self._load()
+            try:
+                self._attend()
+            except Exception as error:  # a mistake of ours ends no session, and not this thread
+                traceback.print_exc()
+                mistake = mistake_of(_named(error), self._job.program)
+                self._hand_over(partial(self._tell, {"mistake": mistake}))
+
+    def _attend(self) -> None:
+        while self._asked:
+            self._follow()  # what a page knows from an answer has been followed
+            self._answer(*self._asked.popleft())
+        self._follow()
+        wanted, self._wanted = self._wanted, False
+        stamp = self._stamped()
+        if stamp is not None and (wanted or stamp != self._stamp):
+            self._stamp = stamp
+            if self._manner.preview and not wanted:
+                self._preview_saved()
+            else:
+                self._load()
+
+    def _exchange(self, exchange: Exchange) -> None:
+        """Hand over an exchange; `_follow` has its outcome."""
+
+        def carried_out() -> None:
+            self._exchanged.append(exchange)
+            self._wake.set()
+
+        self._exchanging += 1
+        self._hand_over(exchange.takeover)
+        self._hand_over(carried_out)
+
+    def _follow(self) -> None:
+        """Follow what runs after exchanges, and tell the pages."""
+        if not self._exchanged:
+            return
+        while self._exchanged:
+            self._exchanging -= 1
+            self._exchanged.popleft().follow()
+        running = self._running
+        self._online.settle(running)
+        state = self._online.told(running, self._on_disk())
+        self._hand_over(partial(self._tell, {"online": state}))
 
     def _stamped(self) -> tuple[int, int] | None:
         """Return a version stamp of the file; None while it is missing, empty or half saved."""
@@ -135,18 +179,23 @@ class Editor:
 
     def _load(self) -> None:
         restart, self._restart = self._restart, ""
-        takeover = self._takeover(restart)
+        exchange = self._from_disk(restart)
         if self._stamped() == self._stamp:  # otherwise it is being saved: the next check loads it
-            self._hand_over(takeover)
+            self._exchange(exchange)
 
-    def _takeover(self, restart: str) -> Takeover:
+    def _from_disk(self, restart: str) -> Exchange:
         try:
             job = self._usable(self._loaded(), restart)
             edition = self._editions.with_copy(version_of(job))
         except (ValueError, OSError) as error:
             mistake = mistake_of(error, self._job.program)
-            return lambda: self._tell({"mistake": mistake})
-        return lambda: self._order(edition, job, restart)
+            return Exchange(lambda: self._tell({"mistake": mistake}))
+
+        def follow() -> None:
+            if self._running.files == edition.files:
+                self._disk = digest(edition.files[program_name(self._job)])
+
+        return Exchange(lambda: self._order(edition, job, restart), follow)
 
     def _order(self, edition: ProgramVersion, job: LoadedRack, restart: str) -> Edit | None:
         """Return the order that continues with a program; None if it already runs."""
@@ -161,8 +210,6 @@ class Editor:
             self._tell({"mistake": mistake_of(error, self._job.program)})
             return None
         self._editions.keep(number, edition, job)
-        self._online.settle(edition)
-        self._tell({"online": self._online.told(edition, self._on_disk())})
         return Edit(number, edition.program, restart)
 
     def _loaded(self) -> LoadedRack:
@@ -188,32 +235,46 @@ class Editor:
 
     # --- edited rungs
 
-    def _step(self, order: Online) -> tuple[Callable[[], Json], Takeover | None]:
-        """Take a step with edited rungs; return the answer, and what exchanges the program."""
+    def _step(self, order: Online) -> Callable[[], Json]:
+        """Take a step with edited rungs, and hand over the program that it exchanges; return the answer."""
+        if self._exchanging:  # what runs then decides whether the step fits
+            raise ValueError("the program is being exchanged: ask again in a moment")
         debugger, running = self._run.program.debugger, self._running
         lacks = why_not(self._job.program)
         if debugger is None or lacks:
             raise ValueError(lacks or "the program has no rungs")
+        self._online.settle(running)
         stage = self._online.stage
-        wanted = self._online.take(order, running, debugger.program)
-        note = self._save(running) if order.step == "save" else ""
-        then: Takeover | None = None
-        if wanted.files != running.files:
-            try:
-                job = self._loaded_version(wanted)
-            except ValueError:
-                self._online.stage = stage
-                raise
-            then = partial(self._order, wanted, job, "")
+        try:
+            wanted = self._online.take(order, running, debugger.program)
+            note = self._save(running) if order.step == "save" else ""
+            job = self._loaded_version(wanted) if wanted.files != running.files else None
+        except Exception:
+            self._online.stage = stage
+            raise
+        state = self._online.told(wanted, self._on_disk())
+        if job is not None:
+            self._exchange(self._to_version(wanted, job, stage))
 
         def answer() -> Json:
-            state = self._online.told(wanted, self._on_disk())
+            if self._running.files != wanted.files:
+                raise ValueError(f"{order.step}: the program could not be exchanged: the one before runs")
             self._tell({"online": state})
             if note:
                 self._tell({"note": note})
             return state
 
-        return answer, then
+        return answer
+
+    def _to_version(self, wanted: ProgramVersion, job: LoadedRack, stage: str) -> Exchange:
+        """Return an exchange of an edit; the stage is again `stage` if it is refused."""
+
+        def follow() -> None:
+            if self._running.files != wanted.files:
+                self._online.stage = stage
+
+        own = replace(wanted, retained=None)  # it continues with the values of the one before
+        return Exchange(partial(self._order, own, job, ""), follow)
 
     def _accepted(self, data: bytes) -> ProgramVersion:
         self._ready = self._with(data)
@@ -230,12 +291,12 @@ class Editor:
     def _save(self, running: ProgramVersion) -> str:
         """Write the file of the program that runs; return what became of the old one."""
         program, data = self._job.program, running.files[program_name(self._job)]
-        if self._stamped() != self._stamp:
+        if self._digest_on_disk() != self._disk:
             raise ValueError(f"{program.name} was changed by another program: reload it first")
         if data == self._on_disk():
             return f"{program.name} has these rungs already."
         kept = save(program, data)
-        self._stamp = self._stamped()
+        self._stamp, self._disk = self._stamped(), digest(data)
         return f"Saved in {program.name}; the old file is {kept.name}."
 
     def _on_disk(self) -> bytes | None:
@@ -244,31 +305,38 @@ class Editor:
         except OSError:
             return None
 
+    def _digest_on_disk(self) -> str:
+        data = self._on_disk()
+        return "" if data is None else digest(data)
+
     # --- previews
 
     def _answer(self, order: ToEditor, reply: Reply) -> None:
         """Answer a page between two scans; the work is done here, beside them."""
-        then: Takeover | None = None
+        then: Exchange | None = None
         try:
             if isinstance(order, Source):
                 answer = self._source()
             elif isinstance(order, Online):
-                answer, then = self._step(order)
+                answer = self._step(order)
             else:
                 self._check(order)
                 answer, then = self._saved(order) if order.take else (self._typed(order), None)
-        except (ValueError, OSError) as error:
-            answer = _refused(error)
+        except Exception as error:
+            if not isinstance(error, ValueError | OSError):
+                traceback.print_exc()
+            answer = _refused(_named(error))
 
         def give() -> None:
             try:
-                reply({"ok": True, **answer()})
-            except ValueError as error:
-                reply({"refused": str(error)})
+                told = {"ok": True, **answer()}
+            except Exception as error:
+                told = {"refused": str(_named(error))}
+            reply(told)
 
         self._hand_over(give)
         if then is not None:
-            self._hand_over(then)
+            self._exchange(then)
 
     def _source(self) -> Callable[[], Json]:
         """Return the text of the file, and whether a page may edit it."""
@@ -296,11 +364,11 @@ class Editor:
         if digest(self._saved_text().encode()) != draft.base:
             raise ValueError(f"{self._job.program.name} was changed by another program: reload it, then edit")
 
-    def _saved(self, draft: Draft) -> tuple[Callable[[], Json], Takeover]:
+    def _saved(self, draft: Draft) -> tuple[Callable[[], Json], Exchange]:
         """Save an edited text; return the answer, and what continues with it."""
         self._job.program.write_text(draft.text, encoding="utf-8", newline="")
-        self._stamp = self._stamped()
-        return lambda: {"saved": True}, self._takeover(draft.restart)
+        self._stamp, self._disk = self._stamped(), digest(draft.text.encode())
+        return lambda: {"saved": True}, self._from_disk(draft.restart)
 
     def _typed(self, draft: Draft) -> Callable[[], Json]:
         load = partial(self._of_text, draft.text)
@@ -347,7 +415,7 @@ class Editor:
         """Return the running version with other contents of the program's file, and load it."""
         edition = self._running
         files = {**edition.files, program_name(self._job): data}
-        copy = self._editions.with_copy(replace(edition, files=files))
+        copy = self._editions.with_copy(replace(edition, files=files, retained=None))
         return copy, self._load_copy(copy)
 
     def _load_copy(self, copy: ProgramVersion) -> LoadedRack:
@@ -387,6 +455,13 @@ def _effects(running: LoadedRack, edited: LoadedRack) -> tuple[Group, ...]:
     if not isinstance(running.logic, LadderLogic) or not isinstance(edited.logic, LadderLogic):
         return ()
     return effects_of(running.logic, edited.logic)
+
+
+def _named(error: Exception) -> Exception:
+    """Return what pages are told of an error; one that no rule makes has its type."""
+    if isinstance(error, ValueError | OSError):
+        return error
+    return ValueError(f"it can't be carried out: {type(error).__name__}: {error}")
 
 
 def _refused(error: Exception) -> Callable[[], Json]:

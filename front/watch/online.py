@@ -75,13 +75,12 @@ class OnlineEdit:
 
         Args:
             order: the step.
-            running: the version that runs now.
+            running: the version that runs now, which `settle` has followed.
             program: its program.
 
         Raises:
             ValueError: the step does not fit the stage, or the edited program can't be used.
         """
-        self.settle(running)
         move = MOVES[order.step]
         if self.stage not in move.sources:
             raise ValueError(f"{order.step}: {_SAYS[self.stage]}")

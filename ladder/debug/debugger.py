@@ -328,6 +328,23 @@ class Debugger:
         self._on_tags[tag] = self.tags[tag]
         self._settle()
 
+    def remove_breakpoint(self, at: str, rung: int | None = None, when: When = "true") -> None:
+        """Remove one breakpoint; the others keep what they have seen.
+
+        Args:
+            at: the routine of `break_at`, or the tag of `break_on`.
+            rung: number of the rung or line; None for a breakpoint on a tag.
+            when: as in `break_at`.
+
+        Raises:
+            KeyError: there is no such breakpoint.
+        """
+        if rung is None:
+            del self._on_tags[at]
+        else:
+            del self._on_rungs[(at.upper(), rung), when]
+        self._settle()
+
     def clear_breakpoints(self) -> None:
         """Remove all breakpoints."""
         self._on_rungs.clear()

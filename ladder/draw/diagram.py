@@ -83,6 +83,7 @@ class _Sheet:
     def __init__(self, sheet: DrawnSheet, ident: str, tag_of: PinTag, top: int) -> None:
         self._sheet, self._ident, self._tag_of, self._top = sheet, ident, tag_of, top
         self.names: dict[str, None] = {}
+        self._rows: dict[tuple[int, bool], dict[str, int]] = {}  # by name, of the pins of an element's side
         least = [min((getattr(each, name) for each in sheet.elements), default=0) for name in ("x", "y")]
         self._left, self._above = least
         boxes = [self._box(each) for each in sheet.elements]
@@ -188,8 +189,10 @@ class _Sheet:
         x, y, wide, _ = self._boxes[number]
         if element.kind != "block":
             return (x + wide if output else x), y + BOX // 2
-        pins = element.outputs if output else element.inputs
-        row = next((n for n, each in enumerate(pins) if each.name.upper() == pin.upper()), 0)
+        if (number, output) not in self._rows:
+            pins = element.outputs if output else element.inputs
+            self._rows[number, output] = {each.name.upper(): n for n, each in reversed([*enumerate(pins)])}
+        row = self._rows[number, output].get(pin.upper(), 0)
         return (x + wide if output else x), y + HEAD + PIN * row + PIN // 2
 
     def _wire(self, wire: DrawnWire, place: int) -> str:

@@ -19,7 +19,7 @@ from ..model.tree import Address, Instruction, MemberStep, Operand, Rung, addres
 from .layout import NO_CAPTIONS, place
 from .marks import BoxLine, Picture, Symbol
 from .markup import CELL, Pen, attribute, plain, units
-from .now import WIDE, Told, told_of
+from .now import WIDE, BlockTexts, told_of
 from .ruler import Ruler
 from .shapes import BoxFrame, Curve, Letters, Line, Shape, Value, shape_bottom, shapes_of
 
@@ -128,7 +128,7 @@ class _ValueRuler(Ruler):
         super().__init__(captions)
         self._name_of, self._operands = name_of, operands
 
-    def _told(self, instruction: Instruction) -> Told | None:
+    def _told(self, instruction: Instruction) -> BlockTexts | None:
         return told_of(instruction, self._captions.get(instruction.name, ()), self._name_of)
 
     @override

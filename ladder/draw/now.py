@@ -14,7 +14,7 @@ from typing import NamedTuple
 from ..model.tree import Address, Instruction, MemberStep, Operand
 
 
-class State(NamedTuple):
+class BlockState(NamedTuple):
     """A state of a block: its condition, "" for always, and up to two lines.
 
     `{Position}` stands for a value, `{.ACC:s}` for one of ms in seconds.
@@ -25,50 +25,50 @@ class State(NamedTuple):
     more: str = ""
 
 
-_ERROR, _IDLE = State(".Error", "error {.ErrorID}"), State("", "idle")
+_ERROR, _IDLE = BlockState(".Error", "error {.ErrorID}"), BlockState("", "idle")
 _TO, _AT = "at {Axis.Position}, {Velocity} steps/s", "at {Axis.Position}"
-_TIMER, _COUNTER = (State("", "{.ACC:s} of {.PRE:s} s"),), (State("", "{.ACC} of {.PRE}"),)
+_TIMER, _COUNTER = (BlockState("", "{.ACC:s} of {.PRE:s} s"),), (BlockState("", "{.ACC} of {.PRE}"),)
 
 
-def _block(busy: str, done: str, more: str = "", *before: State) -> tuple[State, ...]:
-    return _ERROR, *before, State(".Busy", busy, more), State(".Done", done), _IDLE
+def _block(busy: str, done: str, more: str = "", *before: BlockState) -> tuple[BlockState, ...]:
+    return _ERROR, *before, BlockState(".Busy", busy, more), BlockState(".Done", done), _IDLE
 
 
-def _motion(busy: str, done: str) -> tuple[State, ...]:
-    return State("1.ER", "error {1.ERR}"), State("1.IP", busy), State("1.PC", done), _IDLE
+def _motion(busy: str, done: str) -> tuple[BlockState, ...]:
+    return BlockState("1.ER", "error {1.ERR}"), BlockState("1.IP", busy), BlockState("1.PC", done), _IDLE
 
 
-STATES: Mapping[str, tuple[State, ...]] = {
+STATES: Mapping[str, tuple[BlockState, ...]] = {
     "TON": _TIMER,
     "TOF": _TIMER,
     "RTO": _TIMER,
     "CTU": _COUNTER,
     "CTD": _COUNTER,
     "Amci3601": (
-        State("Axis.LinkDown", "the module does not answer"),
-        State("Axis.ErrorStop", "error {Axis.ErrorID}", _AT),
-        State("Axis.Moving", "the axis moves", _AT),
-        State("", "the axis rests", _AT),
+        BlockState("Axis.LinkDown", "the module does not answer"),
+        BlockState("Axis.ErrorStop", "error {Axis.ErrorID}", _AT),
+        BlockState("Axis.Moving", "the axis moves", _AT),
+        BlockState("", "the axis rests", _AT),
     ),
     "Configure3601": _block("configuring", "configured"),
     "MC_MoveAbsolute": _block("moving to {Position}", "is at {Position}", _TO),
     "MC_MoveRelative": _block("moving by {Distance}", "has moved", _TO),
     "MC_MoveVelocity": _block(
-        "on the way to {Velocity}", "done", _AT, State(".InVelocity", "runs at {Velocity} steps/s", _AT)
+        "on the way to {Velocity}", "done", _AT, BlockState(".InVelocity", "runs at {Velocity} steps/s", _AT)
     ),
     "MC_Home": _block("homing", "is at home", _TO),
     "MC_Halt": _block("braking", "has come to rest", _AT),
     "MC_Stop": _block("stopping, holds the axis", "holds the axis", _AT),
     "MC_Reset": _block("resetting errors", "errors are reset"),
     "MC_SetPosition": _block("setting {Position}", "has set {Position}"),
-    "MC_GearIn": _block("gearing in", "done", _AT, State(".InGear", "follows the encoder", _AT)),
+    "MC_GearIn": _block("gearing in", "done", _AT, BlockState(".InGear", "follows the encoder", _AT)),
     "MAM": _motion("moving: {3} at {4}", "complete"),
     "MAJ": _motion("jogging at {3}", "complete"),
     "MAH": _motion("homing", "is at home"),
 }
 """The states of blocks by instruction; those of timers and counters stand beside the title."""
 
-_OTHERS = State(".Error", "error"), *_block("busy", "done")[1:]
+_OTHERS = BlockState(".Error", "error"), *_block("busy", "done")[1:]
 """The states of an add-on instruction with these outputs."""
 
 WIDE = 26
@@ -79,7 +79,7 @@ _REFERENCE = re.compile(r"\{([^:}]+)(:s)?\}")
 NameOf = Callable[[Address], str | None]
 
 
-class Told(NamedTuple):
+class BlockTexts(NamedTuple):
     """The states of a block with the tags of a program: conditions and lines; `{Out.ACC}` is a value."""
 
     rows: tuple[tuple[str, str, str], ...]
@@ -99,24 +99,24 @@ class Told(NamedTuple):
         return tuple(dict.fromkeys([*(row[0] for row in self.rows if row[0]), *used]))
 
 
-def told_of(instruction: Instruction, captions: Sequence[str], name_of: NameOf) -> Told | None:
+def told_of(instruction: Instruction, captions: Sequence[str], name_of: NameOf) -> BlockTexts | None:
     """Return what an instruction says it does; None of one that says nothing."""
     states = STATES.get(instruction.name, _OTHERS if captions[:1] == ("Instance",) else ())
     if states is _TIMER and len(instruction.operands) > len(captions):  # of an SLC 500: in its time base
         states = _COUNTER
-    reader = _Reader(instruction.operands, captions, name_of)
+    reader = _TagReader(instruction.operands, captions, name_of)
     rows = tuple(row for row in map(reader.row, states) if row is not None)
-    return Told(rows) if any(when or _REFERENCE.search(line) for when, line, _more in rows) else None
+    return BlockTexts(rows) if any(when or _REFERENCE.search(line) for when, line, _more in rows) else None
 
 
-class _Reader(NamedTuple):
+class _TagReader(NamedTuple):
     """Reads references to the operands of an instruction."""
 
     operands: Sequence[Operand]
     captions: Sequence[str]
     name_of: NameOf
 
-    def row(self, state: State) -> tuple[str, str, str] | None:
+    def row(self, state: BlockState) -> tuple[str, str, str] | None:
         """Return a state with names of tags; None if the program lacks one."""
         try:
             when = self._value(state.when).strip("{}") if state.when else ""

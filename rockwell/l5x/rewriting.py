@@ -26,12 +26,16 @@ def rewritten_l5x(data: bytes, edits: Iterable[RungEdit], tags: Sequence[NewTag]
         edits: their texts are in the program's notation, see `EditedProgram`.
 
     Raises:
-        LadderError: the file has no such rung or program, or a routine has online edits of its own.
+        LadderError: the file can't be read, has no such rung or program, or a routine has online edits of
+            its own.
     """
     parser = etree.XMLParser(
         strip_cdata=False, resolve_entities=False, load_dtd=False, no_network=True, huge_tree=False
     )
-    root = etree.fromstring(data, parser)
+    try:
+        root = etree.fromstring(data.removeprefix(BOM_UTF8).lstrip(), parser)  # blanks may lead
+    except etree.XMLSyntaxError as error:
+        raise LadderError(f"the L5X can't be read: {error}") from None
     by_routine: dict[str, list[RungEdit]] = {}
     for each in edits:
         by_routine.setdefault(each.routine, []).append(each)

@@ -30,6 +30,9 @@ STORE_MOST = 5_000
 DRAFT_MOST = 60_000
 """Longest text of a program that is edited in a page, bytes as JSON: a message has up to 64 KiB."""
 
+RUNGS_MOST = 200
+"""Most rungs that a draft has in place of others: each is checked and drawn for the page at once."""
+
 DEEPEST = 8
 """Levels of lists and objects in a message."""
 
@@ -387,7 +390,9 @@ def _is_hex(value: object) -> bool:
 
 
 def _are_rungs(value: object) -> bool:
-    return _is_short(value) and all(map(_is_rung, value))
+    if not _is_short(value) or not all(map(_is_rung, value)):
+        return False
+    return sum(len(texts) for _routine, _number, texts in value) <= RUNGS_MOST
 
 
 def _is_rung(value: object) -> bool:
@@ -406,7 +411,7 @@ def _are_tags(value: object) -> bool:
     )
 
 
-def _is_short(value: object) -> TypeGuard[Sequence[object]]:
+def _is_short(value: object) -> TypeGuard[Sequence[Any]]:
     """Whether this is a list that is as short as the text of a draft."""
     if not isinstance(value, (list, tuple)):
         return False
@@ -437,7 +442,7 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "text": (_is_draft, f"text of up to {DRAFT_MOST:,} bytes"),
     "base": (lambda value: value == "" or _is_text(value), _TEXT),
     "step": (lambda value: value in STEPS, ", ".join(STEPS)),
-    "rungs": (_are_rungs, f"up to {DRAFT_MOST:,} bytes of [routine, number, texts]"),
+    "rungs": (_are_rungs, f"[routine, number, texts], up to {RUNGS_MOST} texts and {DRAFT_MOST:,} bytes"),
     "tags": (_are_tags, "a list of [name, type, program]"),
     "effects": (lambda value: isinstance(value, bool), "true or false"),
     "paused": (lambda value: isinstance(value, bool), "true or false"),

@@ -2,20 +2,24 @@
 
 asyncua (2.1) takes requests over a connection that is not encrypted even if the server offers no such policy.
 It checks the certificate that a request names, not that of the channel. It attaches a connection to the
-session of another one before it checks the password. It keeps every server that someone registers, and a
-connection whose message it could not read. Here that ends:
+session of another one before it checks the password. It keeps every server that someone registers, every
+session that a connection leaves for another one, the session of a lost connection, and a connection whose
+message it could not read. It lets each session use the subscriptions of all. Here that ends:
 
     request                            open server     encrypted server
     GetEndpoints, FindServers          yes             yes: what a client needs to connect
     RegisterServer                     no              no
+    TransferSubscriptions              no              no
+    a second session at a time         no              no
     a session of another connection    no              no
+    a subscription of another session  no              no
     everything else                    yes             in an encrypted channel, from a trusted certificate
 """
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Mapping
 from importlib import import_module
 from typing import Any
 
@@ -25,7 +29,16 @@ REFUSAL_S = 1.0
 """Time that a refused password costs; a client's requests wait for each other."""
 
 PUBLIC = ("GetEndpointsRequest", "FindServersRequest")
-REFUSED = ("RegisterServerRequest", "RegisterServer2Request")
+REFUSED = ("RegisterServerRequest", "RegisterServer2Request", "TransferSubscriptionsRequest")
+
+OWNED = (
+    *("modify_subscription", "delete_subscriptions", "set_publishing_mode", "publish", "republish"),
+    *("create_monitored_items", "modify_monitored_items", "delete_monitored_items", "set_monitoring_mode"),
+)
+"""Services of a session that name subscriptions."""
+
+NO_SUBSCRIPTION = 0
+"""An identifier that no subscription has: asyncua answers *BadSubscriptionIdInvalid*."""
 
 
 class UaGuard:
@@ -42,6 +55,7 @@ class UaGuard:
         self._security = security
         self._public, self._refused = self._ids(PUBLIC), self._ids(REFUSED)
         (self._activates,) = self._ids(("ActivateSessionRequest",))
+        (self._creates,) = self._ids(("CreateSessionRequest",))
 
     def _ids(self, names: tuple[str, ...]) -> set[Any]:
         ua = self._ua
@@ -52,6 +66,7 @@ class UaGuard:
         ua, inner, security = self._ua, server.iserver, self._security
         server.allow_remote_admin(False)
         inner.lookup_external_session = lambda _token: None
+        inner.register_external_session = lambda _session: None  # only the look-up would read it
         policies, token = ua.SecurityPolicyType, ua.AnonymousIdentityToken
         if security is None:
             server.set_security_policy([policies.NoSecurity])
@@ -89,6 +104,7 @@ class UaGuard:
         """
         processor, process = connection.processor, connection._process_one_msg
         processor._process_message = self._checked(processor, processor._process_message)
+        processor._should_close_session_on_transport_loss = lambda: True  # no other connection gets it
 
         async def processed(*message: Any) -> bool:
             try:
@@ -103,8 +119,10 @@ class UaGuard:
         codes = self._ua.StatusCodes
 
         async def checked(kind: Any, *rest: Any) -> Any:
-            if (refusal := self._refusal(kind, processor._connection.security_policy)) is not None:
+            if (refusal := self._refusal(kind, processor)) is not None:
                 raise self._error(refusal)
+            if kind == self._creates and (watchdog := processor._session_watchdog_task) is not None:
+                watchdog.cancel()  # that of a closed session would go on beside the new one
             try:
                 return await process(kind, *rest)
             except self._error as error:
@@ -114,9 +132,10 @@ class UaGuard:
 
         return checked
 
-    def _refusal(self, kind: Any, policy: Any) -> int | None:
+    def _refusal(self, kind: Any, processor: Any) -> int | None:
         """Return the status that refuses a request; None for one that asyncua answers."""
         codes, security = self._ua.StatusCodes, self._security
+        policy, session = processor._connection.security_policy, processor.session
         status: int | None = None
         if kind in self._refused:
             status = codes.BadServiceUnsupported
@@ -125,4 +144,37 @@ class UaGuard:
                 status = codes.BadSecurityModeInsufficient
             elif security.trusted is not None and policy.peer_certificate not in security.trusted:
                 status = codes.BadCertificateUntrusted
+        is_open = session is not None and session.state.name != "Closed"
+        if status is None and is_open and kind == self._creates:
+            status = codes.BadTooManySessions
         return status
+
+
+def keep_apart(session: Any, subscriptions: Mapping[int, Any]) -> None:
+    """Let a session use its own subscriptions only, and end them with it: nobody else could.
+
+    Args:
+        session: of asyncua.
+        subscriptions: of all sessions, by identifier.
+    """
+
+    def own(asked: Any) -> Any:
+        """Return what a request names, without the subscriptions of others."""
+        if isinstance(asked, int):
+            there = subscriptions.get(asked)
+            is_own = there is not None and there.session_id == session.session_id
+            return asked if is_own else NO_SUBSCRIPTION
+        if isinstance(asked, list):
+            return [own(each) for each in asked]
+        for name in ("SubscriptionId", "SubscriptionIds"):
+            if hasattr(asked, name):
+                setattr(asked, name, own(getattr(asked, name)))
+        return asked
+
+    def of_own(service: Callable[..., Any]) -> Callable[..., Any]:
+        return lambda asked=None: service(own(asked))
+
+    for name in OWNED:
+        setattr(session, name, of_own(getattr(session, name)))
+    close = session.close_session
+    session.close_session = lambda _delete_subscriptions=True: close(True)

@@ -21,7 +21,7 @@ from ..line.ports.places import CLIENTS_MOST
 from ..tag_servers.setup import TagSetup
 from ..tag_servers.tag_snapshot import Operation
 from .mailbox import AREA_BYTES, Mailbox
-from .opcua_guard import UaGuard
+from .opcua_guard import UaGuard, keep_apart
 from .opcua_space import TYPES, TagNode, TagSpace
 from .quiet import CLIENT_LOGS, give_back_memory, quiet
 from .shared_memory import SharedMemory
@@ -149,6 +149,7 @@ class OpcUaServer:
 
         def created(name: Any, *more: Any, **named: Any) -> Any:
             session = create(name, *more, **named)
+            keep_apart(session, self._inner.subscription_service.subscriptions)
             client = f"{name[0]}:{name[1]}"
             session.read = self._reading(session.read, client)
             session.write = lambda params: self._write(params, client)

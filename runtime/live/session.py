@@ -59,6 +59,9 @@ class Stops(Protocol):
     def break_on(self, tag: str) -> None:
         """Set a breakpoint on a tag; ValueError for an unknown one."""
 
+    def remove_breakpoint(self, at: str, rung: int | None = None, when: Any = "true") -> None:
+        """Remove a breakpoint at a rung of a routine, or on a tag; the others stay as they are."""
+
     def clear_breakpoints(self) -> None:
         """Remove all breakpoints."""
 
@@ -258,6 +261,8 @@ class Session:
     def _ask_editor(self, order: actions.ToEditor, number: object) -> None:
         if self.edit is None:
             raise ValueError("this program can't be edited while it runs")
+        if isinstance(order, actions.Online) and order.step not in _WITHOUT_SCANS:
+            self._refuse_after_fault()
         self.edit(order, lambda told: self._tell({"answer": {"id": number, **told}}))
 
     def _take_over(self, takeover: Callable[[], Action | None], at_ns: int, scan: int) -> None:
@@ -354,9 +359,10 @@ class Session:
         if len(left) == len(self.state.breakpoints) and order.at != ALL:
             there = ", ".join(left) or "none"
             raise ValueError(f"no breakpoint at {order.at}; there are {there}")
-        self._with_breakpoints().clear_breakpoints()
-        for at in left:
-            self._set(at)
+        if order.at == ALL:
+            self._with_breakpoints().clear_breakpoints()
+        elif _place_of(order.at) not in map(_place_of, left):  # Main.3 and main.3 are one breakpoint
+            self._with_breakpoints().remove_breakpoint(*_place_of(order.at))
         self.state.breakpoints = left
 
     def _set(self, at: str) -> None:
@@ -397,8 +403,20 @@ def _faulted(fault: CpuFault) -> str:
     return f"the CPU has faulted in {fault}: branch from an earlier scan"
 
 
+_WITHOUT_SCANS = ("accept", "cancel", "save")
+"""Steps with edited rungs that may be taken after a fault: no edited program has to run."""
+
 _RUNG = re.compile(r"(?P<routine>.+)\.(?P<rung>\d+)(?: (?P<when>changes|executes))?")
 """A rung, `Main.3` or `Main.3 changes`, which no tag looks like: bits of tags are watched as the tags."""
+
+
+def _place_of(at: str) -> tuple[str, int | None, str]:
+    """Return the routine, rung and condition of a breakpoint, or its tag and None."""
+    rung = _RUNG.fullmatch(at)
+    if rung is None:
+        return at, None, "true"
+    return rung["routine"].upper(), int(rung["rung"]), rung["when"] or "true"
+
 
 _ACTS: Mapping[type[Action], Callable[[Session, Any], None]] = {
     actions.Pause: Session._pause,

@@ -172,6 +172,7 @@ def test_a_rung_is_typed_where_it_is_drawn_and_tested_like_in_studio(page, rack)
                 in page.run("return document.getElementById('notice').textContent")
             )
         )
+        assert page.run("return document.querySelector('[aria-label=Undo]').disabled")
         assert not page.messages()
         session.end()
     assert (rack.parent / "line.rung.bak").read_text(encoding="utf-8") == RUNGS

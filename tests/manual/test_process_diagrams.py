@@ -427,3 +427,108 @@ def test_an_overflow_clears_enable_out(run):
         ({"A": 3e38}, {"Sum.EnableOut": False, "Quotient.EnableOut": True, "Lag.EnableOut": False}),
         ({"A": 1, "B": 0}, {"Sum.EnableOut": True, "Quotient.EnableOut": False}),
     )
+
+
+NOT_KEPT = {
+    # as in FILTERS: 5 is a steady state, then 9: (0.25 (9 + 5) + 0.75 x 5)/1.25 = 5.8
+    "LPF": ("FILTER_LOW_PASS", {"WLag": "1"}, 5, 5.8),
+    # (9 - 5)/1.25
+    "HPF": ("FILTER_HIGH_PASS", {"WLead": "1"}, 0, 3.2),
+    # (1 + 1/z^2)/2
+    "NTCH": ("FILTER_NOTCH", {"WNotch": "4", "QFactor": "0.5"}, 5, 7),
+    # (9 + 5 + 7 Out before)/9 with Lag 2, 2 Lag/DeltaT = 8
+    "LDLG": ("LEAD_LAG", {"Lag": "2"}, 5, 49 / 9),
+    # (9 - 5)/0.5
+    "DERV": ("DERIVATIVE", {"Gain": "1"}, 0, 8),
+    # 1 unit/s for 0.5 s
+    "RLIM": ("RATE_LIMITER", {"IncRate": "1", "DecRate": "1"}, 5, 5.5),
+}
+
+
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf"), -float("inf")])
+@pytest.mark.parametrize("name", NOT_KEPT)
+def test_a_block_keeps_no_value_that_is_not_finite(run, name, wrong):
+    """ "Function Block Responses to Overflow Conditions": Out has it in its own call only."""
+    kind, pins, steady, after = NOT_KEPT[name]
+    diagram = around(name, "It", {"In": "A", **pins}, {"Out": "B"})
+    run(
+        diagram,
+        {kind: "It", "REAL": "A B"},
+        500,
+        ({"A": 5}, {"It.EnableOut": True}),
+        ({}, {"B": steady}),
+        ({"A": wrong}, {"It.EnableOut": False}),
+        ({"A": 9}, {"B": after, "It.EnableOut": True}),
+    )
+
+
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf")])
+def test_a_deadtime_keeps_no_value_that_is_not_finite(run, wrong):
+    """Two elements of 500 ms. The buffer stays in such a call; without a deadtime Out is the input."""
+    diagram = around("DEDT", "Wait", {"In": "A", "Deadtime": "Time"}, {"Out": "B"}, StorageArray="Buffer")
+    run(
+        diagram,
+        {"DEADTIME": "Wait", "REAL": "A B Time", "REAL[4]": "Buffer"},
+        500,
+        ({"A": wrong, "Time": 1}, {"Buffer[0]": 0, "Wait.EnableOut": False}),
+        ({"A": 5}, {"B": 5, "Buffer[0]": 5, "Buffer[1]": 5, "Wait.EnableOut": True}),
+        ({"A": 7}, {"B": 5, "Buffer[0]": 7, "Buffer[1]": 5}),
+        ({"A": wrong}, {"B": 5, "Buffer[0]": 7, "Buffer[1]": 5}),
+        ({"A": 9}, {"B": 5, "Buffer[0]": 9, "Buffer[1]": 7}),
+        ({"Time": 0, "A": wrong}, {"Wait.EnableOut": False}),
+        ({"A": 3}, {"B": 3}),
+    )
+
+
+@pytest.mark.parametrize(("rate", "out"), [(2.5, 0.1975), (0.5, 0.1995)])
+def test_a_period_that_is_no_whole_number_of_milliseconds(run, rate, out):
+    """DeltaT is the period of the task [p. 499]. In 200 ms each call but the first adds it."""
+    diagram = around("INTG", "Sum", {"In": "1", "IGain": "1"}, {"Out": "Out"})
+    calls = round(200 / rate)
+    still = [({}, {"Sum.DeltaT": rate / 1000})] * (calls - 1)
+    run(diagram, {"INTEGRATOR": "Sum", "REAL": "Out"}, rate, *still, ({}, {"Out": out}))
+
+
+@pytest.mark.parametrize("high", [-5, -6, float("nan")])
+def test_an_integrator_whose_limits_are_crossed_is_at_the_low_one(run, high):
+    """Out is LowLimit, with both alarms and bit 2 of Status; correct limits go on from there."""
+    diagram = around("INTG", "Sum", {"In": "1", "IGain": "2", "HighLimit": "High"}, {"Out": "Out"})
+    run(
+        diagram,
+        {"INTEGRATOR": "Sum", "REAL": "High Out"},
+        500,
+        ({"High": 10, "Sum.LowLimit": -5.0}, {"Out": 0, "Sum.HighAlarm": False, "Sum.LowAlarm": False}),
+        ({}, {"Out": 1}),
+        ({"High": high}, {"Out": -5, "Sum.HighAlarm": True, "Sum.LowAlarm": True, "Sum.Status": 1 | 1 << 2}),
+        ({"High": 10}, {"Out": -4, "Sum.HighAlarm": False, "Sum.LowAlarm": False, "Sum.Status": 0}),
+    )
+
+
+def test_a_step_of_the_feed_forward_waits_for_a_call_with_time(run):
+    """OversampleDT 0 runs nothing; then CV is 50 + 10, then 60 - 3."""
+    pins = {"PV": "50", "SPProg": "50", "CVInitValue": "50", "FF": "FF", "TimingMode": "1"}
+    diagram = around("PIDE", "Loop", {**pins, **IN_AUTO, "OversampleDT": "Time"}, {"CV": "CV"})
+    run(
+        diagram,
+        {"PID_ENHANCED": "Loop", "REAL": "FF Time CV"},
+        100,
+        ({"Time": 1}, {"CV": 50}),
+        ({"Time": 0, "FF": 10}, {"CV": 50}),
+        ({"Time": 1}, {"CV": 60}),
+        ({"FF": 7}, {"CV": 57}),
+        ({}, {"CV": 57}),
+    )
+
+
+def test_a_setpoint_that_is_no_number_is_a_fault_of_its_call(run):
+    """CV stays at 50, and the next setpoint moves it at once: 50 + 60 - 50."""
+    pins = {"PV": "50", "SPProg": "SP", "CVInitValue": "50", "PGain": "1"}
+    diagram = around("PIDE", "Loop", {**pins, **IN_AUTO}, {"CV": "CV"})
+    run(
+        diagram,
+        {"PID_ENHANCED": "Loop", "REAL": "SP CV"},
+        1000,
+        ({"SP": 50}, {"CV": 50, "Loop.SPProgInv": False}),
+        ({"SP": float("nan")}, {"CV": 50, "Loop.SPProgInv": True, "Loop.InstructFault": True}),
+        ({"SP": 60}, {"CV": 60, "Loop.SPProgInv": False, "Loop.InstructFault": False}),
+    )

@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 from scanrack.jobs.trust import launcher
-from ua_bench import TIMEOUT_S, Bench, named, served
+from ua_bench import TIMEOUT_S, Bench, channel, named, served, status_of
 
 pytestmark = [pytest.mark.extra("opcua"), pytest.mark.peer("asyncua"), pytest.mark.slow]
 
@@ -154,6 +154,93 @@ def test_what_a_subscription_brings_together_is_of_one_instant(bench: Bench) -> 
             by_time.setdefault(stamp, set()).add(value)
         assert all(len(values) == 1 for values in by_time.values())
         assert len(by_time) >= 9
+
+    bench.ask(work)
+
+
+SUBSCRIPTIONS = 100
+"""Those that a server allows, of all clients."""
+
+
+def slow_subscription() -> Any:
+    """Return what asks for a subscription that publishes once an hour."""
+    from asyncua import ua
+
+    return ua.CreateSubscriptionParameters(
+        RequestedPublishingInterval=3_600_000.0, RequestedLifetimeCount=1_000, RequestedMaxKeepAliveCount=10
+    )
+
+
+async def subscribed(client: Any) -> int:
+    """Return the identifier of a new subscription."""
+    made = await client.uaclient.create_subscription(slow_subscription(), lambda _: None)
+    return int(made.SubscriptionId)
+
+
+def test_a_connection_opens_one_session_at_a_time(bench: Bench) -> None:
+    async def work() -> None:
+        async with channel(bench.connection()) as client:
+            await client.create_session()
+            assert await status_of(client.create_session()) == "BadTooManySessions"
+
+    asyncio.run(work())
+
+
+@pytest.mark.parametrize("end", ["a lost connection", "a closed session"])
+def test_subscriptions_end_with_their_client(bench: Bench, end: str) -> None:
+    """Nobody could use them again, and they would count against the limits."""
+
+    async def lost() -> None:
+        client = bench.connection()
+        await client.connect()
+        for _ in range(SUBSCRIPTIONS):
+            await subscribed(client)
+        assert await status_of(subscribed(client)) == "BadTooManySubscriptions"
+        if end == "a closed session":
+            await client.uaclient.close_session(False)  # False keeps subscriptions
+        client.disconnect_socket()
+
+    async def work(client: Any) -> None:
+        from asyncua import ua
+
+        for _ in range(50):
+            try:
+                await subscribed(client)
+            except ua.uaerrors.BadTooManySubscriptions:
+                await asyncio.sleep(0.1)
+            else:
+                return
+        pytest.fail("the subscriptions of a client that has gone are still there")
+
+    asyncio.run(lost())
+    bench.ask(work)
+
+
+def test_a_client_uses_its_own_subscriptions_only(bench: Bench) -> None:
+    async def work(owner: Any) -> None:
+        from asyncua import ua
+
+        number = await subscribed(owner)
+        wanted = ua.ReadValueId(named(owner, "aDint")[0].nodeid, ua.AttributeIds.Value)
+        items = ua.CreateMonitoredItemsParameters(
+            number, ItemsToCreate=[ua.MonitoredItemCreateRequest(wanted, ua.MonitoringMode.Reporting)]
+        )
+        gone = "BadSubscriptionIdInvalid"
+        async with bench.client() as other:
+            asked = other.uaclient
+            transfer = ua.TransferSubscriptionsParameters([number])
+            assert await status_of(asked.transfer_subscriptions(transfer)) == "BadServiceUnsupported"
+            assert await status_of(asked.create_monitored_items(items)) == gone
+            changed = ua.ModifySubscriptionParameters(number, 1_000.0)
+            assert await status_of(asked.modify_subscription(changed)) == gone
+            mode = ua.SetPublishingModeParameters(False, [number])
+            assert [each.name for each in await asked.set_publishing_mode(mode)] == [gone]
+            own = await subscribed(other)
+            results = await asked.delete_subscriptions([number, own])
+            assert [each.name for each in results] == [gone, "Good"]
+        (made,) = await owner.uaclient.create_monitored_items(items)
+        assert made.StatusCode.is_good()
+        assert [each.name for each in await owner.uaclient.delete_subscriptions([number])] == ["Good"]
 
     bench.ask(work)
 

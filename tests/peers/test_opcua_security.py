@@ -8,13 +8,13 @@ import socket
 import struct
 import time
 from collections.abc import Iterator
-from contextlib import asynccontextmanager, suppress
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
 from peers import node
-from ua_bench import Bench, named, served
+from ua_bench import Bench, channel, named, served, status_of
 
 pytestmark = [pytest.mark.extra("opcua"), pytest.mark.slow]
 
@@ -60,25 +60,6 @@ async def connected_as(bench: Bench, folder: Path, user: str = "", password: str
         client.set_password(password)
     await client.connect()
     return client
-
-
-@asynccontextmanager
-async def channel(client: Any) -> Any:
-    """Open a channel without a session."""
-    await client.connect_sessionless()
-    try:
-        yield client
-    finally:
-        client.disconnect_socket()
-
-
-async def status_of(work: Any) -> str:
-    """Return the name of the status with which a request is refused."""
-    from asyncua import ua
-
-    with pytest.raises(ua.UaStatusCodeError) as caught:
-        await work
-    return type(caught.value).__name__
 
 
 @pytest.mark.peer("asyncua")

@@ -8,7 +8,7 @@ from scanrack.rockwell.l5x import import_l5x
 
 
 def open_diagram(
-    path: Any, diagram: str, tags: dict[str, str], *, add_ons: Any = (), routines: Any = (), rate: int = 0
+    path: Any, diagram: str, tags: dict[str, str], *, add_ons: Any = (), routines: Any = (), rate: float = 0
 ) -> tuple[Any, Any]:
     """Import a diagram with its tags by type, in a task of `rate` ms; return an engine of either kind."""
     main = program("P", ladder("Main", "JSR(Blocks,0);"), diagram, *routines)

@@ -102,7 +102,7 @@ def program(name: str, *routines: str, tags: Iterable[str] = (), main: str = "Ma
     )
 
 
-def task(name: str, *programs: str, kind: str = "CONTINUOUS", rate: int = 0, priority: int = 10) -> str:
+def task(name: str, *programs: str, kind: str = "CONTINUOUS", rate: float = 0, priority: int = 10) -> str:
     period = f' Rate="{rate}"' if rate else ""
     inside = "".join(f'<ScheduledProgram Name="{each}"/>\n' for each in programs)
     return (

@@ -43,12 +43,16 @@ class Script:
 class LiveSession:
     """A rack in a session; orders are (scan, message)."""
 
-    def __init__(self, orders=(), trace=None, rack=FEEDER, *, live=False, rows=None, ring=None):
+    def __init__(
+        self, orders=(), trace=None, rack=FEEDER, *, live=False, rows=None, ring=None, editions=None
+    ):
         self.told = []
         self.ports = ExitStack()
         job = load_job(str(rack))
         pacer = AdjustablePace(None)
-        self.run = JobRun(job, self.ports, RunOptions(trace=trace, pacer=pacer, handled=True))
+        self.run = JobRun(
+            job, self.ports, RunOptions(trace=trace, pacer=pacer, handled=True, editions=editions)
+        )
         self.program = self.run.program.debugger
         figures = MachineFigures(self.run.rack)
         self.machines = figures.slots

@@ -160,9 +160,10 @@ HAVOCKED: Texts = {
 _OUT = (
     "EVENT SSV SFR SFP EOT MSG IOT HMIBC RLIM DCS CROUT ABL ACB ACL AHL ARD ARL AWA AWT PCMD PCLF PXRQ",
     "PRNP PPD PATT PDET PFL POVR SATT SDET SCMD SCLF SOVR SASI",
+    "ALM D2SD D3SD DEDT DERV ESEL HPF INTG LDLG LPF MAVE MSTD NTCH PIDE RMPS SSUM TOT",
 )
 OUT = frozenset(" ".join(_OUT).split())
-"""Instructions that need tasks, charts, ports, phases or messages: havocked, or without effect on tags."""
+"""What needs tasks, charts, ports, phases, messages or a history: havocked, or without effect on tags."""
 
 DATA = (
     *("B3:0 0 0 0 0", "N7:0 3 1 -4 100 0 0 0 0 0 0", "F8:0 2.5 -2.5 0 1e9", "L9:0 70000 0 -5"),

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import threading
-from collections.abc import AsyncIterator, Callable, Coroutine, Iterator, Mapping
+from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Iterator, Mapping
 from contextlib import ExitStack, asynccontextmanager, contextmanager
 from pathlib import Path
 from typing import Any
 
+import pytest
 from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.run.servers.kinds import addresses
 from scanrack.jobs.run.servers.tag_service import TagService
@@ -89,3 +90,22 @@ def served(folder: Path, security: str | None = None, users: Path | None = None)
 
 def named(client: Any, *paths: str) -> list[Any]:
     return [client.get_node(f"ns=2;s={path}") for path in paths]
+
+
+@asynccontextmanager
+async def channel(client: Any) -> AsyncIterator[Any]:
+    """Open a channel without a session."""
+    await client.connect_sessionless()
+    try:
+        yield client
+    finally:
+        client.disconnect_socket()
+
+
+async def status_of(work: Awaitable[object]) -> str:
+    """Return the name of the status with which a request is refused."""
+    from asyncua import ua
+
+    with pytest.raises(ua.UaStatusCodeError) as caught:
+        await work
+    return type(caught.value).__name__

@@ -180,7 +180,10 @@ class Catalog:
         resolver = Resolver(self._layout, program)
 
         def tag_of(text: str) -> tuple[str, bool] | None:
-            address = parse_expression(text)
+            try:
+                address = parse_expression(text)
+            except LadderError:  # of a pin with an odd name, which no tag has
+                return None
             name = self._name_of(resolver, program, address) if isinstance(address, Address) else None
             if name is None or not isinstance(address, Address):
                 return None

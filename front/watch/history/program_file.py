@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 from hashlib import sha256
+from itertools import count
 from pathlib import Path
-from shutil import copyfile
 
 from ...jobs.load.program import L5X_SUFFIXES
 from ...ladder.files.rewriting import rewritten
 from ...ladder.lowering.edited import NewTag, RungEdit
+from ...traces.files.guard import FileKind
+from ...traces.files.locking import NO_LINK
+from ...traces.files.newfile import new_file, sync_folder
+
+PROGRAM = FileKind("a program", lambda _content: True)  # the caller compares all of it
 
 
 def rewrite(name: str, data: bytes, edits: list[RungEdit], tags: list[NewTag]) -> bytes:
@@ -28,15 +35,40 @@ def why_not(program: Path) -> str:
 
 
 def save(file: Path, data: bytes) -> Path:
-    """Write a program's file; the old one is kept beside it under the returned name."""
-    number, kept = 2, file.with_name(f"{file.name}.bak")
-    while kept.exists():
-        number, kept = number + 1, file.with_name(f"{file.name}.bak{number}")
-    copyfile(file, kept)
-    new = file.with_name(f"{file.name}.new")
-    new.write_bytes(data)
-    new.replace(file)
+    """Write a program's file; the old one is kept beside it under the returned name.
+
+    A link stays, and its target is written.
+
+    Raises:
+        OSError: the file can't be copied or written; it is unchanged.
+    """
+    target = file.resolve()
+    kept = _kept(target)
+    with new_file(target, PROGRAM, "wb") as out:
+        out.write(data)
     return kept
+
+
+def _kept(file: Path) -> Path:
+    """Copy a file under the first free of the names NAME.bak, NAME.bak2 and so on; return its path."""
+    for number in count(1):
+        kept = file.with_name(f"{file.name}.bak{number if number > 1 else ''}")
+        try:
+            copy = open(kept, "xb", opener=_private)  # noqa: SIM115 - a name that is taken is no error
+        except FileExistsError:
+            continue
+        with copy, file.open("rb") as old:
+            shutil.copyfileobj(old, copy)
+            copy.flush()
+            os.fsync(copy.fileno())
+        shutil.copymode(file, kept)
+        sync_folder(kept.parent)
+        return kept
+    raise AssertionError
+
+
+def _private(path: str, flags: int) -> int:
+    return os.open(path, flags | NO_LINK, 0o600)
 
 
 def digest(data: bytes) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -44,6 +44,7 @@ class Stretch:
         kept: its values.
         catalog: the rungs and tags of a ladder program; None of any other.
         source: the text of a program in Python; None of a ladder program.
+        hints: names in place of unknown ones, see `panels.bindings`.
     """
 
     number: int
@@ -55,6 +56,7 @@ class Stretch:
     timeline: Timeline
     told: ValueHistory
     kept: SnapshotStore
+    hints: dict[tuple[str, int], str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         ladder = self.logic if isinstance(self.logic, LadderLogic) else None

@@ -53,9 +53,7 @@ def rungs(monitor: Monitor, _page: Page, said: Said) -> Json:
     columns = said.get("columns")
     if type(columns) is not int or columns not in COLUMNS:
         raise ValueError(f"columns must be {COLUMNS[0]} to {COLUMNS[-1]}")
-    draft = draft_of(said, ("columns",))
-    if draft.base != program.digest:
-        raise ValueError("the program was edited meanwhile: edit the one that runs now")
+    draft = _draft(program, said, ("columns",))
     edits = [RungEdit(*each) for each in draft.rungs]
     tags = [NewTag(*each) for each in draft.tags]
     found = EditedProgram(program.ladder, edits, tags, program.rung_index)
@@ -86,7 +84,7 @@ def _told(mistake: Mistake) -> Json:
 def would(monitor: Monitor, page: Page, said: Said) -> None:
     """Let a process say what edited rungs would have done in the last 10 s, beside what happened."""
     program, _catalog = _edited(monitor)
-    draft, row = draft_of(said), monitor.latest
+    draft, row = _draft(program, said), monitor.latest
     ran = monitor.ran
     if row is None or ran is None:
         raise ValueError("no scan has run yet")
@@ -104,6 +102,14 @@ def would(monitor: Monitor, page: Page, said: Said) -> None:
         ran, draft.rungs, draft.tags,
     )  # fmt: skip
     monitor.elsewhere.effects(page, said.get("id"), given)
+
+
+def _draft(program: Stretch, said: Said, more: Sequence[str] = ()) -> Online:
+    """Return the draft in a question; ValueError if it is of another program than the one that runs."""
+    draft = draft_of(said, more)
+    if draft.base != program.digest:
+        raise ValueError("the program was edited meanwhile: edit the one that runs now")
+    return draft
 
 
 def draft_of(said: Said, more: Sequence[str] = ()) -> Online:

@@ -61,6 +61,27 @@ def hold(monitor: Monitor, page: Page, said: Said) -> Json:
     return {}
 
 
+def left_pressed(monitor: Monitor) -> list[Json]:
+    """Return the orders that let go momentary buttons that a panel has pressed and no page holds."""
+    told = monitor.panel.described(monitor.subject.bindings(monitor.subject.programs.latest), "")
+    pressed, found = monitor.states.pressed_at(None), []
+    held = [order for page in monitor.pages for order in page.holds]
+    for item, bound in zip(told["items"], told["bound"], strict=True):
+        if item["kind"] != "momentary" or bound["broken"]:
+            continue
+        if "press" in bound:
+            slot, name, rest = bound["press"]
+            key, on = f"{slot}.input.{name}", not rest
+            order: Json = {"do": "press", "slot": slot, "name": name, "on": rest, "by": "panel"}
+        else:
+            key, on = bound["write"], True
+            order = {"do": "write", "tag": key, "value": False, "by": "panel"}
+        level, by = pressed.get(key, (None, ""))
+        if level is on and by.startswith("panel") and order not in held and order not in found:
+            found.append(order)
+    return found
+
+
 PANEL_QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     "panel": panel,
     "save_panel": save_panel,

@@ -15,7 +15,7 @@ from typing_extensions import override
 from ...jobs.load.loading import LoadedRack, load_job
 from ...jobs.record.program_versions import folders_of, forget
 from ...jobs.trust.attachments import load_files
-from ...runtime.live.actions import Press, Write, action_of, said_of
+from ...runtime.live.actions import Action, Press, Write, action_of, said_of
 from ...runtime.live.ring import Ring, RingShape, Rows
 from ...runtime.live.session import GIVEN
 from ...runtime.loop.pace import wall_ns
@@ -26,7 +26,7 @@ from ..history.recorded_events import RecordedEvents
 from ..panels.kept_panel import KeptPanel
 from .monitor import Monitor, SessionFacts, Subject
 from .page import Page
-from .panel_questions import show_panel
+from .panel_questions import left_pressed, show_panel
 from .picture import late_scans, speed_reached
 from .questions import QUESTIONS
 from .stretched import SessionProgram
@@ -108,6 +108,7 @@ class SessionMonitor(Monitor):
         self._preview: Json | None = None  # of a saved program that waits to be taken over
         self._indexer: Indexer | None = None
         self._indexed = False
+        self._left = setup.started > 0  # buttons may be pressed whose pages the monitor before knew
         self._index_to = self._ticks = 0
         ring.asked += 1  # initial values, and the state
 
@@ -274,6 +275,7 @@ class SessionMonitor(Monitor):
         self._rows_at, self._snapshots_at = told["rows"], told["snapshots"]
         self._online = None
         for page in self.pages:
+            self.let_go(page)  # after the repeated scans; the page gives up what it holds with the greeting
             page.past = None
             self.greet(page)
 
@@ -310,9 +312,17 @@ class SessionMonitor(Monitor):
             return  # nothing of it has been written yet
         self._indexed = True
         recorded = self.log.earlier = RecordedEvents(trace)
+        self._let_go_left()
         if self._index_to < 0:
             return
         self._indexer = Indexer(programs, subject.words, subject.spec.scan_ns, recorded, subject.keep)
+
+    def _let_go_left(self) -> None:
+        """Let go what pages of a dead monitor have left pressed, once: their holds died with it."""
+        if self._left and not self.about.read_only:
+            for each in left_pressed(self):
+                self._pass_on(action_of({**each, "by": "panel, after a restart"}))
+        self._left = False
 
     # --- orders
 
@@ -334,8 +344,11 @@ class SessionMonitor(Monitor):
             raise ValueError("this session is read-only: it takes no orders")
         if isinstance(order, Press | Write) and order.by:
             order = replace(order, by=f"{order.by}, page {page.number}")
+        self._asked[self._orders + 1] = page, number
+        self._pass_on(order)
+
+    def _pass_on(self, order: Action) -> None:
         self._orders += 1
-        self._asked[self._orders] = page, number
         passed_on = {"id": self._orders, "order": said_of(order)}
         message = json.dumps(passed_on, ensure_ascii=False, allow_nan=False)
         self._pipe.send_bytes(message.encode())

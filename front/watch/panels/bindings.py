@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from difflib import get_close_matches
+from heapq import nlargest
+from itertools import pairwise
 from typing import Any
 
 from ..history.stretch import Stretch
@@ -14,6 +16,11 @@ Json = dict[str, Any]
 
 NEAREST = 3
 """Names that are suggested in place of an unknown one."""
+
+HINTS_MOST, COMPARED_MOST = 5, 100
+"""Unknown tags of a panel for which names are looked up, and names compared with each: all pages wait."""
+
+HINTS_KEPT = 1000
 
 _NUMBERS = re.compile(r"U?[SDL]?INT|L?REAL|BYTE|D?WORD")
 TYPES: Mapping[str, Callable[[str], object]] = {
@@ -42,6 +49,7 @@ class Bindings:
         }
         self._at = {each["read"]: each for each in self._inputs.values()}
         self._names = {each.upper(): each for each in (*(tag["name"] for tag in tags), *self._inputs)}
+        self._hints_left = HINTS_MOST
 
     def of(self, item: Mapping[str, Any]) -> Json:
         """Return how an item is read and operated.
@@ -53,15 +61,25 @@ class Bindings:
         kind, tag = KINDS[item["kind"]], item["tag"]
         found, broken = self._found(tag), ""
         if found is None:
-            near = get_close_matches(tag.upper(), self._names, NEAREST, 0.5)
-            hint = f"; did you mean {', '.join(self._names[each] for each in near)}?" if near else ""
-            return {"read": "", "type": "", "broken": f"no tag {tag}{hint}"}
+            return {"read": "", "type": "", "broken": f"no tag {tag}{self._hint(tag)}"}
         if not TYPES[kind.types](found["type"]):
             what = found["type"] or "a structure or an array"
             broken = f"{tag} is {what}: {item['kind']} needs {kind.types}"
         elif kind.operates and "press" not in found and "write" not in found:
             broken = f"{tag} can't be set: {item['kind']} needs a tag of the program or an input"
         return {**found, "broken": broken}
+
+    def _hint(self, tag: str) -> str:
+        """Return the names that may be meant by an unknown tag, "" without any; kept by the program."""
+        kept, key = self._program.hints, (tag, len(self._names))
+        if key not in kept and self._hints_left:
+            self._hints_left -= 1
+            wanted = tag.upper()
+            near = get_close_matches(wanted, _likely(wanted, self._names), NEAREST, 0.5)
+            if len(kept) >= HINTS_KEPT:
+                kept.clear()
+            kept[key] = f"; did you mean {', '.join(self._names[each] for each in near)}?" if near else ""
+        return kept.get(key, "")
 
     def _found(self, tag: str) -> Json | None:
         """Return the binding of a tag; None if there is none of that name."""
@@ -76,6 +94,14 @@ class Bindings:
         if kind is None:
             return None
         return {"read": tag, "type": kind} | ({"write": tag} if own is None or own["writable"] else {})
+
+
+def _likely(wanted: str, names: Iterable[str]) -> list[str]:
+    """Return the names that have most pairs of letters in common with another, or else its first letter."""
+    pairs = {f"{one}{other}" for one, other in pairwise(wanted)}
+    return nlargest(
+        COMPARED_MOST, names, key=lambda name: (sum(map(name.__contains__, pairs)), name[:1] == wanted[:1])
+    )
 
 
 def _pressed(slot: int, told: Json) -> Json:

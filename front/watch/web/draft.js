@@ -189,7 +189,7 @@ export async function step(name) {
   if (name === "accept") {
     const fields = { base: draft.base, rungs: rungsOf(draft.rungs), tags: draft.tags }, accept = async () => {
       const taken = await order("accept", fields);
-      draft.changed = !taken;
+      draft.changed = !taken || JSON.stringify([rungsOf(draft.rungs), draft.tags]) !== JSON.stringify([fields.rungs, fields.tags]); // typed on meanwhile
       if (taken) heard(draft);
       return taken;
     };
@@ -206,17 +206,20 @@ export async function step(name) {
       if (name === "assemble") Object.assign(draft, structuredClone(before), { changed: false });
       return order(OPPOSITE[name]);
     };
-    if (await order(name) && OPPOSITE[name]) remember({ undo: back, redo: () => order(name) });
+    if (await order(name)) {
+      if (OPPOSITE[name]) remember({ undo: back, redo: () => order(name) });
+      else { done = []; undone = []; } // saved: its changes are the program, and can't be taken back
+    }
   }
   changed();
 }
 
 // The state that the session tells all pages.
 export function heard({ stage, base, unsaved }) {
-  const elsewhere = stage === "" && draft.base && base !== draft.base;
+  const elsewhere = draft.base && base !== draft.base && (stage === "" || (stage === "assembled" && draft.changed));
   if (elsewhere && draft.rungs.size) tell("Another program runs now: the edit of the one before is dropped.");
-  if (elsewhere || stage === "assembled") clear();
-  if (stage === "accepted" && draft.stage !== "accepted" && draft.rungs.size) draft.changed = false;
+  if (elsewhere) end();
+  else if (stage === "assembled" && draft.stage !== stage) clear();
   if (stage !== "testing") draft.base = base;
   Object.assign(draft, { stage, unsaved });
   said(draft);

@@ -7,7 +7,7 @@ import * as orders from "./orders.js";
 import { itemOf } from "./panelitems.js";
 import { editing, editor } from "./paneledit.js";
 import { ask } from "./source.js";
-import { onPaint, onProgram, run } from "./state.js";
+import { onHello, onPaint, onProgram, run } from "./state.js";
 import { place, unplace } from "./values.js";
 import { alsoWatched, sendWatched } from "./watchtable.js";
 
@@ -24,8 +24,10 @@ let told = null, parts = [], confirming = 0, said = null;
 
 at("panel").append(heading("Operator panel", el("span", { class: "tools" }, editButton, onlyButton)), reason, empty, tools, grid);
 
+// The server has let go what was pressed when the connection was lost, or another branch began.
+onHello(() => { if (held.size) held.clear(), confirm(); });
+
 onProgram(() => {
-  for (const [bound] of [...held]) held.delete(bound), operate(bound, false); // the connection was lost meanwhile
   only(wanted().panel);
   load();
 });
@@ -119,8 +121,9 @@ async function press(bound) {
   held.set(bound, mine);
   confirm();
   const answer = await operate(bound, true);
-  if (answer) mine.scan = answer.scan;
-  else held.delete(bound);
+  if (held.get(bound) !== mine) { if (answer) operate(bound, false); } // a hello came first
+  else if (answer) mine.scan = answer.scan;
+  else held.delete(bound), confirm();
   settle();
 }
 
@@ -135,7 +138,7 @@ function settle() {
     if (!over || !(run.scan >= scan || (run.state === "past" && scan < Infinity))) continue;
     held.delete(bound);
     operate(bound, false);
-    if (!held.size) confirm();
+    confirm();
   }
 }
 

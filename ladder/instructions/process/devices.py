@@ -13,7 +13,7 @@ alarm gives the operator control.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from .function_block import FunctionBlock, block_row
 
@@ -27,19 +27,31 @@ def _one(block: FunctionBlock, names: list[str], fault: str) -> int | None:
     return found[0] if len(found) == 1 else None
 
 
+def _mode_alarm(block: FunctionBlock, state: int, commands: Sequence[str]) -> None:
+    """Remind the operator: the program commands another state than he does.
+
+    Args:
+        commands: inputs of the program, one for each state, or one for two states.
+    """
+    asked = sum(int(block[each]) << place for place, each in enumerate(commands))
+    wanted = 1 << state if len(commands) > 1 else state
+    changed = asked ^ int(block["~asked"])
+    alarm = block.on("ModeAlarm") or bool(changed & (asked ^ wanted))
+    free = not (block["ProgOper"] or block["Override"] or block["Hand"])
+    block.set(ModeAlarm=alarm and free and asked != wanted, **{"~asked": asked})
+
+
 def _device(states: int) -> Callable[[FunctionBlock], None]:
     """Return the step of a device of so many states."""
     three = states == 3
     numbers = range(states)
+    commands = [f"Prog{n}Command" for n in numbers] if three else ["ProgCommand"]
     feedbacks = ("FB0", "FB1", "FB2", "FB3") if three else ("FB0", "FB1")
 
     def commanded(block: FunctionBlock, *, program: bool) -> int | None:
         """Return the state that who has control commands, None for no change."""
         asked = _one(block, [f"Oper{n}Req" for n in numbers], "OperReqInv")
-        if three:
-            by_program = _one(block, [f"Prog{n}Command" for n in numbers], "ProgCommandInv")
-        else:
-            by_program = int(block["ProgCommand"])
+        by_program = _one(block, commands, "ProgCommandInv") if three else int(block["ProgCommand"])
         state = by_program if program else asked
         return state if state is not None and block[f"State{state}Perm"] else None
 
@@ -79,21 +91,11 @@ def _device(states: int) -> Callable[[FunctionBlock], None]:
             block.set(CommandStatus=state == 1, Out=(state == 1) != block.on("OutReverse"))
         return there
 
-    def mode_alarm(block: FunctionBlock, state: int) -> None:
-        """Remind the operator: the program commands another state than he does."""
-        names = [f"Prog{n}Command" for n in numbers] if three else ["ProgCommand"]
-        asked = sum(int(block[each]) << place for place, each in enumerate(names))
-        wanted = 1 << state if three else state
-        changed = asked ^ int(block["~asked"])
-        alarm = block.on("ModeAlarm") or bool(changed & (asked ^ wanted))
-        free = not (block["ProgOper"] or block["Override"] or block["Hand"])
-        block.set(ModeAlarm=alarm and free and asked != wanted, **{"~asked": asked})
-
     def step(block: FunctionBlock) -> None:
         first = block.starts()
         if first:
             block.set(ModeAlarm=False, FaultAlarm=False)
-            mode_alarm(block, 0)
+            _mode_alarm(block, 0, commands)
         before = int(block["~state"])
         state = state_of(block, before, first=first)
         there = show(block, state)
@@ -106,7 +108,7 @@ def _device(states: int) -> Callable[[FunctionBlock], None]:
         fault = limit > 0 and not there and (late or not block["~timing"])
         latched = block.on("FaultAlarm") and block.on("FaultAlarmLatch") and not block["FaultAlmUnlatch"]
         block.set(FaultAlarm=fault or latched, FaultAlmUnlatch=False, **{"~state": state})
-        mode_alarm(block, state)
+        _mode_alarm(block, state, commands)
         block.clear_requests()
 
     return step

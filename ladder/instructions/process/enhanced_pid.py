@@ -33,7 +33,7 @@ _ALARMS = (
 
 
 @dataclass(slots=True)
-class _Loop:
+class _PidLoop:
     """A call of a PIDE."""
 
     block: FunctionBlock
@@ -57,7 +57,7 @@ class _Loop:
         return f"{name}{'Prog' if self.program else 'Oper'}"
 
 
-def _check(loop: _Loop) -> None:
+def _check(loop: _PidLoop) -> None:
     """Note faults of the measured and the controlled value; initialize CV."""
     block = loop.block
     was_faulted = block.on("CVFaulted")
@@ -74,7 +74,7 @@ def _check(loop: _Loop) -> None:
     loop.initializing = asked and not loop.bad_cv
 
 
-def _choose_mode(loop: _Loop) -> None:
+def _choose_mode(loop: _PidLoop) -> None:
     block, who = loop.block, "Prog" if loop.program else "Oper"
     mode = next((each for each in _MODES if block[each]), "Manual")
     if mode in ("Override", "Hand"):
@@ -98,7 +98,7 @@ def _choose_mode(loop: _Loop) -> None:
     block.set(**{each: each == mode for each in _MODES})
 
 
-def _set_ratio(loop: _Loop) -> float:
+def _set_ratio(loop: _PidLoop) -> float:
     block = loop.block
     low, high = block.real("RatioLLimit"), block.real("RatioHLimit")
     block.wrong(RatioLimitsInv=low < 0 or high < low)
@@ -114,7 +114,7 @@ def _set_ratio(loop: _Loop) -> float:
     return ratio
 
 
-def _set_point(loop: _Loop) -> None:
+def _set_point(loop: _PidLoop) -> None:
     """Set SP and the error, in units and in percent of the span of PV."""
     block = loop.block
     ratio = _set_ratio(loop)
@@ -126,7 +126,7 @@ def _set_point(loop: _Loop) -> None:
         block.set(SPProg=value, SPOper=value)
     low, high = block.real("SPLLimit"), block.real("SPHLimit")
     loop.setpoint_high, loop.setpoint_low = point > high, point < low
-    block.wrong(**{f"{name}Inv": loop.setpoint_high or loop.setpoint_low})
+    block.wrong(**{f"{name}Inv": not low <= point <= high})
     point = max(min(point, high), low)
     block.set(SP=point, SPHAlarm=loop.setpoint_high, SPLAlarm=loop.setpoint_low)
     if loop.program or loop.mode == "CasRat":
@@ -144,7 +144,7 @@ def _gains(block: FunctionBlock) -> list[float]:
     return [block.limited(f"{each}Gain", 0.0, math.inf) for each in "PID"]
 
 
-def _change(loop: _Loop) -> float:
+def _change(loop: _PidLoop) -> float:
     """Return the change of CV in percent by the gains; keep errors and PV for the next calls."""
     block, seconds = loop.block, loop.seconds
     gains = _gains(block)
@@ -153,7 +153,7 @@ def _change(loop: _Loop) -> float:
     if loop.first:
         block.set(**{f"~{each}{n}": value for each, value in now.items() for n in (1, 2)})
     past = {each: (block.real(f"~{each}1"), block.real(f"~{each}2")) for each in "eq"}
-    if seconds > 0 and not loop.bad_pv:
+    if seconds > 0 and not loop.bad_pv and math.isfinite(loop.error):
         block.set(**{f"~{each}2": values[0] for each, values in past.items()})
         block.set(**{f"~{each}1": value for each, value in now.items()})
     dead = _in_deadband(loop, past["e"][0])
@@ -168,7 +168,7 @@ def _change(loop: _Loop) -> float:
     return gains[0] * step + gains[1] * area + gains[2] * bend
 
 
-def _in_deadband(loop: _Loop, before: float) -> bool:
+def _in_deadband(loop: _PidLoop, before: float) -> bool:
     """Return whether the error is so small that CV stays; without ZCOff only after it has crossed zero."""
     block = loop.block
     band = block.limited("ZCDeadband", 0.0, math.inf)
@@ -179,10 +179,12 @@ def _in_deadband(loop: _Loop, before: float) -> bool:
     return on
 
 
-def _feed_forward(loop: _Loop) -> float:
-    """Return the change of the feed forward."""
+def _feed_forward(loop: _PidLoop) -> float:
+    """Return the change of the feed forward; a call without time leaves it to the next one."""
     block = loop.block
     value = block.limited("FF", -100.0, 100.0)
+    if loop.seconds <= 0 and not loop.first:
+        return 0.0
     before = value if loop.first else block.real("~ff")
     if block["FFSetPrevious"]:
         before = block.limited("FFPrevious", -100.0, 100.0)
@@ -190,7 +192,7 @@ def _feed_forward(loop: _Loop) -> float:
     return value - before
 
 
-def _select_cv(loop: _Loop) -> tuple[float, float]:
+def _select_cv(loop: _PidLoop) -> tuple[float, float]:
     """Return CV by the mode, and that of before."""
     block = loop.block
     change = _change(loop) + _feed_forward(loop)
@@ -214,7 +216,7 @@ def _select_cv(loop: _Loop) -> tuple[float, float]:
     return cv, before
 
 
-def _limit_cv(loop: _Loop) -> None:
+def _limit_cv(loop: _PidLoop) -> None:
     """Limit CV, set it and CVEU, with their alarms and what other loops need to know."""
     block = loop.block
     cv, before = _select_cv(loop)
@@ -251,7 +253,7 @@ def _limit_cv(loop: _Loop) -> None:
     )
 
 
-def _alarms(loop: _Loop) -> None:
+def _alarms(loop: _PidLoop) -> None:
     block = loop.block
     band, deviation_band = (block.limited(f"{each}Deadband", 0.0, math.inf) for each in ("PV", "Dev"))
     rates = [block.real(f"PVROC{each}") for each in ("PosLimit", "NegLimit", "Period")]
@@ -273,7 +275,7 @@ def _alarms(loop: _Loop) -> None:
 def _regulate(block: FunctionBlock) -> float:
     first = block.starts()
     seconds = block.seconds(first=first)
-    loop = _Loop(block, block.control(), seconds, first)
+    loop = _PidLoop(block, block.control(), seconds, first)
     _check(loop)
     _choose_mode(loop)
     _set_point(loop)

@@ -10,8 +10,10 @@
 | NTCH | (s^2 + w^2) / (s^2 + s w/Q + w^2), w = WNotch; order 4 the same twice |
 
 DERV, INTG and DEDT are the derivative, the integral and a delay [1756-RM006K, the page of each]. The first
-scan, and Initialize, start a filter in its steady state. The manual has no difference equations, and these
-are interpretations; so is the range of a frequency, 1E-7/DeltaT to 0.7 pi/DeltaT.
+scan, and Initialize, start a filter in its steady state. A value that is NaN or infinite is not kept: the
+next call goes on from the values before it [Function Block Responses to Overflow Conditions]. The manual has
+no difference equations, and these are interpretations; so is the range of a frequency, 1E-7/DeltaT to
+0.7 pi/DeltaT.
 """
 
 from __future__ import annotations
@@ -57,8 +59,10 @@ def _filtered(
     order = len(lower) - 1
     steady = value * upper[0] / lower[0]
     if begin or not math.isfinite(value):
-        block.set(**{f"~x{n}": value for n in range(1, order + 1)})
-        block.set(**{f"~y{n}": steady for n in range(1, order + 1)}, Out=steady)
+        block.set(Out=steady)
+        if math.isfinite(value):
+            block.set(**{f"~x{n}": value for n in range(1, order + 1)})
+            block.set(**{f"~y{n}": steady for n in range(1, order + 1)})
         return steady
     if seconds <= 0:
         return block.real("Out")
@@ -128,19 +132,19 @@ def _derive(block: FunctionBlock) -> float:
         out = 0.0
     elif seconds > 0:
         out = block.real("Gain") * (value - before) / seconds
-    if first or seconds > 0:
+    if math.isfinite(value) and (first or seconds > 0):
         block.set(**{"~x1": value})
     block.set(Out=out)
     return out
 
 
 def _integrate(block: FunctionBlock) -> float:
-    """Out = Out before + IGain (In + In before)/2 DeltaT, between the limits."""
+    """Out = Out before + IGain (In + In before)/2 DeltaT, limited; LowLimit if the limits are crossed."""
     first = block.begins()
     seconds = block.seconds(first=first)
     value, gain = block.real("In"), block.limited("IGain", 0.0, math.inf)
     low, high = block.real("LowLimit"), block.real("HighLimit")
-    block.wrong(HighLowLimsInv=not low < high)
+    crossed = block.wrong(HighLowLimsInv=not low < high)
     before = block.real("~exact")
     change = 0.0
     if first or block["Initialize"]:
@@ -150,9 +154,8 @@ def _integrate(block: FunctionBlock) -> float:
     if (change > 0 and block["HoldHigh"]) or (change < 0 and block["HoldLow"]):
         change = 0.0
     out = before + change
-    if low < high:
-        block.set(HighAlarm=out >= high, LowAlarm=out <= low)
-        out = min(max(out, low), high)
+    block.set(HighAlarm=crossed or out >= high, LowAlarm=crossed or out <= low)
+    out = low if crossed else min(max(out, low), high)
     block.set(Out=out)
     if math.isfinite(out) and math.isfinite(value) and (first or seconds > 0 or block["Initialize"]):
         block.set(**{"~exact": out, "~x1": value})
@@ -178,22 +181,28 @@ def _delay(block: FunctionBlock) -> float:
         return block.real("Out")
     wait, size = block.real("Deadtime"), len(buffer)
     invalid = not first and block.wrong(DeadtimeInv=not 0 <= wait <= size * seconds)
-    stored = block.machine.converted(REAL, value)
+    stored = float(block.machine.converted(REAL, value))
+    finite = math.isfinite(stored)
     if begin or invalid:
-        for place in range(size):
-            buffer[place] = stored
-        block.set(Out=value, **{"~held": size})
+        block.set(Out=value)
+        if finite:
+            for place in range(size):
+                buffer[place] = stored
+            block.set(**{"~held": size})
         return value
     count = math.floor(wait / seconds + 0.5)
     held = min(int(block["~held"]), count)
-    oldest = buffer[held - 1] if held else block["Out"]
-    for place in range(held, count):
-        buffer[place] = oldest
-    for place in range(count - 1, 0, -1):
-        buffer[place] = buffer[place - 1]
-    if count:
-        buffer[0] = stored
-    block.set(Out=oldest if count else value, **{"~held": count})
+    out = block.real("Out")
+    oldest = buffer[held - 1] if held else out if math.isfinite(out) else stored
+    if finite:
+        for place in range(held, count):
+            buffer[place] = oldest
+        for place in range(count - 1, 0, -1):
+            buffer[place] = buffer[place - 1]
+        if count:
+            buffer[0] = stored
+        block.set(**{"~held": count})
+    block.set(Out=oldest if count else value)
     return block.real("Out")
 
 

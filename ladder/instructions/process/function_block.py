@@ -4,7 +4,7 @@
 |---|---|
 | status | `wrong` notes each fault; after the call its bit, InstructFault and Status show it |
 | EnableOut | false if Out, or another result, is infinite or NaN |
-| DeltaT | the task's period or the whole ms since the last call; OversampleDT; that of time stamps |
+| DeltaT | the period of the task, else whole ms since the last call; OversampleDT; that of time stamps |
 | control | Program or Operator control by four requests; ProgOperReq and ProgProgReq have precedence |
 | first run, first scan | `ran` is false once, `begun` after each prescan |
 """
@@ -25,6 +25,7 @@ from ...model.spec import Spec, Use, action
 from ...model.types import REAL, Structure
 
 NS_PER_MS = 1_000_000
+NS_PER_S = 1000 * NS_PER_MS
 MS_PER_S = 1000
 STAMPS = 1 << 15
 """Time stamps run from 0 to 32,767 ms."""
@@ -107,7 +108,7 @@ class FunctionBlock(Members):
         elif self.wrong(TimingModeInv=mode != 0):
             elapsed = 0.0
         elif scheduler is not None and scheduler.period_ns:
-            elapsed = scheduler.period_ns // NS_PER_MS / MS_PER_S
+            elapsed = scheduler.period_ns / NS_PER_S
         self.set(DeltaT=elapsed)
         return elapsed
 

@@ -13,9 +13,7 @@ from __future__ import annotations
 import math
 
 from ...model.types import REAL
-from .function_block import NS_PER_MS, FunctionBlock, block_row
-
-NS_PER_S = 1000 * NS_PER_MS
+from .function_block import NS_PER_S, FunctionBlock, block_row
 
 
 def level_alarms(

@@ -113,7 +113,9 @@ def _follow(block: FunctionBlock) -> float:
         before = block.real("~exact")
         up, down = (max(block.real(name), 0.0) * seconds for name in ("IncRate", "DecRate"))
         value = min(max(value, before - down), before + up)
-    block.set(Out=value, **{"~exact": value})
+    block.set(Out=value)
+    if math.isfinite(value):  # of an overflow nothing is kept
+        block.set(**{"~exact": value})
     return value
 
 

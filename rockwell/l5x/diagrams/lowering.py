@@ -47,11 +47,20 @@ _ANY = {"BAND": " AND ", "BOR": " OR "}
 
 @dataclass(frozen=True, slots=True)
 class DiagramLine:
-    """A line of structured text, with its element and that one's line in the file."""
+    """A line of structured text, with its element."""
 
     text: str
-    place: str
-    number: int
+    node: Node
+
+    @property
+    def place(self) -> str:
+        """Where its element stands, for people."""
+        return self.node.place
+
+    @property
+    def number(self) -> int:
+        """The line of its element in the file."""
+        return self.node.record.line
 
 
 @dataclass(slots=True)
@@ -106,11 +115,11 @@ class _Lowering:
         for node in self._order:
             _RUN[node.tag](self, node)
             self._outputs(node)
-        places: dict[str, list[int]] = {}
+        places: dict[Node, list[int]] = {}
         for number, line in enumerate(self._lines, start=1):
             if not line.text.startswith("//"):
-                places.setdefault(line.place, []).append(number)
-        drawing = Drawing(drawn(self._content, self._diagram, self._values, places), self._content)
+                places.setdefault(line.node, []).append(number)
+        drawing = Drawing(drawn(self._diagram, self._values, places), self._content)
         return DiagramText(self._lines, self._values.tags, drawing)
 
     # --- input references
@@ -121,23 +130,23 @@ class _Lowering:
 
     def _latch(self) -> None:
         """Copy input references to generated tags if theirs may change before they are used."""
+        used = self._used()
         for node in self._references():
             operand = self._values.operand(node)
             if isinstance(operand, Address) and (
                 self._calls or self._known.same(operand.name) in self._written
             ):
                 kind = self._known.type_of(operand)
-                if isinstance(kind, Elementary) and self._is_value(node):
+                if isinstance(kind, Elementary) and node in used:
                     self._add(node, f"{self._values.hold(node, kind)} := {node.operand};")
 
-    def _is_value(self, reference: Node) -> bool:
-        """Whether the value of a reference is used, not only its tag as an InOut."""
-        return any(
-            each.source.node is reference
-            and each.name.upper() not in self._values.inouts(self._diagram.nodes[key])
-            for key, inputs in self._diagram.inputs.items()
-            for each in inputs
-        )
+    def _used(self) -> set[Node]:
+        """Return the elements whose value is used, not only their tag as an InOut."""
+        found: set[Node] = set()
+        for key, inputs in self._diagram.inputs.items():
+            inouts = self._values.inouts(self._diagram.nodes[key])
+            found |= {each.source.node for each in inputs if each.name.upper() not in inouts}
+        return found
 
     # --- lines
 
@@ -145,7 +154,7 @@ class _Lowering:
         """Add lines below the name of their element."""
         if not self._lines or self._lines[-1].place != node.place:
             texts = (f"// {node.place}", *texts)
-        self._lines += (DiagramLine(each, node.place, node.record.line) for each in texts)
+        self._lines += (DiagramLine(each, node) for each in texts)
 
     def _inputs(self, node: Node) -> None:
         """Copy values to the inputs, which are memory; prescan clears EnableIn."""
@@ -160,7 +169,7 @@ class _Lowering:
         for reference, each in self._diagram.readers(node):
             self._values.operand(reference)
             text = f"{reference.operand} := {self._values.text(each.source)};"
-            self._lines.append(DiagramLine(text, reference.place, reference.record.line))
+            self._lines.append(DiagramLine(text, reference))
 
     def _is_enabled_by_wire(self, node: Node) -> bool:
         return any(each.name.upper() == ENABLE_IN.upper() for each in self._diagram.inputs_of(node))
@@ -229,8 +238,7 @@ class _Lowering:
 
     def _begin(self, node: Node) -> None:
         if _listed(node):
-            line = DiagramLine(f"SBR({','.join(_listed(node))});", node.place, node.record.line)
-            self._lines.insert(0, line)
+            self._lines.insert(0, DiagramLine(f"SBR({','.join(_listed(node))});", node))
 
     def _return(self, node: Node) -> None:
         self._inputs(node)

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain
 
 from ....ladder.model.drawing import DrawnElement, DrawnPin, DrawnSheet, DrawnWire
 from ..xml.records import ElementRecord, number_of
@@ -12,34 +15,43 @@ from .wire_values import Values, form_of
 _KINDS = {"IRef": "input", "ORef": "output", "ICon": "connector", "OCon": "connector"}
 
 
-def drawn(
-    content: ElementRecord, diagram: Diagram, values: Values, places: Mapping[str, Sequence[int]]
-) -> tuple[DrawnSheet, ...]:
+def drawn(diagram: Diagram, values: Values, places: Mapping[Node, Sequence[int]]) -> tuple[DrawnSheet, ...]:
     """Return the sheets; `places` are the lines of structured text of each element."""
-    sheets = [each for each in content.children if each.tag == "Sheet"]
-    return tuple(_Sheet(each, place, diagram, values, places).sheet() for place, each in enumerate(sheets, 1))
+    nodes: defaultdict[int, list[Node]] = defaultdict(list)
+    for (sheet, _), node in diagram.nodes.items():
+        nodes[sheet].append(node)
+    behind: dict[Node, Pin] = {}
+    for each in chain.from_iterable(diagram.inputs.values()):
+        if each.through is not None:
+            behind.setdefault(each.through, each.source)
+    shown = _Shown(diagram, values, places, behind)
+    return tuple(
+        _Sheet(record, number, nodes[number], shown).sheet() for number, record in diagram.sheets.items()
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Shown:
+    """What all sheets need of a diagram."""
+
+    diagram: Diagram
+    values: Values
+    places: Mapping[Node, Sequence[int]]
+    behind: Mapping[Node, Pin]  # the value of each input connector
 
 
 class _Sheet:
-    def __init__(
-        self,
-        record: ElementRecord,
-        place: int,
-        diagram: Diagram,
-        values: Values,
-        places: Mapping[str, Sequence[int]],
-    ) -> None:
-        self._record, self._diagram, self._values, self._places = record, diagram, values, places
-        self._number = number_of(record.attributes.get("Number", "")) or place
-        self._nodes = [each for key, each in diagram.nodes.items() if key[0] == self._number]
-        self._index = {each.key: place for place, each in enumerate(self._nodes)}
+    def __init__(self, record: ElementRecord, number: int, nodes: Sequence[Node], shown: _Shown) -> None:
+        self._record, self._number, self._nodes, self._shown = record, number, nodes, shown
+        self._diagram, self._values = shown.diagram, shown.values
+        self._index = {each.key: place for place, each in enumerate(nodes)}
 
     def sheet(self) -> DrawnSheet:
         comment = next((each.text.strip() for each in self._record.children if each.tag == "Description"), "")
         wires = [wire for each in self._record.children if (wire := self._wire(each)) is not None]
-        outputs = {
-            place: {each.output for each in wires if each.source == place} for place in self._index.values()
-        }
+        outputs: defaultdict[int, set[str]] = defaultdict(set)
+        for each in wires:
+            outputs[each.source].add(each.output)
         elements = [self._element(each, outputs[place]) for place, each in enumerate(self._nodes)]
         texts = [_text(each) for each in self._record.children if each.tag == "TextBox"]
         return DrawnSheet(self._number, comment, (*elements, *texts), tuple(wires))
@@ -60,12 +72,12 @@ class _Sheet:
         """Return the address of a value on this sheet; that of a connector is behind it."""
         if node.tag != "ICon":
             return self._values.text(Pin(node, pin))
-        reads = (each for inputs in self._diagram.inputs.values() for each in inputs)
-        return next((self._values.text(each.source) for each in reads if each.through is node), "")
+        source = self._shown.behind.get(node)
+        return "" if source is None else self._values.text(source)
 
     def _element(self, node: Node, wired: set[str]) -> DrawnElement:
         _, x, y, _ = node.position
-        places = tuple(self._places.get(node.place, ()))
+        places = tuple(self._shown.places.get(node, ()))
         name = node.record.attributes.get("Name", "")
         if node.tag not in RUN:
             kind = _KINDS[node.tag]

@@ -14,7 +14,7 @@ it does, since they name one tag, they run sheet by sheet, from left to right, t
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from heapq import heapify, heappop, heappush
 
@@ -98,26 +98,43 @@ class Input:
     through: Node | None = None  # the input connector at its wire
 
 
+@dataclass(frozen=True, slots=True)
+class _Wire:
+    pin: str  # of its target, as written
+    source: Key
+    output: str
+    feedback: bool
+
+
 class Diagram:
     """The elements of a routine with their inputs."""
 
     def __init__(self, content: ElementRecord) -> None:
         self.nodes: dict[Key, Node] = {}
-        self._wires: dict[Key, dict[str, tuple[Key, str, bool]]] = {}  # by target and pin
+        self.sheets: dict[int, ElementRecord] = {}
+        self._wires: dict[Key, dict[str, _Wire]] = {}  # by target and pin in capitals
         self._connectors: dict[str, Node] = {}
+        self._sources: dict[Key, tuple[Key, str, bool]] = {}  # of each input connector, past connectors
         sheets = [each for each in content.children if each.tag == "Sheet"]
-        if sum(len(each.children) for each in sheets) > MOST_ELEMENTS:
+        if sum(1 + len(each.children) for each in sheets) > MOST_ELEMENTS:
             raise DiagramError(f"it has more than {MOST_ELEMENTS:,} elements", Site(line=content.line))
         for place, sheet in enumerate(sheets, start=1):
             number = number_of(sheet.attributes.get("Number", "")) or place
+            if self.sheets.setdefault(number, sheet) is not sheet:
+                raise DiagramError(f"there are two sheets {number}", Site(line=sheet.line))
             for each in sheet.children:
                 self._node(number, each)
             for each in sheet.children:
                 if each.tag in _WIRES:
                     self._wire(number, each)
         self.inputs: Mapping[Key, tuple[Input, ...]] = {
-            key: tuple(self._input(key, name) for name in wires) for key, wires in self._wires.items()
+            key: tuple(self._input(key, wire) for wire in wires.values())
+            for key, wires in self._wires.items()
         }
+        self._readers: dict[Key, list[tuple[Node, Input]]] = {}  # by source
+        for reference in sorted(self._of("ORef"), key=lambda each: each.position):
+            for one in self.inputs_of(reference):
+                self._readers.setdefault(one.source.node.key, []).append((reference, one))
 
     def _node(self, sheet: int, record: ElementRecord) -> None:
         if record.tag in (*_WIRES, *_REMARKS):
@@ -142,44 +159,48 @@ class Diagram:
             raise DiagramError(text, Site(line=record.line))
         pin = get("ToParam", "") if target.tag in RUN else ""
         taken = self._wires.setdefault(target.key, {})
-        if pin.upper() in {each.upper() for each in taken}:
+        if pin.upper() in taken:
             raise target.refused(f"two wires lead to its input {pin}".rstrip())
         name = get("FromParam", "") if source.tag in RUN else ""
         if (target.tag in RUN and not pin) or (source.tag in RUN and not name):
             raise target.refused("a wire to it names no pin")
-        taken[pin] = source.key, name, record.tag == "FeedbackWire"
+        taken[pin.upper()] = _Wire(pin, source.key, name, record.tag == "FeedbackWire")
 
     def _end(self, sheet: int, number: str) -> Node | None:
         found = number_of(number)
         return None if found is None else self.nodes.get((sheet, found))
 
-    def _input(self, key: Key, name: str) -> Input:
+    def _input(self, key: Key, wire: _Wire) -> Input:
         """Return an input with its source past connectors."""
-        at, pin, feedback = self._wires[key][name]
-        passed = set()
-        through = self.nodes[at] if self.nodes[at].tag == "ICon" else None
-        while self.nodes[at].tag == "ICon":
-            connector = self._connectors.get(self.nodes[at].record.attributes.get("Name", "").upper())
-            if connector is None or not self._wires.get(connector.key) or at in passed:
-                raise self.nodes[at].refused("nothing is wired to its output connector")
-            passed.add(at)
-            at, pin, behind = self._wires[connector.key][""]
-            feedback |= behind
+        first = self.nodes[wire.source]
+        at, pin, behind = self._past_connectors(wire.source, wire.output)
         if self.nodes[at].tag in ("ORef", "OCon"):
             raise self.nodes[at].refused("a wire leaves it, and it has no output")
-        itself = at == key
-        return Input(name, Pin(self.nodes[at], pin), feedback or itself, through)
+        feedback = wire.feedback or behind or at == key  # a block that is wired to itself needs no indicator
+        return Input(wire.pin, Pin(self.nodes[at], pin), feedback, first if first.tag == "ICon" else None)
+
+    def _past_connectors(self, at: Key, pin: str) -> tuple[Key, str, bool]:
+        """Return an element and its output behind input connectors, and whether a feedback wire is there."""
+        way: dict[Key, bool] = {}
+        while self.nodes[at].tag == "ICon" and at not in self._sources:
+            connector = self._connectors.get(self.nodes[at].record.attributes.get("Name", "").upper())
+            if connector is None or not self._wires.get(connector.key) or at in way:
+                raise self.nodes[at].refused("nothing is wired to its output connector")
+            wire = self._wires[connector.key][""]
+            way[at] = wire.feedback
+            at, pin = wire.source, wire.output
+        found = self._sources.get(at, (at, pin, False))
+        for each, feedback in reversed(way.items()):
+            found = self._sources[each] = (*found[:2], found[2] or feedback)
+        return found
 
     def inputs_of(self, node: Node) -> tuple[Input, ...]:
         """Return its wired inputs."""
         return self.inputs.get(node.key, ())
 
-    def readers(self, node: Node) -> Iterator[tuple[Node, Input]]:
-        """Yield the output references that get a value of a node, in order of position."""
-        references = sorted(self._of("ORef"), key=lambda each: each.position)
-        yield from (
-            (each, one) for each in references for one in self.inputs_of(each) if one.source.node == node
-        )
+    def readers(self, node: Node) -> Sequence[tuple[Node, Input]]:
+        """Return the output references that get a value of a node, in order of position."""
+        return self._readers.get(node.key, ())
 
     def _of(self, *tags: str) -> Iterator[Node]:
         return (each for each in self.nodes.values() if each.tag in tags)
@@ -215,11 +236,11 @@ class Diagram:
     def _loop(self, waits: Mapping[Key, set[Key]], blocks: Mapping[Key, Node]) -> DiagramError:
         """Return the error for a loop without an order: go backward until a block comes again."""
         key = min(waits, key=lambda each: blocks[each].position)
-        way: list[Key] = []
+        way: dict[Key, int] = {}
         while key not in way:
-            way.append(key)
+            way[key] = len(way)
             key = min(waits[key], key=lambda each: blocks[each].position)
-        loop = sorted((blocks[each] for each in way[way.index(key) :]), key=lambda each: each.position)
+        loop = sorted((blocks[each] for each in [*way][way[key] :]), key=lambda each: each.position)
         names = ", ".join(each.place for each in loop)
         text = f"{names}: they are a loop without the Assume Data Available indicator"
         return DiagramError(text, Site(line=loop[0].record.line))

@@ -53,6 +53,7 @@ class Values:
     def __init__(self, diagram: Diagram, routine: str, known: DocumentNames) -> None:
         self._diagram, self._routine, self._known = diagram, routine, known
         self._held: dict[Node, Tag] = {}
+        self._handed: dict[Node, Mapping[str, str]] = {}
 
     @property
     def tags(self) -> list[Tag]:
@@ -133,6 +134,11 @@ class Values:
         """Return the arguments of InOuts by name in capitals: of the element, or of a wired reference."""
         if node.tag != "AddOnInstruction":
             return {}
+        if node not in self._handed:
+            self._handed[node] = self._handed_to(node)
+        return self._handed[node]
+
+    def _handed_to(self, node: Node) -> Mapping[str, str]:
         listed = (each.attributes for each in node.record.children if each.tag == "InOutParameter")
         found = {each.get("Name", "").upper(): each.get("Argument", "") for each in listed}
         inouts = self.inouts(node)

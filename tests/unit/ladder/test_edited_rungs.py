@@ -135,6 +135,10 @@ def test_an_l5x_keeps_everything_but_its_edited_rungs(tmp_path):
     text = edited.decode("utf-8-sig")
     assert [f'<Rung Number="{each}" Type="N">' in text for each in range(len(wanted))] == [True] * len(wanted)
     assert edited.startswith(data[:3])
+    after_blanks = data[:3] + b"\n " + data[3:]
+    assert rewritten_l5x(after_blanks, edits, [NewTag("New", "BOOL", "MainProgram")]) == edited
+    with pytest.raises(LadderError, match="can't be read"):
+        rewritten_l5x(b"<RSLogix5000Content>", edits)
     assert text.count("<Module ") == data.count(b"<Module ")
     under_edit = data.replace(b'<Rung Number="0" Type="N">', b'<Rung Number="0" Type="rN">')
     with pytest.raises(LadderError, match="finalize"):

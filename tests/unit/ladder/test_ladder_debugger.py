@@ -94,6 +94,30 @@ def test_a_breakpoint_waits_for_a_change_of_a_rung_or_for_its_execution(filling)
     assert filling.scan(3) == ()
 
 
+def test_a_removed_breakpoint_leaves_the_others_as_they_are(filling):
+    for at in (("main", 0), ("main", 2), ("main", 0, "changes")):
+        filling.break_at(*at)
+    filling.break_on("Run")
+    filling.break_on("Lamp")
+    filling.tags.Start = True
+    assert len(filling.scan()) == 2  # rung 0 and Run
+    filling.remove_breakpoint("MAIN", 2)
+    filling.remove_breakpoint("Lamp")
+    assert filling.scan(20) == ()  # rung 0 stays true: set again, it would be met
+    filling.tags.Start = False
+    filling.tags.Stop = True
+    filling.remove_breakpoint("Main", 0)
+    texts = [stop.text for stop in filling.scan()]  # set again, the change would be missed
+    assert [text[:25] for text in texts] == ["Main, rung 0 is not true:", "Run was 1 and is 0"]
+    filling.remove_breakpoint("Main", 0, "changes")
+    filling.remove_breakpoint("Run")
+    filling.tags.Stop = False
+    filling.tags.Start = True
+    assert filling.scan(20) == ()
+    with pytest.raises(KeyError):
+        filling.remove_breakpoint("Main", 0)
+
+
 @pytest.mark.parametrize(
     ("routine", "rung", "says"),
     [

@@ -6,6 +6,7 @@ from scanrack.runtime.live.actions import (
     ACTIONS,
     DRAFT_MOST,
     MAX,
+    RUNGS_MOST,
     TYPED,
     Draft,
     InjectFault,
@@ -121,3 +122,16 @@ def test_a_draft_has_a_text_that_fits_a_message():
     for text in (most + "ä", "\n" * (DRAFT_MOST // 2), "\ud800", 7):
         with pytest.raises(ValueError, match="text of up to 60,000 bytes"):
             action_of({"do": "draft", "text": text, "base": "0"}, TYPED)
+
+
+def test_a_draft_has_rungs_that_are_drawn_at_once():
+    """Without the limit a message of `;` would be 15,000 pictures."""
+
+    def online(*counts):
+        rungs = [["Main", number, [";"] * count] for number, count in enumerate(counts)]
+        return action_of({"do": "online", "step": "accept", "rungs": rungs}, TYPED)
+
+    assert RUNGS_MOST == 200
+    assert len(online(150, 50, 0).rungs) == 3
+    with pytest.raises(ValueError, match="up to 200 texts"):
+        online(150, 51)

@@ -29,6 +29,7 @@ from scanrack.watch.monitors.monitor import SessionFacts, Subject
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.questions import ask
 from scanrack.watch.monitors.session_monitor import SessionMonitor, SessionProgram, Setup
+from scanrack.watch.panels import bindings
 from scanrack.watch.panels.panel_file import COLORS, COLUMNS, KINDS, Panel, panel_text, parse_panel, refusals
 from typer.testing import CliRunner
 
@@ -243,6 +244,31 @@ def test_an_item_is_bound_to_a_tag_an_alias_or_an_input(rack, item, expected):
     assert {key: found.get(key) for key in expected} == expected
 
 
+def test_names_are_suggested_for_a_few_unknown_tags_and_looked_up_once(monkeypatch):
+    """Pages wait meanwhile: a message of 100 unknown tags took 20 s of a program with 5,000."""
+    asked_for: list[tuple[str, int]] = []
+
+    def near(wanted, names, *_limits):
+        asked_for.append((wanted, len(names)))
+        return names[:1]
+
+    monkeypatch.setattr(bindings, "get_close_matches", near)
+    tags = [{"name": f"{'AB'[each % 2]}{each}", "type": "BOOL", "writable": True} for each in range(5000)]
+    job = load_job(str(FEEDER))
+    subject = Subject(job.spec, (), np.dtype([]), None)
+    program = subject.programs.add(0, job.logic, job.program)
+    for lamps, hints in ((range(100), 5), (range(3), 3), (range(100), 10)):
+        found = bindings.Bindings(program, [], tags)
+        said = [found.of({"kind": "lamp", "tag": f"b-{each}"})["broken"] for each in lamps]
+        assert [each.partition("; ")[2] for each in said[:hints]] == ["did you mean B1?"] * hints
+        assert all("; " not in each for each in said[hints:])
+    assert asked_for == [(f"B-{each}", bindings.COMPARED_MOST) for each in range(10)]
+    monkeypatch.undo()
+    tags.append({"name": "Station", "type": "BOOL", "writable": True})
+    found = bindings.Bindings(program, [], tags)
+    assert found.of({"kind": "lamp", "tag": "Btatoin"})["broken"] == "no tag Btatoin; did you mean Station?"
+
+
 # --- in a session
 
 
@@ -270,11 +296,11 @@ def read_only(rack):
     yield from monitored(rack, read_only=True)
 
 
-def monitored(rack, *, read_only):
-    session = LiveSession(rack=rack)
+def monitored(rack, *, read_only, session=None, started=0):
+    session = session or LiveSession(rack=rack)
     ran = SessionProgram(0, str(rack.parent), "feeder.toml", "feeder.rung")
     about = SessionFacts("0", "feeder", str(rack), "rack", read_only, False, None)
-    setup = Setup(session.ring.shape, about, "", "", 0, (1,), str(rack.with_suffix(".mcap")), (ran,))
+    setup = Setup(session.ring.shape, about, "", "", 0, (1,), str(rack.with_suffix(".mcap")), (ran,), started)
     found: Any = SessionMonitor(setup, session.ring, Sent(orders=[]))  # type: ignore[arg-type]
     found.sent = found._pipe.orders
     with session.ports:
@@ -387,6 +413,55 @@ def test_only_presses_and_writes_are_kept_for_that(monitor, give):
     page = joined(monitor)
     assert "refused" in asked(monitor, page, "hold", give=give)
     assert page.holds == []
+
+
+def test_a_branch_lets_go_what_a_page_presses_once(monitor):
+    page = joined(monitor)
+    asked(monitor, page, "hold", give=[RELEASE])
+    ran = monitor.ran
+    told = {"record": None, "trace": "none.mcap", "rows": 0, "snapshots": 0}
+    monitor._take_branch({**told, "programs": [(ran.first, ran.place, ran.rack, ran.program)]})
+    assert page.holds == []
+    assert monitor.sent == [{**RELEASE, "by": "panel, page 1"}]
+
+
+SWITCH = {**STOP, "name": "Switch", "kind": "maintained", "tag": "slot1.input.capture", "at": [2, 0]}
+JOG = {**STOP, "name": "Jog", "tag": "Homing", "at": [4, 0]}
+LEFT = [
+    (PRESS, [RELEASE]),
+    ({**PRESS, "on": False}, []),
+    ({**PRESS, "by": ""}, []),  # of a key of the machine's part of the page: it stays
+    ({**PRESS, "name": "capture"}, []),  # a switch stays
+    ({"do": "write", "tag": "Homing", "value": True}, [{"do": "write", "tag": "Homing", "value": False}]),
+]
+
+
+@pytest.mark.parametrize(("last", "released"), LEFT)
+def test_a_restarted_monitor_lets_go_what_was_left_pressed_once(rack, last, released):
+    rack.with_suffix(".panel").write_text(panel_text(Panel([STOP, SWITCH, JOG])), encoding="utf-8")
+    order = {"by": "panel, page 3", **last}
+    session = LiveSession([(1, order)], rack.with_suffix(".mcap"), rack)
+    session.ring.asked += 1  # the monitor before: for values
+    session.play(20)
+    by = {"by": "panel, after a restart"}
+    for started, expected in ((0, []), (1, [{**each, **by} for each in released])):
+        for monitor in monitored(rack, read_only=False, session=session, started=started):
+            for _ in range(2):
+                monitor._indexed = False  # as after a branch
+                monitor.tick()
+            assert monitor.sent == expected
+            monitor.subject.timeline.close()
+
+
+def test_a_restarted_monitor_leaves_what_a_page_holds_again(monitor):
+    press = {**PRESS, "by": "panel, page 1"}
+    event = {"scan": 1, "t": 0, "topic": "/orders", "text": "?", "order": json.dumps(press)}
+    page = joined(monitor)
+    asked(monitor, page, "save_panel", items=[STOP], base="")
+    monitor.log.take(event)
+    assert panel_questions.left_pressed(monitor) == [RELEASE]
+    asked(monitor, page, "hold", give=[RELEASE])
+    assert panel_questions.left_pressed(monitor) == []
 
 
 # --- what recordings have of it

@@ -10,6 +10,7 @@ import pytest
 from live_sessions import FEEDER, LiveSession
 from scanrack.commands import build
 from scanrack.runtime import CpuFault
+from scanrack.runtime.live.actions import Online, action_of
 from scanrack.traces import open_trace, read_columns
 from typer.testing import CliRunner
 
@@ -99,6 +100,28 @@ def test_a_breakpoint_on_a_rung_is_met_and_can_be_taken_away():
     session = LiveSession(orders).play()
     assert not session.refusals
     assert session.session.state.breakpoints == []
+
+
+def test_a_removed_breakpoint_sets_no_other_again(monkeypatch):
+    """Main.0 and main.0 are one breakpoint: it goes with the last of its names."""
+    set_at = ("Main.0", "main.0", "Main.1 changes", "Homing")
+    orders = [(0, {"do": "breakpoint", "at": at}) for at in set_at]
+    session = LiveSession([*orders, (0, {"do": "unbreak", "at": "main.0"})])
+    calls = []
+    for name in ("break_at", "break_on", "clear_breakpoints", "remove_breakpoint"):
+        monkeypatch.setattr(session.program, name, lambda *at, name=name: calls.append((name, *at)))
+    with session.ports:
+        session.session.obey_all(0, 0)
+        assert session.session.state.breakpoints == ["Main.0", "Main.1 changes", "Homing"]
+        assert [name for name, *_at in calls] == ["break_at", "break_at", "break_at", "break_on"]
+        calls.clear()
+        for at in ("Main.0", "Main.1 changes", "Homing"):
+            session.session.obey(action_of({"do": "unbreak", "at": at}), 0, 0)
+    assert calls == [
+        ("remove_breakpoint", "MAIN", 0, "true"),
+        ("remove_breakpoint", "MAIN", 1, "changes"),
+        ("remove_breakpoint", "Homing", None, "true"),
+    ]
 
 
 REFUSED = [
@@ -226,9 +249,12 @@ def test_a_fault_of_the_cpu_is_shown_until_the_session_ends(tmp_path):
     (tmp_path / "bad.py").write_text(
         "def logic(scan):\n    assert scan.number < 5, 'on purpose'\n", encoding="utf-8"
     )
-    session = LiveSession([(6, {"do": "go"})], rack=rack)
+    orders = [(6, {"do": "go"}), *((0, {"do": "online", "step": each}) for each in ("test", "save"))]
+    session, steps = LiveSession(orders, rack=rack), []
+    session.session.edit = lambda order, _reply: steps.append(order)
     with pytest.raises(CpuFault, match="on purpose"):
         session.play()
+    assert steps == [Online("save")]
     states = [each["state"] for each in session.told if "state" in each]
     assert "on purpose" in states[-1]["fault"]
-    assert "the CPU has faulted" in session.refusals[0]
+    assert ["the CPU has faulted" in each for each in session.refusals] == [True, True]

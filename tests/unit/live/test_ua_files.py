@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from base64 import encodebytes
 from collections.abc import Callable
 from pathlib import Path
 
@@ -143,7 +144,14 @@ def expired(place: Path) -> None:
 
 def strange_file(place: Path) -> None:
     (place / "trusted").mkdir()
-    (place / "trusted" / "notes.txt").write_text("hello", encoding="utf-8")
+    (place / "trusted" / "notes.der").write_text("hello", encoding="utf-8")
+
+
+def dangling_link(place: Path) -> None:
+    try:
+        (place / "trusted").symlink_to(place / "missing", target_is_directory=True)
+    except OSError:
+        pytest.skip("this user may not make symbolic links")
 
 
 @needs_asyncua
@@ -158,7 +166,9 @@ def strange_file(place: Path) -> None:
         (lambda place: (place / "server.der").write_bytes(bytes(1 << 17)), "more than 65536 bytes"),
         (other_key, "server-key.pem is the key of another certificate"),
         (expired, "it is valid until .* only"),
-        (strange_file, "notes.txt: it is no certificate"),
+        (strange_file, "notes.der: it is no certificate"),
+        (dangling_link, "trusted: it must be a folder"),  # not: trust everybody
+        (lambda place: (place / "trusted").write_bytes(b""), "trusted: it must be a folder"),
     ],
 )
 def test_files_that_can_not_be_used_are_refused_and_left(
@@ -171,17 +181,35 @@ def test_files_that_can_not_be_used_are_refused_and_left(
     assert {each: each.read_bytes() for each in (folder / "opcua").iterdir() if each.is_file()} == before
 
 
+def pem_of(der: bytes) -> str:
+    return f"-----BEGIN CERTIFICATE-----\n{encodebytes(der).decode()}-----END CERTIFICATE-----\n"
+
+
 @needs_asyncua
 def test_trusted_certificates_are_in_der_or_pem(folder: Path) -> None:
-    from base64 import encodebytes
-
     trusted = folder / "opcua" / "trusted"
     trusted.mkdir()
+    (trusted / ".gitkeep").touch()
+    (trusted / ".DS_Store").write_bytes(b"Bud1")
+    (trusted / "notes.txt").write_text("hello", "utf-8")
+    (trusted / "old").mkdir()
     assert ua_security(folder, LOCAL, None).trusted == frozenset()  # nobody, not anybody
+    first = (folder / "opcua" / "server.der").read_bytes()
+    expired(folder / "opcua")
+    second = (folder / "opcua" / "server.der").read_bytes()
+    (folder / "opcua" / "server.der").write_bytes(first)
+    (trusted / "a.DER").write_bytes(first)
+    assert ua_security(folder, LOCAL, None).trusted == {first}
+    (trusted / "b.pem").write_text(f"two of them\n{pem_of(first)}{pem_of(second)}", "utf-8")
+    assert ua_security(folder, LOCAL, None).trusted == {first, second}
+
+
+@needs_asyncua
+@pytest.mark.parametrize("name", ["a.der", "a.pem", "a.crt", "a.cer"])
+def test_each_usual_suffix_is_read(folder: Path, name: str) -> None:
     der = (folder / "opcua" / "server.der").read_bytes()
-    text = encodebytes(der).decode()
-    (trusted / "a.der").write_bytes(der)
-    (trusted / "b.pem").write_text(f"-----BEGIN CERTIFICATE-----\n{text}-----END CERTIFICATE-----\n", "utf-8")
+    (folder / "opcua" / "trusted").mkdir()
+    (folder / "opcua" / "trusted" / name).write_text(pem_of(der), "utf-8")
     assert ua_security(folder, LOCAL, None).trusted == {der}
 
 
@@ -193,6 +221,8 @@ def test_others_may_not_read_the_passwords(folder: Path) -> None:
     with pytest.raises(ValueError, match="chmod 600"):
         ua_security(folder, LOCAL, users)
     users.chmod(0o600)
+    assert ua_security(folder, LOCAL, users).lets_in("ann", "secret")
+    users.write_text("ann:secret\n", "utf-8-sig")  # as Notepad of Windows writes it
     assert ua_security(folder, LOCAL, users).lets_in("ann", "secret")
     users.write_text("ann\n", "utf-8")
     with pytest.raises(ValueError, match="users: line 1"):

@@ -33,10 +33,23 @@ def rack(tmp_path):
     return tmp_path / "rack.toml"
 
 
-async def until_told(page, wanted):
+def noting(page):
+    """Return the list of all that a page is told from now on."""
+    hear, heard = page.hear, []
+
+    async def hear_and_note():
+        heard.append(await hear())
+        return heard[-1]
+
+    page.hear = hear_and_note
+    return heard
+
+
+async def until_edited(page, heard, *, new="", dropped=""):
+    kind, name = ("new", new) if new else ("dropped", dropped)
     async with asyncio.timeout(PATIENCE_S):
-        while not wanted(await page.hear()):
-            pass
+        while not any(name in each.get("edited", {}).get(kind, []) for each in heard):
+            await page.hear()
 
 
 def test_rungs_are_checked_tried_tested_and_untested(rack):
@@ -65,15 +78,17 @@ def test_rungs_are_checked_tried_tested_and_untested(rack):
                 ({"tags": [["N", "BOOL", ""]]}, "already"),
             ):
                 assert why in (await page.ask("rungs", columns=80, **(draft | wrong)))["refused"]
+            assert "edited meanwhile" in (await page.ask("would", **(draft | {"base": "another"})))["refused"]
             assert "no edit has been accepted" in (await page.ask("online", step="test"))["refused"]
             wrong = {"step": "accept", "base": words["base"], "rungs": [["Main", 0, ["XIC(Rum)OTE(Lamp);"]]]}
             assert "no tag Rum" in (await page.ask("online", **wrong))["refused"]
             assert (await page.ask("online", step="accept", **draft))["stage"] == "accepted"
+            heard = noting(page)
             assert (await page.ask("online", step="test"))["stage"] == "testing"
-            await until_told(page, lambda message: "Off" in message.get("edited", {}).get("new", []))
+            await until_edited(page, heard, new="Off")
             assert "is being tested" in (await page.ask("online", step="save"))["refused"]
             assert (await page.ask("online", step="untest"))["stage"] == "accepted"
-            await until_told(page, lambda message: "Off" in message.get("edited", {}).get("dropped", []))
+            await until_edited(page, heard, dropped="Off")
             assert (await page.ask("words"))["base"] == words["base"]
             assert (await page.ask("online", step="cancel"))["stage"] == ""
             assert (rack.parent / "line.rung").read_text(encoding="utf-8") == RUNGS

@@ -127,3 +127,15 @@ def test_a_diagram_as_svg_is_drawn_above_its_text(made):
     root = etree.fromstring(text.encode())
     assert len([each for each in root.iter("{*}svg") if "fbd" in each.get("class", "")]) == 1
     assert "TONR(Delay);" in text
+
+
+def test_a_pin_with_an_odd_name_has_no_value(imported):
+    """Studio does not write such a name, and a file may have it; the rest of the diagram is drawn."""
+    content = block("ADD", 0, "Sum", pins="SourceA bad] Dest")
+    routines = ladder("Main", "JSR(Blocks,0);"), sheets("Blocks", content)
+    found = imported(
+        document(tags=[tag("Sum", "FBD_MATH")], programs=[program("P", *routines)], tasks=[task("T", "P")])
+    )
+    shown, answer = Catalog(found.controller).show(r"\P.Blocks", 100)
+    assert shown.names == ("Sum.SourceA", "Sum.Dest")
+    assert ">bad]<" in answer["diagram"]

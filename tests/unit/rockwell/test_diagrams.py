@@ -183,6 +183,10 @@ WRONG = {
         '<AddOnInstruction Name="Valve" ID="0" X="0" Y="0" Operand="V1"/>',
         "sheet 1, Valve V1: no add-on Valve in the file",
     ),
+    "two sheets of one number": (
+        block("BNOT", 0, "No") + '</Sheet>\n<Sheet Number="1">\n' + block("BNOT", 1, "No"),
+        "there are two sheets 1",
+    ),
     "an unknown element": (
         '<Coil ID="0" X="0" Y="0"/>',
         "sheet 1, Coil with ID 0: elements are Block, Function,",

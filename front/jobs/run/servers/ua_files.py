@@ -2,7 +2,7 @@
 
     opcua/server-key.pem    the private key, mode 0600, made once
     opcua/server.der        its certificate, made with it
-    opcua/trusted/          certificates of clients, *.der and *.pem; the owner makes this folder
+    opcua/trusted/          certificates of clients; the owner makes this folder
 
 Nothing here overwrites a file: the owner may put a key and a certificate of an authority there.
 """
@@ -32,6 +32,9 @@ KEY_BITS = range(2048, 4097)
 
 FILE_MOST = 1 << 16
 """Bytes of a key, a certificate or a file of users."""
+
+SUFFIXES = {".der", ".pem", ".crt", ".cer"}
+"""Those of certificates; other files in `trusted` are not read."""
 
 
 def ua_security(folder: Path, host: str, users: Path | None) -> UaSecurity:
@@ -65,7 +68,7 @@ def thumbprint(certificate: bytes) -> str:
 
 def _users(path: Path) -> dict[str, bytes]:
     try:
-        return users_of(_secret(path).decode("utf-8"))
+        return users_of(_secret(path).decode("utf-8-sig"))  # editors of Windows begin it with a mark
     except UnicodeDecodeError as error:
         raise ValueError(f"{path}: it must be UTF-8") from error
     except ValueError as error:
@@ -95,23 +98,27 @@ def _content(path: Path) -> bytes:
 
 
 def _trusted(folder: Path) -> frozenset[bytes] | None:
-    """Return the certificates in a folder; None without the folder."""
-    if not folder.is_dir():
+    """Return the certificates in a folder; None, which is all, if nothing has its name."""
+    if not os.path.lexists(folder):
         return None
+    if not folder.is_dir():
+        raise ValueError(f"{folder}: it must be a folder")
     from cryptography.hazmat.primitives.serialization import Encoding
-    from cryptography.x509 import load_pem_x509_certificate
+    from cryptography.x509 import load_pem_x509_certificates
 
-    found = set()
-    for path in sorted(folder.iterdir()):
+    found: set[bytes] = set()
+    try:
+        paths = sorted(each for each in folder.iterdir() if each.suffix.lower() in SUFFIXES)
+    except OSError as error:
+        raise ValueError(f"{folder}: {error.strerror}") from error
+    for path in paths:
         content = _content(path)
         try:
-            if content.startswith(b"-----BEGIN"):
-                content = load_pem_x509_certificate(content).public_bytes(Encoding.DER)
-            else:
-                _loaded(content)
+            is_text = b"-----BEGIN" in content
+            certificates = load_pem_x509_certificates(content) if is_text else [_loaded(content)]
         except ValueError as error:
             raise ValueError(f"{path}: it is no certificate") from error
-        found.add(content)
+        found.update(each.public_bytes(Encoding.DER) for each in certificates)
     return frozenset(found)
 
 

@@ -1,0 +1,172 @@
+"""Steps with edited rungs between scans, without a monitor: what is refused, and what runs afterwards.
+
+Broken on purpose: an error of our own that ends the editor, a Save over another program's file, a stage that
+a refused Save drops, an answer before the exchange, a step that is judged by the program before; a copy that
+follows a link, a file that takes the place of its link.
+"""
+
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from live_sessions import LiveSession
+from scanrack.jobs.load.loading import load_job
+from scanrack.jobs.record.program_versions import ProgramVersions, version_of
+from scanrack.runtime.live.actions import Online, Source
+from scanrack.watch import editor as editor_module
+from scanrack.watch.editor import EditManner, Editor
+from scanrack.watch.history.program_file import digest, save
+
+RACK = 'name = "small"\nprogram = "line.rung"\nscan_ms = 2\nwatchdog_ms = 0\n'
+RACK += '[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n'
+RUNGS = "PROGRAM Line\nTAG Lamp : BOOL\nTAG N : DINT\nROUTINE Main\nADD(N,1,N);\nEND\n"
+ADDS_TWO = (("Main", 0, ("ADD(N,2,N);",)),)
+PATIENCE_S = 60
+
+
+class EditedSession:
+    """A session whose scans and orders the test carries out."""
+
+    def __init__(self, folder: Path) -> None:
+        self.file, rack = folder / "line.rung", folder / "rack.toml"
+        self.file.write_text(RUNGS, encoding="utf-8")
+        rack.write_text(RACK, encoding="utf-8")
+        job = load_job(str(rack))
+        self.versions = ProgramVersions(folder / "copies", str(rack))
+        self.versions.keep(0, self.versions.with_copy(version_of(job)), job)
+        self.live = LiveSession(rack=rack, editions=self.versions)
+        manner, hand_over = EditManner(preview=True), self.live.session.takeovers.append
+        run, tell = self.live.run, self.live.tell
+        self.editor = Editor(job, str(rack), run, self.versions, hand_over, tell, manner)
+
+    @property
+    def runs(self) -> str:
+        return self.versions[self.live.run.program.edits].files["line.rung"].decode()
+
+    def attend(self) -> None:
+        """Do what is done between two scans."""
+        self.live.session.obey_all(self.live.run.cpu.now_ns, self.live.run.cpu.scan)
+
+    def asked(self, order: Any) -> list[Any]:
+        """Ask; the returned list gets the answer when it is attended to."""
+        answers: list[Any] = []
+        self.editor.ask(order, answers.append)
+        return answers
+
+    def until(self, wanted: Callable[[], Any], *, attended: bool = True) -> None:
+        """Wait until a condition holds; between two looks is the end of a scan if it is `attended`."""
+        end = time.monotonic() + PATIENCE_S
+        while not wanted():
+            assert time.monotonic() < end
+            time.sleep(0.002)
+            if attended:
+                self.attend()
+
+    def until_told(self, key: str) -> None:
+        self.until(lambda: any(key in each for each in self.live.told))
+
+    def ask(self, order: Any) -> Any:
+        answers = self.asked(order)
+        self.until(lambda: answers)
+        return answers[0]
+
+    def step(self, step: str) -> Any:
+        answer = self.ask(Online(step))
+        return answer.get("stage", answer.get("refused"))
+
+    def accept(self) -> None:
+        base = digest(self.runs.encode())
+        assert self.ask(Online("accept", base, ADDS_TWO))["stage"] == "accepted"
+
+
+@pytest.fixture
+def session(tmp_path):
+    made = EditedSession(tmp_path)
+    with made.live.ports, made.live.run.cpu:
+        made.editor.start()
+        yield made
+        made.editor.end()
+
+
+def test_an_error_of_our_own_is_refused_and_the_editor_goes_on(session, monkeypatch, capsys):
+    def breaks(*_given):
+        raise SyntaxError("on purpose")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(editor_module, "why_not", breaks)
+        assert session.step("test") == "it can't be carried out: SyntaxError: on purpose"
+    assert "on purpose" in capsys.readouterr().err
+    with monkeypatch.context() as patched:
+        patched.setattr(Editor, "_loaded", breaks)
+        session.editor.load_soon()
+        session.until_told("mistake")
+    assert session.ask(Source())["text"] == RUNGS
+
+
+def test_save_never_replaces_what_another_program_has_written(session):
+    session.accept()
+    assert session.step("assemble") == "assembled"
+    session.file.write_text("PROGRAM Other\n", encoding="utf-8")
+    session.until_told("preview")
+    assert "changed by another program" in session.step("save")
+    assert session.file.read_text(encoding="utf-8") == "PROGRAM Other\n"
+    session.file.write_text(RUNGS, encoding="utf-8")
+    assert session.step("save") == ""
+    assert session.file.read_text(encoding="utf-8") == RUNGS.replace("N,1", "N,2")
+
+
+def test_a_refused_save_leaves_the_edit_assembled(session, monkeypatch):
+    def full(*_given):
+        raise OSError(28, "No space left on device")
+
+    session.accept()
+    session.step("assemble")
+    with monkeypatch.context() as patched:
+        patched.setattr(editor_module, "save", full)
+        assert "No space left" in session.step("save")
+    assert session.step("reopen") == "testing"
+
+
+def test_an_exchange_that_fails_is_refused_and_the_old_rungs_stay(session, monkeypatch):
+    def fails(*_given):
+        raise ValueError("on purpose")
+
+    session.accept()
+    with monkeypatch.context() as patched:
+        patched.setattr(session.live.run.program, "planned", fails)
+        assert "could not be exchanged" in session.step("test")
+    assert session.runs == RUNGS
+    assert session.step("test") == "testing"
+    assert "N,2" in session.runs
+
+
+def test_a_step_waits_for_the_exchange_before_it(session):
+    session.accept()
+    takeovers = session.live.session.takeovers
+    tested, cancelled = session.asked(Online("test")), session.asked(Online("cancel"))
+    session.until(lambda: len(takeovers) >= 4, attended=False)  # exchange, its outcome, and two answers
+    session.until(lambda: cancelled)
+    assert tested[0]["stage"] == "testing"
+    assert "being exchanged" in cancelled[0]["refused"]
+    assert session.step("cancel") == ""
+    assert session.runs == RUNGS
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such modes, and seldom links")
+def test_a_file_is_saved_as_a_whole_where_its_link_leads(tmp_path):
+    (tmp_path / "far").mkdir()
+    target, link, foreign = tmp_path / "far" / "a.rung", tmp_path / "a.rung", tmp_path / "foreign"
+    target.write_bytes(b"old")
+    target.chmod(0o640)
+    foreign.write_bytes(b"foreign")
+    link.symlink_to(target)
+    (target.parent / "a.rung.bak").symlink_to(tmp_path / "nowhere")
+    (target.parent / "a.rung.new").symlink_to(foreign)
+    kept = save(link, b"new")
+    assert (kept, kept.read_bytes()) == (target.parent / "a.rung.bak2", b"old")
+    assert (link.is_symlink(), target.read_bytes(), foreign.read_bytes()) == (True, b"new", b"foreign")
+    assert [each.stat().st_mode & 0o777 for each in (target, kept)] == [0o640] * 2
+    assert not (tmp_path / "nowhere").exists()
