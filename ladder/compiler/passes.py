@@ -56,7 +56,9 @@ def write_fal(
 ) -> None:
     """Write FAL."""
     control = ControlText(rungs, group)
-    moves_on = f"wrap({control['POS']} + 1, {DINT.bits})" if target.leaf == group.member("POS").leaf else ""
+    # an InOut can be another name of POS
+    writes_pos = target.leaf == group.member("POS").leaf or target.leaf.root
+    moves_on = f"wrap({control['POS']} + 1, {DINT.bits})" if writes_pos else f"{control['POS']} + 1"
 
     def one() -> None:
         before = rungs.values.keep("faults.overflows")
@@ -64,7 +66,7 @@ def write_fal(
         fails = rungs.values.keep(f"faults.overflows != {before}")
         control.set(ER=fails)
         rungs.writer.line(f"if {fails}: break")
-        control.set(POS=moves_on or f"{control['POS']} + 1")
+        control.set(POS=moves_on)
 
     _write_passes(rungs, rungs.kept(power), control, mode, one)
 

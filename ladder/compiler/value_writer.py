@@ -276,6 +276,8 @@ class ValueWriter:
                 return replace(result, text=self.keep(result.text))
             return self.narrowed(operand.name, terms, width)
         term = self.leaf_term(operand, width)
+        if width == SINGLE and term.double:
+            return Term(f"real({term.text})", real=True)
         return term if width > 0 or term.real else self._floating(term, width)
 
     def _floating(self, term: Term, width: int) -> Term:

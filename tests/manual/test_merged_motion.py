@@ -342,6 +342,49 @@ def test_a_path_and_a_jog_of_one_of_its_axes(merge, tmp_path):
         assert _bits(engine) == {"B:PC"} | ({"A:IP"} if merge != "All Motion" else set())
 
 
+def test_a_path_that_waited_is_active_once_it_begins(tmp_path):
+    """AC "sets when the instruction becomes active" [MOTION_INSTRUCTION]; each path takes 3 s."""
+    rungs = [f"XIC(Go{name}){line('P', name, 'Disabled')};" for name in "AB"]
+    for engine in systems(tmp_path, *rungs):
+        seen = []
+        for scan in range(62):
+            engine.tags.GoA = engine.tags.GoB = True
+            engine.step(100 if scan else 0)
+            if scan in (5, 35, 61):
+                seen.append([name for name in ("A.AC", "B.AC") if engine.tags[name]])
+        assert seen == [["A.AC"], ["B.AC"], []]
+
+
+ENDINGS = {
+    "stop": "MAS(X,B,All,Yes,6,Units per sec2,No,0,% of Time)",
+    "servo off": "MSF(X,B)",
+    "jog": jog(axis="X", merge="Enabled").replace("?", "B"),
+}
+
+
+@pytest.mark.parametrize("ending", ENDINGS)
+def test_what_ends_the_path_of_one_axis_ends_that_of_the_others(ending, tmp_path):
+    """10 units at 5 units/s, 1 s up: at 1.5 s 5 units are done, 3 along X and 4 along Y.
+
+    The axes of a path stand still together; a MAS of All of Y has nothing to stop later.
+    """
+    rungs = (
+        f"XIC(GoA){line('P', 'A', 'Disabled')};",
+        f"XIC(GoB){ENDINGS[ending]};",
+        "XIC(GoC)MAS(Y,C,All,Yes,1,Units per sec2,No,0,% of Time);",
+    )
+    for engine in systems(tmp_path, *rungs):
+        for scan in range(60):
+            engine.tags.GoA, engine.tags.GoB, engine.tags.GoC = True, scan >= 15, scan >= 45
+            engine.step(100 if scan else 0)
+            if scan >= 15:
+                assert engine.tags["Y.ActualPosition"] == pytest.approx(4)
+                assert engine.tags["Y.ActualVelocity"] == 0
+                assert engine.tags["Y.CoordinatedMotionStatus"] is False
+        assert engine.tags["XY.MoveStatus"] is False
+        assert {"C:PC"} <= _bits(engine)
+
+
 def test_a_path_that_merges_ends_the_one_before_and_cancels_the_pending_one(tmp_path):
     """From the middle, at 5 units/s, 7.5 units on: 5 at that speed, 1 s and 2.5 units down [p. 449]."""
     rungs = (

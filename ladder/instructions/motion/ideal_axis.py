@@ -10,6 +10,8 @@ Its motion is the sum of what its planners do at the same time [MOTION-RM002H p.
 
     position = start + travel of each course (`courses`); what follows another position shifts `start`
 
+`target` is where the start is once the move has ended, so that it ends exactly there.
+
 A planner carries out one course; a newer one goes on from that planner's speed. A merge ends all of them and
 goes on from their sum. After each scan `update` writes the tag's members and the bits of the instructions
 whose motion has ended, whether their rungs are scanned or not.
@@ -56,6 +58,20 @@ PLANNER_OF = {
 
 Masters = Mapping[int, tuple[float, float]]
 """Position and speed of the axes on 3601s by number, for the gears that follow them."""
+
+
+ROUNDING = 1e-9
+"""What counts as none on a rotary axis, of a turn."""
+
+
+def ahead(way: float, unwind: float) -> float:
+    """Return a way as one forward on a rotary axis, 0 to below `unwind`; what rounding leaves of 0 is 0.
+
+    >>> ahead(-10.0, 360.0), ahead(-1e-12, 360.0)
+    (350.0, 0.0)
+    """
+    forward = way % unwind
+    return 0.0 if min(forward, unwind - forward) <= ROUNDING * unwind else forward
 
 
 class IdealAxis(MotionSpot):
@@ -122,8 +138,8 @@ class IdealAxis(MotionSpot):
             self.put(StartActualPosition=start, StartCommandPosition=start)
 
     def _fold(self, course: Course, now_ns: int) -> None:
-        """Add the travel of a course that ends to the start."""
-        self.shift(course.instant(now_ns).travel)
+        """Add the travel of a course that ends to the start; that of a move is on the way to its target."""
+        self.shift(course.instant(now_ns).travel, target=course.planner != "move")
 
     def rest(self, now_ns: int, error: int = 0) -> None:
         """End everything at once, where the axis is."""
@@ -131,13 +147,16 @@ class IdealAxis(MotionSpot):
         for each in self.courses.values():
             each.end(error, **({"ER": True} if error else {}))
 
-    def shift(self, way: float) -> None:
-        """Move the position: by another reference, or by what the axis follows."""
+    def shift(self, way: float, *, target: bool = True) -> None:
+        """Move the position, and the end of a move: by another reference, or by what the axis follows."""
         self.hide(start=float(self["~start"]) + way)
+        if target:
+            self.hide(target=float(self["~target"]) + way)
 
     def redefine(self, way: float) -> None:
         """Move its reference: a gear that follows it does not move."""
         self.shift(way)
+        self.hide(position=float(self["~position"]) + way)
         for place in range(1, len(self.ideal.axes) + 1):
             slave = IdealAxis(self.memory, self.ideal, -place)
             gear = slave.courses["gear"]
@@ -179,14 +198,19 @@ class IdealAxis(MotionSpot):
         if course.kind is Kind.HOME:
             self.redefine(float(self["HomePosition"]) - float(self["~start"]))
             self.bits(BITS, AxisHomedStatus=True)
+        elif course.kind is Kind.MOVE:
+            self.hide(start=float(self["~target"]))
         else:
-            self.shift(course.goal if course.kind is Kind.MOVE else present.travel)
+            self.shift(present.travel, target=course.planner != "move")
         course.end(PC=True)
 
     def _watch(self, position: float) -> None:
         """End MAW when the axis comes to its position."""
         way, there, before = int(self["~watch"]), float(self["~watched"]), float(self["~position"])
-        if way and (before < there <= position if way > 0 else before > there >= position):
+        left, gone, unwind = (there - before) * way, (position - before) * way, self.settings.unwind
+        if unwind:  # `gone` may lack what rounding takes of a move that ends there
+            left, gone = ahead(left, unwind), gone + ROUNDING * unwind
+        if way and 0 < left <= gone:
             settle(self.memory, self.ideal, int(self["~watch_claim"]), IP=False, PC=True)
             self.hide(watch=0, watch_claim=0)
             self.bits(BITS, WatchEventArmedStatus=False, WatchEventStatus=True)

@@ -7,8 +7,8 @@
 | MCD, MAS | the profile of the planner that it names; MAS of All stops the sum of all |
 | MAH | HomePosition at once, as active homing "immediate"; PC a scan later |
 | MRP | at once, also in motion |
-| MAG | the slave follows the master's position, locked at once; IP until it ends |
-| MAW, MDW | PC when the axis comes to the position in that direction |
+| MAG | the slave follows the master's position, locked at once; IP until it ends; no axis leads itself |
+| MAW, MDW | PC when the axis comes to the position in that direction, a rotary one in any turn |
 | MAR, MDR | armed; no registration input comes |
 | MRAT, MAAT, MRHD, MAHD | a scan; PC |
 | MGS, MGSD, MGSR, MGSP | all axes: there is one group |
@@ -32,7 +32,7 @@ from ...model.predefined.motion_words import (
 )
 from .calls import LARGEST, MotionCall, dynamics_at, merge_at, scaled
 from .courses import Kind
-from .ideal_axis import BITS, IdealAxis
+from .ideal_axis import BITS, IdealAxis, ahead
 from .motion_control import ILLEGAL, ILLEGAL_CHANGE, OUT_OF_RANGE, SERVO_OFF, SHUT_DOWN, Given
 from .ramps import Dynamics
 from .spots import Ideal, settle
@@ -100,8 +100,9 @@ def _move(axis: IdealAxis, call: MotionCall) -> None:
         call.motion.refuse(OUT_OF_RANGE)
         return
     here = axis.position(call.now_ns)
-    way = _goal(kind, where, here, axis.settings.unwind) - here
-    axis.begin(call.now_ns, "move", Kind.MOVE, dynamics, call.motion.claim, goal=way, merge=merge)
+    goal = _goal(kind, where, here, axis.settings.unwind)
+    axis.begin(call.now_ns, "move", Kind.MOVE, dynamics, call.motion.claim, goal=goal - here, merge=merge)
+    axis.hide(target=goal - axis.instant(call.now_ns).travel)
     call.under_way()
 
 
@@ -115,13 +116,12 @@ def _goal(kind: int, where: float, position: float, unwind: float) -> float:
         return position + where
     if not unwind:
         return where
-    turns = position // unwind * unwind
-    ahead = (where - position) % unwind
-    if kind == ROTARY_POSITIVE or (kind == ROTARY_SHORTEST and ahead <= unwind / 2):
-        return position + ahead
     if kind == 0:
-        return turns + where
-    return position + (ahead - unwind if ahead else 0.0)
+        return position // unwind * unwind + where
+    way = ahead(where - position, unwind)
+    if way and (kind == ROTARY_NEGATIVE or (kind == ROTARY_SHORTEST and way > unwind / 2)):
+        way -= unwind
+    return where + round((position + way - where) / unwind) * unwind
 
 
 def _jog(axis: IdealAxis, call: MotionCall) -> None:
@@ -224,7 +224,7 @@ def _gear(axis: IdealAxis, call: MotionCall) -> None:
         ratio = abs(ratio) * (-1 if (before < 0) != (way == "REVERSE") else 1)
     elif way == "OPPOSITE":
         ratio = -ratio
-    if not number or not abs(ratio) <= LARGEST:
+    if number in (0, axis.number) or not abs(ratio) <= LARGEST:
         call.motion.refuse(OUT_OF_RANGE)
         return
     axis.begin(call.now_ns, "gear", Kind.GEAR, Dynamics(1.0, 1.0, 1.0), call.motion.claim, goal=seen)

@@ -117,9 +117,11 @@ class IdealSystem(MotionSpot):
         self.course.begin(now_ns, kind, dynamics, claim, goal=left, entry=present.speed)
 
     def rest(self, now_ns: int, *, all_of_it: bool = True) -> None:
-        """End the path where it is, and the pending one."""
+        """End the path where it is, on the axes that follow it too, and the pending one."""
         self.set_end("from", self.positions(now_ns))
         self.course.end()
+        for _, axis in self._led():
+            axis.courses["whole"].end()
         if all_of_it:
             self.drop_pending()
 
@@ -162,13 +164,12 @@ class IdealSystem(MotionSpot):
     def _end(self, now_ns: int) -> None:
         self.course.settle(PC=True)
         self.rest(now_ns, all_of_it=False)
-        for _, axis in self._led():
-            axis.courses["whole"].end()
         if self["~waiting"]:
             dynamics = Dynamics(*(float(self[f"~next_{name}"]) for name in _DYNAMICS))
             claim = int(self["~next_claim"])
             self.hide(waiting=0, next_claim=0)
             self.begin(now_ns, self.end("next"), dynamics, claim)
+            self.course.settle(AC=True)
 
     def _show(self, now_ns: int) -> None:
         positions, kind, present = self.positions(now_ns), self.kind, self.course.instant(now_ns)

@@ -141,7 +141,7 @@ def _course(prefix: str = "") -> tuple[Member, ...]:
 _OF_AXES = (
     *(Member("position", LREAL), Member("shown_ns", LINT), Member("axis", DINT), Member("active", BOOL)),
     *(member for planner in PLANNERS for member in _course(f"{planner}_")),
-    *members(LREAL, "start ratio watched"),
+    *members(LREAL, "start target ratio watched"),
     *members(DINT, "master watch"),
     *members(LINT, "watch_claim"),
 )

@@ -162,3 +162,40 @@ def test_a_queue_longer_than_its_array_faults_alike():
     assert check(ours, theirs) == 3  # Go rises in the fourth scan; at power-up a true rung is no edge
     ours, theirs = engines(text_of(*rungs[:2]))
     assert check(ours, theirs) == 6  # the seventh item has no place
+
+
+POS_BY_TWO_NAMES = """INSTRUCTION Twice
+INOUT Own : CONTROL
+INOUT Pos : DINT
+INPUT Go : BOOL REQUIRED
+ROUTINE Logic
+XIC(Go)FAL(Own,?,?,ALL,Pos,2147483647);
+END
+END INSTRUCTION
+TAG Called : Twice
+"""
+
+
+def test_fal_that_writes_its_pos_by_another_name_keeps_it_a_dint():
+    """The element after 2,147,483,647 is -2,147,483,648, which is below 0 in the next scan."""
+    ours, theirs = engines(text_of("Twice(Called,Control,Control.POS,Go);", before=POS_BY_TWO_NAMES))
+    assert check(ours, theirs) == 1
+    assert ours.tags["Control.POS"] == -(1 << 31)
+
+
+LREALS = """TAG Double : LREAL
+TAG Number : STRING
+TAG Held : PID := {"UPD": 1.0, "MAXI": 100.0, "MAXS": 100.0, "MAXCV": 100.0, "MAXTIE": 100.0}
+"""
+
+
+@pytest.mark.parametrize("value", [0.1, 1e39, 16777217.0, 1e-50])
+def test_an_lreal_operand_of_a_real_computation_is_rounded(value):
+    """RTOS and PID compute with REAL: 0.1 is 0.100000001, 1e39 too large, 1e-50 is 0."""
+    rungs = ("RTOS(Double,Number);", "PID(Held,Double,Double,Value,0,1,Double);")
+    ours, theirs = engines(text_of(*rungs, before=LREALS))
+    for engine in (ours, theirs):
+        engine.tags.Double = value
+    assert check(ours, theirs) == len(SCANS)
+    if value == 0.1:
+        assert ours.tags["Number"] == "0.100000001"

@@ -245,7 +245,7 @@ def test_a_coordinate_system_goes_straight_and_queues_one_move():
         engine.step()
         assert engine.tags["Both.MovePendingStatus"] is True
         run(engine, 0.75)
-        assert (bits(engine), bits(engine, "Then")) == ({"EN", "DN", "PC"}, {"EN", "DN", "IP"})
+        assert (bits(engine), bits(engine, "Then")) == ({"EN", "DN", "PC"}, {"EN", "DN", "IP", "AC"})
         run(engine, 1.55)
         assert engine.tags["Both.ActualPosition"][:2] == [6.0, 8.0]
         assert bits(engine, "Then") == {"EN", "DN", "PC"}
