@@ -187,7 +187,8 @@ def measure_edits(look: Look, rungs: int, edits: int) -> None:
         rack = Path(folder) / "rack.toml"
         rack.write_text(
             'name = "large"\nprogram = "large.rung"\nscan_ms = 50\nwatchdog_ms = 0\n'
-            '[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n'
+            '[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n',
+            encoding="utf-8",
         )
         tags = "".join(f"TAG A{number} : BOOL\nTAG T{number} : TIMER\n" for number in range(rungs + 8))
         lines = (

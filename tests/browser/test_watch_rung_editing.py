@@ -10,7 +10,7 @@ from typing import cast
 
 import pytest
 from scanrack.commands import build
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import load_job
 from scanrack.ladder import LadderLogic
 from scanrack.terminal.status import DONE
 from selenium.webdriver.common.action_chains import ActionChains

@@ -485,7 +485,7 @@ def test_a_period_that_is_no_whole_number_of_milliseconds(run, rate, out):
     """DeltaT is the period of the task [p. 499]. In 200 ms each call but the first adds it."""
     diagram = around("INTG", "Sum", {"In": "1", "IGain": "1"}, {"Out": "Out"})
     calls = round(200 / rate)
-    still = [({}, {"Sum.DeltaT": rate / 1000})] * (calls - 1)
+    still: list[tuple[dict[str, float], dict[str, float]]] = [({}, {"Sum.DeltaT": rate / 1000})] * (calls - 1)
     run(diagram, {"INTEGRATOR": "Sum", "REAL": "Out"}, rate, *still, ({}, {"Out": out}))
 
 

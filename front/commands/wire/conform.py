@@ -29,7 +29,7 @@ from ...jobs.conform.paths.logix_path import (
 )
 from ...jobs.conform.plan import PlannedScene, ScenePlan, load_plan
 from ...jobs.conform.playing import play
-from ...jobs.conform.report import FORMAT, Recorded, as_object, lines, load_played, next_steps
+from ...jobs.conform.report import FORMAT, PlayedPlan, as_object, lines, load_played, next_steps
 from ...jobs.conform.verdicts import ConformResult, Judge
 from ...jobs.replay.resumed import configuration_words
 from ...terminal.as_json import JsonOption, say_json
@@ -215,7 +215,7 @@ def _timing(timing: Timing, scan: str | None, period_ns: int) -> Timing:
     return replace(timing, scan_ns=scan_ns)
 
 
-def _recorded(source: Path, slot: int, timing: Timing, given: Sequence[int] | None) -> Recorded:
+def _recorded(source: Path, slot: int, timing: Timing, given: Sequence[int] | None) -> PlayedPlan:
     with source.open("rb") as file:
         begin = file.read(1)
     if begin == b"{":
@@ -224,10 +224,10 @@ def _recorded(source: Path, slot: int, timing: Timing, given: Sequence[int] | No
         return load_played(source)
     captured = scenes_of(source, slot, timing, given)
     tell_notes(captured)
-    return Recorded(captured.firmware, timing, captured.scenes, slot, date=captured.captured_at)
+    return PlayedPlan(captured.firmware, timing, captured.scenes, slot, date=captured.captured_at)
 
 
-def _play(path: str, wish: _Wish) -> Recorded:
+def _play(path: str, wish: _Wish) -> PlayedPlan:
     unknown = [each for each in wish.scenes if each not in {scene.name for scene in wish.plan.scenes}]
     if unknown:
         raise ValueError(f"the plan {wish.plan.name} has no scene {unknown[0]!r}: --list names them")
@@ -242,7 +242,7 @@ def _play(path: str, wish: _Wish) -> Recorded:
         except OSError as error:
             raise ValueError(f"{path}: {error}") from error
         product, plan = product_of(client), wish.plan
-    return Recorded(plan.firmware, plan.timing, scenes, wish.tags.slot, product, date, plan.name)
+    return PlayedPlan(plan.firmware, plan.timing, scenes, wish.tags.slot, product, date, plan.name)
 
 
 def _chosen(wish: _Wish) -> list[PlannedScene]:
@@ -274,7 +274,7 @@ def _say_list(plan: ScenePlan) -> None:
 
 
 def _say_result(
-    whole: dict[str, object], result: ConformResult, recorded: Recorded, name: str, *, as_json: bool
+    whole: dict[str, object], result: ConformResult, recorded: PlayedPlan, name: str, *, as_json: bool
 ) -> None:
     if as_json:
         say_json({name: part for name, part in whole.items() if name != "moments"})

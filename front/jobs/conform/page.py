@@ -9,7 +9,7 @@ from pathlib import Path
 from ...io_images.amci3601 import RULES
 from ...traces.files.guard import PAGE, Used
 from ...traces.files.newfile import new_file
-from .report import Recorded, counted, difference_lines, factor_sentences, next_steps
+from .report import PlayedPlan, counted, difference_lines, factor_sentences, next_steps
 from .rules_apart.scales import either
 from .verdicts import ConformResult, ConformVerdict, SceneVerdict
 
@@ -37,7 +37,7 @@ section { break-inside: avoid }
   pre { font-size: 8.5px } }"""
 
 
-def save_report(path: Path, recorded: Recorded, result: ConformResult, used: Used, name: str = "") -> None:
+def save_report(path: Path, recorded: PlayedPlan, result: ConformResult, used: Used, name: str = "") -> None:
     """Write the page.
 
     Args:
@@ -56,7 +56,7 @@ def save_report(path: Path, recorded: Recorded, result: ConformResult, used: Use
         file.write("</body></html>\n")
 
 
-def _parts(recorded: Recorded, result: ConformResult, name: str) -> Iterator[str]:
+def _parts(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterator[str]:
     differing = [each for each in result.scenes if each.verdict is ConformVerdict.DIFFERS]
     yield (
         f'<p class="bad"><b>{len(differing)} of {len(result.scenes)} scenes differ.</b></p>'
@@ -94,7 +94,7 @@ def _parts(recorded: Recorded, result: ConformResult, name: str) -> Iterator[str
     )
 
 
-def _facts(recorded: Recorded) -> Iterator[tuple[str, str]]:
+def _facts(recorded: PlayedPlan) -> Iterator[tuple[str, str]]:
     timing = recorded.timing
     way = f"RPI {timing.rpi_ns / 1e6:g} ms" + (
         f", scans of up to {timing.scan_ns / 1e6:g} ms" if timing.scan_ns else ", with a counter of scans"

@@ -24,7 +24,7 @@ MOST_SCENES = 40
 
 
 @dataclass(frozen=True, slots=True)
-class Recorded:
+class PlayedPlan:
     """What scenes are of, without a name of the owner's.
 
     Attributes:
@@ -48,7 +48,7 @@ class Recorded:
         return sum(each.reads for each in self.scenes)
 
 
-def as_object(recorded: Recorded, result: ConformResult) -> dict[str, Any]:
+def as_object(recorded: PlayedPlan, result: ConformResult) -> dict[str, Any]:
     """Return the result as an object of a JSON file."""
     return {
         "format": FORMAT,
@@ -63,7 +63,7 @@ def as_object(recorded: Recorded, result: ConformResult) -> dict[str, Any]:
     }
 
 
-def load_played(path: Path) -> Recorded:
+def load_played(path: Path) -> PlayedPlan:
     """Read what a result is of.
 
     Raises:
@@ -79,7 +79,7 @@ def load_played(path: Path) -> Recorded:
             for each in whole["moments"]
         ]
         texts = {name: str(whole.get(name, "")) for name in ("controller", "date", "plan")}
-        return Recorded(str(whole["firmware"]), timing, scenes, _whole(whole.get("slot", 1)), **texts)
+        return PlayedPlan(str(whole["firmware"]), timing, scenes, _whole(whole.get("slot", 1)), **texts)
     except OSError as error:
         raise ValueError(f"{path}: {error.strerror}") from error
     except (KeyError, TypeError, AttributeError) as error:
@@ -149,7 +149,7 @@ def _image(words: ImageWords) -> str:
     return f"{words_text(words)}  {names}"
 
 
-def next_steps(recorded: Recorded, result: ConformResult, name: str) -> Iterator[str]:
+def next_steps(recorded: PlayedPlan, result: ConformResult, name: str) -> Iterator[str]:
     """Yield what to try next, a sentence each.
 
     Args:

@@ -24,14 +24,14 @@ def drawn(diagram: Diagram, values: Values, places: Mapping[Node, Sequence[int]]
     for each in chain.from_iterable(diagram.inputs.values()):
         if each.through is not None:
             behind.setdefault(each.through, each.source)
-    shown = _PinUse(diagram, values, places, behind)
+    shown = _DiagramParts(diagram, values, places, behind)
     return tuple(
         _Sheet(record, number, nodes[number], shown).sheet() for number, record in diagram.sheets.items()
     )
 
 
 @dataclass(frozen=True, slots=True)
-class _PinUse:
+class _DiagramParts:
     """What all sheets need of a diagram."""
 
     diagram: Diagram
@@ -41,7 +41,9 @@ class _PinUse:
 
 
 class _Sheet:
-    def __init__(self, record: ElementRecord, number: int, nodes: Sequence[Node], shown: _PinUse) -> None:
+    def __init__(
+        self, record: ElementRecord, number: int, nodes: Sequence[Node], shown: _DiagramParts
+    ) -> None:
         self._record, self._number, self._nodes, self._shown = record, number, nodes, shown
         self._diagram, self._values = shown.diagram, shown.values
         self._index = {each.key: place for place, each in enumerate(nodes)}

@@ -75,7 +75,7 @@ def test_a_cut_capture_is_replayed_compared_and_judged(tmp_path: Path, dropped: 
     assert left_out is not None
     assert int(left_out[1]) < 0.4 * int(left_out[2])
     assert "show the same within" in scanrack("compare", str(late), str(model), *TOLERANCE)
-    found = scenes_of(late, 1, configuration_words(CONFIGURATION))
+    found = scenes_of(late, 1, Timing(), configuration_words(CONFIGURATION))
     assert found.captured_at.startswith("2026-11-28 19:3")
     assert all(isinstance(each.moments[0], KnownState) for each in found.scenes)
     judged = [search(each.moments, Amci3601, Timing()) for each in found.scenes[:2]]

@@ -9,7 +9,7 @@ from scanrack.io_images.amci3601 import RULES
 from scanrack.jobs.conform.moments import PlayedScene, Timing
 from scanrack.jobs.conform.page import MOST_DIFFERENCES, save_report
 from scanrack.jobs.conform.plan import load_plan
-from scanrack.jobs.conform.report import Recorded, fitted_scales, lines, next_steps
+from scanrack.jobs.conform.report import PlayedPlan, fitted_scales, lines, next_steps
 from scanrack.jobs.conform.rules_apart.scales import FittedScale
 from scanrack.jobs.conform.verdicts import ConformVerdict, Difference, Judge, SceneVerdict
 
@@ -27,8 +27,8 @@ def differing(name: str, **more: object) -> SceneVerdict:
     return SceneVerdict(name, ConformVerdict.DIFFERS, 5, 9, difference=DIFFERENCE, **more)  # type: ignore[arg-type]
 
 
-def recorded(plan: str, *scenes: str, scan_ns: int = 0) -> Recorded:
-    return Recorded("4.1", Timing(scan_ns=scan_ns), [PlayedScene(each) for each in scenes], plan=plan)
+def recorded(plan: str, *scenes: str, scan_ns: int = 0) -> PlayedPlan:
+    return PlayedPlan("4.1", Timing(scan_ns=scan_ns), [PlayedScene(each) for each in scenes], plan=plan)
 
 
 def test_the_page_has_the_first_read_the_rule_and_the_reason(tmp_path: Path) -> None:

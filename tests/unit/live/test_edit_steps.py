@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 from live_sessions import LiveSession
-from scanrack.jobs.load.loading import load_job
+from scanrack.jobs import load_job
 from scanrack.jobs.record.program_versions import ProgramVersions, version_of
 from scanrack.runtime.live.actions import Online, Source
 from scanrack.watch import editor as editor_module

@@ -108,6 +108,8 @@ def test_each_press_is_let_go_once_and_the_server_knows_what_is_held(tmp_path, s
     (tmp_path / "package.json").write_text('{"type": "module"}', encoding="utf-8")
     end = "\nawait settled();\nconsole.log(JSON.stringify(said));\nprocess.exit(0);\n"
     (tmp_path / "play.js").write_text(BEGIN + script + end, encoding="utf-8")
-    done = subprocess.run(["node", "play.js"], cwd=tmp_path, capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        ["node", "play.js"], cwd=tmp_path, capture_output=True, text=True, check=False, encoding="utf-8"
+    )
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == expected

@@ -32,18 +32,20 @@ Trial = Callable[[Alteration], Search]
 
 
 @dataclass(frozen=True, slots=True)
-class _Scaled:
+class _ScaleKind:
     sentence: str
     of: str
     fields: tuple[str, ...]
     rule: str
 
 
-SCALED: Mapping[str, _Scaled] = {
-    "acceleration": _Scaled("It accelerates at", "rate", ("acceleration",), "PRO-03"),
-    "deceleration": _Scaled("It decelerates at", "rate", ("deceleration",), "PRO-07"),
-    "speed": _Scaled("It runs at", "speed", ("speed",), "PRO-01"),
-    "rates": _Scaled("It accelerates and decelerates at", "rate", ("acceleration", "deceleration"), "PRO-07"),
+SCALED: Mapping[str, _ScaleKind] = {
+    "acceleration": _ScaleKind("It accelerates at", "rate", ("acceleration",), "PRO-03"),
+    "deceleration": _ScaleKind("It decelerates at", "rate", ("deceleration",), "PRO-07"),
+    "speed": _ScaleKind("It runs at", "speed", ("speed",), "PRO-01"),
+    "rates": _ScaleKind(
+        "It accelerates and decelerates at", "rate", ("acceleration", "deceleration"), "PRO-07"
+    ),
 }
 """What is fitted, in order: its fields of `AxisScales`, and the rule that it departs from."""
 
