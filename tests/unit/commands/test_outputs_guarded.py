@@ -118,7 +118,6 @@ DEFAULTS = {
     "plot": Output("plot run.mcap -q", "run.html", (), "run.html"),
     "share": Output("share run.mcap", "run.html", (), "run.html"),
     "import": Output("import talk.pcap", "talk.mcap", (), "talk.mcap"),
-    "conform": Output("conform --judge run.mcap -q", "conform.json", (), "conform.json"),
     "fuzz": Output("fuzz line.toml --runs 1 -j 1 -q", "line-fuzz", (), "line-fuzz"),
     "prove": Output("prove claims.toml -q", "claims-prove", (), "claims-prove"),
     "editor schema": Output("editor schema --write", "rack.schema.json", (), "rack.schema.json"),
