@@ -77,7 +77,11 @@ def capture(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, int]:
         port = port_of(folder / "said.txt")
         words = [program, "-q", "-i", "lo", "-f", f"tcp port {port}", "-a", f"duration:{CAPTURE_S}"]
         with running([*words, "-w", str(folder / "late.pcapng")], folder / "tshark.txt", folder) as tshark:
-            time.sleep(2)
+            begun = time.monotonic()
+            while "Capturing on" not in (folder / "tshark.txt").read_text("utf-8") and tshark.poll() is None:
+                assert time.monotonic() < begun + WAIT_S, "tshark does not begin"
+                time.sleep(0.1)
+            time.sleep(1)  # the names that the client asks for first must be in the capture
             with pycomm3_client(pycomm3.LogixDriver, port) as plc:
                 end = time.monotonic() + READS_S
                 while time.monotonic() < end:
