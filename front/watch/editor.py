@@ -34,7 +34,7 @@ from ..ladder import LadderLogic
 from ..ladder.python.sequences import Logic
 from ..runtime.live.actions import ALL, DRAFT_MOST, Draft, Edit, Online, Source, ToEditor, names_in
 from ..runtime.live.session import Reply
-from .history.program_file import digest, save, why_not
+from .history.program_file import digest, save, why_not, write
 from .online import OnlineEdit
 from .preview import Json, findings_of, mistake_of, mistakes_of, new_findings, preview_of
 
@@ -366,8 +366,9 @@ class Editor:
 
     def _saved(self, draft: Draft) -> tuple[Callable[[], Json], Exchange]:
         """Save an edited text; return the answer, and what continues with it."""
-        self._job.program.write_text(draft.text, encoding="utf-8", newline="")
-        self._stamp, self._disk = self._stamped(), digest(draft.text.encode())
+        data = draft.text.encode()
+        write(self._job.program, data)
+        self._stamp, self._disk = self._stamped(), digest(data)
         return lambda: {"saved": True}, self._from_disk(draft.restart)
 
     def _typed(self, draft: Draft) -> Callable[[], Json]:

@@ -10,16 +10,16 @@
 """
 
 from .characters import routine_text, rung_text
-from .chart import LiveChart, live_chart
-from .diagram import LiveDiagram, live_diagram
+from .chart import live_chart
+from .diagram import live_diagram
 from .live import LiveRung, live_rung
+from .markup import LivePicture
 from .power import power
 from .ruler import captions_of
 from .svg import routines_svg
 
 __all__ = [
-    "LiveChart",
-    "LiveDiagram",
+    "LivePicture",
     "LiveRung",
     "captions_of",
     "live_chart",

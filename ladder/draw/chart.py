@@ -9,13 +9,12 @@ is on, a transition is true. Units are pixels; widths follow the texts, a charac
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 from ..model.chart import Action, Chart, ChartStep, Qualifier, Transition
 from ..model.chart_layout import ChartLayout, layout_of
 from ..model.statements import block_lines
 from ..model.tree import Address, MemberStep
-from .markup import CELL, attribute, plain
+from .markup import CELL, LivePicture, attribute, plain
 
 TagName = Callable[[Address], str | None]
 """Returns the full tag name for an address with one value, else None."""
@@ -32,17 +31,7 @@ MOST_WIDE = 44  # characters of a line
 EDGE = 14
 
 
-@dataclass(frozen=True, slots=True)
-class LiveChart:
-    """A chart for a page: its SVG, and the tags that it shows."""
-
-    svg: str
-    names: tuple[str, ...]
-    width: int
-    height: int
-
-
-def live_chart(chart: Chart, ident: str, name_of: TagName = str, top: int = 0) -> LiveChart:
+def live_chart(chart: Chart, ident: str, name_of: TagName = str, top: int = 0) -> LivePicture:
     """Draw a chart for a page.
 
     Args:
@@ -76,7 +65,7 @@ class _Picture:
         self._tops = self._rows(top)
         self._parts: list[str] = []
 
-    def drawn(self) -> LiveChart:
+    def drawn(self) -> LivePicture:
         """Draw wires first, then the elements over them."""
         for number, each in enumerate(self._chart.transitions):
             self._wires(number, each)
@@ -88,7 +77,7 @@ class _Picture:
         size = f'viewBox="0 0 {width} {height}" width="{width}" height="{height}"'
         said = f'role="group" aria-label={attribute(f"Chart {self._ident}")}'
         head = f'<svg xmlns="http://www.w3.org/2000/svg" class="rung chart" {said} {size}>'
-        return LiveChart(f"{head}{''.join(self._parts)}</svg>", tuple(self._names), width, height)
+        return LivePicture(f"{head}{''.join(self._parts)}</svg>", tuple(self._names), width, height)
 
     # --- measures
 

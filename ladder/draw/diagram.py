@@ -12,10 +12,9 @@ stretched, since names are wider here.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 from ..model.drawing import DrawnElement, DrawnPin, DrawnSheet, DrawnWire
-from .markup import CELL, attribute, plain
+from .markup import CELL, LivePicture, attribute, plain
 
 PinTag = Callable[[str], tuple[str, bool] | None]
 """Returns the full tag name for an address with one value, and whether it is a bit; else None."""
@@ -34,22 +33,12 @@ BOX = 24
 """Pixels of the height of a reference."""
 
 
-@dataclass(frozen=True, slots=True)
-class LiveDiagram:
-    """A diagram for a page: its SVG, and the tags that it shows."""
-
-    svg: str
-    names: tuple[str, ...]
-    width: int
-    height: int
-
-
 def as_written(address: str) -> tuple[str, bool] | None:
     """Return an address as a tag that is no bit, for pictures without values."""
     return (address, False) if address and not address[0].isdigit() else None
 
 
-def live_diagram(sheets: tuple[DrawnSheet, ...], ident: str, tag_of: PinTag = as_written) -> LiveDiagram:
+def live_diagram(sheets: tuple[DrawnSheet, ...], ident: str, tag_of: PinTag = as_written) -> LivePicture:
     """Draw a diagram for a page.
 
     Args:
@@ -68,7 +57,7 @@ def live_diagram(sheets: tuple[DrawnSheet, ...], ident: str, tag_of: PinTag = as
     size = f'viewBox="0 0 {width} {top}" width="{width}" height="{top}"'
     said = f'role="group" aria-label={attribute(f"Diagram {ident}")}'
     head = f'<svg xmlns="http://www.w3.org/2000/svg" class="rung chart fbd" {said} {size}>'
-    return LiveDiagram(f"{head}{''.join(parts)}</svg>", tuple(names), width, top)
+    return LivePicture(f"{head}{''.join(parts)}</svg>", tuple(names), width, top)
 
 
 def _cut(text: str) -> str:

@@ -31,6 +31,16 @@ def units(value: float) -> str:
 
 
 @dataclass(frozen=True, slots=True)
+class LivePicture:
+    """A chart or a diagram for a page: its SVG, the tags that it shows, and its size in pixels."""
+
+    svg: str
+    names: tuple[str, ...]
+    width: int
+    height: int
+
+
+@dataclass(frozen=True, slots=True)
 class Pen:
     """Draws shapes at a position of the page."""
 

@@ -10,11 +10,11 @@ from collections.abc import Mapping, Sequence
 
 from ..model.routine import Routine
 from .characters import WIDTH, comment_lines, lines_of, ran
-from .chart import LiveChart, live_chart
-from .diagram import LiveDiagram, live_diagram
+from .chart import live_chart
+from .diagram import live_diagram
 from .layout import NO_CAPTIONS, lay_out
 from .marks import Picture
-from .markup import CELL, Pen, plain
+from .markup import CELL, LivePicture, Pen, plain
 from .shapes import Letters, Line, shapes_of
 
 ROW = 20
@@ -97,7 +97,7 @@ class _Page:
             truth = truths[number] if truths else None
             self._rung(lay_out(rung, self._columns, truth, self._captions), number, str(rung))
 
-    def _picture(self, drawn: LiveChart | LiveDiagram) -> None:
+    def _picture(self, drawn: LivePicture) -> None:
         self._parts.append(f'<g transform="translate(0 {round(self._row * ROW)})">{drawn.svg}</g>')
         self._width = max(self._width, drawn.width // CELL + 1)
         self._row += drawn.height / ROW + 1

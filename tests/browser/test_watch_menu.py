@@ -44,15 +44,8 @@ def choose(page, item):
     page.click(f"//*[@role='menu']//button[span[text()='{item}']]", "xpath")
 
 
-def at_scan(page, session, scans):
-    page.open(session.link, paused=True)
-    page.step(scans)
-    page.until_scan(scans - 1, "paused")
-    page.until_drawn()
-
-
 def test_a_right_click_toggles_forces_and_breaks_and_says_what_cannot_be_done(page, paused):
-    at_scan(page, paused, 1500)
+    page.open_at(paused, 1500)
     trouble = "[data-element='Main.2.1']"  # OTE(Trouble)
     items = right_click(page, trouble)
     assert items["Remove force"] == "it is not forced"
@@ -94,7 +87,7 @@ def test_a_right_click_toggles_forces_and_breaks_and_says_what_cannot_be_done(pa
 
 
 def test_the_keyboard_reaches_the_menu_and_the_rung_says_what_it_waits_for(page, paused):
-    at_scan(page, paused, 1500)
+    page.open_at(paused, 1500)
     out_go = "[data-element='Main.9.1']"  # XIC(Feeding)XIO(OutGo)OTE(BackGo)
     page.run("arguments[0].focus()", element(page, out_go))
     keys = ActionChains(page.browser)
@@ -124,7 +117,7 @@ def test_the_keyboard_reaches_the_menu_and_the_rung_says_what_it_waits_for(page,
 
 
 def test_a_contact_is_dragged_to_the_strip_and_pressed_long_by_a_finger(page, paused):
-    at_scan(page, paused, 100)
+    page.open_at(paused, 100)
     feeding = element(page, "[data-element='Main.9.0']")
     strip = page.browser.find_element("id", "strip")
     ActionChains(page.browser).click_and_hold(feeding).move_by_offset(3, 2).release().perform()

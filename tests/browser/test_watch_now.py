@@ -19,15 +19,8 @@ return [...document.querySelectorAll(`[data-at='${arguments[0]}'] [data-now]`)].
 """
 
 
-def at_scan(page, session, scans):
-    page.open(session.link, paused=True)
-    page.step(scans)
-    page.until_scan(scans - 1, "paused")
-    page.until_drawn()
-
-
 def test_blocks_say_what_they_do_and_show_their_parameters_on_request(page, paused):
-    at_scan(page, paused, 1500)
+    page.open_at(paused, 1500)
     bench = open_bench("examples/feeder/feeder.toml")
     bench.scan(1500)
     position = bench.slot[1].status.position
@@ -83,7 +76,7 @@ def aliased(feeder_rack, tmp_path):
 
 def test_the_causes_lead_to_the_contact_and_an_alias_is_its_address(page, aliased):
     page.look(1280, 720)
-    at_scan(page, aliased, 4300)  # the emergency stop came at 8 s, in scan 4,000
+    page.open_at(aliased, 4300)  # the emergency stop came at 8 s, in scan 4,000
     until(lambda: page.run(BAND).startswith("Broken came on"))
     page.run("document.getElementById('program').scrollTop = 1e6")
     page.click(".alert button")
@@ -135,7 +128,7 @@ def test_what_it_would_take_runs_as_a_branch_beside_the_past(page, tmp_path):
     (tmp_path / "line.toml").write_text(f"watchdog_ms = 0\n{idle}", encoding="utf-8")
     record = tmp_path / "run.mcap"
     with watching(tmp_path / "line.toml", "--paused", "--time-scale", "max", "--record", record) as session:
-        at_scan(page, session, 200)
+        page.open_at(session, 200)
         page.click("[data-element='Main.0.3']")  # OTE(Run)
         page.press("What would it take")
         until(lambda: page.run(ANSWERS))

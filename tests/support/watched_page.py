@@ -153,6 +153,13 @@ class Look:
         self.browser.get(link)
         until(lambda: self.handle("state") == "paused" if paused else self.handle("scan") is not None)
 
+    def open_at(self, session: Session, scans: int) -> None:
+        """Open the page of a session that pauses before its first scan, and run so many scans."""
+        self.open(session.link, paused=True)
+        self.step(scans)
+        self.until_scan(scans - 1, "paused")
+        self.until_drawn()
+
     def step(self, scans: int) -> None:
         """Run so many scans: by the button if it is one, else as the button does it."""
         if scans == 1:

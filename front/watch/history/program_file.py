@@ -42,11 +42,15 @@ def save(file: Path, data: bytes) -> Path:
     Raises:
         OSError: the file can't be copied or written; it is unchanged.
     """
-    target = file.resolve()
-    kept = _kept(target)
-    with new_file(target, PROGRAM, "wb") as out:
-        out.write(data)
+    kept = _kept(file.resolve())
+    write(file, data)
     return kept
+
+
+def write(file: Path, data: bytes) -> None:
+    """Write a program's file in place of the old one; OSError if it can't be written, and is unchanged."""
+    with new_file(file.resolve(), PROGRAM, "wb") as out:
+        out.write(data)
 
 
 def _kept(file: Path) -> Path:

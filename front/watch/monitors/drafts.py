@@ -105,19 +105,13 @@ def would(monitor: Monitor, page: Page, said: Said) -> None:
 
 
 def _draft(program: Stretch, said: Said, more: Sequence[str] = ()) -> Online:
-    """Return the draft in a question; ValueError if it is of another program than the one that runs."""
-    draft = draft_of(said, more)
+    """Return the draft in a question; ValueError if it is none, or not of the program that runs."""
+    left = {key: value for key, value in said.items() if key not in ("id", "do", *more)}
+    draft = action_of({"do": "online", "step": "accept", **left}, {"online": Online})
+    assert isinstance(draft, Online)
     if draft.base != program.digest:
         raise ValueError("the program was edited meanwhile: edit the one that runs now")
     return draft
-
-
-def draft_of(said: Said, more: Sequence[str] = ()) -> Online:
-    """Return the draft in a question, as an order has it; ValueError if it is none."""
-    left = {key: value for key, value in said.items() if key not in ("id", "do", *more)}
-    order = action_of({"do": "online", "step": "accept", **left}, {"online": Online})
-    assert isinstance(order, Online)
-    return order
 
 
 def _edited(monitor: Monitor) -> tuple[Stretch, Catalog]:

@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...ladder.debug.journal import EVERY
 from ...ladder.debug.replay import Truths
 from ...ladder.debug.watching import WatchedEngine
 from ...ladder.model.operands import Constant, Group, Place, leaves_in
@@ -24,9 +25,6 @@ from ...runtime.live.ring import Rows
 from ..history.catalog import PageRoutine, shown_value, value_of
 from ..history.program_replica import ProgramReplica
 from ..history.timeline import Timeline
-
-EVERY = 64
-"""Scans between the values that answers of why begin with."""
 
 ROWS_AT_ONCE = 4096
 """Scans of recorded values that are read at once."""

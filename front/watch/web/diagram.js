@@ -2,7 +2,7 @@
 
 import { drawing, el } from "./dom.js";
 import { shown } from "./format.js";
-import { isClicked } from "./pointer.js";
+import { pressable } from "./pointer.js";
 import { select } from "./selection.js";
 import { place } from "./values.js";
 
@@ -21,14 +21,5 @@ export function buildDiagram({ diagram }) {
 function prepare(group) {
   const names = [...group.querySelectorAll("[data-value-of]")].map(each => each.dataset.valueOf);
   const single = group.matches(".block") ? null : names[0] ?? group.dataset.lit ?? null;
-  const choose = () => select({ tag: single, rung: group.dataset.at, names });
-  group.setAttribute("role", "button");
-  group.setAttribute("tabindex", "0");
-  group.setAttribute("aria-label", group.querySelector("title").textContent);
-  group.addEventListener("click", choose);
-  group.addEventListener("keydown", event => {
-    if (event.key !== "Enter" && (event.key !== " " || isClicked(group))) return;
-    event.preventDefault();
-    choose();
-  });
+  pressable(group, () => select({ tag: single, rung: group.dataset.at, names }));
 }

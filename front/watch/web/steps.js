@@ -3,7 +3,7 @@
 
 import { drawing, el } from "./dom.js";
 import { shown } from "./format.js";
-import { isClicked } from "./pointer.js";
+import { pressable } from "./pointer.js";
 import { select } from "./selection.js";
 import { place } from "./values.js";
 
@@ -16,15 +16,7 @@ export function buildSteps({ chart, notes = [] }) {
 }
 
 function prepare(group) {
-  const { lit, at } = group.dataset, choose = () => select({ tag: lit || null, rung: at, names: lit ? [lit] : [] });
-  group.setAttribute("role", "button");
-  group.setAttribute("tabindex", "0");
-  group.setAttribute("aria-label", group.querySelector("title").textContent);
-  group.addEventListener("click", choose);
-  group.addEventListener("keydown", event => {
-    if (event.key !== "Enter" && (event.key !== " " || isClicked(group))) return;
-    event.preventDefault();
-    choose();
-  });
+  const { lit, at } = group.dataset;
+  pressable(group, () => select({ tag: lit || null, rung: at, names: lit ? [lit] : [] }));
   if (lit) place(group, lit, () => null); // the style sheet lights it by data-value
 }
