@@ -36,9 +36,10 @@ export async function load() {
   try { take(await ask("panel")); } catch { /* the next hello asks again */ }
 }
 
-// Shows a panel: what the server tells of it, or of another page's changes.
+// Shows a panel: what the server tells of it, or of another page's changes. Its word of a file that this page has just
+// written may come when it is edited again.
 export function take(panel) {
-  if (editing() && panel !== told) return tell(`${panel.file} has changed: Save is refused until you discard your changes.`);
+  if (editing()) return panel.base !== told.base && tell(`${panel.file} was changed meanwhile: discard your changes, then edit again`);
   told = panel;
   show(panel.items, panel.bound);
 }
