@@ -42,7 +42,10 @@ def test_modules_are_run_ahead_at_full_speed_and_the_images_are_those_of_a_run(t
 
 def rows_of(at_once=None):
     """Return the rows of a session, and how often several were written at once."""
-    orders = [(700, {"do": "force", "tag": "Trouble", "value": False}), (901, {"do": "unforce", "tag": "Trouble"})]
+    orders = [
+        (700, {"do": "force", "tag": "Trouble", "value": False}),
+        (901, {"do": "unforce", "tag": "Trouble"}),
+    ]
     session, batches = LiveSession(orders), []
     ring, put_all = session.ring, session.ring.put_all
     ring.at_once = at_once or ring.at_once
@@ -55,7 +58,11 @@ def test_rows_of_a_batch_are_those_of_scans_written_one_by_one():
     (rows, batches), (single, none) = rows_of(), rows_of(at_once=1)
     assert batches
     assert not none
-    assert set(np.flatnonzero(np.diff(rows["flags"]))) == {0, 700, 902}  # held from scan 701 on, released before scan 902
+    assert set(np.flatnonzero(np.diff(rows["flags"]))) == {
+        0,
+        700,
+        902,
+    }  # held from scan 701 on, released before scan 902
     assert rows["scan"].tolist() == list(range(SCANS))
     for name in ("scan", "again", "flags", "now_ns", "words"):
         assert (rows[name] == single[name]).all(), name
