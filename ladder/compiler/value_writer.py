@@ -500,7 +500,7 @@ class ValueWriter:
 
 
 def calculates(operand: Resolved) -> bool:
-    """Whether an operand or its subscripts contain a calculation, which may need lines of its own."""
+    """Whether an operand or its subscripts contain a calculation, which may need its own lines."""
     if isinstance(operand, Calculation):
         return True
     if isinstance(operand, (Place, Group)):

@@ -146,7 +146,7 @@ class Lowering:
         )
 
     def _chart(self, routine: Routine) -> None:
-        """Lower a chart, and the bodies of its actions as routines of their own."""
+        """Lower a chart, and the bodies of its actions as their own routines."""
         chart = ChartLowering(self, routine)
         self.lowered.routines[routine.name.upper()] = chart.routine()
         for name, block in chart.bodies():

@@ -1,4 +1,4 @@
-"""Note which clients of others were tried: docs/clients-tried.toml, and the table of it in docs/hmi-clients.md.
+"""Note which clients of others were tried: docs/clients-tried.toml, and its table in docs/hmi-clients.md.
 
     python -m tests.tools.clients_tried      run the tests of clients, and write the file with today's date
 

@@ -44,7 +44,7 @@ def new_project(folder: Path, logic: str = "python", example: str | None = None)
         example: copy this one of `example_names()` instead.
 
     Raises:
-        ProjectError: the folder has something in it, or there is no such example.
+        ProjectError: the folder has something in it, or no such example.
         OSError: a file can't be written.
     """
     source = _example(example) if example is not None else files(__package__) / "templates" / logic

@@ -167,7 +167,7 @@ class SessionMonitor(Monitor):
         return self._index()
 
     def _attend_panels(self) -> None:
-        """Let go for pages that say nothing any more; show a panel's file that has changed."""
+        """Let go for pages that no longer say anything; show a panel's file that has changed."""
         for page in self.pages:
             if page.holds and wall_ns() > page.holds_until_ns:
                 self.let_go(page)

@@ -26,7 +26,7 @@ export function connect(key, listening) {
   };
 }
 
-// A network that is cut closes no socket: nothing comes any more, and the picture would look live.
+// A network that is cut closes no socket: nothing more comes, and the picture would look live.
 setInterval(() => {
   const silent = performance.now() - heard;
   if (socket?.readyState === WebSocket.OPEN && silent > SILENT_MS && !waiting.size) ask("here").catch(() => {});

@@ -92,7 +92,7 @@ class _Scenes:
     Args:
         module: follows the recording and tells where the state is known; None = it was just powered up.
         since_last: output words that a scan shows first were sent since the one before: a client reads both.
-        until_next: they were sent before the next one, as a PLC does, or in a packet of their own.
+        until_next: they were sent before the next one, as a PLC does, or in their own packet.
         lag_ns: how old an image may be when it is read.
     """
 
@@ -186,7 +186,7 @@ class _Scenes:
         return scene
 
     def _is_refused(self, row: int) -> bool:
-        """Return whether the module refuses words and its images go on to show the configuration before."""
+        """Return whether the module refuses words and its images still show the configuration before."""
         entered = False
         for shown in map(words_of, self._inputs[row:] if any(self._configuration) else ()):
             if configuration_in(shown) is not None:
