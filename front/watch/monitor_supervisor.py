@@ -97,9 +97,9 @@ class MonitorSupervisor:
             self._died = True
             deaths = 1 if wall_ns() - begun_ns > SOON_NS else deaths + 1
             if deaths > STARTS_MOST:
-                self._say("the monitor has died too often: the scans go on without a page, until Ctrl-C")
+                self._say("the monitor has died too often: the scans continue without a page, until Ctrl-C")
                 return
-            self._say("the monitor has died and is started again; the scans go on")
+            self._say("the monitor has died and is started again; the scans continue")
             if self._ending.wait(PAUSES_S[min(deaths, len(PAUSES_S)) - 1]):
                 return
             with self._changing:

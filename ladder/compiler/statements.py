@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from ..model.operands import Constant
 from ..state.lowered import Act, Arms, Body, Loop, LoweredLine, LoweredStep, Selection
 from .rungs import RungWriter
-from .value_writer import is_plain
+from .terms import is_plain
 
 
 class StatementWriter:

@@ -19,8 +19,8 @@ NEXT = (
     ("scanrack check {rack}", "look for mistakes without a run"),
     ("pip install pytest && pytest", "run the tests beside it, if there are some"),
     ("scanrack editor schema --write", "have an editor complete and check rack files"),
-    ("scanrack doctor", "what this installation lacks, and how to mend it"),
-    ("scanrack fuzz {rack}", "look for surroundings that break the program"),
+    ("scanrack doctor", "what this installation lacks, and how to fix it"),
+    ("scanrack fuzz {rack}", "search for inputs and faults that break the program"),
 )
 """What to do with a new project: commands, and what each is for."""
 

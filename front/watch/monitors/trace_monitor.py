@@ -24,10 +24,8 @@ from ..history.indexer import SLICE, Indexer, indexable
 from ..history.recorded_events import RecordedEvents
 from ..history.watched_machines import PER_SLOT
 from ..panels.kept_panel import KeptPanel
-from .monitor import Monitor, SessionFacts, Subject
+from .monitor import Json, Monitor, SessionFacts, Subject
 from .page import Page
-
-Json = dict[str, Any]
 
 IMPURE = (
     "The program calls routines in Python, so its scans are not run again here: its rungs have no power and "

@@ -217,7 +217,7 @@ class ProgramSystem(System):
             if acts or (key not in written and machine.kinds[key].slot is not None):
                 raise LadderError(
                     f"a routine NEVER writes {shown(name_of(key))}, which the program uses: "
-                    "a monitor has tags of its own"
+                    "a monitor has its own tags"
                 )
 
     def _begin(self) -> None:

@@ -192,7 +192,7 @@ RULES = (
     Rule(
         "block-twice",
         "an instance of a block that is called twice in a scan",
-        "give each call an instance of its own",
+        "give each call its own instance",
     ),
     Rule(
         "control-mixed",

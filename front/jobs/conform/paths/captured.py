@@ -20,7 +20,8 @@ from ....traces.read.reader import open_trace
 from ....traces.replay import PackedTrace
 from ...captures.words import CAPTURED_AT, SAMPLED, is_sampled
 from ...replay.replaying import forced_rows, score_of
-from ...replay.resumed import ResumedModule, ResumedOperation, configuration_in, words_of
+from ...replay.resumed import ResumedModule, configuration_in, words_of
+from ...replay.resumed_operation import ResumedOperation
 from ..moments import ImageWords, KnownState, PlayedScene, SeenImage, Timing, Transmission, Window
 
 MODE_CONFIG, CONFIG_ERROR = StatusMsw.MODE_CONFIG.value, StatusMsw.CONFIG_ERROR.value

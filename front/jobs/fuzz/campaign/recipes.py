@@ -140,7 +140,7 @@ def read_recipe(file: Path) -> Recipe:
     """
     data = read_input(file, MOST_BYTES)
     if file.name != f"{_hash(data)}{SUFFIX}":
-        raise ValueError("its name is not the hash of its text: it is torn, or of somebody else")
+        raise ValueError("its name is not the hash of its text: it is torn, or of someone else")
     return Recipe.from_text(data.decode("utf-8"))
 
 
