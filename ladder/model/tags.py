@@ -26,7 +26,7 @@ from .types import BOOL, DINT, HIDDEN, INT, DataType, Elementary, Member, Struct
 
 @dataclass(frozen=True, slots=True)
 class Tag:
-    """A tag with its own memory; case does not matter in its name."""
+    """A tag with memory of its own; case does not matter in its name."""
 
     name: str
     type: DataType
@@ -318,7 +318,7 @@ class Layout:
         self._spots.clear()
 
     def spot(self, leaf: Leaf) -> Spot | None:
-        """Return the place of a leaf in a list or in bytes, None if it has its own variable."""
+        """Return the place of a leaf in a list or in bytes, None if it has a variable of its own."""
         if not self.boxed:
             return None
         name = leaf.path.upper()
@@ -353,7 +353,7 @@ class Layout:
 
     @property
     def single(self) -> list[Leaf]:
-        """The leaves with their own variable."""
+        """The leaves with a variable of their own."""
         boxed = self.boxed
         self._unfold(*[name for name in self._folded if name not in boxed])
         if not boxed:

@@ -11,8 +11,8 @@
 
 DERV, INTG and DEDT are the derivative, the integral and a delay [1756-RM006K, the page of each]. The first
 scan, and Initialize, start a filter in its steady state. A value that is NaN or infinite is not kept: the
-next call continues from the values before it [Function Block Responses to Overflow Conditions]. The manual
-has no difference equations, and these are interpretations; so is the range of a frequency, 1E-7/DeltaT to
+next call goes on from the values before it [Function Block Responses to Overflow Conditions]. The manual has
+no difference equations, and these are interpretations; so is the range of a frequency, 1E-7/DeltaT to
 0.7 pi/DeltaT.
 """
 
