@@ -12,7 +12,7 @@ from __future__ import annotations
 import pickle
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from typing_extensions import override
@@ -28,6 +28,8 @@ from ...runtime.live.ring import Rows
 from ...runtime.loop.phases import IDLE_PHASES
 from ...runtime.loop.rack import SLOT_BYTES
 from ...runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag
+from .recent import RecentRows
+from .timeline import Timeline
 from .watched_program import Inputs, Values
 
 MOST_VALUES = 4096
@@ -100,13 +102,6 @@ class SnapshotStore:
         return self.inputs[self._forced[place]].forces if place >= 0 else {}
 
 
-class RowSource(Protocol):
-    """The rows of scans: a `Timeline`, or `RecentRows`."""
-
-    def between(self, first: int, last: int) -> Rows:
-        """Return the available rows of the scans from one to another, both included."""
-
-
 class Row(NamedTuple):
     """A scan of a session."""
 
@@ -122,7 +117,7 @@ class SessionScans(Source):
     """Snapshots and inputs of a program, from the rows of a session; see `ladder.debug.replay.Source`."""
 
     def __init__(
-        self, program: LadderLogic, slots: list[int], timeline: RowSource, kept: SnapshotStore
+        self, program: LadderLogic, slots: list[int], timeline: Timeline | RecentRows, kept: SnapshotStore
     ) -> None:
         self._timeline, self._kept = timeline, kept
         self._is_impure = bool(program.functions)
@@ -172,7 +167,7 @@ class ProgramReplica(Replayer):
     """A ladder program that repeats scans of a session."""
 
     def __init__(
-        self, program: LadderLogic, slots: list[int], timeline: RowSource, kept: SnapshotStore
+        self, program: LadderLogic, slots: list[int], timeline: Timeline | RecentRows, kept: SnapshotStore
     ) -> None:
         engine = TracedEngine(program.build(), program.scanner)
         super().__init__(engine, SessionScans(program, slots, timeline, kept), MOST_REPEATED, CHAPTERS)
