@@ -149,7 +149,7 @@ class RemoveBreakpoint:
 class Reload:
     """Continue with the present version of the program's file."""
 
-    restart: str = ""  # sequences that begin anew, separated by commas; "all" for the whole program
+    restart: str = ""  # sequences that restart, separated by commas; "all" for the whole program
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,15 +24,13 @@ from ..history.event_log import EventLog
 from ..history.indexer import SLICE, Indexer, indexable
 from ..history.recorded_events import RecordedEvents
 from ..panels.kept_panel import KeptPanel
-from .monitor import Monitor, SessionFacts, Subject
+from .monitor import Json, Monitor, SessionFacts, Subject
 from .page import Page
 from .panel_questions import left_pressed, show_panel
 from .picture import late_scans, speed_reached
 from .questions import QUESTIONS
 from .stretched import SessionProgram
 from .troubles import ErrorBit, ErrorWatch
-
-Json = dict[str, Any]
 
 SPEED_ROWS = 512
 """Rows over which the speed is measured."""
@@ -167,7 +165,7 @@ class SessionMonitor(Monitor):
         return self._index()
 
     def _attend_panels(self) -> None:
-        """Let go for pages that say nothing any more; show a panel's file that has changed."""
+        """Let go for pages that no longer say anything; show a panel's file that has changed."""
         for page in self.pages:
             if page.holds and wall_ns() > page.holds_until_ns:
                 self.let_go(page)

@@ -16,8 +16,9 @@ from ..history.stretch import Stretch
 from ..monitors.monitor import SPEED_SCANS
 from ..monitors.page import Page
 from ..monitors.picture import mode_of
-from ..monitors.questions import EVENTS_MOST, why
+from ..monitors.questions import EVENTS_MOST
 from ..monitors.trace_monitor import IMPURE, TraceMonitor
+from ..monitors.why_questions import why
 from .changes import ChangeLists, LadderWalk, take_ladder, take_recorded, take_states, take_words
 
 WIDTHS = (56, 88, 120)

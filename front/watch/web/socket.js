@@ -26,8 +26,8 @@ export function connect(key, listening) {
   };
 }
 
-// A network that is cut closes no socket: nothing comes any more, and the picture would look live. It is also asked while an
-// answer takes long: in a pause nothing else comes.
+// A network that is cut closes no socket: nothing more comes, and the picture would look live. It is also asked while an answer
+// takes long: in a pause nothing else comes.
 setInterval(() => {
   const silent = performance.now() - heard;
   if (socket?.readyState === WebSocket.OPEN && silent > SILENT_MS && !asks) asks = true, ask("here").catch(() => {}).finally(() => { asks = false; });

@@ -2,8 +2,8 @@
 
 import pytest
 from scanrack.runtime.loop.faults import Cause, Fault
-from scanrack.watch.history.catalog import PythonSource
 from scanrack.watch.history.event_log import FIRST, KEPT, STATES, EventLog
+from scanrack.watch.history.python_source import PythonSource
 
 
 def event(scan, topic="/events", **fields):
