@@ -63,9 +63,9 @@ def _with_limits(block: FunctionBlock, integral: float, before: float, other: fl
 def _keep(block: FunctionBlock, out: float, **internal: float) -> float:
     """Set Out; remember internal values unless Out, or one of them, is invalid."""
     block.set(Out=out)
-    if all(map(math.isfinite, (out, *internal.values()))):
+    if all(map(math.isfinite, (block.rounded(out), *internal.values()))):
         block.set(**{f"~{name}": value for name, value in internal.items()})
-    return out
+    return block.rounded(out)
 
 
 # --- PI

@@ -23,7 +23,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from ...model.types import REAL
 from .function_block import FunctionBlock, block_row
 
 Polynomial = Sequence[float]
@@ -87,12 +86,12 @@ def _filtered(
     out = sum(a * x for a, x in zip(above, inputs, strict=True))
     out = (out - sum(b * y for b, y in zip(below[1:], outputs, strict=True))) / below[0]
     block.set(Out=out)
-    if math.isfinite(out):  # of an overflow nothing is remembered
+    if math.isfinite(block.rounded(out)):  # of an overflow nothing is remembered
         block.set(**{f"~x{n}": x for n, x in enumerate(inputs[:-1], start=1)})
         block.set(**{f"~y{n}": y for n, y in enumerate([out, *outputs[:-1]], start=1)})
     elif again:
         block.set(**{"~y1": math.nan})
-    return out
+    return block.rounded(out)
 
 
 def _lead_lag(block: FunctionBlock) -> float:
@@ -220,7 +219,7 @@ def _delay(block: FunctionBlock) -> float:
         return block.real("Out")
     wait, size = block.real("Deadtime"), len(buffer)
     invalid = not first and block.wrong(DeadtimeInv=not 0 <= wait <= size * seconds)
-    stored = float(block.machine.converted(REAL, value))
+    stored = block.rounded(value)
     finite = math.isfinite(stored)
     if begin or invalid:
         block.set(Out=value)

@@ -46,6 +46,10 @@ class FunctionBlock(Members):
         """Return a member as a number."""
         return float(self[name])
 
+    def rounded(self, value: float) -> float:
+        """Return a number as a REAL holds it, infinite if it is too large."""
+        return float(self.machine.converted(REAL, value))
+
     def on(self, name: str) -> bool:
         """Return whether a member is set."""
         return bool(self[name])
