@@ -235,8 +235,8 @@ def _delay(block: FunctionBlock) -> float:
     if finite:
         for place in range(held, count):
             buffer[place] = oldest
-        for place in range(count - 1, 0, -1):
-            buffer[place] = buffer[place - 1]
+        if count > 1:
+            buffer.put(1, buffer.take(0, count - 1), count - 1)
         if count:
             buffer[0] = stored
         block.set(**{"~held": count})
