@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ...ladder.debug import told
+from ...ladder.debug.causes import Causes
 from ...ladder.debug.inquiry import Inquiry
 from ...traces.format.records import TraceError
 from ..history.catalog import COLUMNS, MOST_HITS, tag_hits
@@ -169,10 +170,14 @@ def events(monitor: Monitor, _page: Page, said: Said) -> Json:
     return {"events": monitor.states.up_to(scan, EVENTS_MOST)}
 
 
-def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
-    """Explain a tag's value in a scan, that of the page if none is given; with `fault` the CPU's fault."""
+def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) -> Json | None:
+    """Explain a tag's value in a scan, that of the page if none is given; with `fault` the CPU's fault.
+
+    Args:
+        causes: those of the program, which know the scans that earlier questions ran again; None = new ones.
+    """
     if said.get("fault") is True:
-        return _why_fault(monitor, page, said)
+        return _why_fault(monitor, page, said, causes)
     tag, asked = _own_name(monitor, page, _text(said, "tag")), said.get("scan")
     if asked is not None and type(asked) is not int:
         raise ValueError("scan must be a scan number")
@@ -189,7 +194,7 @@ def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
         raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
     forced = monitor.states.forces_at(past)
     try:
-        found = None if replica.is_impure else chain_of(monitor, replica, tag, scan)
+        found = None if replica.is_impure else chain_of(monitor, causes or Causes(replica), tag, scan)
         if found is None:
             text = Inquiry(replica.engine, replica, scan, forced, program.catalog.cross_reference).why(tag)
         else:
@@ -210,7 +215,7 @@ def since(monitor: Monitor, page: Page, said: Said) -> Json:
     return {"since": {"scan": found.scan, "t": now_ns, "before": found.before}}
 
 
-def _why_fault(monitor: Monitor, page: Page, said: Said) -> Json | None:
+def _why_fault(monitor: Monitor, page: Page, said: Said, causes: Causes | None) -> Json | None:
     """Explain the CPU's fault by what its rung or line has read."""
     faults, program = monitor.states.faults_at(page.past), monitor.subject.programs.at(page.past)
     if not faults:
@@ -224,7 +229,7 @@ def _why_fault(monitor: Monitor, page: Page, said: Said) -> Json | None:
         return None
     if not replica.show(fault.scan):
         raise ValueError(f"scan {fault.scan} can't be repeated yet: ask again in a moment")
-    chain = [] if replica.is_impure else chain_of_fault(monitor, replica, fault, tags)
+    chain = [] if replica.is_impure else chain_of_fault(monitor, causes or Causes(replica), fault, tags)
     replica.show(fault.scan)
     return {"text": str(fault), "scan": fault.scan, "chain": chain}
 
