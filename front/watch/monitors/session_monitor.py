@@ -15,7 +15,7 @@ from typing_extensions import override
 from ...jobs.load.loading import LoadedRack, load_job
 from ...jobs.record.program_versions import folders_of, forget
 from ...jobs.trust.attachments import load_files
-from ...runtime.live.actions import Action, Press, Write, action_of, said_of
+from ...runtime.live.actions import Action, Online, Press, Write, action_of, said_of
 from ...runtime.live.ring import Ring, RingShape, Rows
 from ...runtime.live.session import GIVEN
 from ...runtime.loop.pace import wall_ns
@@ -353,8 +353,8 @@ class SessionMonitor(Monitor):
         order = action_of({key: value for key, value in said.items() if key != "id"}, GIVEN)
         if self.about.read_only:
             raise ValueError("this session is read-only: it takes no orders")
-        if isinstance(order, Press | Write) and order.by:
-            order = replace(order, by=f"{order.by}, page {page.number}")
+        if isinstance(order, Online) or (isinstance(order, Press | Write) and order.by):
+            order = replace(order, by=", ".join(filter(None, (order.by, f"page {page.number}"))))
         self._asked[self._orders + 1] = page, number
         self._pass_on(order)
 
