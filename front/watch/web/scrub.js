@@ -66,7 +66,7 @@ onPaint(() => {
   if (document.activeElement !== slider || !past) slider.value = past ? run.scan : last;
   slider.setAttribute("aria-valuetext", past ? `scan ${count(run.scan)}` : "present");
   const period = run.hello.period_ns;
-  setText(ago, past ? `−${clock((last - run.scan) * period)}` : "");
+  setText(ago, past && run.scan < last ? `−${clock((last - run.scan) * period)}` : "");
   live.disabled = !past;
   setFlag(live, "hidden", run.hello.kind !== "rack");
   branchButton.disabled = !["past", "paused"].includes(run.state);
