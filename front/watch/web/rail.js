@@ -4,7 +4,7 @@ import { el, setAttribute, setText, svg } from "./dom.js";
 import { count, plain } from "./format.js";
 import { run } from "./state.js";
 
-const HEIGHT = 142, RAIL = 82, STATIONS = 26, SIDE = 34; // CSS pixels
+const HEIGHT = 139, RAIL = 82, STATIONS = 26, SIDE = 34; // CSS pixels
 const ROOM = 0.25; // of the rail, that it grows by where the axis leaves it
 const LETTER = 6.7; // CSS pixels
 const TURN = 2000; // steps or counts of one turn of the encoder's dial

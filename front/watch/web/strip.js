@@ -166,6 +166,8 @@ function draw() {
   const others = TOP + tags.reduce((sum, tag) => sum + highOf(tag.points), 0) + Math.max(bitsHigh, 3 * LANE);
   if (!wide) return;
   tall = Math.max(CURVE, Math.min(MOST_CURVE, Math.floor((at("strip").clientHeight - BESIDE - others) / axes.length)));
+  const seen = at("strip").clientHeight - at("strip").firstChild.offsetHeight - AXIS - TOP - axes.length * CURVE, rest = seen % LANE;
+  if (tall === CURVE && seen > 0 && axes.length) tall += Math.floor(rest / axes.length); // no half lane above the times
   const high = others + axes.length * tall;
   const to = pen(canvas, wide, high), left = leftOf(wide), [from, end] = view();
   const axis = axisOf(wide), x = axis.x;
@@ -190,7 +192,7 @@ function draw() {
     if (other) below(to, stretches(other.bits.get(name) ?? [], from, end), x, top, left);
     top += LANE;
   }
-  if (!names.length && !tags.length && !axes.length) to.text("Nothing has changed yet. Signals adds lanes.", left, TOP + 2 * LANE, colours.soft);
+  if (!names.length && !tags.length && !axes.length) to.text("Nothing has changed yet.", left, TOP + 2 * LANE, colours.soft);
   numbered(to, causes.filter(({ t }) => t >= from && t <= end), x, high);
   const now = x(run.t ?? 0);
   to.line(now, 0, now, high, run.state === "past" ? colours.mark : colours.edge, run.state === "past" ? 1.5 : 1);
