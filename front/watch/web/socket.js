@@ -62,7 +62,7 @@ export const unanswered = () => waiting.size;
 // Asks or orders something; the answer, or a Refused.
 export function ask(what, fields = {}) {
   return new Promise((resolve, reject) => {
-    if (socket?.readyState !== WebSocket.OPEN) return reject(new Refused("There is no connection to the rack."));
+    if (socket?.readyState !== WebSocket.OPEN) return reject(new Refused("No connection to the rack."));
     const id = next++;
     waiting.set(id, [resolve, reject]);
     socket.send(written({ id, do: what, ...fields }));
