@@ -235,6 +235,7 @@ class Play:
             session.edit = editor.ask
             editor.start()
             prepared.ports.callback(editor.end)
+            tap.lasting = editor.lasting
         tap.session, session.attend, session.give = session, tap.attend, tap.give
         if start.orders is not None:
             record = None if wanted.asked.record is None else str(prepared.trace)

@@ -52,6 +52,7 @@ class Causes:
         assert isinstance(past.engine, TracedEngine)
         self._past, self._engine = past, past.engine
         self._known: OrderedDict[int, Execution] = OrderedDict()
+        self._inputs: dict[int, ScanInputs] = {}
 
     # --- scans
 
@@ -88,7 +89,12 @@ class Causes:
 
     def inputs(self, scan: int) -> ScanInputs | None:
         """Return what went into a scan."""
-        return self._past.inputs(scan)
+        known = self._inputs.get(scan)
+        if known is None:
+            known = self._past.inputs(scan)
+            if known is not None:
+                self._inputs[scan] = known
+        return known
 
     def now_ns(self, scan: int) -> int:
         """Return the time of a scan."""

@@ -201,7 +201,8 @@ def _text(layout: Layout, path: str, name: str, at: int) -> TagValue:
     data = layout.leaf(f"{path}.DATA")
     room = data.dims[-1]
     characters = _source(layout, data, at * room, room).removeprefix("*")
-    if layout.byte_spot(path) is not None:
+    spot = layout.spot(data)
+    if spot is not None and spot.view:
         characters += ".tolist()"  # a slice of a view changes with it
     return TagValue(name, TEXT, 0, f"{_source(layout, layout.leaf(f'{path}.LEN'), at, 0)}, {characters}")
 

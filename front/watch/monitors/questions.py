@@ -193,6 +193,7 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     **PANEL_QUESTIONS,
     "words": drafts.words,
     "rungs": drafts.rungs,
+    "rebase": drafts.rebase,
     "would": drafts.would,
 }
 """The questions by name; one that returns None is answered later."""

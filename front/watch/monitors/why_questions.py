@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ...ladder.debug import told
+from ...ladder.debug.causes import Causes
 from ...ladder.debug.inquiry import Inquiry
 from ..history.timeline import columns_of
 from .asked import Said, own_name, text_in
@@ -11,10 +12,14 @@ from .monitor import BACK, Json, Monitor
 from .page import Page
 
 
-def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
-    """Explain a tag's value in a scan, that of the page if none is given; with `fault` the CPU's fault."""
+def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) -> Json | None:
+    """Explain a tag's value in a scan, that of the page if none is given; with `fault` the CPU's fault.
+
+    Args:
+        causes: those of the program, which know the scans that earlier questions ran again; None = new ones.
+    """
     if said.get("fault") is True:
-        return _why_fault(monitor, page, said)
+        return _why_fault(monitor, page, said, causes)
     tag, asked = own_name(monitor, page, text_in(said, "tag")), said.get("scan")
     if asked is not None and type(asked) is not int:
         raise ValueError("scan must be a scan number")
@@ -31,7 +36,7 @@ def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
         raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
     forced = monitor.states.forces_at(past)
     try:
-        found = None if replica.is_impure else chain_of(monitor, replica, tag, scan)
+        found = None if replica.is_impure else chain_of(monitor, causes or Causes(replica), tag, scan)
         if found is None:
             text = Inquiry(replica.engine, replica, scan, forced, program.catalog.cross_reference).why(tag)
         else:
@@ -41,7 +46,7 @@ def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
     return {"text": text, "scan": scan, "chain": links_of(found) if found is not None else []}
 
 
-def _why_fault(monitor: Monitor, page: Page, said: Said) -> Json | None:
+def _why_fault(monitor: Monitor, page: Page, said: Said, causes: Causes | None) -> Json | None:
     """Explain the CPU's fault by what its rung or line has read."""
     faults, program = monitor.states.faults_at(page.past), monitor.subject.programs.at(page.past)
     if not faults:
@@ -55,7 +60,7 @@ def _why_fault(monitor: Monitor, page: Page, said: Said) -> Json | None:
         return None
     if not replica.show(fault.scan):
         raise ValueError(f"scan {fault.scan} can't be repeated yet: ask again in a moment")
-    chain = [] if replica.is_impure else chain_of_fault(monitor, replica, fault, tags)
+    chain = [] if replica.is_impure else chain_of_fault(monitor, causes or Causes(replica), fault, tags)
     replica.show(fault.scan)
     return {"text": str(fault), "scan": fault.scan, "chain": chain}
 

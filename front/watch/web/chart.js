@@ -48,14 +48,14 @@ export function curve(to, points, range, period, name, x, top, left, tall, colou
 
 // Causes as lines with their numbers; those of one place stand side by side.
 export function numbered(to, causes, x, high) {
-  let right = 0;
+  const wide = 2 * ROUND + 1, places = [];
+  for (const { t } of causes) places.push(Math.max(x(t), (places.at(-1) ?? -wide) + wide));
+  places.reduceRight((most, place, at) => (places[at] = Math.min(place, most)) - wide, to.wide - ROUND); // within the strip
   for (const { t } of causes) to.line(x(t), TOP, x(t), high, colours.mark, 0.75);
-  for (const { t, number } of causes) {
-    const place = Math.max(x(t), right + ROUND + 1);
-    to.disc(place, ROUND, ROUND, colours.mark);
-    to.text(String(number), place, ROUND + 4, colours.panel, "center");
-    right = place + ROUND;
-  }
+  causes.forEach(({ number }, at) => {
+    to.disc(places[at], ROUND, ROUND, colours.mark);
+    to.text(String(number), places[at], ROUND + 4, colours.panel, "center");
+  });
 }
 
 // Draws the ends of a scale; returns the place of a value.

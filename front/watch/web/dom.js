@@ -66,4 +66,4 @@ export function drawing(text) {
   return document.importNode(read.documentElement, true);
 }
 
-export const heading = (text, ...beside) => el("h2", {}, el("span", {}, text), ...beside);
+export const heading = (text, ...beside) => el("h2", { "aria-label": text }, el("span", {}, text), ...beside);
