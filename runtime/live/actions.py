@@ -103,7 +103,8 @@ class Store:
     offset: int  # byte of the tag
     data: str  # hexadecimal
     keep: str = ""  # hexadecimal, as long as `data`: bits that stay as they are; "" for none
-    client: str = ""  # address of the client
+    client: str = ""  # its user, if one has logged in, and its address
+    part: str = ""  # of the tag, for people: `.Steps[2].Time`; "" for all of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +150,7 @@ class RemoveBreakpoint:
 class Reload:
     """Continue with the present version of the program's file."""
 
-    restart: str = ""  # sequences that begin anew, separated by commas; "all" for the whole program
+    restart: str = ""  # sequences that restart, separated by commas; "all" for the whole program
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,7 +290,7 @@ def names_in(restart: str) -> tuple[str, ...]:
 _LISTS = ("late_words", "rungs", "tags")
 """Fields that are lists."""
 
-_LEFT_OUT = ("restart", "keep", "client", "by", "paused")
+_LEFT_OUT = ("restart", "keep", "client", "part", "by", "paused")
 """Fields that a message leaves out while they are empty or false."""
 
 
@@ -458,6 +459,7 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "data": (_is_hex, _HEX),
     "keep": (_is_hex, _HEX),
     "client": (lambda value: value == "" or _is_text(value), _TEXT),
+    "part": (lambda value: value == "" or _is_text(value), _TEXT),
     "by": (lambda value: value == "" or _is_text(value), _TEXT),
     "late_words": (_are_words, "words from 0 to 7"),
 }

@@ -6,8 +6,7 @@ the scans; the scan process takes it over.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from ...ladder.lowering.edited import CheckedRung, EditedProgram, Mistake, NewTag, RungEdit, types_of
 from ...ladder.lowering.rebase import moved
@@ -17,12 +16,10 @@ from ...runtime.live.actions import Online, action_of
 from ..history.catalog import COLUMNS, Catalog
 from ..history.program_file import declares_tags, read_edit, why_not
 from ..history.stretch import Stretch
-from .monitor import Monitor
+from .asked import Said
+from .monitor import Json, Monitor
 from .page import Page
 from .stretched import ReplayPackage
-
-Json = dict[str, Any]
-Said = Mapping[str, Any]
 
 LOOKED_BACK_NS = 10_000_000_000
 """Time before the latest scan in which an edit is tried."""

@@ -1,5 +1,5 @@
 // Edits of the program: rungs in their picture, a text that is typed here, or a saved file that waits. Each is shown
-// before it is taken over: what differs, its mistakes at their lines, what begins anew.
+// before it is taken over: what differs, its mistakes at their lines, what restarts.
 
 import { completing, matching } from "./completing.js";
 import { button, el, setFlag, setText } from "./dom.js";
@@ -176,7 +176,7 @@ function offered(before) {
   return { from: rest.length, found: matching(word, (run.hello.tags ?? []).map(each => ({ text: each.name.replace(/^\\[^.]+\./, ""), says: each.type }))) };
 }
 
-// Tab goes on to the next control; Escape leaves the field, not the edit.
+// Tab continues to the next control; Escape leaves the field, not the edit.
 function keyed(event) {
   event.stopPropagation();
   if (words.keyed(event)) return;

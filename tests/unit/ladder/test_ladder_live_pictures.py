@@ -64,10 +64,24 @@ def test_every_element_has_a_group_that_names_its_tag():
     assert live.names == ("Start", "Run", "Stop")
 
 
+def places_of(live):
+    return sorted(filter(None, (each.get("data-name") for each in tree_of(live).iter(f"{SVG}text"))))
+
+
+def letters_of(live):
+    return [each.text for each in tree_of(live).iter(f"{SVG}text") if each.text and each.text.strip()]
+
+
+def test_a_call_without_parameters_shows_none():
+    assert letters_of(drawn("JSR(Fill,0);")) == ["JSR", "Routine", "Fill"]
+    assert letters_of(drawn("JSR(Fill,0);", operands=True)) == ["JSR", "Routine", "Fill", "Inputs", "0"]
+    assert "Inputs" in letters_of(drawn("JSR(Fill,1,N);"))
+
+
 def test_there_is_a_place_for_each_value():
-    live = drawn("XIC(Go)TON(Fill,5000,0)EQU(Step,7)OTE(Done);")
-    values = [each.get("data-name") for each in tree_of(live).iter(f"{SVG}text") if each.get("data-name")]
-    assert sorted(values) == ["Done", "Fill", "Fill.ACC", "Fill.PRE", "Go", "Step"]
+    text = "XIC(Go)TON(Fill,5000,0)EQU(Step,7)OTE(Done);"
+    assert places_of(drawn(text, operands=True)) == ["Done", "Fill", "Fill.ACC", "Fill.PRE", "Go", "Step"]
+    assert places_of(drawn(text)) == ["Done", "Go", "Step"]  # the timer's title says its time
     without = drawn("XIC(Go)TON(Fill,5000,0);", name_of=lambda address: None)
     assert without.names == ()
     assert "5000" in [each.text for each in tree_of(without).iter(f"{SVG}text")]

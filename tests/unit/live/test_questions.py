@@ -7,9 +7,10 @@ import pytest
 from recordings import opened, recorded
 from scanrack.commands import build
 from scanrack.jobs import load_job
+from scanrack.watch.monitors.comparison import recordings
 from scanrack.watch.monitors.hello import machine_of, slot_of
 from scanrack.watch.monitors.page import Page
-from scanrack.watch.monitors.questions import ask, recordings
+from scanrack.watch.monitors.questions import ask
 from scanrack.watch.play import Play
 from scanrack.watch.typed_text import effects_between
 from typer.testing import CliRunner
