@@ -453,7 +453,7 @@ class Debugger:
         return dict(self._forces)
 
     def _forced_name(self, tag: str) -> str:
-        return address_in(self._resolver, tag) or self._resolver.full_name(tag)
+        return address_in(self._resolver, tag) or self._resolver.base_name(tag)
 
     def _single(self, tag: str) -> Place:
         where = self._resolver.named(tag)
