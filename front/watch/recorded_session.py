@@ -6,7 +6,7 @@ import re
 import secrets
 import tempfile
 import webbrowser
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack
 from importlib.metadata import version
 from pathlib import Path
@@ -30,6 +30,7 @@ from ..traces.read.arrays import extent, read_columns
 from ..traces.read.columns import Selection
 from ..traces.read.reader import Trace, open_trace
 from .gate import Gate
+from .monitors.comparison import OpenedBeside
 from .monitors.monitor import SessionFacts
 from .monitors.trace_monitor import Source, TraceMonitor
 from .options import WatchArguments, WatchOptions
@@ -117,35 +118,36 @@ def _fragment(place: TracePlace) -> str:
     return scan + (f"&rung={quote(place.rung)}" if place.rung else "")
 
 
-class RecordingBeside:
-    """A recording to compare with: nothing of Python that came with it runs.
+def open_beside(path: Path) -> OpenedBeside:
+    """Open a recording to compare with: nothing of Python that came with it runs.
 
     Raises:
         ValueError: it can't be used.
         OSError: it can't be read.
     """
-
-    def __init__(self, path: Path) -> None:
-        with ExitStack() as stack:
-            trace = stack.enter_context(open_trace(path))
-            folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
-            place = TracePlace(path, None, "")
-            self.monitor = OpenedRecording(trace, place, folder, trust=False).monitor(_no_branch)
-            self._files = stack.pop_all()
-
-    def close(self) -> None:
-        """Close its files."""
-        self.monitor.elsewhere.close()
-        self._files.close()
+    with ExitStack() as stack:
+        monitor = open_to_read(stack, path, trust=False)
+        stack.callback(monitor.elsewhere.close)
+        return OpenedBeside(monitor, stack.pop_all().close)
 
 
-def open_beside(path: Path) -> RecordingBeside:
-    """Open a recording to compare with; see `RecordingBeside`."""
-    return RecordingBeside(path)
+def open_to_read(
+    stack: ExitStack, path: Path, *, trust: bool, told: Callable[[Trace], None] | None = None
+) -> TraceMonitor:
+    """Return the monitor of a recording that has no branches, open as long as the stack lasts.
+
+    Args:
+        told: called with the recording when it is closed, also if it is refused.
+    """
+    trace = stack.enter_context(open_trace(path))
+    folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
+    if told is not None:
+        stack.callback(told, trace)
+    return OpenedRecording(trace, TracePlace(path, None, ""), folder, trust=trust).monitor(_no_branch)
 
 
 def _no_branch(*_: object, **_more: object) -> None:
-    raise ValueError("a recording that is compared with has no branches")
+    raise ValueError("branches begin in the page of the recording itself")
 
 
 class OpenedRecording:

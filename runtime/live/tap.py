@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from multiprocessing.connection import Connection
 from typing import Protocol
 
@@ -63,6 +63,7 @@ class Tap(QuietListener):
         self._memory, self._period_ns = rack.memory, period_ns
         self._figures = figures
         self.notes: Notes = NoNotes()
+        self.lasting: Callable[[], Iterable[Mapping[str, object]]] = tuple  # messages for a new monitor
         self._latest: tuple[int, ...] = (0,) * ring.shape.figures
         self._due_ns = self._due = 0
         self._seen_asked = self._next = 0
@@ -105,6 +106,9 @@ class Tap(QuietListener):
         self._give(self._next)
 
     def _give(self, scan: int) -> None:
+        if self._seen_asked != self._ring.asked:
+            for message in self.lasting():
+                self.tell(message)
         self._seen_asked = self._ring.asked
         self.notes.give(scan)
         self.tell({"state": self.session.described()})

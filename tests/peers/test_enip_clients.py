@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from aliased_tags import write_aliases
+from listed_layouts import CONTROLLERS, Listed, listed, of_pycomm3, of_pylogix, of_st, rack_at, rack_id
 from logix_clients import pycomm3_client, pylogix_client
 from peers import node
 from scanrack.jobs.run.servers.tag_formats import FORMATS
@@ -55,6 +56,15 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[ServedRack
         yield rack, port
 
 
+@pytest.fixture(scope="module", params=CONTROLLERS, ids=rack_id)
+def controller(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[tuple[Listed, int]]:
+    """The layout of a rack, and the port at which it is served."""
+    with served(rack_at(request.param, tmp_path_factory.mktemp("rack"))) as (rack, port):
+        yield listed(rack.setup.database), port
+
+
 def in_rack(rack: ServedRack, name: str) -> Any:
     """Return a value as the program has it."""
     return rack.debugger.tags[name.replace("Program:Main.", "\\Main.")]
@@ -82,15 +92,32 @@ def test_aliases_and_access_to_pycomm3_and_pylogix(tmp_path: Path) -> None:
 
 
 @pytest.mark.peer("pycomm3")
-def test_pycomm3_lists_all_tags_and_structures(bench: tuple[ServedRack, int]) -> None:
-    rack, port = bench
+def test_pycomm3_lists_all_tags_and_templates(controller: tuple[Listed, int]) -> None:
+    layout, port = controller
     with pycomm3_client(pycomm3.LogixDriver, port, init_program_tags=True) as plc:
-        wanted = {tag.full_name.replace("\\Main.", "Program:Main."): tag for tag in rack.desk.listing.tags}
-        assert set(plc.tags) == set(wanted)
-        for name, tag in wanted.items():
-            assert [each for each in plc.tags[name]["dimensions"] if each] == (
-                [2] if tag.is_bits else list(tag.dims)
-            )
+        assert of_pycomm3(plc) == layout
+
+
+@pytest.mark.peer("pylogix")
+def test_pylogix_lists_all_tags_and_templates(controller: tuple[Listed, int]) -> None:
+    layout, port = controller
+    with pylogix_client(port) as plc:
+        told = of_pylogix(plc)
+    kept = {"sizes": False, "dims": lambda dims: dims[:1]}
+    assert told.without(**kept) == layout.without(**kept)
+
+
+@pytest.mark.peer("st-ethernet-ip")
+def test_st_ethernet_ip_lists_all_tags_and_templates(controller: tuple[Listed, int]) -> None:
+    layout, port = controller
+    told = of_st(node("st-ethernet-ip", "write_tags.cjs", port, "list"))
+    assert told.without() == layout.without(dims=lambda dims: (len(dims),) * bool(dims))
+
+
+@pytest.mark.peer("pycomm3")
+def test_pycomm3_reads_structures(bench: tuple[ServedRack, int]) -> None:
+    _, port = bench
+    with pycomm3_client(pycomm3.LogixDriver, port, init_program_tags=True) as plc:
         recipe = plc.data_types["Recipe"]
         assert recipe["template"]["structure_size"] == 144
         assert recipe["attributes"] == ["Id", "Flag", "Steps", "Name", "Bits", "Total"]
@@ -248,7 +275,7 @@ def test_the_examples_of_exports_are_written_by_pycomm3() -> None:
 
 
 def test_what_clients_make_of_what_they_can_not_have(bench: tuple[ServedRack, int]) -> None:
-    """docs/hmi.md, Limits: a bit that a DINT lacks, and 999 DINTs in one packet; neither gives wrong data."""
+    """docs/hmi-clients.md: a bit that a DINT lacks, and 999 DINTs in one packet; neither gives wrong data."""
     rack, port = bench
     rack.debugger.tags["aDint"] = 5
     with pycomm3_client(pycomm3.LogixDriver, port) as plc:

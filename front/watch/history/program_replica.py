@@ -101,7 +101,7 @@ class SnapshotStore:
 
 
 class RowSource(Protocol):
-    """The rows of scans: a `Timeline`."""
+    """The rows of scans: a `Timeline`, or `RecentRows`."""
 
     def between(self, first: int, last: int) -> Rows:
         """Return the available rows of the scans from one to another, both included."""

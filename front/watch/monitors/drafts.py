@@ -6,21 +6,20 @@ the scans; the scan process takes it over.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from ...ladder.lowering.edited import CheckedRung, EditedProgram, Mistake, NewTag, RungEdit, types_of
+from ...ladder.lowering.rebase import moved
 from ...ladder.model.spec import Use
+from ...ladder.model.tags import scoped
 from ...runtime.live.actions import Online, action_of
 from ..history.catalog import COLUMNS, Catalog
 from ..history.program_file import why_not
 from ..history.stretch import Stretch
-from .monitor import Monitor
+from .asked import Said
+from .monitor import Json, Monitor
 from .page import Page
 from .stretched import ReplayPackage
-
-Json = dict[str, Any]
-Said = Mapping[str, Any]
 
 LOOKED_BACK_NS = 10_000_000_000
 """Time before the latest scan in which an edit is tried."""
@@ -81,6 +80,19 @@ def _told(mistake: Mistake) -> Json:
     return {"text": mistake.text, "element": mistake.element, "column": mistake.column}
 
 
+def rebase(monitor: Monitor, _page: Page, said: Said) -> Json:
+    """Return the draft of an earlier program as one of the program that runs."""
+    program, _catalog = _edited(monitor)
+    draft = _parsed(said)
+    edited = next((each for each in monitor.subject.programs.all if each.digest == draft.base), None)
+    if edited is None or edited.catalog is None:
+        raise ValueError("the program that was edited is not known any more")
+    found = moved(edited.ladder, program.ladder, [RungEdit(*each) for each in draft.rungs])
+    declared = program.ladder.build().layout.declarations
+    tags = [each for each in draft.tags if scoped(each[2], each[0]).upper() not in declared]
+    return {"base": program.digest, "rungs": found.edits, "tags": tags, "conflicts": found.conflicts}
+
+
 def would(monitor: Monitor, page: Page, said: Said) -> None:
     """Let a process say what edited rungs would have done in the last 10 s, beside what happened."""
     program, _catalog = _edited(monitor)
@@ -106,11 +118,16 @@ def would(monitor: Monitor, page: Page, said: Said) -> None:
 
 def _draft(program: Stretch, said: Said, more: Sequence[str] = ()) -> Online:
     """Return the draft in a question; ValueError if it is none, or not of the program that runs."""
+    draft = _parsed(said, more)
+    if draft.base != program.digest:
+        raise ValueError("the program was edited meanwhile: edit the one that runs now")
+    return draft
+
+
+def _parsed(said: Said, more: Sequence[str] = ()) -> Online:
     left = {key: value for key, value in said.items() if key not in ("id", "do", *more)}
     draft = action_of({"do": "online", "step": "accept", **left}, {"online": Online})
     assert isinstance(draft, Online)
-    if draft.base != program.digest:
-        raise ValueError("the program was edited meanwhile: edit the one that runs now")
     return draft
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from functools import partial
@@ -17,10 +16,9 @@ from ...terminal.terminal import say
 from ...terminal.trace_options import itself, tell_notes
 from ...traces.files.guard import check_output
 from ...traces.files.newfile import new_file
-from ...traces.read.reader import Trace, open_trace
-from ..monitors.trace_monitor import TraceMonitor
+from ...traces.read.reader import Trace
 from ..panels.kept_panel import KeptPanel
-from ..recorded_session import OpenedRecording, TracePlace
+from ..recorded_session import open_to_read
 from .collecting import OTHER_ANSWERS, SharedStretch, collect
 from .failure import Failure
 from .page_file import SHARED_PAGE, page_of
@@ -105,7 +103,7 @@ def shared(
         rack: the address of the rack that runs, whose panel is shown as it is now; "" = the recording's.
     """
     with ExitStack() as stack:
-        monitor = _opened(stack, trace, trust=trust, told=told)
+        monitor = open_to_read(stack, trace, trust=trust, told=told)
         if rack:
             monitor.panel = KeptPanel(rack)
         extent = monitor.subject.timeline.extent
@@ -114,26 +112,10 @@ def shared(
         wanted = wish.within(*extent, monitor.subject.spec.scan_ns)
         failed = None
         if failure is not None:
-            passed = None if failure.passed is None else _opened(stack, failure.passed, trust=trust)
+            passed = None if failure.passed is None else open_to_read(stack, failure.passed, trust=trust)
             failed = partial(failure.described, wanted, passed)
         data = collect(monitor, wanted, tags, wish.others, failed)
     return data, page_of(data, trace.read_bytes() if recording else None)
-
-
-def _opened(
-    stack: ExitStack, trace: Path, *, trust: bool, told: Callable[[Trace], None] | None = None
-) -> TraceMonitor:
-    """Open a recording as long as the stack lasts."""
-    opened = stack.enter_context(open_trace(trace))
-    folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack"))
-    if told is not None:
-        stack.callback(told, opened)
-    place = TracePlace(trace, None, "")
-    return OpenedRecording(opened, place, Path(folder), trust=trust).monitor(_no_branch)
-
-
-def _no_branch(*_: object, **_more: object) -> None:
-    raise ValueError("a shared page has no branches")
 
 
 def disclosed(data: Any, *, recording: bool) -> list[str]:

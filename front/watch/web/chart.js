@@ -11,7 +11,7 @@ const LETTER = 6.7; // CSS pixels of a letter in a lane
 // How high a lane of a tag is: numbers are curves.
 export const highOf = points => (points.some(each => each.length === 4) ? NUMBER : LANE);
 
-// Lines of time behind the lanes, and their times on a pen of its own, which stays in view.
+// Lines of time behind the lanes, and their times on its own pen, which stays in view.
 export function grid(to, times, x, left, from, end, high) {
   const wide = end - from, most = Math.max((x(end) - x(from)) / 90, 2);
   const power = 10 ** Math.floor(Math.log10(wide / most)), step = [1, 2, 5, 10].map(each => each * power).find(each => wide / each <= most);

@@ -1,6 +1,6 @@
 // Where the parts are: gutters between them, tabs of the lists. This browser keeps both for each rack.
 
-import { at, el, setAttribute, setFlag } from "./dom.js";
+import { at, el, goTo, setAttribute, setFlag } from "./dom.js";
 import { keep, kept } from "./kept.js";
 import { onHello, run } from "./state.js";
 
@@ -14,7 +14,7 @@ const GUTTERS = {
 };
 
 const tabs = Object.entries(PANELS).map(([id, [title, whole = title]]) =>
-  el("button", { type: "button", role: "tab", id: `${id}-tab`, "aria-controls": id, "aria-label": whole, click: () => showPanel(id), keydown: nextTab }, title));
+  el("button", { type: "button", role: "tab", id: `${id}-tab`, "aria-controls": id, "aria-label": whole, click: () => showPanel(id), keydown: event => goTo(event, tabs, { ArrowLeft: -1, ArrowRight: 1 }) }, title));
 let layout = {};
 
 const key = () => `scanrack layout ${run.hello.path}`;
@@ -50,15 +50,6 @@ export function showPanel(id) {
   layout.panel = id;
   keep(key(), layout);
   apply();
-}
-
-function nextTab(event) {
-  const move = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-  if (!move) return;
-  event.preventDefault();
-  const next = tabs[(tabs.indexOf(event.target) + move + tabs.length) % tabs.length];
-  next.focus();
-  next.click();
 }
 
 function apply() {

@@ -3,7 +3,7 @@
 import { at, button, el, setFlag, setText } from "./dom.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
-import { edit, lay, load, take } from "./panel.js";
+import { edit, lay, take } from "./panel.js";
 import { ask } from "./source.js";
 
 const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };

@@ -1,6 +1,6 @@
 // The items of an operator panel by kind: each a node, and what shows its value.
 
-import { el, setAttribute, setText, svg } from "./dom.js";
+import { el, goTo, setAttribute, setText, svg } from "./dom.js";
 import { count, shown } from "./format.js";
 
 const ARC = "M 8 46 A 38 38 0 0 1 84 46";
@@ -51,11 +51,7 @@ function maintained(item, { set }) {
 
 function selector(item, { set }) {
   const values = item.values ?? item.positions.map((_, place) => place);
-  const keyed = event => {
-    const way = MOVES[event.key], next = choices[(choices.indexOf(event.target) + (way ?? 0) + choices.length) % choices.length];
-    if (way) event.preventDefault(), next.focus(), next.click();
-  };
-  const choices = item.positions.map((text, place) => el("button", { type: "button", role: "radio", "aria-checked": "false", tabindex: place ? -1 : 0, click: () => set(values[place]), keydown: keyed }, text));
+  const choices = item.positions.map((text, place) => el("button", { type: "button", role: "radio", "aria-checked": "false", tabindex: place ? -1 : 0, click: () => set(values[place]), keydown: event => goTo(event, choices, MOVES) }, text));
   const node = el("div", { class: "selector", role: "radiogroup", "aria-label": item.name }, caption(item), el("div", { class: "choices-of" }, ...choices));
   return { node, show(value) {
     const place = values.indexOf(Number(value));
@@ -114,7 +110,7 @@ function gauge(item) {
 
 const KINDS = { momentary, maintained, selector, lamp, display, entry, gauge };
 
-// Makes an item; one that is broken says so in its place. `does` are its deeds: press, release, set, refuse.
+// Makes an item; one that is broken says so in its place. `does` are its actions: press, release, set, refuse.
 export function itemOf(item, { broken }, does) {
   if (broken || !KINDS[item.kind]) return { node: el("div", { class: "broken", title: broken }, el("b", {}, `⚠ ${item.name || item.kind}`), el("span", {}, broken)), show: () => {} };
   const made = KINDS[item.kind](item, does);

@@ -3,7 +3,7 @@
 import { faultPlaces } from "./causeband.js";
 import { markCauses, onCauses } from "./causes.js";
 import { editButton, editor } from "./editing.js";
-import { at, button, el, heading, setAttribute, setFlag, setText } from "./dom.js";
+import { at, button, el, goTo, heading, setAttribute, setFlag } from "./dom.js";
 import { buildDiagram } from "./diagram.js";
 import { keep, kept } from "./kept.js";
 import { buildRungs, moveTo, paintRungs } from "./ladder.js";
@@ -50,19 +50,10 @@ onProgram(hello => {
 function tabOf({ name, comment, depth = 0, callers = [] }, text) {
   const hint = [comment, callers.length && `Called by ${callers.join(", ")}`].filter(Boolean).join("\n");
   const tab = el("button", {
-    type: "button", role: "tab", "data-routine": name, "aria-selected": "false", title: hint || null, click: () => open(name), keydown: tabKey,
+    type: "button", role: "tab", "data-routine": name, "aria-selected": "false", title: hint || null, click: () => open(name), keydown: event => goTo(event, [...tabs.children], { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -1, ArrowDown: 1 }),
   }, text);
   tab.style.setProperty("--depth", depth);
   return tab;
-}
-
-function tabKey(event) {
-  const move = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -1, ArrowDown: 1 }[event.key];
-  if (!move) return;
-  event.preventDefault();
-  const all = [...tabs.children], next = all[(all.indexOf(event.target) + move + all.length) % all.length];
-  next.focus();
-  next.click();
 }
 
 // Shows a routine; asks for it again if the width has changed.

@@ -94,7 +94,7 @@ export function taken(text, place, forward) {
   return text[leg.from - 1] === "," ? { from: leg.from - 1, to: leg.to } : { from: leg.from, to: leg.to + (text[leg.to] === "," ? 1 : 0) };
 }
 
-// What somebody has typed as rung text: `XIC Start` or `ton fill 1000` or a part of a rung. Missing presets are `?`,
+// What someone has typed as rung text: `XIC Start` or `ton fill 1000` or a part of a rung. Missing presets are `?`,
 // and tags are written as they are declared.
 export function pieceOf(typed, instructions, tags) {
   const said = typed.trim();

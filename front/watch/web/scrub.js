@@ -44,7 +44,7 @@ export function goLive() {
   lookAt(run.hello?.kind === "trace" ? run.range?.[1] ?? 0 : "live");
 }
 
-// Goes on after a pause, in the present.
+// Continues after a pause, in the present.
 export function goOn() {
   if (run.state === "past") goLive();
   return orders.go();

@@ -103,7 +103,7 @@ function viewed() {
   return [Math.max(Math.floor(from / period), first) * period, Math.min(Math.ceil(to / period), last + 1) * period];
 }
 
-// Asks for what is missing of the strip around a scan of the past, while the rack goes on.
+// Asks for what is missing of the strip around a scan of the past, while the rack continues.
 async function look() {
   fillSoon();
   if (asking) return; // the answer is drawn, and then what is missing by then is asked for
@@ -135,7 +135,7 @@ function drawn() {
   return live.names.filter(name => wanted.includes(name) || others.includes(name)).slice(0, MOST_LANES);
 }
 
-// The lanes with a level in view; while the scans go on also in as long a time before, so that a lane of pulses stays.
+// The lanes with a level in view; while the scans continue also in as long a time before, so that a lane of pulses stays.
 function busy(shown) {
   const [from, end] = view(), since = run.state === "live" ? 2 * from - end : from;
   return drawn().filter(name => stretches(shown.bits.get(name) ?? [], since, end).some(([, , on, many]) => on || many));
@@ -234,7 +234,7 @@ function list() {
   edges.replaceChildren(...points.filter(isEdge).slice(-ROWS).reverse().map(edgeOf));
 }
 
-// Where a lane ends, or goes on with the same level after a gap, is not an edge.
+// Where a lane ends, or continues with the same level after a gap, is not an edge.
 function isEdge(point, place, points) {
   let before = place - 1;
   while (before >= 0 && valueOf(points[before]) === null) before--;

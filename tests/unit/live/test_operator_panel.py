@@ -23,6 +23,7 @@ from scanrack.jobs import load_job
 from scanrack.runtime.live.actions import action_of, text_of
 from scanrack.runtime.live.operator_actions import sentence
 from scanrack.traces import open_trace
+from scanrack.watch.history import recorded_events
 from scanrack.watch.history.event_log import EventLog
 from scanrack.watch.monitors import panel_questions, session_monitor
 from scanrack.watch.monitors.monitor import SessionFacts, Subject
@@ -451,6 +452,28 @@ def test_a_restarted_monitor_lets_go_what_was_left_pressed_once(rack, last, rele
                 monitor.tick()
             assert monitor.sent == expected
             monitor.subject.timeline.close()
+
+
+def test_a_restarted_monitor_knows_presses_of_the_whole_recording(rack, monkeypatch):
+    """Also those that are further back than what it reads at once; while the recording grows."""
+    monkeypatch.setattr(recorded_events, "AT_ONCE", 0)
+    rack.with_suffix(".panel").write_text(panel_text(Panel([STOP])), encoding="utf-8")
+    on, write = {**PRESS, "by": "panel, page 3"}, {"do": "write", "tag": "Homing", "value": True, "by": "x"}
+    session = LiveSession([(1, on), (2, write)], rack.with_suffix(".mcap"), rack)
+    session.ring.asked += 1
+    session.play(20)
+    for _ in range(8):  # what the monitor before has read is overwritten
+        session.ring.messages.write(b'{"note":""}' + b" " * (1 << 17))
+    for monitor in monitored(rack, read_only=False, session=session, started=1):
+        while monitor.tick():
+            pass
+        monitor.log.take({"scan": 15, "t": 0, "topic": "/orders", "text": "?", "order": '{"do":"pause"}'})
+        pressed = {"1.input.estop": [True, "panel, page 3"], "Homing": [True, "x"]}
+        assert monitor.states.pressed_at(None) == pressed
+        monkeypatch.setattr(monitor.log.earlier, "_up_to", lambda places, scan: places + [9][: scan > 15])
+        assert monitor.states.pressed_at(None) == pressed  # a new chunk that is not read yet
+        assert monitor.sent == [{**RELEASE, "by": "panel, after a restart"}]
+        monitor.subject.timeline.close()
 
 
 def test_a_restarted_monitor_leaves_what_a_page_holds_again(monitor):
