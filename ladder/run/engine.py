@@ -27,7 +27,7 @@ STEP_MS = 10
 
 
 class Engine:
-    """Runs one lowered program on memory of its own, with a compiled scan or the interpreter.
+    """Runs one lowered program on its own memory, with a compiled scan or the interpreter.
 
     Attributes:
         scheduler: of a controller; None if a scan calls one routine.

@@ -84,7 +84,7 @@ class Session:
         stops: the program, if it supports breakpoints.
         live: there are real ports: no pause, step or speed.
         reload: loads the program again, and passes it on when ready; None if that is impossible. Its
-            argument names the sequences that begin anew.
+            argument names the sequences that restart.
         prepare: prepares a branch from a scan, ValueError if it can't; None without branches.
 
     Attributes:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from multiprocessing.connection import Connection
 from typing import Protocol
 
@@ -78,6 +78,7 @@ class Tap(QuietListener):
         self._copy, self._period_ns = memoryview(rack.memory).tobytes, period_ns
         self._figures = figures
         self.notes: Notes = NoNotes()
+        self.lasting: Callable[[], Iterable[Mapping[str, object]]] = tuple  # messages for a new monitor
         self._latest: tuple[int, ...] = (0,) * ring.shape.figures
         self._due_ns = self._due = 0
         self._seen_asked = 0
@@ -151,6 +152,9 @@ class Tap(QuietListener):
 
     def give(self) -> None:
         """Send the values before the next scan to the monitor."""
+        if self._seen_asked != self._ring.asked:
+            for message in self.lasting():
+                self.tell(message)
         self._seen_asked = self._ring.asked
         self.notes.give(self._scan + 1)
         self.tell({"state": self.session.described()})

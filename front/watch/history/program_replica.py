@@ -16,7 +16,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from os import SEEK_END
 from tempfile import TemporaryFile
-from typing import IO, Any, NamedTuple, Protocol
+from typing import IO, Any, NamedTuple
 from weakref import finalize
 
 import numpy as np
@@ -34,6 +34,8 @@ from ...runtime.live.ring import Rows
 from ...runtime.loop.phases import IDLE_PHASES
 from ...runtime.loop.rack import SLOT_BYTES
 from ...runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag
+from .recent import RecentRows
+from .timeline import Timeline
 from .watched_program import Inputs, Values
 
 MOST_INPUTS = 50_000
@@ -130,13 +132,6 @@ class SnapshotStore:
         return self.inputs[self._forced[place]].forces if place >= 0 else None
 
 
-class RowSource(Protocol):
-    """The rows of scans: a `Timeline`."""
-
-    def between(self, first: int, last: int) -> Rows:
-        """Return the available rows of the scans from one to another, both included."""
-
-
 class Row(NamedTuple):
     """A scan of a session."""
 
@@ -152,7 +147,7 @@ class SessionScans(Source):
     """Snapshots and inputs of a program, from the rows of a session; see `ladder.debug.replay.Source`."""
 
     def __init__(
-        self, program: LadderLogic, slots: list[int], timeline: RowSource, kept: SnapshotStore
+        self, program: LadderLogic, slots: list[int], timeline: Timeline | RecentRows, kept: SnapshotStore
     ) -> None:
         self._timeline, self._kept = timeline, kept
         self._is_impure = bool(program.functions)
@@ -202,7 +197,7 @@ class ProgramReplica(Replayer):
     """A ladder program that repeats scans of a session."""
 
     def __init__(
-        self, program: LadderLogic, slots: list[int], timeline: RowSource, kept: SnapshotStore
+        self, program: LadderLogic, slots: list[int], timeline: Timeline | RecentRows, kept: SnapshotStore
     ) -> None:
         engine = TracedEngine(program.build(), program.scanner)
         super().__init__(engine, SessionScans(program, slots, timeline, kept), MOST_REPEATED, CHAPTERS)

@@ -23,11 +23,12 @@ from ...ladder.python.online.fields import Fields
 from ...ladder.python.sequences import Logic
 from ...runtime.loop.faults import Fault
 from ...runtime.loop.scan import ScanLogic
-from .catalog import Catalog, PythonSource
+from .catalog import Catalog
 from .event_log import LAST_SCAN
 from .lanes import TagLanes, ValueHistory
 from .program_file import digest
 from .program_replica import ProgramReplica, SnapshotStore, ValueFile
+from .python_source import PythonSource
 from .timeline import Timeline
 
 Json = dict[str, Any]
