@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import cast
 
 import pytest
+from cut_network import network
 from scanrack.commands import build
 from scanrack.jobs import load_job
 from scanrack.ladder import LadderLogic
@@ -123,7 +124,8 @@ def test_a_rung_is_typed_where_it_is_drawn_and_tested_like_in_studio(page, rack)
         type_keys(page, "g", Keys.ENTER)
         until_text(page, "XIC(Go)XIO(jog)OTE(Lamp);")
         until(lambda: verdict(page) == "1 place edited, no mistake.")
-        assert page.run("return kinds")[0] == "busy"  # at once, before any answer
+        kinds = [each for each in page.run("return kinds") if each]  # none while nothing is edited
+        assert kinds[0] == "busy"  # at once, before any answer
         assert page.run(TEXT, ".note.new") == ["New tag jog : BOOL"]
         assert page.run(TEXT, ".rungtext") == ["XIC(Go)XIO(jog)OTE(Lamp);"]
         # a branch around what is chosen, and a leg of it; completion by Tab
@@ -314,3 +316,24 @@ def test_structured_text_is_completed_and_its_mistake_stands_in_the_field(page, 
         assert "Level := Missing;" in field.get_attribute("value")
         assert page.run(TEXT, ".shown .verdict") == ["It is being checked."]
         until(lambda: page.run(MARK))
+
+
+def test_a_rung_that_was_typed_without_a_network_is_checked_when_it_is_back(page, rack):
+    """Broken on purpose: nothing checks the draft when the connection is back."""
+    with watching(rack) as session:
+        try:
+            with network(int(session.base.rpartition(":")[2])) as cable:
+                page.open(session.link.replace("127.0.0.1", "[::1]"))
+                page.until_drawn()
+                page.click("[data-element='Main.1.0']")
+                page.press("Edit")
+                until(lambda: page.run(CARET))
+                cable.cut()
+                page.until_handle("state", "lost")
+                type_keys(page, Keys.ARROW_RIGHT, "xio Lamp", Keys.ENTER)
+                until(lambda: verdict(page) == "No connection to the rack.")
+                cable.begin()
+                until_text(page, "XIC(Go)XIO(Lamp)OTE(Lamp);")
+                until(lambda: verdict(page) == "1 place edited, no mistake.")
+        except OSError as error:
+            pytest.skip(f"there is no IPv6 loopback here: {error}")
