@@ -25,11 +25,11 @@ from typing import Any, NamedTuple
 
 from ..jobs.load.loading import LoadedRack
 from ..jobs.record.program_versions import ProgramVersion
-from ..ladder.lowering.edited import NewTag, RungEdit
+from ..ladder.lowering.edited import NewTag
 from ..ladder.lowering.text import parse_rung
 from ..runtime.live.actions import Online
 from .edited_programs import EditedPrograms
-from .history.program_file import digest, rewrite, why_not
+from .history.program_file import digest, read_edit, rewrite, why_not
 
 Json = dict[str, Any]
 
@@ -157,12 +157,14 @@ class OnlineEdit:
         assert program is not None
         if not order.rungs:
             raise ValueError("no rung is edited")
+        name, specs = self._programs.name, program.specs
+        read = [read_edit(name, each, specs) for each in order.rungs]
         edits = [
-            RungEdit(routine, number, tuple(str(parse_rung(each, specs=program.specs)) for each in texts))
-            for routine, number, texts in order.rungs
+            each._replace(texts=tuple(str(parse_rung(text, specs=specs)) for text in each.texts))
+            for each in read
         ]
-        data = running.files[self._programs.name]
-        edited = rewrite(self._programs.name, data, edits, [NewTag(*each) for each in order.tags])
+        data = running.files[name]
+        edited = rewrite(name, data, edits, [NewTag(*each) for each in order.tags], specs)
         if edited == data:
             raise ValueError("the edited rungs are those that run")
         version, job = self._programs.with_file(edited)

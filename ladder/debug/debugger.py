@@ -256,9 +256,8 @@ class Debugger:
         memory, outside = engine.memory, self._outside
         self.latest, self.stops, memory.outside = None, (), None
         try:
-            engine.do(now_ns, first=first)
+            engine.do(now_ns, first)
         finally:
-            outside.clear()
             memory.outside = outside
 
     def _do_noted(self, engine: WatchedEngine, now_ns: int, *, first: bool) -> None:
@@ -454,7 +453,7 @@ class Debugger:
         return dict(self._forces)
 
     def _forced_name(self, tag: str) -> str:
-        return address_in(self._resolver, tag) or self._resolver.full_name(tag)
+        return address_in(self._resolver, tag) or self._resolver.base_name(tag)
 
     def _single(self, tag: str) -> Place:
         where = self._resolver.named(tag)

@@ -19,7 +19,7 @@ from ..model.tree import Address, Instruction, MemberStep, Operand, Rung, addres
 from .layout import NO_CAPTIONS, place
 from .marks import BoxLine, Picture, Symbol
 from .markup import CELL, Pen, attribute, plain, units
-from .now import WIDE, BlockTexts, told_of
+from .now import BESIDE, WIDE, BlockTexts, told_of
 from .ruler import GAP, Ruler
 from .shapes import BoxFrame, Curve, Letters, Line, Shape, Value, shape_bottom, shapes_of
 
@@ -136,19 +136,18 @@ class _ValueRuler(Ruler):
 
     @override
     def now(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
-        told = self._told(instruction) if instruction.name in MEMBERS else None
+        told = self._told(instruction) if instruction.name in BESIDE else None
         return () if told is None else told.line(0)
 
     @override
     def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
-        counts = instruction.name in MEMBERS  # and says so beside its title
         told = self._told(instruction)
         if not self._operands:
-            if counts and told is not None:
+            if instruction.name in MEMBERS and told is not None:
                 return (BoxLine("", str(instruction.operands[0]).ljust(_MEMBER + VALUE)),)
             if instruction.name == "JSR" and str(instruction.operands[-1]) == "0":  # without parameters
                 return super().lines(instruction, room)[:-1]
-        if counts or told is None:
+        if instruction.name in BESIDE or told is None:
             return super().lines(instruction, room)
         said = [BoxLine("", " " * WIDE, now=told.line(each)) for each in range(told.lines)]
         if self._operands:

@@ -278,6 +278,29 @@ def test_an_l5x_is_saved_with_its_edited_rungs(page, tmp_path):
     assert str(main.rungs[0]) == "XIC(Local:1:I.Data.0)XIO(Held)OTE(Start);"
 
 
+def test_an_slc_is_edited_with_addresses_of_rslogix_and_saved(page, tmp_path):
+    shutil.copytree(EXAMPLES / "slc", tmp_path / "slc")
+    file = tmp_path / "slc" / "conveyor.SLC"
+    old = file.read_text(encoding="utf-8")
+    with watching(file.with_suffix(".toml")) as session:
+        page.open(session.link)
+        page.until_drawn()
+        page.click("[data-element='U2.1.0']")
+        page.press("Edit")
+        until(lambda: page.run(CARET))
+        type_keys(page, Keys.ARROW_RIGHT, "xio Start", Keys.ENTER)
+        until(lambda: any("no tag Start" in each for each in page.run(TEXT, ".draft .note")))
+        assert not page.run(TEXT, ".note.new")  # an export has data files, no tags to declare
+        type_keys(page, Keys.BACKSPACE, "xio B3/9", Keys.ENTER)
+        until_text(page, "XIC(B3:0/2)XIO(B3:0/9)XIO(T4:0.TT)OTE(O:2.0/0);")
+        for step in ("Accept", "Assemble", "Save"):
+            until_can(page, step)
+            page.press(f"{step} edits")
+        until(lambda: file.with_name("conveyor.SLC.bak").exists() and not can(page))
+    rung = "SOR XIC B3:0/2 XIO T4:0/TT OTE O:2.0/0 EOR"
+    assert file.read_text(encoding="utf-8") == old.replace(rung, rung.replace(" XIO", " XIO B3:0/9 XIO"))
+
+
 def test_structured_text_is_completed_and_its_mistake_stands_in_the_field(page, rack):
     text = "PROGRAM Line\nTAG Level : DINT\nROUTINE Main ST\nLevel := Level + 1;\nEND\n"
     (rack.parent / "line.rung").write_text(text, encoding="utf-8")

@@ -16,6 +16,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
+import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import (
@@ -36,7 +37,7 @@ from scanrack.watch.editor import EditManner, Editor
 from scanrack.watch.history.program_file import digest
 from scanrack.watch.online import MOVES
 
-RUNGS = ("XIC(A)OTE(X);", "XIC(B)OTE(Y);")
+RUNGS: tuple[str, ...] = ("XIC(A)OTE(X);", "XIC(B)OTE(Y);")
 TEXTS = ("XIC(A)OTE(X);", "XIO(A)OTE(X);", "XIC(B)OTE(X);")
 STEPS = ("test", "untest", "assemble", "reopen", "cancel", "save")
 
@@ -59,7 +60,7 @@ def specs() -> LadderLogic:
 class QuickPrograms(EditedPrograms):
     """Programs that nothing compiles: their files are all that counts here."""
 
-    rungs = property(lambda _self: specs())  # type: ignore[assignment]
+    rungs = property(lambda _self: specs())
 
     def with_file(self, data: bytes) -> Any:
         version = ProgramVersion("rack.toml", self.name, {self.name: data})
@@ -249,6 +250,7 @@ class TwoPages(RuleBasedStateMachine):
         assert edited != before
 
 
+@pytest.mark.slow
 def test_pages_show_what_is_so(monkeypatch):
     monkeypatch.setattr(editor_module, "EditedPrograms", QuickPrograms)
     monkeypatch.setattr(editor_module, "version_of", lambda version: version)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -142,9 +143,14 @@ class Catalog:
                 yield {"name": each.name, "type": each.type.name, "description": each.comment}
 
     def addresses(self, names: Iterable[str]) -> dict[str, str]:
-        """Return the addresses of those names that mean a word or bit of an image."""
-        found = {name: address_in(self._resolver, name) for name in names}
-        return {name: address for name, address in found.items() if address is not None}
+        """Return what names are forced as, if that is another name: an address, or the tag of an alias."""
+        found = {name: self._forced_as(name) for name in names}
+        return {name: address for name, address in found.items() if address not in (None, name)}
+
+    def _forced_as(self, name: str) -> str | None:
+        with suppress(LadderError):
+            return address_in(self._resolver, name) or self._resolver.base_name(name)
+        return None
 
     def show(self, name: str, columns: int, *, operands: bool = False) -> tuple[PageRoutine, Json]:
         """Return a routine's contents, and the answer that draws it; `operands`: see `live_rung`.

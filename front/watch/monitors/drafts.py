@@ -14,7 +14,7 @@ from ...ladder.model.spec import Use
 from ...ladder.model.tags import scoped
 from ...runtime.live.actions import Online, action_of
 from ..history.catalog import COLUMNS, Catalog
-from ..history.program_file import why_not
+from ..history.program_file import declares_tags, read_edit, why_not
 from ..history.stretch import Stretch
 from .asked import Said
 from .monitor import Json, Monitor
@@ -53,11 +53,13 @@ def rungs(monitor: Monitor, _page: Page, said: Said) -> Json:
     if type(columns) is not int or columns not in COLUMNS:
         raise ValueError(f"columns must be {COLUMNS[0]} to {COLUMNS[-1]}")
     draft = _draft(program, said, ("columns",))
-    edits = [RungEdit(*each) for each in draft.rungs]
+    assert program.file is not None
+    edits = [read_edit(program.file.name, each, program.ladder.specs) for each in draft.rungs]
     tags = [NewTag(*each) for each in draft.tags]
     found = EditedProgram(program.ladder, edits, tags, program.rung_index)
     drawn = [_drawn(catalog, each, columns) for each in found.rungs]
-    missing = [{"name": each.name, "program": each.program, "types": each.types} for each in found.missing]
+    declared = found.missing if declares_tags(program.file) else []
+    missing = [{"name": each.name, "program": each.program, "types": each.types} for each in declared]
     return {"rungs": drawn, "missing": missing, "mistakes": found.mistakes, "right": found.is_right}
 
 

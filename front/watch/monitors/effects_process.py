@@ -18,13 +18,13 @@ from typing import Any, NamedTuple
 from ...jobs.trust.attachments import load_files
 from ...ladder import LadderLogic
 from ...ladder.debug.watching import WatchedEngine
-from ...ladder.lowering.edited import NewTag, RungEdit
+from ...ladder.lowering.edited import NewTag
 from ...ladder.model.tags import Leaf, tag_in
 from ...ladder.run.edit import carry_over
 from ...ladder.state.memory import Memory, same
 from ...ladder.state.snapshots import restore, snapshot
 from ...ladder.state.tag_bytes import TagBytes
-from ..history.program_file import rewrite
+from ..history.program_file import read_edit, rewrite
 from ..history.program_replica import ProgramReplica, SnapshotStore
 from ..history.recent import RecentRows
 from ..history.watched_program import Inputs, Values
@@ -65,11 +65,15 @@ def _programs(given: ReplayPackage, folder: Path) -> tuple[LadderLogic, LadderLo
     edited = folder / "edited"
     copytree(given.ran.place, edited)
     file = edited / given.ran.program.partition(":")[0]
-    edits, tags = [RungEdit(*each) for each in given.rungs], [NewTag(*each) for each in given.tags]
-    file.write_bytes(rewrite(file.name, file.read_bytes(), edits, tags))
     old = load_files(Path(given.ran.place), given.ran.rack, given.ran.program).logic
+    assert isinstance(old, LadderLogic)
+    edits, tags = (
+        [read_edit(file.name, each, old.specs) for each in given.rungs],
+        [NewTag(*each) for each in given.tags],
+    )
+    file.write_bytes(rewrite(file.name, file.read_bytes(), edits, tags, old.specs))
     new = load_files(edited, given.ran.rack, given.ran.program).logic
-    if not isinstance(old, LadderLogic) or not isinstance(new, LadderLogic) or old.functions or new.functions:
+    if not isinstance(new, LadderLogic) or old.functions or new.functions:
         raise ValueError("a program with routines in Python is not tried on earlier scans")
     return old, new
 

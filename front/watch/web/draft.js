@@ -44,7 +44,7 @@ const kept = () => structuredClone({ rungs: draft.rungs, tags: draft.tags, base:
 // Shows what is accepted, if anything is, in place of a draft.
 function follow() {
   const { rungs, tags, of } = ["accepted", "testing"].includes(session.stage) ? session : { ...NOTHING, of: session.base };
-  Object.assign(draft, { rungs: mapOf(rungs), tags: [...tags], base: of, own: false, checked: new Map(), missing: [] });
+  Object.assign(draft, { rungs: mapOf(rungs), tags: [...tags], base: of, own: false });
 }
 
 // Changes the draft; `make` gets a map of texts by key, and may change it.

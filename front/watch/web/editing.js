@@ -73,10 +73,14 @@ function close() {
 // Rungs are edited in their picture, any other routine as text.
 async function open() {
   const { routines } = run.hello, name = document.querySelector("#program [data-routine][aria-selected='true']")?.dataset.routine;
-  if ((routines.find(each => each.name === name) ?? routines[0]).kind !== "ladder" || !await draft.begin().then(() => true, refused => refused.message.includes("edited in their picture") || refused.message.includes("no rungs") ? false : tell(refused.message))) return openText();
+  if ((routines.find(each => each.name === name) ?? routines[0]).kind !== "ladder") return openText();
+  const refused = await draft.begin().then(() => null, error => error.message);
+  if (refused) return openText(sentence(refused));
   showBar(true);
   begin(selected.rung);
 }
+
+const sentence = said => `${said[0].toUpperCase()}${said.slice(1)}.`;
 
 // --- text
 
@@ -102,10 +106,11 @@ onProgram(hello => {
   setFlag(editButton, "hidden", !orders.allowed() || !names.length);
 });
 
-async function openText() {
+async function openText(why = "") {
   const source = await orders.order("source");
   if (!source) return;
-  if (source.lacks) return tell(`${source.lacks[0].toUpperCase()}${source.lacks.slice(1)}. Or save the file: it is taken over at once.`);
+  if (why) tell(why, "told");
+  if (source.lacks) return tell(`${why} ${sentence(source.lacks)} Or save the file: it is taken over at once.`.trim());
   base = source.base;
   field.value = source.text;
   field.rows = Math.min(ROWS, source.text.split("\n").length + 1);
@@ -223,7 +228,7 @@ function show(preview) {
     ...notes.filter(note => !rows.some(row => isAt(note, row))).map(noteOf),
     rows.length ? el("ol", { class: "diff", tabindex: "0", "aria-label": "Differences" }, ...rows.flatMap(row => [rowOf(row), ...notes.filter(note => isAt(note, row)).map(noteOf)])) : "",
     more ? el("p", { class: "soft" }, `${more} further lines differ`) : "",
-    keeps ? el("p", { class: "keeps" }, `${keeps[0].toUpperCase()}${keeps.slice(1)}.`) : "",
+    keeps ? el("p", { class: "keeps" }, sentence(keeps)) : "",
     groupsOf(groups));
 }
 

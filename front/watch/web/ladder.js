@@ -88,11 +88,11 @@ export function moveTo(sheet, from, by) {
 }
 
 export function paintRungs({ power, breakpoints, tags }) {
-  paintNow(tags);
   for (const [ident, now] of Object.entries(power ?? {})) {
     const rung = rungs.get(ident);
     if (rung) light(rung, now);
   }
+  paintNow(tags, power);
   if (breakpoints) {
     for (const [ident, { row, stop }] of rungs) paintStop(ident, row, stop, breakpointsAt(ident, breakpoints));
   }

@@ -98,7 +98,7 @@ export function taken(text, place, forward) {
 // and tags are written as they are declared.
 export function pieceOf(typed, instructions, tags) {
   const said = typed.trim();
-  if (/[([]/.test(said)) return said.replace(/;$/, "");
+  if (/^\[|\(/.test(said)) return said.replace(/;$/, "");
   const [name, ...operands] = said.split(/[\s,]+/).filter(Boolean);
   const known = instructions.find(each => each.name === name.toUpperCase());
   const lacks = known?.presets ? Math.max(0, known.operands.length - operands.length) : 0;

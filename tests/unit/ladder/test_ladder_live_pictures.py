@@ -157,6 +157,25 @@ def test_a_block_says_what_it_does_with_values_of_its_tags_and_constants():
     assert "Velocity" in live_rung(rung, "R.0", 60, captions, operands=True).svg
 
 
+@pytest.mark.parametrize(
+    ("text", "states", "operand"),
+    [
+        ("MOV(5,N);", [["*", "moves 5"], ["", "idle"]], "N"),
+        ("ADD(A,3,N);", [["*", "gives {N}"], ["", "idle"]], "A"),
+        ("CLR(N);", [["*", "clears it"], ["", "idle"]], "N"),
+        ("COP(A[2],B[0],N);", [["*", "copies, length {N}"], ["", "idle"]], "A[2]"),
+        ("CPT(N,A*(B+2));", [["*", "gives {N}"], ["", "idle"]], "A*(B+2)"),
+        ("FFL(N,A[0],Queue,10,0);", [["", "{Queue.POS} of {Queue.LEN}"]], "A[0]"),
+        ("SQO(A[0],16#FF,N,Turn,4,0);", [["", "{Turn.POS} of {Turn.LEN}"]], "16#FF"),
+    ],
+)
+def test_an_instruction_says_beside_its_title_what_it_does_with_power(text, states, operand):
+    live = drawn(text)
+    assert states_of(live) == [states]
+    assert "*" not in live.names  # power is no tag
+    assert f">{operand}</text>" in live.svg  # operands stay in view
+
+
 def test_a_state_that_the_program_cannot_tell_is_left_out():
     only, captions = {"Part", "Part.Busy", "Part.Done"}, {"Mine": ("Instance", "Size")}
     rung = Rung((Instruction("Mine", (Address("Part"), Number(7, "7"))),))

@@ -21,7 +21,7 @@ from scanrack.runtime.live.actions import Online, Source
 from scanrack.watch import edited_programs, online
 from scanrack.watch.edited_programs import EditedPrograms
 from scanrack.watch.editor import EditManner, Editor
-from scanrack.watch.history.program_file import digest, save
+from scanrack.watch.history.program_file import digest, save, why_not
 
 RACK = 'name = "small"\nprogram = "line.rung"\nscan_ms = 2\nwatchdog_ms = 0\n'
 RACK += '[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n'
@@ -177,6 +177,22 @@ def test_an_edit_that_changes_nothing_is_not_accepted(session):
     same = session.ask(Online("accept", base, (("Main", 0, ("ADD(N, 1, N);",)),)))
     assert "are those that run" in same["refused"]
     assert session.step("test") == "test: no edit has been accepted"
+
+
+@pytest.mark.parametrize(
+    ("file", "why"),
+    [
+        ("a.rung", ""),
+        ("a.L5X", ""),
+        ("a.slc", ""),
+        ("a.py", "since Python makes them: edit that"),
+        ("a.st", "a .st file"),
+    ],
+)
+def test_a_page_says_why_rungs_are_not_edited_in_their_picture(file, why):
+    said = why_not(Path(file))
+    assert why in said
+    assert bool(why) == bool(said)
 
 
 def test_save_writes_a_file_that_is_gone(session):
