@@ -256,9 +256,8 @@ class Debugger:
         memory, outside = engine.memory, self._outside
         self.latest, self.stops, memory.outside = None, (), None
         try:
-            engine.do(now_ns, first=first)
+            engine.do(now_ns, first)
         finally:
-            outside.clear()
             memory.outside = outside
 
     def _do_noted(self, engine: WatchedEngine, now_ns: int, *, first: bool) -> None:

@@ -185,7 +185,7 @@ def test_slcdriver_reads_and_writes_data_files(files: tuple[ServedRack, int]) ->
         "L10:1": -100_000,
         "ST9:0": "new text",
     }
-    writes |= {"B3:3": 0x55, "O:1.0": 3}
+    writes |= {"B3:3": 0x55, "B3:0/5": True, "O:1.0": 3, "S:7": 3}
     with pycomm3_client(pycomm3.SLCDriver, port) as plc:
         assert plc.get_processor_type() == "1764-LRP"
         assert {name: plc.read(name).value for name in reads} == reads
@@ -194,6 +194,10 @@ def test_slcdriver_reads_and_writes_data_files(files: tuple[ServedRack, int]) ->
             assert plc.read(name).value == value
         assert plc.write(("T4:0.PRE", 777)).error is not None  # it names six bytes and sends two
         assert plc.read("T4:0.PRE").value == 500
+        assert plc.write(("I:1.0", 3)).error == "Error code in EXT STS Byte"  # 0Bh, see test_data_files.py
+        assert plc.read("I:1.0").value == 0x6400
+        with pytest.raises(pycomm3.RequestError, match="parsing the tag"):
+            plc.read("R6:0.LEN")  # it knows no control files
         directory = plc.get_file_directory()
         assert {name: each["elements"] for name, each in directory.items()} == {
             "O0": 8, "I1": 8, "S2": 84, "B3": 4, "T4": 2, "C5": 1, "R6": 1, "N7": 16, "F8": 4, "ST9": 2,
@@ -203,17 +207,24 @@ def test_slcdriver_reads_and_writes_data_files(files: tuple[ServedRack, int]) ->
 
 @pytest.mark.peer("nodepccc")
 def test_nodepccc_reads_and_writes_data_files(files: tuple[ServedRack, int]) -> None:
+    """For a word of a timer, counter or control it sends three: two land behind it, or do not fit."""
     rack, port = files
-    told = node("nodepccc", "write_files.cjs", port)
-    assert told == {
-        "N7:4": 444,
-        "F8:2": 3.5,
-        "B3:2/5": True,
-        "L10:1": 70_000,
-        "T4:0.PRE": 321,
-        "ST9:1": "hello world",
+    rack.debugger.tags["T4:0.ACC"] = 9
+    assert node("nodepccc", "write_files.cjs", port) == {
+        "N7:4": [False, 444],
+        "F8:2": [False, 3.5],
+        "B3:2/5": [False, True],
+        "L10:1": [False, 70_000],
+        "ST9:1": [False, "from node"],
+        "T4:0.PRE": [False, 321],
+        "C5:0.PRE": [True, 10],
+        "R6:0.LEN": [True, 4],
+        "O:1": [False, 6],
+        "I:1": [True, 0x6400],
+        "S:7": [False, 3],
     }
-    assert rack.debugger.tags["T4:0.PRE"] == 321
+    tags = rack.debugger.tags
+    assert [tags[each] for each in ("T4:0.PRE", "T4:0.ACC", "C5:0.ACC", "R6:0.POS")] == [321, 0, 3, 1]
 
 
 @pytest.mark.peer("st-ethernet-ip")

@@ -63,14 +63,18 @@ def test_data_files_of_an_slc_program(tmp_path: Path) -> None:
     """Presets too, which pycomm3 can't write."""
     with served(write_rack(tmp_path, files=True)) as (rack, port):
         found = asked(
-            port, "micrologix", "N7:4=-321", "T4:0.PRE=321", "C5:0.PRE=7", "L10:0", "B3:1", "N7:999"
-        )
+            port, "micrologix", "N7:4=-321", "T4:0.PRE=321", "C5:0.PRE=7", "R6:0.LEN=5", "S2:7=3", "L10:0",
+            "B3:1", "N7:999",
+        )  # fmt: skip
         assert found == {
             "N7:4=-321": [-321, 2],
             "T4:0.PRE=321": [321, 2],
             "C5:0.PRE=7": [7, 2],
+            "R6:0.LEN=5": [5, 2],
+            "S2:7=3": [3, 2],
             "L10:0": [100_000, 4],
             "B3:1": [5, 2],
             "N7:999": "PLCTAG_ERR_REMOTE_ERR",
         }
-        assert [rack.debugger.tags[each] for each in ("T4:0.PRE", "C5:0.PRE")] == [321, 7]
+        tags = rack.debugger.tags
+        assert [tags[each] for each in ("T4:0.PRE", "C5:0.PRE", "R6:0.LEN", "S:7")] == [321, 7, 5, 3]

@@ -88,7 +88,7 @@ def rebase(monitor: Monitor, _page: Page, said: Said) -> Json:
     draft = _parsed(said)
     edited = next((each for each in monitor.subject.programs.all if each.digest == draft.base), None)
     if edited is None or edited.catalog is None:
-        raise ValueError("the program that was edited is not known any more")
+        raise ValueError("the program that was edited is no longer known")
     found = moved(edited.ladder, program.ladder, [RungEdit(*each) for each in draft.rungs])
     declared = program.ladder.build().layout.declarations
     tags = [each for each in draft.tags if scoped(each[2], each[0]).upper() not in declared]

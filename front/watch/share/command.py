@@ -31,7 +31,7 @@ BEFORE, AFTER = 20_000, 2_000
 
 
 class ShareOptions(NamedTuple):
-    """Scans shown on a page; at most one of scan and time."""
+    """What a page shows; at most one of scan and time."""
 
     scan: int | None = None  # None = the last one
     time_ns: int | None = None
@@ -41,6 +41,12 @@ class ShareOptions(NamedTuple):
     most: int = WHOLE_SCANS  # a longer recording is cut
     others: int = OTHER_ANSWERS  # tags whose why is answered unasked
     latest: bool = False  # the last one in place of a scan that is not written yet
+    recording: bool = False  # put the trace inside, too
+    trust: bool = False  # Python that came with the trace may run
+    tags: Sequence[str] = ()  # whose why is answered in the page
+    failure: Failure | None = None  # of the test that has recorded it; the page opens on it
+    told: Callable[[Trace], None] | None = None  # tells the notes of the trace, also if it is refused
+    rack: str = ""  # address of the rack that runs, whose panel is shown as it is now; "" = the recording's
 
     def within(self, first: int, last: int, period_ns: int) -> SharedStretch:
         """Return the scans of a recording; ValueError if it lacks the wanted one."""
@@ -56,66 +62,37 @@ class ShareOptions(NamedTuple):
         return SharedStretch(max(first, scan - self.before), min(last, scan + self.after), scan)
 
 
-def share(
-    trace: Path,
-    out: Path,
-    wish: ShareOptions,
-    *,
-    recording: bool = False,
-    trust: bool = False,
-    tags: Sequence[str] = (),
-    failure: Failure | None = None,
-    told: Callable[[Trace], None] | None = None,
-) -> Any:
+def share(trace: Path, out: Path, wish: ShareOptions) -> Any:
     """Write the page of a recording; return its data.
-
-    Args:
-        recording: put the trace inside, too.
-        tags: whose why is answered in it.
-        failure: of the test that has recorded it; the page opens on it.
-        told: tells the notes of the trace, also if it is refused.
 
     Raises:
         ValueError: the recording or the output can't be used, or the page would be too large.
         OSError: a file can't be read or written.
     """
     check_output(out, SHARED_PAGE, itself(trace))
-    data, page = shared(trace, wish, recording=recording, trust=trust, tags=tags, failure=failure, told=told)
+    data, page = shared(trace, wish)
     with new_file(out, SHARED_PAGE, "wb", used=itself(trace)) as file:
         file.write(page)
     return data
 
 
-def shared(
-    trace: Path,
-    wish: ShareOptions,
-    *,
-    recording: bool = False,
-    trust: bool = False,
-    tags: Sequence[str] = (),
-    failure: Failure | None = None,
-    told: Callable[[Trace], None] | None = None,
-    rack: str = "",
-) -> tuple[Any, bytes]:
-    """Return the data of a recording's page, and the page; see `share`.
-
-    Args:
-        rack: the address of the rack that runs, whose panel is shown as it is now; "" = the recording's.
-    """
+def shared(trace: Path, wish: ShareOptions) -> tuple[Any, bytes]:
+    """Return the data of a recording's page, and the page; see `share`."""
     with ExitStack() as stack:
-        monitor = open_to_read(stack, trace, trust=trust, told=told)
-        if rack:
-            monitor.panel = KeptPanel(rack)
+        monitor = open_to_read(stack, trace, trust=wish.trust, told=wish.told)
+        if wish.rack:
+            monitor.panel = KeptPanel(wish.rack)
         extent = monitor.subject.timeline.extent
         if extent is None:
             raise ValueError(f"{trace}: no scan in it" + (" yet" if wish.latest else ""))
         wanted = wish.within(*extent, monitor.subject.spec.scan_ns)
-        failed = None
+        failed, failure = None, wish.failure
         if failure is not None:
-            passed = None if failure.passed is None else open_to_read(stack, failure.passed, trust=trust)
+            earlier = failure.passed
+            passed = None if earlier is None else open_to_read(stack, earlier, trust=wish.trust)
             failed = partial(failure.described, wanted, passed)
-        data = collect(monitor, wanted, tags, wish.others, failed)
-    return data, page_of(data, trace.read_bytes() if recording else None)
+        data = collect(monitor, wanted, wish.tags, wish.others, failed)
+    return data, page_of(data, trace.read_bytes() if wish.recording else None)
 
 
 def disclosed(data: Any, *, recording: bool) -> list[str]:
@@ -180,9 +157,11 @@ def _share_command(
     with reported_mistakes():
         scan = int(at) if at is not None and at.strip().isdecimal() else None
         time_ns = None if at is None or scan is not None else parse_time(at)
-        wish = ShareOptions(scan, time_ns, before, after, whole)
+        wish = ShareOptions(
+            scan, time_ns, before, after, whole, recording=recording, trust=trust, told=tell_notes
+        )
         target = trace.with_suffix(".html") if out is None else out
-        data = share(trace, target, wish, recording=recording, trust=trust, told=tell_notes)
+        data = share(trace, target, wish)
         say(f"{target}: {target.stat().st_size:,} bytes, scan {data['scan']:,} is shown first")
         for line in disclosed(data, recording=recording):
             say(line)

@@ -15,7 +15,7 @@ def answer(trace: str, scan: int, trust: bool, rack: str) -> dict[str, Any]:
     """Return the page of a recording in base64, or a refusal; of one that grows the latest written scan."""
     path = Path(trace)
     try:
-        data, page = shared(path, ShareOptions(scan, latest=True), trust=trust, rack=rack)
+        data, page = shared(path, ShareOptions(scan, latest=True, trust=trust, rack=rack))
     except (OSError, ValueError, TraceError, UntrustedError) as error:
         return {"refused": str(error)}
     return {"name": f"{path.stem}.html", "scan": data["scan"], "page": base64.b64encode(page).decode()}

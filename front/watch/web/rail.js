@@ -65,7 +65,7 @@ class Rail {
     let end = -Infinity;
     for (const { node } of [...this.switches].sort((one, other) => one.node.reach[0] - other.node.reach[0])) {
       if (node.reach[0] < end) node.lastChild.remove();
-      else end = node.reach[1] + LETTER;
+      else end = node.reach[1] + 2;
     }
   }
 

@@ -5,6 +5,7 @@ is empty, `let_go` not called in `leave`, an overlap allowed in `_take`: a test 
 """
 
 import json
+import os
 import re
 import shutil
 from pathlib import Path
@@ -20,6 +21,7 @@ from live_sessions import FEEDER, LiveSession
 from recordings import opened
 from scanrack.commands import build
 from scanrack.jobs import load_job
+from scanrack.jobs.trust.attachments import files_beside
 from scanrack.runtime.live.actions import action_of, text_of
 from scanrack.runtime.live.operator_actions import sentence
 from scanrack.traces import open_trace
@@ -31,6 +33,7 @@ from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.questions import ask
 from scanrack.watch.monitors.session_monitor import SessionMonitor, SessionProgram, Setup
 from scanrack.watch.panels import bindings
+from scanrack.watch.panels.kept_panel import KeptPanel
 from scanrack.watch.panels.panel_file import COLORS, COLUMNS, KINDS, Panel, panel_text, parse_panel, refusals
 from typer.testing import CliRunner
 
@@ -268,6 +271,24 @@ def test_names_are_suggested_for_a_few_unknown_tags_and_looked_up_once(monkeypat
     tags.append({"name": "Station", "type": "BOOL", "writable": True})
     found = bindings.Bindings(program, [], tags)
     assert found.of({"kind": "lamp", "tag": "Btatoin"})["broken"] == "no tag Btatoin; did you mean Station?"
+
+
+# --- a file that is none
+
+
+@pytest.mark.parametrize("kind", ["pipe", "secret"])
+def test_a_panel_that_is_a_pipe_or_a_link_to_a_secret_is_neither_read_nor_recorded(rack, kind):
+    """A rack of strangers may bring `feeder.panel -> ~/.ssh/id_rsa`; its trace goes back to them."""
+    panel, secret = rack.with_suffix(".panel"), rack.with_name("id_rsa")
+    secret.write_text("secret", encoding="utf-8")
+    if kind == "pipe":
+        os.mkfifo(panel)
+    else:
+        panel.symlink_to(secret)
+    kept = KeptPanel(str(rack))
+    with pytest.raises(ValueError, match=r"it can't be read: it is a (pipe|link)"):
+        kept.content()
+    assert panel.name not in files_beside(load_job(str(rack)))
 
 
 # --- in a session
