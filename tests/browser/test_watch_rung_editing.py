@@ -1,8 +1,8 @@
 """Rungs are edited where they are drawn: typed, completed, undone, accepted, tested, assembled and saved.
 
-Broken on purpose: a draft that another page's edit drops, a verdict that stays while a changed draft is
-checked, an untest that keeps the edited rungs, a save without the old file, a new tag that is not declared, a
-branch around the wrong element.
+Broken on purpose: a draft that another page's edit drops, a block that says "idle" when power has come, a
+verdict that stays while a changed draft is checked, an untest that keeps the edited rungs, a save without the
+old file, a new tag that is not declared, a branch around the wrong element.
 """
 
 import asyncio
@@ -163,6 +163,9 @@ def test_a_rung_is_typed_where_it_is_drawn_and_tested_like_in_studio(page, rack)
         page.press("Test edits")
         until(lambda: in_use(page)[1] == text)
         assert can(page) == ["Untest", "Assemble", "Cancel"]
+        assert page.run(TEXT, "[data-at='Main.1'] .now") == ["idle"]  # MOV(5,level)
+        page.run("import('/orders.js').then(orders => orders.write('Go', true))")
+        until(lambda: page.run(TEXT, "[data-at='Main.1'] .now") == ["moves 5"])  # power alone has changed
         page.press("Undo")
         until(lambda: can(page) == ["Test", "Assemble", "Cancel"] and in_use(page)[1] == "XIC(Go)OTE(Lamp);")
         page.press("Redo")
