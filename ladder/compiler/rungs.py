@@ -13,7 +13,8 @@ from ..model.spec import InstructionKind
 from ..model.tags import OVERRIDE
 from ..state.lowered import LoweredStep, Node, Parallel
 from .observed import Notes
-from .value_writer import ValueWriter, calculates
+from .terms import calculates
+from .value_writer import ValueWriter
 from .writer import Writer, both, either_of
 
 

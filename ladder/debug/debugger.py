@@ -67,7 +67,7 @@ class Debugger:
 
     It runs compiled, holds forces, and notes the power of rungs with breakpoints. A query about a scan runs
     that scan again (see `journal`); after `truth`, the power of all rungs is noted for a while. A program
-    with routines in Python, which may have state of their own, is interpreted in every scan. A breakpoint is
+    with routines in Python, which may have their own state, is interpreted in every scan. A breakpoint is
     met at the end of a scan: a scan is always finished, as in a controller.
 
     Attributes:
@@ -256,9 +256,8 @@ class Debugger:
         memory, outside = engine.memory, self._outside
         self.latest, self.stops, memory.outside = None, (), None
         try:
-            engine.do(now_ns, first=first)
+            engine.do(now_ns, first)
         finally:
-            outside.clear()
             memory.outside = outside
 
     def _do_noted(self, engine: WatchedEngine, now_ns: int, *, first: bool) -> None:
@@ -314,7 +313,7 @@ class Debugger:
                 that `executes` it.
 
         Raises:
-            LadderError: there is no such rung.
+            LadderError: no such rung.
         """
         self._routine(routine).numbered(rung)
         if not self._remembered and not self._on_rungs:
@@ -337,7 +336,7 @@ class Debugger:
             when: as in `break_at`.
 
         Raises:
-            KeyError: there is no such breakpoint.
+            KeyError: no such breakpoint.
         """
         if rung is None:
             del self._on_tags[at]
@@ -395,7 +394,7 @@ class Debugger:
     # --- forces
 
     def force(self, tag: str, value: object) -> None:
-        """Hold a tag at a value, whatever the program writes, until `unforce`.
+        """Hold a tag at a value, even if the program writes it, until `unforce`.
 
         Args:
             tag: a single value, or the fault of a connection; images are forced at the CPU instead, which
@@ -403,7 +402,7 @@ class Debugger:
             value: of the tag's type.
 
         Raises:
-            ValueError: there is no such tag, it is an image or not a single value, or the value does not fit.
+            ValueError: no such tag, it is an image or not a single value, or the value does not fit.
         """
         place = self._single(tag)
         key, mask = self._key(place)
@@ -454,7 +453,7 @@ class Debugger:
         return dict(self._forces)
 
     def _forced_name(self, tag: str) -> str:
-        return address_in(self._resolver, tag) or self._resolver.full_name(tag)
+        return address_in(self._resolver, tag) or self._resolver.base_name(tag)
 
     def _single(self, tag: str) -> Place:
         where = self._resolver.named(tag)
@@ -486,7 +485,7 @@ class Debugger:
             did not run.
 
         Raises:
-            LadderError: there is no such routine.
+            LadderError: no such routine.
         """
         name = self._routine(routine).name.upper()
         truths = self._latest_truths() if self.scans else {}
@@ -519,7 +518,7 @@ class Debugger:
 
     @property
     def _past(self) -> Replayer:
-        """Runs scans again, on a memory of its own."""
+        """Runs scans again, on its own memory."""
         if self._replayer is None:
             engine = TracedEngine(self._engine.lowered, self.program.scanner)
             engine.variants = self._engine.variants

@@ -34,7 +34,7 @@ from .compute import store_expression
 
 
 def _passes(machine: Interpreter, power: bool, control: Control, mode: str, one: Callable[[], bool]) -> None:
-    """Do the passes of one scan; `one` operates on the element at POS and returns whether to go on."""
+    """Do the passes of one scan; `one` operates on the element at POS and returns whether to continue."""
     rises = power and not control["EN"]
     under_way = mode.isdigit() and control["EN"] and not control["DN"]
     if not power and not under_way:

@@ -37,9 +37,8 @@ GIVEN = {**actions.ACTIONS, **actions.TYPED}
 class Inbox(Protocol):
     """The source of orders."""
 
-    @property
     def pending(self) -> bool:
-        """Whether an order waits; read after every scan."""
+        """Whether an order waits; called after every scan."""
 
     def take(self) -> bytes:
         """Return the next order, JSON with the keys id and order."""
@@ -85,7 +84,7 @@ class Session:
         stops: the program, if it supports breakpoints.
         live: there are real ports: no pause, step or speed.
         reload: loads the program again, and passes it on when ready; None if that is impossible. Its
-            argument names the sequences that begin anew.
+            argument names the sequences that restart.
         prepare: prepares a branch from a scan, ValueError if it can't; None without branches.
 
     Attributes:
@@ -217,7 +216,7 @@ class Session:
         """Check the breakpoints, and carry out orders; called after every scan."""
         if self.state.breakpoints:
             self._look()
-        if self._inbox.pending or self.takeovers:
+        if self._inbox.pending() or self.takeovers:
             self.obey_all(at_ns, scan)
 
     def _look(self) -> None:
@@ -236,7 +235,7 @@ class Session:
         """
         while self.takeovers and not self._repeats:
             self._take_over(self.takeovers.popleft(), at_ns, scan)
-        while not self._repeats and not self.over and self._inbox.pending:
+        while not self._repeats and not self.over and self._inbox.pending():
             number: object = None
             try:
                 said = parsed(self._inbox.take())

@@ -248,7 +248,7 @@ class TermPlaces(Interpreter):
         paths = self.paths.walk(run)
         self.write_paths(paths)
         bad = faults_of(paths)
-        if bad is not FALSE:  # the scan ends there; here it goes on, which allows more
+        if bad is not FALSE:  # the scan ends there; here it continues, which allows more
             self.log.add(self.faults, (self.site, and_(self.active, bad)))
         return paths
 
