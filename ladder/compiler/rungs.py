@@ -124,6 +124,10 @@ class RungWriter:
         """Write code that has the interpreter run the current instruction, by default as on a true rung."""
         self.writer.line(self._interpretation(*power))
 
+    def interpreted(self) -> str:
+        """Write the same for an input; return the power after it."""
+        return self.values.keep(self._interpretation())
+
     def _interpretation(self, *power: str) -> str:
         frame = self.values.stores()
         given = [str(self.values.site), *power, *([f"frame={frame}"] if frame else [])]
