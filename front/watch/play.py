@@ -45,6 +45,7 @@ from .options import WatchOptions
 from .prepared_run import PreparedRun, Start
 from .text import TextView
 
+
 def watch_job(job: LoadedRack, wanted: WatchOptions) -> int:
     """Run a job in a session for pages; return the exit status."""
     with ExitStack() as stack:
