@@ -102,7 +102,7 @@ class Causes:
         return 0 if found is None else found.now_ns
 
     def _is_external(self, cell: Cell, scan: int) -> bool:
-        """Whether a cell was changed between two scans: an input, or a tag that somebody set or forced."""
+        """Whether a cell was changed between two scans: an input, or a tag that someone set or forced."""
         now = self.inputs(scan)
         if now is None:
             return False

@@ -16,16 +16,13 @@ from ...traces.read.packed import PackedScans
 from ...traces.read.reader import TraceEvent
 from ...traces.replay import PackedTrace
 from ..history.timeline import columns_of
-from .monitor import Json, Monitor
-
-BACK = 16_384
-"""Scans of images that are looked at."""
+from .monitor import BACK, Json, Monitor
 
 MOST_LINKS = 60
 """Most links that a page receives, the shortest ways first."""
 
 DEEPEST = 40
-"""Most links one behind the other: nobody reads further back, and each costs a scan."""
+"""Most links one behind the other: no one reads further back, and each costs a scan."""
 
 _TOPICS = {
     "rule": "/events",

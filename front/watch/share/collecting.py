@@ -17,8 +17,9 @@ from ..history.stretch import Stretch
 from ..monitors.monitor import SPEED_SCANS
 from ..monitors.page import Page
 from ..monitors.picture import mode_of
-from ..monitors.questions import EVENTS_MOST, why
+from ..monitors.questions import EVENTS_MOST
 from ..monitors.trace_monitor import IMPURE, TraceMonitor
+from ..monitors.why_questions import why
 from .changes import ChangeLists, take_recorded, take_states, take_words
 from .ladder_walk import LadderWalk, take_ladder
 
