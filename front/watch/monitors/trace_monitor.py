@@ -127,7 +127,7 @@ class TraceMonitor(Monitor):
 
     def run_once(self) -> None:
         """Leave the first run of the scans to a walk over all of them, where only images go into them."""
-        recorded, past = self._recorded, self._programs[0].past
+        recorded, past = self._recorded, self.subject.programs.all[0].past
         links = (each for slot in self.subject.words for each in recorded.links(slot, 0, self._last))
         plain = all(each.good for each in links) and not recorded.orders(0, self._last)
         if self._indexer is not None and past is not None and plain:
