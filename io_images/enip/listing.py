@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import cached_property
@@ -108,6 +108,71 @@ class ListedTag:
         return self.element * self.count
 
 
+def part_at(tag: ListedTag, offset: int, size: int, keep: bytes = b"", *, files: bool = False) -> str:
+    """Return the part of a tag that some bytes are in: `.Steps[2].Time`, `[3]`, `.5`; "" for all of it.
+
+    It is an array if several of its elements are meant, and a structure if several members are.
+
+    Args:
+        keep: bits of the bytes that are not meant.
+        files: the tag is a data file: `:3`, `:3/5`, `:0.PRE`, of an image `.0`.
+    """
+    kind, dims = _in_words(tag.kind, tag.dims)
+    path, mask = "", int.from_bytes(keep or bytes(size), "little") ^ (1 << 8 * size) - 1
+    while True:
+        if dims:
+            number, inside = divmod(offset, kind.size)
+            if inside + size > kind.size or (kind == DWORD and mask.bit_count() != 1):
+                return path
+            if kind == DWORD:
+                return f"{path}[{32 * number + _bit(mask, inside)}]"
+            element = f"{'.' if ':' in tag.name else ':'}{number}" if files else _subscripts(number, dims)
+            path, offset, dims = path + element, inside, ()
+        elif isinstance(kind, StructuredKind):
+            part = _part_with(kind, offset, size, mask)
+            if part is None:
+                return path
+            path, (kind, dims) = f"{path}.{part.name}", _in_words(part.kind, part.dims)
+            offset -= part.offset
+            if part.bit is not None:
+                return path
+        else:
+            is_bit = mask.bit_count() == 1 and kind.bits
+            return f"{path}{'/' if files else '.'}{_bit(mask, offset)}" if is_bit else path
+
+
+def _subscripts(number: int, dims: Sequence[int]) -> str:
+    """Return the subscripts of an element, counted in the order of memory."""
+    found: list[int] = []
+    for length in reversed(dims):
+        number, index = divmod(number, length)
+        found.insert(0, index)
+    return f"[{','.join(map(str, found))}]"
+
+
+def _bit(mask: int, offset: int) -> int:
+    """Return the number of the only bit of a mask behind some bytes."""
+    return 8 * offset + mask.bit_length() - 1
+
+
+def _part_with(kind: StructuredKind, offset: int, size: int, mask: int) -> Part | None:
+    """Return the member that has bytes of a structure; None if several have them."""
+    for part in kind.by_name.values():
+        if part.bit is not None:
+            if mask.bit_count() == 1 and _bit(mask, offset) == 8 * part.offset + part.bit:
+                return part
+            continue
+        element, dims = _in_words(part.kind, part.dims)
+        if part.offset <= offset and offset + size <= part.offset + element.size * prod(dims):
+            return part
+    return None
+
+
+def _in_words(kind: Kind, dims: tuple[int, ...]) -> tuple[Kind, tuple[int, ...]]:
+    """Return type and dimensions as clients see them: BOOLs of an array are bits of words."""
+    return (DWORD, (-(-prod(dims) // 32),)) if kind == BOOL and dims else (kind, dims)
+
+
 @dataclass(frozen=True)
 class ListedAlias:
     """A second name of a tag or a part of one."""
@@ -132,7 +197,7 @@ class Listing:
 
     @property
     def programs(self) -> Iterator[str]:
-        """Programs with tags of their own, in order."""
+        """Programs with their own tags, in order."""
         owners = [each.program for each in self.tags] + [each.program for each in self.aliases]
         return iter(dict.fromkeys(filter(None, owners)))
 

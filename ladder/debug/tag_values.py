@@ -179,7 +179,7 @@ def _at_address(layout: Layout, known: Sequence[TagValue], address: Address) -> 
     if isinstance(where, Group) and all(isinstance(index, Constant) for index in where.indices):
         name = f"{resolver.full_name(str(address))}{_ranges(layout, where.dims)}"
         return list(_values(layout, where.path, name, where.type, _flat(layout, where), where.dims))
-    raise LadderError(f"{address} is not a tag of its own")
+    raise LadderError(f"{address} is not a whole tag")
 
 
 def _flat(layout: Layout, group: Group) -> int:

@@ -103,7 +103,8 @@ class Store:
     offset: int  # byte of the tag
     data: str  # hexadecimal
     keep: str = ""  # hexadecimal, as long as `data`: bits that stay as they are; "" for none
-    client: str = ""  # address of the client
+    client: str = ""  # its user, if one has logged in, and its address
+    part: str = ""  # of the tag, for people: `.Steps[2].Time`; "" for all of it
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +150,7 @@ class RemoveBreakpoint:
 class Reload:
     """Continue with the present version of the program's file."""
 
-    restart: str = ""  # sequences that begin anew, separated by commas; "all" for the whole program
+    restart: str = ""  # sequences that restart, separated by commas; "all" for the whole program
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,9 +191,10 @@ class Online:
     """Take a step with edited rungs: accept, test, untest, assemble, reopen, cancel or save."""
 
     step: str
-    base: str = ""  # digest of the program's file that was edited; with accept
+    base: str = ""  # digest of the program's file that was edited; of steps behind accept, the edited file's
     rungs: tuple[tuple[str, int, tuple[str, ...]], ...] = ()  # routine, number, and what stands in its place
     tags: tuple[tuple[str, str, str], ...] = ()  # new ones: name, type, program
+    by: str = ""  # who, see `Press`
 
 
 ToEditor = Source | Draft | Online
@@ -288,7 +290,7 @@ def names_in(restart: str) -> tuple[str, ...]:
 _LISTS = ("late_words", "rungs", "tags")
 """Fields that are lists."""
 
-_LEFT_OUT = ("restart", "keep", "client", "by", "paused")
+_LEFT_OUT = ("restart", "keep", "client", "part", "by", "paused")
 """Fields that a message leaves out while they are empty or false."""
 
 
@@ -457,6 +459,7 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "data": (_is_hex, _HEX),
     "keep": (_is_hex, _HEX),
     "client": (lambda value: value == "" or _is_text(value), _TEXT),
+    "part": (lambda value: value == "" or _is_text(value), _TEXT),
     "by": (lambda value: value == "" or _is_text(value), _TEXT),
     "late_words": (_are_words, "words from 0 to 7"),
 }

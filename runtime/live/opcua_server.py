@@ -152,7 +152,7 @@ class OpcUaServer:
             keep_apart(session, self._inner.subscription_service.subscriptions)
             client = f"{name[0]}:{name[1]}"
             session.read = self._reading(session.read, client)
-            session.write = lambda params: self._write(params, client)
+            session.write = lambda params: self._write(params, _by_user(session.user, client))
             session.create_subscription = self._subscribing(session.create_subscription, client)
             session.modify_subscription = self._changing(session.modify_subscription)
             session.create_monitored_items = self._monitoring(session.create_monitored_items, client)
@@ -315,6 +315,11 @@ class _WriteRefusedError(ValueError):
     def __init__(self, code: str) -> None:
         super().__init__(code)
         self.code = code
+
+
+def _by_user(user: Any, client: str) -> str:
+    """Return who writes: a user who has logged in, and the client."""
+    return f"{user.name} ({client})" if user.name else client
 
 
 def interval(asked_ms: float) -> float:

@@ -9,7 +9,7 @@ from typing import Protocol
 
 from typing_extensions import override
 
-from ...io_images.enip.listing import Listing
+from ...io_images.enip.listing import Listing, part_at
 from ..loop.listeners import QuietListener
 from ..loop.pace import wall_ns
 from ..loop.rack import Rack
@@ -125,8 +125,9 @@ class TagDesk(QuietListener):
                 return self._read(operation)
             if not self._writes:
                 return None
-            name = self.listing.tags[operation.tag].full_name
-            order = Store(name, operation.offset, operation.data.hex(), operation.keep.hex(), client)
+            tag, data, keep = self.listing.tags[operation.tag], operation.data, operation.keep
+            part = part_at(tag, operation.offset, len(data), keep, files=self.listing.files)
+            order = Store(tag.full_name, operation.offset, data.hex(), keep.hex(), client, part)
             self._hands.act(order, *self._next)
         except Exception:  # one packet's mistake never faults the CPU
             return None

@@ -6,7 +6,16 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ...io_images.enip.listing import BOOL, DINT, INT, ListedTag, Listing, Part, StructuredKind
+from ...io_images.enip.listing import (
+    BOOL,
+    DINT,
+    INT,
+    ExternalAccess,
+    ListedTag,
+    Listing,
+    Part,
+    StructuredKind,
+)
 from ...io_images.enip.paths import PathStep
 
 WORDS, WORD_BITS = 8, 16
@@ -63,9 +72,10 @@ def image_tags(slot: int, *, files: bool, profile: str = GENERIC) -> tuple[Liste
         files: as data files of an SLC program.
         profile: see `PROFILES`.
     """
+    shown = ExternalAccess.READ_ONLY
     if files:
-        return ListedTag(f"I:{slot}", "", INT, (WORDS,)), ListedTag(f"O:{slot}", "", INT, (WORDS,))
-    return ListedTag(f"Local:{slot}:I", "", _IN[profile]), ListedTag(f"Local:{slot}:O", "", _OUT)
+        return ListedTag(f"I:{slot}", "", INT, (WORDS,), shown), ListedTag(f"O:{slot}", "", INT, (WORDS,))
+    return ListedTag(f"Local:{slot}:I", "", _IN[profile], (), shown), ListedTag(f"Local:{slot}:O", "", _OUT)
 
 
 def with_images(listing: Listing, slots: Iterable[int], profile: str) -> Listing:

@@ -54,6 +54,8 @@ def users_of(text: str) -> dict[str, bytes]:
         name, colon, password = line.partition(":")
         if not (name and colon and password):
             raise ValueError(f"line {number}: must be name:password")
+        if not name.isprintable():
+            raise ValueError(f"line {number}: {name!r} has characters that can't be printed")
         if len(name.encode()) > PASSWORD_MOST or len(password.encode()) > PASSWORD_MOST:
             raise ValueError(f"line {number}: a name and a password have at most {PASSWORD_MOST} bytes")
         if name in users:

@@ -3,8 +3,8 @@
     python plctag_client.py LIBRARY PORT controllogix NAME[=VALUE] ...
     python plctag_client.py LIBRARY PORT micrologix NAME[=VALUE] ...
 
-A name may say how many elements it means: `Dints{3000}`. Prints the first value and the bytes of each, or the
-library's word for what went wrong.
+A name may say how many elements it means: `Dints{3000}`. Prints the first value and the bytes of each, of
+listings (`@tags`, `@udt/256`) all bytes as hexadecimal, or the library's word for what went wrong.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ def main(path: str, port: str, plc: str, *wanted: str) -> None:
     library = ctypes.CDLL(path)
     library.plc_tag_decode_error.restype = ctypes.c_char_p
     library.plc_tag_get_int16.restype = ctypes.c_int16
+    library.plc_tag_get_uint8.restype = ctypes.c_uint8
 
     def word(status: int) -> str:
         return str(library.plc_tag_decode_error(status).decode())
@@ -39,6 +40,8 @@ def main(path: str, port: str, plc: str, *wanted: str) -> None:
             if (status := library.plc_tag_read(tag, TIMEOUT_MS)) < 0:
                 return word(status)
             size = library.plc_tag_get_size(tag)
+            if "@" in name:
+                return bytes(library.plc_tag_get_uint8(tag, at) for at in range(size)).hex()
             bit = library.plc_tag_get_bit(tag, 0) if name.rpartition(".")[2].isdecimal() else -1
             if value:
                 width = min(4, size)

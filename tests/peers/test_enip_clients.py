@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from aliased_tags import write_aliases
+from listed_layouts import CONTROLLERS, Listed, listed, of_pycomm3, of_pylogix, of_st, rack_at, rack_id
 from logix_clients import pycomm3_client, pylogix_client
 from peers import node
 from scanrack.jobs.run.servers.tag_formats import FORMATS
@@ -55,6 +56,15 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[ServedRack
         yield rack, port
 
 
+@pytest.fixture(scope="module", params=CONTROLLERS, ids=rack_id)
+def controller(
+    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
+) -> Iterator[tuple[Listed, int]]:
+    """The layout of a rack, and the port at which it is served."""
+    with served(rack_at(request.param, tmp_path_factory.mktemp("rack"))) as (rack, port):
+        yield listed(rack.setup.database), port
+
+
 def in_rack(rack: ServedRack, name: str) -> Any:
     """Return a value as the program has it."""
     return rack.debugger.tags[name.replace("Program:Main.", "\\Main.")]
@@ -82,15 +92,32 @@ def test_aliases_and_access_to_pycomm3_and_pylogix(tmp_path: Path) -> None:
 
 
 @pytest.mark.peer("pycomm3")
-def test_pycomm3_lists_all_tags_and_structures(bench: tuple[ServedRack, int]) -> None:
-    rack, port = bench
+def test_pycomm3_lists_all_tags_and_templates(controller: tuple[Listed, int]) -> None:
+    layout, port = controller
     with pycomm3_client(pycomm3.LogixDriver, port, init_program_tags=True) as plc:
-        wanted = {tag.full_name.replace("\\Main.", "Program:Main."): tag for tag in rack.desk.listing.tags}
-        assert set(plc.tags) == set(wanted)
-        for name, tag in wanted.items():
-            assert [each for each in plc.tags[name]["dimensions"] if each] == (
-                [2] if tag.is_bits else list(tag.dims)
-            )
+        assert of_pycomm3(plc) == layout
+
+
+@pytest.mark.peer("pylogix")
+def test_pylogix_lists_all_tags_and_templates(controller: tuple[Listed, int]) -> None:
+    layout, port = controller
+    with pylogix_client(port) as plc:
+        told = of_pylogix(plc)
+    kept = {"sizes": False, "dims": lambda dims: dims[:1]}
+    assert told.without(**kept) == layout.without(**kept)
+
+
+@pytest.mark.peer("st-ethernet-ip")
+def test_st_ethernet_ip_lists_all_tags_and_templates(controller: tuple[Listed, int]) -> None:
+    layout, port = controller
+    told = of_st(node("st-ethernet-ip", "write_tags.cjs", port, "list"))
+    assert told.without() == layout.without(dims=lambda dims: (len(dims),) * bool(dims))
+
+
+@pytest.mark.peer("pycomm3")
+def test_pycomm3_reads_structures(bench: tuple[ServedRack, int]) -> None:
+    _, port = bench
+    with pycomm3_client(pycomm3.LogixDriver, port, init_program_tags=True) as plc:
         recipe = plc.data_types["Recipe"]
         assert recipe["template"]["structure_size"] == 144
         assert recipe["attributes"] == ["Id", "Flag", "Steps", "Name", "Bits", "Total"]
@@ -158,7 +185,7 @@ def test_slcdriver_reads_and_writes_data_files(files: tuple[ServedRack, int]) ->
         "L10:1": -100_000,
         "ST9:0": "new text",
     }
-    writes |= {"B3:3": 0x55, "O:1.0": 3}
+    writes |= {"B3:3": 0x55, "B3:0/5": True, "O:1.0": 3, "S:7": 3}
     with pycomm3_client(pycomm3.SLCDriver, port) as plc:
         assert plc.get_processor_type() == "1764-LRP"
         assert {name: plc.read(name).value for name in reads} == reads
@@ -167,6 +194,10 @@ def test_slcdriver_reads_and_writes_data_files(files: tuple[ServedRack, int]) ->
             assert plc.read(name).value == value
         assert plc.write(("T4:0.PRE", 777)).error is not None  # it names six bytes and sends two
         assert plc.read("T4:0.PRE").value == 500
+        assert plc.write(("I:1.0", 3)).error == "Error code in EXT STS Byte"  # 0Bh, see test_data_files.py
+        assert plc.read("I:1.0").value == 0x6400
+        with pytest.raises(pycomm3.RequestError, match="parsing the tag"):
+            plc.read("R6:0.LEN")  # it knows no control files
         directory = plc.get_file_directory()
         assert {name: each["elements"] for name, each in directory.items()} == {
             "O0": 8, "I1": 8, "S2": 84, "B3": 4, "T4": 2, "C5": 1, "R6": 1, "N7": 16, "F8": 4, "ST9": 2,
@@ -176,17 +207,24 @@ def test_slcdriver_reads_and_writes_data_files(files: tuple[ServedRack, int]) ->
 
 @pytest.mark.peer("nodepccc")
 def test_nodepccc_reads_and_writes_data_files(files: tuple[ServedRack, int]) -> None:
+    """For a word of a timer, counter or control it sends three: two land behind it, or do not fit."""
     rack, port = files
-    told = node("nodepccc", "write_files.cjs", port)
-    assert told == {
-        "N7:4": 444,
-        "F8:2": 3.5,
-        "B3:2/5": True,
-        "L10:1": 70_000,
-        "T4:0.PRE": 321,
-        "ST9:1": "hello world",
+    rack.debugger.tags["T4:0.ACC"] = 9
+    assert node("nodepccc", "write_files.cjs", port) == {
+        "N7:4": [False, 444],
+        "F8:2": [False, 3.5],
+        "B3:2/5": [False, True],
+        "L10:1": [False, 70_000],
+        "ST9:1": [False, "from node"],
+        "T4:0.PRE": [False, 321],
+        "C5:0.PRE": [True, 10],
+        "R6:0.LEN": [True, 4],
+        "O:1": [False, 6],
+        "I:1": [True, 0x6400],
+        "S:7": [False, 3],
     }
-    assert rack.debugger.tags["T4:0.PRE"] == 321
+    tags = rack.debugger.tags
+    assert [tags[each] for each in ("T4:0.PRE", "T4:0.ACC", "C5:0.ACC", "R6:0.POS")] == [321, 0, 3, 1]
 
 
 @pytest.mark.peer("st-ethernet-ip")
@@ -248,7 +286,7 @@ def test_the_examples_of_exports_are_written_by_pycomm3() -> None:
 
 
 def test_what_clients_make_of_what_they_can_not_have(bench: tuple[ServedRack, int]) -> None:
-    """docs/hmi.md, Limits: a bit that a DINT lacks, and 999 DINTs in one packet; neither gives wrong data."""
+    """docs/hmi-clients.md: a bit that a DINT lacks, and 999 DINTs in one packet; neither gives wrong data."""
     rack, port = bench
     rack.debugger.tags["aDint"] = 5
     with pycomm3_client(pycomm3.LogixDriver, port) as plc:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import random
+import re
 import socket
 import struct
 import time
@@ -71,6 +72,8 @@ def test_a_user_reads_and_writes_and_others_do_not(bench: Bench, tmp_path: Path)
         (node,) = named(client, "aDint")
         await node.write_value(ua.Variant(-4711, ua.VariantType.Int32))
         assert await node.read_value() == bench.tags["aDint"] == -4711
+        ((_, order),) = bench.orders.given
+        assert re.search(r"'text': 'ann \(127\.0\.0\.1:\d+\) writes aDint\.'", order)
         await client.disconnect()
         begun = time.monotonic()
         assert await status_of(connected_as(bench, tmp_path, USER, "a pass")) == "BadUserAccessDenied"

@@ -76,14 +76,14 @@ def _node_red_version(_name: str) -> str:
 ENIP, PCCC, UA, MODBUS = "EtherNet/IP", "PCCC", "OPC UA", "Modbus TCP"
 
 PEERS: dict[str, Peer] = {
-    "pycomm3": Peer(ENIP, "list, structures, every type, batches, 12,000 bytes; SLCDriver: files", version),
-    "pylogix": Peer(ENIP, "list, every type, connections of 4,002 and 504 bytes", version),
+    "pycomm3": Peer(ENIP, "list, templates, every type, batches, 12,000 bytes; SLCDriver: files", version),
+    "pylogix": Peer(ENIP, "list, templates, every type, connections of 4,002 and 504 bytes", version),
     "libplctag": Peer(
-        ENIP, "list, values, bits, 12,000 bytes, refusals; data files of an .SLC", _plctag_version
+        ENIP, "list, templates, values, bits, 12,000 bytes, refusals; files of an .SLC", _plctag_version
     ),
-    "st-ethernet-ip": Peer(ENIP, "list, values, structures, texts", npm_version),
+    "st-ethernet-ip": Peer(ENIP, "list, templates, values, structures, texts", npm_version),
     "Node-RED": Peer(ENIP, "the flow of `scanrack tags` unchanged, the end of a run", _node_red_version),
-    "nodepccc": Peer(PCCC, "files N, F, B, L, T, ST", npm_version),
+    "nodepccc": Peer(PCCC, "files N, F, B, L, T, ST, O, S; what it can't write", npm_version),
     "asyncua": Peer(UA, "browsing, values, arrays, subscriptions, encryption, users", version),
     "node-opcua-client": Peer(UA, "values, encryption, users", npm_version),
     "pymodbus": Peer(MODBUS, "coils, registers, functions 16h and 17h", version),

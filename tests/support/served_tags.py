@@ -12,11 +12,12 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.runtime.config.server_table import ModbusTable
 from scanrack.runtime.live.mailbox import Mailbox
-from scanrack.runtime.live.tag_desk import TagDesk
+from scanrack.runtime.live.tag_desk import NoTags, TagDesk
 from scanrack.runtime.live.tag_server import Answers, TagServer
 from scanrack.runtime.tag_servers.database import Database
 from scanrack.runtime.tag_servers.exchange import ANSWER, Packet, request_of, results_in
@@ -132,16 +133,14 @@ class ServedRack:
         self._mailbox = Mailbox()
         ports.callback(self._mailbox.close)
         self.hands = self.run.hands
-        debugger = self.run.program.debugger
-        assert debugger is not None
-        self.debugger = debugger
+        self.debugger: Any = self.run.program.debugger  # None: the program has no tags
         self.desk = TagDesk(
             self._mailbox,
             mine,
             self.hands,
             self.run.rack,
             self.run.cpu.period_ns,
-            lambda: debugger.images,
+            lambda: NoTags() if self.debugger is None else self.debugger.images,
             writes=True,
         )
         self.run.cpu.add_listener(self.desk)

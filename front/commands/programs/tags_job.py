@@ -9,7 +9,7 @@ from pathlib import Path
 
 from ...jobs.load.loading import load_job
 from ...jobs.run.servers.offered import database_of_job
-from ...jobs.run.servers.tag_formats import FORMATS
+from ...jobs.run.servers.tag_formats import FORMATS, cell_text
 from ...runtime.tag_servers.database import Database, Writable
 from ...runtime.tag_servers.nearest import nearest, unknown_patterns
 from ...runtime.tag_servers.tag_list import TagRow, first_map, tag_rows
@@ -101,7 +101,7 @@ def _csv(rows: list[TagRow]) -> str:
     out = io.StringIO()
     write = csv.writer(out, lineterminator="\n")
     write.writerow(COLUMNS)
-    write.writerows(map(_cells, rows))
+    write.writerows((*_cells(each)[:-1], cell_text(each.description)) for each in rows)
     return out.getvalue()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import BinaryIO
 
 from ...io_images.captures.packets import PCAP_MAGICS, SECTION, Capture
 from ...io_images.captures.segments import segment_in
-from ...io_images.captures.streams import Streams
+from ...io_images.captures.streams import CONNECTIONS_MAX, Streams
 from ...io_images.input_files import open_input
 from .cip_pairing import CipPairing
 from .pairing import ModbusTcpPairing, PairedExchange, Pairing, PmcPairing, RtuPairing
@@ -85,7 +86,7 @@ def _captured(file: BinaryIO, head: bytes, pairing: Callable[[], Pairing], port:
 
 
 def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> DeviceCapture:
-    streams, pairings, ports = Streams(), dict[object, Pairing](), set[int]()
+    streams, pairings, ports = Streams(), OrderedDict[object, Pairing](), set[int]()
     found = DeviceCapture([])
     segments = (segment for packet in capture.packets() if (segment := segment_in(packet)) is not None)
     for chunk in streams.chunks(segments):
@@ -95,7 +96,12 @@ def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> 
                 ports.add(min(chunk.source[1], chunk.target[1]))
             continue
         connection = (chunk.source, chunk.target) if asked else (chunk.target, chunk.source)
-        one = pairings.setdefault(connection, pairing())
+        if connection not in pairings:
+            pairings[connection] = pairing()
+        pairings.move_to_end(connection)
+        one = pairings[connection]
+        if len(pairings) > CONNECTIONS_MAX:
+            _add(found, pairings.popitem(last=False)[1].finish())
         _add(found, one.feed(chunk.at_ns, chunk.data, asked=asked, fresh=chunk.after_gap))
     for one in pairings.values():
         _add(found, one.finish())

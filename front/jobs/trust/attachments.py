@@ -25,6 +25,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from types import ModuleType
 from typing import TYPE_CHECKING
 
+from ...io_images.input_files import open_input
 from ...runtime.config.rackspec import RackSpec
 from ...traces.files.portable import relative
 from ...traces.format.snapshots import SNAPSHOTS
@@ -77,8 +78,17 @@ def files_of(job: LoadedRack) -> dict[str, Path]:
 def files_beside(job: LoadedRack) -> dict[str, Path]:
     """Return the other files of a job: modules, stubs, programs of units, racks and panel beside it."""
     panel = Path(panel_name(str(job.rack_file)))
-    shown = {panel.name: panel} if panel.is_file() else {}
+    shown = {panel.name: panel} if _is_input(panel) else {}
     return {**_imported(job), **_stub_functions(job), **_unit_programs(job), **_racks_beside(job), **shown}
+
+
+def _is_input(path: Path) -> bool:
+    """Whether this is a file that may be read: a link to another kind of file, such as a key, may not."""
+    try:
+        open_input(path).close()
+    except OSError:
+        return False
+    return True
 
 
 def _racks_beside(job: LoadedRack) -> dict[str, Path]:

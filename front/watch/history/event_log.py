@@ -16,7 +16,7 @@ from operator import itemgetter
 from typing import Any, Protocol
 
 from ...io_images.site import Site
-from ...runtime.live.actions import RECORDED, Press, Write, action_of, parsed
+from ...runtime.live.actions import RECORDED, Press, Store, Write, action_of, parsed
 from ...runtime.loop.faults import Cause, Fault
 from ...traces.format.topics import TOPICS
 from ...traces.read.reader import TraceEvent
@@ -78,6 +78,7 @@ class EventLog:
         """Drop all events: another session begins."""
         self.begin = 0
         self.earlier: States | None = None
+        self._first = LAST_SCAN  # scan of the first event
         self._events: list[Json] = []
         self._forces = _StateHistory()
         self._lines = _StateHistory()
@@ -109,6 +110,7 @@ class EventLog:
     def take(self, event: Mapping[str, Any]) -> None:
         """Add an event: scan, t, topic and its fields."""
         topic, scan = event["topic"], event["scan"]
+        self._first = min(self._first, scan)
         if topic == FORCES:
             self.forced(scan, event)
         if topic in STATED and not self._is_news(topic, event):
@@ -160,12 +162,14 @@ class EventLog:
         try:
             order = action_of(parsed(text), RECORDED)
         except ValueError:
-            return  # of a recording that somebody else has made
+            return  # of a recording that someone else has made
         told: Json = {}
         if isinstance(order, Press):
             told = {f"{order.slot}.input.{order.name}": [order.on, order.by]}
         elif isinstance(order, Write):
             told = {order.tag: [order.value, order.by]}
+        elif isinstance(order, Store):
+            told = {order.tag + order.part: [None, order.client]}
         if told:
             self._pressed.note(scan, {**self._pressed.latest, **told})
 
@@ -188,6 +192,10 @@ class EventLog:
         before = min(scan, self._events[0]["scan"] - 1) if self._events else scan
         return [*self.earlier.up_to(before, most - len(own)), *own]
 
+    def _before(self, scan: int | None) -> int:
+        """Return the scan for which the earlier states are asked: a growing recording repeats ours."""
+        return self._first if scan is None else min(scan, self._first)
+
     def faults_at(self, scan: int | None) -> list[Fault]:
         """Return the CPU's faults up to the end of a scan; None = the latest."""
         earlier = [] if self.earlier is None or self._faults else self.earlier.faults_at(scan)
@@ -197,7 +205,7 @@ class EventLog:
         """Return the forces in effect in a scan; None = the latest."""
         told = self._forces.told(LAST_SCAN if scan is None else scan)
         if told is None and self.earlier is not None:
-            return self.earlier.forces_at(scan)
+            return self.earlier.forces_at(self._before(scan))
         return told or {}
 
     def told_forces(self, scan: int) -> Json | None:
@@ -206,17 +214,17 @@ class EventLog:
 
     def lines_at(self, scan: int | None) -> Json:
         """Return the waiting lines of the sequences in a scan, by name."""
-        earlier = {} if self.earlier is None else self.earlier.lines_at(scan)
+        earlier = {} if self.earlier is None else self.earlier.lines_at(self._before(scan))
         return earlier | (self._lines.told(LAST_SCAN if scan is None else scan) or {})
 
     def pressed_at(self, scan: int | None) -> Json:
         """Return what orders have set last up to a scan, and who."""
-        earlier = {} if self.earlier is None else self.earlier.pressed_at(scan)
+        earlier = {} if self.earlier is None else self.earlier.pressed_at(self._before(scan))
         return earlier | (self._pressed.told(LAST_SCAN if scan is None else scan) or {})
 
     def rules_at(self, scan: int | None) -> list[Json]:
         """Return the rule that last set each bit, up to a scan."""
-        earlier = [] if self.earlier is None else self.earlier.rules_at(scan)
+        earlier = [] if self.earlier is None else self.earlier.rules_at(self._before(scan))
         if scan is None:
             own: Iterable[Json] = self._latest_rules.values()
         else:

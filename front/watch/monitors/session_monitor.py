@@ -15,7 +15,7 @@ from typing_extensions import override
 from ...jobs.load.loading import LoadedRack, load_job
 from ...jobs.record.program_versions import folders_of, forget
 from ...jobs.trust.attachments import load_files
-from ...runtime.live.actions import Action, Press, Write, action_of, said_of
+from ...runtime.live.actions import Action, Online, Press, Write, action_of, said_of
 from ...runtime.live.ring import Ring, RingShape, Rows
 from ...runtime.live.session import GIVEN
 from ...runtime.loop.pace import wall_ns
@@ -24,15 +24,13 @@ from ..history.event_log import EventLog
 from ..history.indexer import SLICE, Indexer, indexable
 from ..history.recorded_events import RecordedEvents
 from ..panels.kept_panel import KeptPanel
-from .monitor import Monitor, SessionFacts, Subject
+from .monitor import Json, Monitor, SessionFacts, Subject
 from .page import Page
 from .panel_questions import left_pressed, show_panel
 from .picture import late_scans, speed_reached
 from .questions import QUESTIONS
 from .stretched import SessionProgram
 from .troubles import ErrorBit, ErrorWatch
-
-Json = dict[str, Any]
 
 SPEED_ROWS = 512
 """Rows over which the speed is measured."""
@@ -107,8 +105,10 @@ class SessionMonitor(Monitor):
         self._online: Json | None = None  # the state of edited rungs
         self._preview: Json | None = None  # of a saved program that waits to be taken over
         self._indexer: Indexer | None = None
+        self._earlier: RecordedEvents | None = None  # events of a dead monitor, until all are read
         self._indexed = False
         self._left = setup.started > 0  # buttons may be pressed whose pages the monitor before knew
+        self._let_go: list[Json] = []  # for those
         self._index_to = self._ticks = 0
         ring.asked += 1  # initial values, and the state
 
@@ -164,10 +164,10 @@ class SessionMonitor(Monitor):
             self._name_errors(rows)
         self.wake()
         self._attend_panels()
-        return self._index()
+        return self._index() | self._read_earlier()
 
     def _attend_panels(self) -> None:
-        """Let go for pages that say nothing any more; show a panel's file that has changed."""
+        """Let go for pages that no longer say anything; show a panel's file that has changed."""
         for page in self.pages:
             if page.holds and wall_ns() > page.holds_until_ns:
                 self.let_go(page)
@@ -270,7 +270,7 @@ class SessionMonitor(Monitor):
         for each in told["programs"]:
             self._add(SessionProgram(*each))
         self.log.clear()
-        self._indexer, self._indexed = None, False
+        self._indexer, self._earlier, self._indexed = None, None, False
         self.latest, self._late, self._missed = None, 0, 0
         self._rows_at, self._snapshots_at = told["rows"], told["snapshots"]
         self._online = None
@@ -311,18 +311,29 @@ class SessionMonitor(Monitor):
         if trace is None:
             return  # nothing of it has been written yet
         self._indexed = True
-        recorded = self.log.earlier = RecordedEvents(trace)
+        recorded = self.log.earlier = self._earlier = RecordedEvents(trace)
         self._let_go_left()
         if self._index_to < 0:
             return
         self._indexer = Indexer(programs, subject.words, subject.spec.scan_ns, recorded, subject.keep)
 
+    def _read_earlier(self) -> bool:
+        """Read further events that a dead monitor had; return whether there are more."""
+        if self._earlier is None:
+            return False
+        if not self._earlier.tick():
+            self._earlier = None
+            self._let_go_left()  # what was pressed long ago
+            self._left = False
+        return self._earlier is not None
+
     def _let_go_left(self) -> None:
         """Let go what pages of a dead monitor have left pressed, once: their holds died with it."""
         if self._left and not self.about.read_only:
             for each in left_pressed(self):
-                self._pass_on(action_of({**each, "by": "panel, after a restart"}))
-        self._left = False
+                if each not in self._let_go:
+                    self._let_go.append(each)
+                    self._pass_on(action_of({**each, "by": "panel, after a restart"}))
 
     # --- orders
 
@@ -342,8 +353,8 @@ class SessionMonitor(Monitor):
         order = action_of({key: value for key, value in said.items() if key != "id"}, GIVEN)
         if self.about.read_only:
             raise ValueError("this session is read-only: it takes no orders")
-        if isinstance(order, Press | Write) and order.by:
-            order = replace(order, by=f"{order.by}, page {page.number}")
+        if isinstance(order, Online) or (isinstance(order, Press | Write) and order.by):
+            order = replace(order, by=", ".join(filter(None, (order.by, f"page {page.number}"))))
         self._asked[self._orders + 1] = page, number
         self._pass_on(order)
 

@@ -7,6 +7,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
+from ...io_images.input_files import read_input
 from ...jobs.load.panels import panel_name
 from ...traces.files.guard import FileKind
 from ...traces.files.newfile import new_file
@@ -63,7 +64,7 @@ class KeptPanel:
     def content(self) -> bytes:
         """Return the contents, none of a file that is not there; ValueError if it can't be read."""
         try:
-            content = self._path.read_bytes() if self._given is None else self._given
+            content = read_input(self._path, BYTES_MOST) if self._given is None else self._given
         except FileNotFoundError:
             return b""
         except OSError as error:

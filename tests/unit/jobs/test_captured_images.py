@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from pathlib import Path
 from struct import pack
 
@@ -97,7 +98,7 @@ def test_a_read_of_all_words_and_a_write_behind_it(tmp_path: Path) -> None:
     ]
     code, said = imported(tmp_path, talk)
     assert code == 0
-    assert "output words that nobody reads or writes, 0 in the trace: 0, 1, 2, 4, 5, 6, 7" in said
+    assert "output words that no client reads or writes, 0 in the trace: 0, 1, 2, 4, 5, 6, 7" in said
     assert "input words" not in said
     times, outputs, inputs = images_in(tmp_path)
     assert times == [1 * MS, 5 * MS]
@@ -148,6 +149,22 @@ def test_parts_masks_and_numbers_out_of_the_list_of_tags(tmp_path: Path) -> None
     _, outputs, inputs = images_in(tmp_path)
     assert inputs == [list(WORDS), [*WORDS[:7], 77]]
     assert [each[1] for each in outputs] == [0x8001, 0x8001]  # 0 or 8001h, and FF0Fh
+
+
+def test_a_batch_whose_places_go_back_has_no_messages(tmp_path: Path) -> None:
+    """Its parts would have 32,000 times its bytes, 1 GiB of a frame of 64 KiB."""
+    head, count = b"\x0a\x02\x20\x02\x24\x01", 32_000
+    places = pack(f"<H{count}H", count, *[2 + 2 * count, 65_000] * (count // 2))
+    evil = places.ljust(65_000, b"x")
+    talk = [(True, unconnected(head + evil)), (False, unconnected(done(0x0A, evil)))]
+    talk += [(True, unconnected(READ_ALL)), (False, unconnected(done(0x4C, ints(*WORDS))))]
+    tracemalloc.start()
+    try:
+        assert imported(tmp_path, talk)[0] == 0
+        assert tracemalloc.get_traced_memory()[1] < 50 << 20
+    finally:
+        tracemalloc.stop()
+    assert images_in(tmp_path)[2] == [list(WORDS)]
 
 
 def test_one_slot_of_several(tmp_path: Path) -> None:

@@ -1,9 +1,11 @@
 """The events of a session: what is kept, and what stood in a scan."""
 
 import pytest
+from scanrack.runtime.live.actions import RECORDED, Store, action_of, parsed, text_of
+from scanrack.runtime.live.operator_actions import sentence
 from scanrack.runtime.loop.faults import Cause, Fault
-from scanrack.watch.history.catalog import PythonSource
 from scanrack.watch.history.event_log import FIRST, KEPT, STATES, EventLog
+from scanrack.watch.history.python_source import PythonSource
 
 
 def event(scan, topic="/events", **fields):
@@ -41,6 +43,19 @@ def test_a_fault_is_known_from_its_scan_on():
     assert list(map(str, log.faults_at(7))) == [
         "scan 7 (t = 0.00000007 s): the program raised ValueError: no [line.py:62]"
     ]
+
+
+def test_who_has_written_a_tag_is_known_of_clients_too():
+    log = EventLog()
+    store = Store("Recipe", 8, "01", "fe", "ann (127.0.0.1:5000)", ".Steps[2].Valve")
+    assert action_of(parsed(text_of(store)), RECORDED) == store
+    log.take(event(3, "/orders", kind="store", text=sentence(store), order=text_of(store)))
+    log.take(
+        event(5, "/orders", kind="write", text="?", order='{"do":"write","tag":"Run","value":1,"by":"x"}')
+    )
+    assert log.up_to(3, 1)[0]["text"] == "ann (127.0.0.1:5000) writes Recipe.Steps[2].Valve."
+    assert log.pressed_at(4) == {"Recipe.Steps[2].Valve": [None, "ann (127.0.0.1:5000)"]}
+    assert log.pressed_at(5) == log.pressed_at(4) | {"Run": [1, "x"]}
 
 
 @pytest.mark.parametrize(("file", "at"), [("/tmp/x/line.py", "line.py.62"), ("/tmp/x/other.py", None)])

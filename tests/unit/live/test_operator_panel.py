@@ -5,6 +5,7 @@ is empty, `let_go` not called in `leave`, an overlap allowed in `_take`: a test 
 """
 
 import json
+import os
 import re
 import shutil
 from pathlib import Path
@@ -20,9 +21,11 @@ from live_sessions import FEEDER, LiveSession
 from recordings import opened
 from scanrack.commands import build
 from scanrack.jobs import load_job
+from scanrack.jobs.trust.attachments import files_beside
 from scanrack.runtime.live.actions import action_of, text_of
 from scanrack.runtime.live.operator_actions import sentence
 from scanrack.traces import open_trace
+from scanrack.watch.history import recorded_events
 from scanrack.watch.history.event_log import EventLog
 from scanrack.watch.monitors import panel_questions, session_monitor
 from scanrack.watch.monitors.monitor import SessionFacts, Subject
@@ -30,6 +33,7 @@ from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.questions import ask
 from scanrack.watch.monitors.session_monitor import SessionMonitor, SessionProgram, Setup
 from scanrack.watch.panels import bindings
+from scanrack.watch.panels.kept_panel import KeptPanel
 from scanrack.watch.panels.panel_file import COLORS, COLUMNS, KINDS, Panel, panel_text, parse_panel, refusals
 from typer.testing import CliRunner
 
@@ -269,6 +273,24 @@ def test_names_are_suggested_for_a_few_unknown_tags_and_looked_up_once(monkeypat
     assert found.of({"kind": "lamp", "tag": "Btatoin"})["broken"] == "no tag Btatoin; did you mean Station?"
 
 
+# --- a file that is none
+
+
+@pytest.mark.parametrize("kind", ["pipe", "secret"])
+def test_a_panel_that_is_a_pipe_or_a_link_to_a_secret_is_neither_read_nor_recorded(rack, kind):
+    """A rack of strangers may bring `feeder.panel -> ~/.ssh/id_rsa`; its trace goes back to them."""
+    panel, secret = rack.with_suffix(".panel"), rack.with_name("id_rsa")
+    secret.write_text("secret", encoding="utf-8")
+    if kind == "pipe":
+        os.mkfifo(panel)
+    else:
+        panel.symlink_to(secret)
+    kept = KeptPanel(str(rack))
+    with pytest.raises(ValueError, match=r"it can't be read: it is a (pipe|link)"):
+        kept.content()
+    assert panel.name not in files_beside(load_job(str(rack)))
+
+
 # --- in a session
 
 
@@ -451,6 +473,28 @@ def test_a_restarted_monitor_lets_go_what_was_left_pressed_once(rack, last, rele
                 monitor.tick()
             assert monitor.sent == expected
             monitor.subject.timeline.close()
+
+
+def test_a_restarted_monitor_knows_presses_of_the_whole_recording(rack, monkeypatch):
+    """Also those that are further back than what it reads at once; while the recording grows."""
+    monkeypatch.setattr(recorded_events, "AT_ONCE", 0)
+    rack.with_suffix(".panel").write_text(panel_text(Panel([STOP])), encoding="utf-8")
+    on, write = {**PRESS, "by": "panel, page 3"}, {"do": "write", "tag": "Homing", "value": True, "by": "x"}
+    session = LiveSession([(1, on), (2, write)], rack.with_suffix(".mcap"), rack)
+    session.ring.asked += 1
+    session.play(20)
+    for _ in range(8):  # what the monitor before has read is overwritten
+        session.ring.messages.write(b'{"note":""}' + b" " * (1 << 17))
+    for monitor in monitored(rack, read_only=False, session=session, started=1):
+        while monitor.tick():
+            pass
+        monitor.log.take({"scan": 15, "t": 0, "topic": "/orders", "text": "?", "order": '{"do":"pause"}'})
+        pressed = {"1.input.estop": [True, "panel, page 3"], "Homing": [True, "x"]}
+        assert monitor.states.pressed_at(None) == pressed
+        monkeypatch.setattr(monitor.log.earlier, "_up_to", lambda places, scan: places + [9][: scan > 15])
+        assert monitor.states.pressed_at(None) == pressed  # a new chunk that is not read yet
+        assert monitor.sent == [{**RELEASE, "by": "panel, after a restart"}]
+        monitor.subject.timeline.close()
 
 
 def test_a_restarted_monitor_leaves_what_a_page_holds_again(monitor):

@@ -31,6 +31,7 @@ needs_asyncua = pytest.mark.extra("opcua")
         ("# nobody", "1 to 64 users"),
         ("\n".join(f"u{n}:x" for n in range(65)), "1 to 64 users"),
         (f"ann:{'é' * 65}", "at most 128 bytes"),
+        ("an\x1bn:1", r"line 1: 'an\\x1bn' has characters that can't be printed"),
     ],
 )
 def test_a_file_of_users_that_can_not_be_used_is_refused(text: str, part: str) -> None:

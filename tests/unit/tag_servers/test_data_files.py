@@ -87,6 +87,31 @@ def test_what_does_not_fit_is_refused_and_changes_nothing(
     assert client.rack.debugger.tags["T4:0.PRE"] == 500
 
 
+@pytest.mark.parametrize(
+    ("address", "data", "path", "value"),
+    [
+        ((6, 0x88, 0, 1), b"\5\0", "R6:0.LEN", 5),
+        ((6, 0x88, 0, 2), b"\3\0", "R6:0.POS", 3),
+        ((5, 0x87, 0, 2), b"\4\0", "C5:0.ACC", 4),
+        ((2, 0x84, 7, 0), b"\3\0", "S:7", 3),
+    ],
+)
+def test_words_of_controls_counters_and_the_status_are_written(
+    client: Client, address: tuple[int, ...], data: bytes, path: str, value: int
+) -> None:
+    assert execute(client, WRITE, 2, *address, data=data) == (0, b"")
+    assert client.rack.debugger.tags[path] == value
+
+
+@pytest.mark.parametrize("function", [WRITE, MASKED])
+def test_an_input_image_refuses_as_without_privilege(client: Client, function: int) -> None:
+    """EXT STS 0Bh: access denied [1770-6.5.16, chapter 8, EXT STS codes of command 0Fh]."""
+    data = b"\xff\xff\3\0"[-4 if function == MASKED else -2 :]
+    assert execute(client, function, 2, 1, 0x8C, 1, 0, data=data) == (0xF0, b"\x0b")
+    assert execute(client, READ, 2, 1, 0x8C, 1, 0) == (0, b"\0\x64")
+    assert execute(client, function, 2, 0, 0x8B, 1, 0, data=data) == (0, b"")
+
+
 def test_a_field_goes_on_in_the_next_element_of_a_file_of_timers(client: Client) -> None:
     """From the preset of the first timer: two words of it, then the three words of the second."""
     first, second = (execute(client, READ, size, 4, 0x86, *at)[1] for size, at in ((4, (0, 1)), (6, (1, 0))))

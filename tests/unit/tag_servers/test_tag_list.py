@@ -6,6 +6,7 @@ import csv
 import json
 import tomllib
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -170,6 +171,25 @@ ROWS = [
     TagRow("Text", "STRING", (), True, "", "ns=2;s=Text", "Text"),
     TagRow("Long", "SINT", (ELEMENTS_MOST + 1,), False, "", "ns=2;s=Long", "Long"),
 ]
+
+
+@pytest.mark.parametrize("which", ["kepware", "factorytalk"])
+@pytest.mark.parametrize(
+    ("said", "cell"),
+    [
+        ("=1+1", "'=1+1"),
+        ("@SUM(1)", "'@SUM(1)"),
+        ("- spare", "'- spare"),
+        ("\t+1", "'+1"),
+        ("of the\nbelt", "of the belt"),
+        ("1 = on", "1 = on"),
+    ],
+)
+def test_a_description_is_no_formula_and_no_line_of_its_own(which: str, said: str, cell: str) -> None:
+    """Tables are opened in spreadsheets; a comment of an export is the text of a stranger."""
+    text, _ = made(which, [replace(ROWS[1], description=said)])
+    *_, line = csv.reader(text.splitlines())
+    assert cell in line
 
 
 def test_kepware_has_arrays_groups_and_texts() -> None:

@@ -4,12 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import ExitStack
+from itertools import chain
+from pathlib import Path
 from typing import Any
 
 import pytest
-from scanrack.io_images.enip.listing import DINT, ListedTag, Listing, Part, StructuredKind
+from scanrack.io_images.enip.listing import DINT, ListedTag, Listing, Part, StructuredKind, part_at
 from scanrack.runtime.tag_servers.database import Database
-from scanrack.runtime.tag_servers.variables import VARIABLES_MOST, Leaf, TagGroup, TagTree, Variable
+from scanrack.runtime.tag_servers.variables import (
+    VARIABLES_MOST,
+    Leaf,
+    TagGroup,
+    TagTree,
+    Variable,
+    variables_of,
+)
 from served_tags import ServedRack, write_rack
 
 
@@ -50,6 +59,59 @@ def test_members_and_elements_have_paths(variables: dict[str, Variable]) -> None
     assert {path for path in ("Locked", "Scan", "One.Id", "One.Name") if variables[path].writable} == {
         "One.Name"
     }
+
+
+def test_the_bytes_of_a_value_have_its_name(tmp_path: Path) -> None:
+    """Orders of clients say which part of a tag they write; a browser's names are the oracle."""
+    with ExitStack() as ports:
+        rack = ServedRack(write_rack(tmp_path), ports)
+        known = list(variables_of(TagTree(Database(rack.desk.listing)).roots()))
+        elements = chain.from_iterable(each.elements() for each in known if each.dims and each.count <= 64)
+        for each in [*known, *(leaf.variable for leaf in elements)]:
+            tag = rack.desk.listing.tags[each.tag]
+            name = tag.full_name.replace("\\", "Program:")
+            keep = b"" if each.bit is None else bytes([0xFF ^ 1 << each.bit])
+            size = each.size if each.bit is None else 1
+            assert name + part_at(tag, each.offset, size, keep) == each.path
+            if "INT" in each.type_name and not each.dims:
+                assert part_at(tag, each.offset, 1, b"\xf7").endswith(".3")
+        tags = {each.name: each for each in rack.desk.listing.tags}
+    some = [
+        ("Dints", 8, 8),
+        ("One", 0, 8),
+        ("Many", 144, 8),
+        ("Many", 156, 24),
+        ("Flags", 0, 4),
+        ("Text", 0, 88),
+    ]
+    assert [part_at(tags[name], offset, size) for name, offset, size in some] == [
+        "",
+        "",
+        "[1]",
+        "[1].Steps",
+        "",
+        "",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("name", "offset", "keep", "part"),
+    [
+        ("N7", 6, "", ":3"),
+        ("N7", 6, "fffe", ":3/8"),
+        ("N7", 6, "7fff", ":3/7"),
+        ("T4", 10, "", ":1.PRE"),
+        ("O:1", 4, "", ".2"),
+        ("O:1", 4, "fbff", ".2/2"),
+    ],
+)
+def test_parts_of_data_files_are_addresses(
+    tmp_path: Path, name: str, offset: int, keep: str, part: str
+) -> None:
+    with ExitStack() as ports:
+        rack = ServedRack(write_rack(tmp_path, files=True), ports)
+        (tag,) = (each for each in rack.desk.listing.tags if each.name == name)
+    assert part_at(tag, offset, 2, bytes.fromhex(keep), files=True) == part
 
 
 @pytest.mark.parametrize(

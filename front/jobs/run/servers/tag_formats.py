@@ -57,6 +57,16 @@ class TagFile:
                 yield row
 
 
+def cell_text(text: str) -> str:
+    r"""Return a text for a cell: of one line, and no formula of a spreadsheet, which begins with `=+-@`.
+
+    >>> cell_text("=HYPERLINK(0)"), cell_text("Motor\nof the belt")
+    ("'=HYPERLINK(0)", 'Motor of the belt')
+    """
+    line = " ".join(text.split())
+    return f"'{line}" if line.startswith(("=", "+", "-", "@")) else line
+
+
 # --- Kepware
 
 _KEPWARE_HEAD = (
@@ -96,7 +106,8 @@ def kepware(rows: Iterable[TagRow], title: str) -> TagFile:
         if row.type_name == "STRING" and not row.in_files:
             address += f".DATA/{_TEXT_MOST}"
         access = "R/W" if row.writable else "RO"
-        write([_plain(row.name, "."), address, kind, 1, access, SCAN_MS, *[""] * 9, row.description, ""])
+        shown = cell_text(row.description)
+        write([_plain(row.name, "."), address, kind, 1, access, SCAN_MS, *[""] * 9, shown, ""])
     made.text = out.getvalue()
     return made
 
@@ -167,7 +178,7 @@ def _hmi_tag(row: TagRow, name: str) -> str:
     limits = _LIMITS.get(row.type_name)
     kind = "S" if row.type_name == "STRING" else "D" if limits is None else "A"
     cells: list[object] = [None] * _COLUMNS
-    cells[:7] = kind, name, row.description, "F", "D", "*", "F"
+    cells[:7] = kind, name, cell_text(row.description), "F", "D", "*", "F"
     if limits is not None:
         cells[7:15] = "D", "F" if row.type_name == "REAL" else "L", *limits, 0, 1, 0, 0
     elif kind == "D":
