@@ -28,6 +28,7 @@ from time import monotonic, perf_counter
 from typing import NamedTuple
 from unittest import mock
 
+from scanrack.jobs.conform.findings import ConformVerdict
 from scanrack.jobs.conform.hypotheses import search
 from scanrack.jobs.conform.moments import PlayedScene
 from scanrack.jobs.conform.paths.logix_path import LogixPath, ModuleTags, connect
@@ -36,7 +37,7 @@ from scanrack.jobs.conform.playing import play
 from scanrack.jobs.conform.report import fitted_scales
 from scanrack.jobs.conform.rules_apart.rivals import RIVALS
 from scanrack.jobs.conform.rules_apart.without import STATEMENTS
-from scanrack.jobs.conform.verdicts import ConformVerdict, Judge
+from scanrack.jobs.conform.verdicts import Judge
 from scanrack.runtime.kinematics import Motion, Profile
 from scanrack.runtime.modules.amci3601 import module, step_generator
 from scanrack.runtime.modules.amci3601.altered import Alteration, Altered3601, ImageWords

@@ -1,6 +1,6 @@
 """Words on the backplane as data: no time, no input or output; only values can be invalid.
 
-The law of this room: words have a meaning and a meaning has words, and going
+The rule of this package: words have a meaning and a meaning has words, and going
 there and back changes nothing. Words that mean nothing are refused with a
 `ValueError` with the reason, except by the classes that a module or its logic uses at every
 scan (`Parameters`, `StatusView`), which accept any words.

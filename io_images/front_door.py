@@ -48,7 +48,7 @@ def imported_from(module: str, name: str, package: str) -> object:
     """Return a name of a module, or the module itself if the name is its own.
 
     Raises:
-        AttributeError: there is no such module, or no such name in it.
+        AttributeError: no such module, or no such name in it.
     """
     missing = AttributeError(f"module {package!r} has no attribute {name!r}")
     if name.startswith("_"):

@@ -59,7 +59,7 @@ class Image:
 
     Args:
         words: up to eight words, -32,768 to 65,535 each; missing ones are 0.
-        buffer: 16 writable bytes to be a view of, instead of memory of its own.
+        buffer: 16 writable bytes to be a view of, instead of its own memory.
 
     Raises:
         ValueError: more than eight words, a word out of range, or a buffer of another size.
@@ -138,7 +138,7 @@ class Image:
         self.words[word] = signed_word(unsigned)
 
     def copy(self) -> Image:
-        """Return an image of its own memory with the same words."""
+        """Return an image with its own memory and the same words."""
         twin = Image()
         twin.raw[:] = self.raw
         return twin

@@ -58,7 +58,7 @@ LIMITS: Mapping[TextKind, TextLimits] = {
     TextKind.EXPORT: TextLimits(64 * MIB),
     TextKind.RESULT: TextLimits(256 * MIB, nesting=16),
 }
-"""Limits by language. Python and exports, which have limits of their own, are limited in size only."""
+"""Limits by language. Python and exports, which have their own limits, are limited in size only."""
 
 DIGITS_MAX = 4300
 """Decimal digits of a number that Python converts; see `sys.get_int_max_str_digits`."""

@@ -3,7 +3,7 @@
 A program is declared tags and routines (`Program`); a controller is tags that its programs share, and
 tasks (`Controller`). Both are logic of a scan. The rooms, each importing only from those above it:
 
-| room | content |
+| package | content |
 |---|---|
 | `model` | types, tags, the tree, expressions, operands, specs of instructions |
 | `state` | a program ready to run: lowered, its memory, its tasks, its faults |

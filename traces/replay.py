@@ -13,6 +13,7 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from ..io_images.image import IMAGE_BYTES
 from ..io_images.renamed import renamed
@@ -28,7 +29,7 @@ Image = tuple[int, str]
 """An image of a scan: number of the slot, "in" or "out"."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class PackedTrace:
     """A trace in memory, packed, to be played."""
 
@@ -61,17 +62,17 @@ class PackedTrace:
         """All its scans as columns, unpacked."""
         return self.scans.columns()
 
-    @property
+    @cached_property
     def numbers(self) -> Sequence[int]:
         """Numbers of the scans."""
         return self.scans.view(lambda columns: columns.scan.tolist())
 
-    @property
+    @cached_property
     def times(self) -> Sequence[int]:
         """Virtual times of the scans, ns."""
         return self.scans.view(lambda columns: columns.time_ns.tolist())
 
-    @property
+    @cached_property
     def flags(self) -> Sequence[int]:
         """The CPU's flags in the scans."""
         return self.scans.view(lambda columns: columns.flags.tolist())

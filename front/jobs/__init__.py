@@ -1,6 +1,6 @@
 """The application without a terminal: load a rack, run it, replay, search, drive, answer questions.
 
-| room | content |
+| package | content |
 |---|---|
 | `prove/` | claims for every input: verdicts, and scenarios that the rack replays |
 | `fuzz/` | a search for inputs and faults that break a program: scenarios, invariants, campaigns |

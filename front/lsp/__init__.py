@@ -2,7 +2,7 @@
 
 command.py      `scanrack lsp`
 server.py       the protocol: documents in, diagnostics and answers out; needs the extra `editor`
-findings.py     checks of a document, those that run Python in a process of their own
+findings.py     checks of a document, those that run Python in their own process
 rungs.py        declarations and instructions at a place of rungs or structured text
 racks.py        keys and values at a place of a rack file
 

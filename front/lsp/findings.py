@@ -1,4 +1,4 @@
-"""Checks of documents: those that run Python in a process of their own, which may hang or print."""
+"""Checks of documents: those that run Python in their own process, which may hang or print."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def findings(file: Path, texts: Mapping[Path, str], *, trusted: bool) -> list[Li
 
 
 def main() -> None:
-    """Check in a process of its own: a question on standard input, the answer on standard output."""
+    """Check in its own process: a question on standard input, the answer on standard output."""
     answers = os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8", newline="\n")
     with redirect_stdout(sys.stderr):  # what the program prints
         file, texts = json.load(sys.stdin.buffer)

@@ -21,7 +21,7 @@ from . import racks, rungs
 from .findings import findings
 
 REST_S = 0.2
-"""How long nobody types before a text is checked."""
+"""Time without typing before a text is checked."""
 
 LEVELS = {
     "error": types.DiagnosticSeverity.Error,

@@ -31,6 +31,6 @@ def _going_on() -> list[str]:
 def _end(status: int) -> None:
     sleep(SILENT_S)
     names = ", ".join(_going_on())
-    complain(f"the program's thread goes on and is ended in {GRACE_S:g} s: {names}")
+    complain(f"the program's thread continues and is ended in {GRACE_S:g} s: {names}")
     sleep(GRACE_S - SILENT_S)
     os._exit(status)

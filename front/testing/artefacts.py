@@ -160,7 +160,7 @@ def _is_one_value(bench: Bench, tag: str) -> bool:
     """Whether a tag is a number, a bit or a text: of a structure each part would have to be followed."""
     try:
         return isinstance(bench[tag], (bool, int, float, str))
-    except Exception:  # there is no such tag
+    except Exception:  # no such tag
         return False
 
 

@@ -85,7 +85,7 @@ def check_module(
         options: by name; the others are drawn, their defaults or ends of their ranges.
         seeds: each draws options and a script of a dozen steps.
         words: draws output words that lead far into the module; `any_words` if left out.
-        machine: to which the module is bolted.
+        machine: that the module moves.
 
     Raises:
         ContractError: a promise that it does not keep.

@@ -46,11 +46,11 @@ def page_line(trace: Path, shown: str, scan: int, tags: Sequence[str], run_s: fl
     from ..watch.share.failure import Failure
 
     page = trace.with_suffix(".html")
-    options = ShareOptions(scan, before=SHOWN, most=SHOWN, others=0)
     answered = tags if scan < WITH_ANSWERS else ()
     failure = Failure(test.name, test.message, next(iter(answered), None), test.passed)
+    wish = ShareOptions(scan, before=SHOWN, most=SHOWN, others=0, trust=True, tags=answered, failure=failure)
     try:
-        share(trace, page, options, trust=True, tags=answered, failure=failure)
+        share(trace, page, wish)
     except Exception as error:  # a report is no place for a second failure
         return f"no page: {shortened(str(error))}"
     return page.resolve().as_uri()

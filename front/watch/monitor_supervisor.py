@@ -8,10 +8,10 @@ import threading
 from collections.abc import Callable
 from dataclasses import replace
 from multiprocessing.connection import Connection
-from typing import Protocol
 
 from ..jobs.trust.launcher import TimeoutExpired, launch
 from ..runtime.live.ring import Ring
+from ..runtime.live.tap import PipeInbox
 from ..runtime.loop.pace import wall_ns
 from .monitors.session_monitor import Setup
 from .monitors.stretched import SessionProgram
@@ -35,13 +35,6 @@ PAUSES_S = (0, 0.2, 1, 3)
 """Waits before a restart, by deaths in a row; then the last one."""
 
 
-class OrderReader(Protocol):
-    """The reader of the orders."""
-
-    def connect(self, pipe: Connection) -> None:
-        """Read them from another pipe."""
-
-
 class MonitorSupervisor:
     """Keeps a monitor alive.
 
@@ -56,11 +49,11 @@ class MonitorSupervisor:
         self._ending = threading.Event()
         self._died = False
         self._changing = threading.Lock()
-        self._inbox: OrderReader | None = None
+        self._inbox: PipeInbox | None = None
         self.pipe = self._start()
         self._watch = threading.Thread(target=self._keep, name="monitor's keeper", daemon=True)
 
-    def keep(self, inbox: OrderReader) -> None:
+    def keep(self, inbox: PipeInbox) -> None:
         """Restart it from now on, and connect the orders."""
         self._inbox = inbox
         self._watch.start()
@@ -104,9 +97,9 @@ class MonitorSupervisor:
             self._died = True
             deaths = 1 if wall_ns() - begun_ns > SOON_NS else deaths + 1
             if deaths > STARTS_MOST:
-                self._say("the monitor has died too often: the scans go on without a page, until Ctrl-C")
+                self._say("the monitor has died too often: the scans continue without a page, until Ctrl-C")
                 return
-            self._say("the monitor has died and is started again; the scans go on")
+            self._say("the monitor has died and is started again; the scans continue")
             if self._ending.wait(PAUSES_S[min(deaths, len(PAUSES_S)) - 1]):
                 return
             with self._changing:

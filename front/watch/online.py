@@ -1,13 +1,17 @@
 """Edited rungs beside the running program, as in Studio 5000: accepted, tested, assembled, saved.
 
-    step       from                 to         runs afterwards
-    accept     -, accepted          accepted   as before; the edited program is checked and loaded beside it
-    test       accepted             testing    the edited one
-    untest     testing              accepted   the one before
-    assemble   accepted, testing    assembled  the edited one
-    reopen     assembled            testing    the edited one: assembling is undone
-    cancel     accepted, testing    -          the one before
-    save       -, assembled         -          the same; its file is written, the old file is kept
+    step       from                    to         runs afterwards
+    accept     -, accepted, assembled  accepted   as before; the edited one is checked and loaded beside it
+    test       accepted                testing    the edited one
+    untest     testing                 accepted   the one before
+    assemble   accepted, testing       assembled  the edited one
+    reopen     assembled               testing    the edited one: assembling is undone
+    cancel     accepted, testing       -          the one before
+    save       -, assembled            -          the same; its file is written, the old file is kept
+
+There is one accepted edit, whoever accepted it: the state has its rungs and its page. A step names what its
+page has seen, in `base`: accept and save the program that runs, the others the edit. It is refused if that is
+another one by now.
 
 A step that exchanges the program is an `Edit` with all its files: a recording is repeated with the same
 programs in the same scans.
@@ -15,15 +19,17 @@ programs in the same scans.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any, NamedTuple
 
+from ..jobs.load.loading import LoadedRack
 from ..jobs.record.program_versions import ProgramVersion
-from ..ladder import LadderLogic
-from ..ladder.lowering.edited import NewTag, RungEdit
+from ..ladder.lowering.edited import NewTag
 from ..ladder.lowering.text import parse_rung
 from ..runtime.live.actions import Online
-from .history.program_file import digest, rewrite
+from .edited_programs import EditedPrograms
+from .history.program_file import digest, read_edit, rewrite, why_not
 
 Json = dict[str, Any]
 
@@ -50,73 +56,127 @@ MOVES: Mapping[str, Move] = {
 """The steps by name, see above."""
 
 
-class Pair(NamedTuple):
-    """The programs of an edit."""
+class AcceptedEdit(NamedTuple):
+    """The draft of an edit, and its programs."""
 
+    draft: Online
     before: ProgramVersion
     edited: ProgramVersion
+
+
+class Step(NamedTuple):
+    """What a step does: the version that runs from now on, and how the state was before."""
+
+    wanted: ProgramVersion
+    job: LoadedRack | None  # its program, which no engine has used; None if it runs already
+    note: str
+    stage: str
+    edit: AcceptedEdit | None
 
 
 class OnlineEdit:
     """The edited rungs of a session.
 
-    Args:
-        name: of the program's file among the files of a version.
-        load: makes a version with other contents of that file, and loads it; ValueError if it can't be used.
+    Attributes:
+        stage: of the edit; "" without one.
+        edit: the accepted one; None in no stage.
     """
 
-    def __init__(self, name: str, load: Callable[[bytes], ProgramVersion]) -> None:
-        self._name, self._load = name, load
+    def __init__(self, programs: EditedPrograms) -> None:
+        self._programs = programs
         self.stage = NOTHING
-        self._pair: Pair | None = None
+        self.edit: AcceptedEdit | None = None
+        self._ready: tuple[ProgramVersion, LoadedRack] | None = None  # an accepted program, not used yet
 
-    def take(self, order: Online, running: ProgramVersion, program: LadderLogic) -> ProgramVersion:
-        """Take a step; return the version that runs from now on.
-
-        Args:
-            order: the step.
-            running: the version that runs now, which `settle` has followed.
-            program: its program.
+    def take(self, order: Online) -> Step:
+        """Take a step.
 
         Raises:
-            ValueError: the step does not fit the stage, or the edited program can't be used.
+            ValueError: the step does not fit the stage or what the page has seen, or the edited program
+                can't be used; nothing has changed.
+            OSError: a file can't be written; nothing has changed.
         """
-        move = MOVES[order.step]
+        self.settle()
+        move, running, edit = MOVES[order.step], self._programs.running, self.edit
+        lacks = why_not(self._programs.file)
+        if lacks or self._programs.rungs is None:
+            raise ValueError(lacks or "the program has no rungs")
         if self.stage not in move.sources:
             raise ValueError(f"{order.step}: {_SAYS[self.stage]}")
+        self._check_seen(order, running)
         if order.step == "accept":
-            self._pair = Pair(running, self._load(self._edited(running, program, order)))
-        self.stage = move.stage
-        if self._pair is None or order.step == "save":
-            return running
-        return self._pair.edited if move.runs_edited else self._pair.before
+            edit = self._accepted(order, running)
+        note = self._programs.save_running() if order.step == "save" else ""
+        wanted = running
+        if edit is not None and order.step != "save":
+            wanted = edit.edited if move.runs_edited else edit.before
+        job = None if wanted.files == running.files else self._job_of(wanted)
+        step = Step(replace(wanted, retained=None), job, note, self.stage, self.edit)
+        self.stage, self.edit = move.stage, edit if move.stage else None
+        return step
 
-    def settle(self, running: ProgramVersion) -> None:
+    def undo(self, step: Step) -> None:
+        """Go back to the state before a step whose program could not be exchanged."""
+        self.stage, self.edit = step.stage, step.edit
+
+    def settle(self) -> None:
         """Follow what runs: a step that was refused, or another edit."""
-        if self._pair is None:
+        if self.edit is None:
             return
-        if running.files == self._pair.before.files:
-            self.stage = ACCEPTED if self.stage in (TESTING, ASSEMBLED) else self.stage
-        elif running.files != self._pair.edited.files or self.stage == NOTHING:
-            self.stage, self._pair = NOTHING, None
+        files, runs_edited = self._programs.running.files, self.stage in (TESTING, ASSEMBLED)
+        if files == self.edit.before.files:
+            self.stage = ACCEPTED
+        elif files != self.edit.edited.files or not runs_edited:
+            self.stage, self.edit = NOTHING, None
 
-    def told(self, running: ProgramVersion, on_disk: bytes | None) -> Json:
-        """Return the state for pages; `on_disk` is the program's file."""
-        data = running.files[self._name]
-        return {"stage": self.stage, "base": digest(data), "unsaved": on_disk not in (None, data)}
+    def state(self, running: ProgramVersion) -> Json:
+        """Return the state for pages, with the version that runs from now on."""
+        data, on_disk = running.files[self._programs.name], self._programs.on_disk
+        told: Json = {"stage": self.stage, "base": digest(data), "unsaved": on_disk != data}
+        if self.edit is not None:
+            draft = self.edit.draft
+            told |= {"edit": self._digest(self.edit.edited), "of": self._digest(self.edit.before)}
+            told |= {"by": draft.by, "rungs": draft.rungs, "tags": draft.tags}
+        return told
 
-    def _edited(self, before: ProgramVersion, program: LadderLogic, order: Online) -> bytes:
-        """Return the file of the running program with the edits of an order."""
-        data = before.files[self._name]
-        if digest(data) != order.base:
-            raise ValueError("the program was edited meanwhile: edit the one that runs now")
+    def _digest(self, version: ProgramVersion) -> str:
+        return digest(version.files[self._programs.name])
+
+    def _check_seen(self, order: Online, running: ProgramVersion) -> None:
+        """Raise a ValueError if the page has seen another program, or another edit."""
+        if order.step in ("accept", "save"):
+            if (order.base or order.step == "accept") and order.base != self._digest(running):
+                raise ValueError("the program was edited meanwhile: edit the one that runs now")
+        elif self.edit is not None and order.base not in ("", self._digest(self.edit.edited)):
+            by = self.edit.draft.by or "another page"
+            raise ValueError(f"{order.step}: {by} has accepted another edit meanwhile: look at it first")
+
+    def _accepted(self, order: Online, running: ProgramVersion) -> AcceptedEdit:
+        """Load the running program with the edits of an order beside it."""
+        program = self._programs.rungs
+        assert program is not None
         if not order.rungs:
             raise ValueError("no rung is edited")
+        name, specs = self._programs.name, program.specs
+        read = [read_edit(name, each, specs) for each in order.rungs]
         edits = [
-            RungEdit(routine, number, tuple(str(parse_rung(each, specs=program.specs)) for each in texts))
-            for routine, number, texts in order.rungs
+            each._replace(texts=tuple(str(parse_rung(text, specs=specs)) for text in each.texts))
+            for each in read
         ]
-        return rewrite(self._name, data, edits, [NewTag(*each) for each in order.tags])
+        data = running.files[name]
+        edited = rewrite(name, data, edits, [NewTag(*each) for each in order.tags], specs)
+        if edited == data:
+            raise ValueError("the edited rungs are those that run")
+        version, job = self._programs.with_file(edited)
+        self._ready = version, self._programs.usable(job)
+        return AcceptedEdit(order, running, version)
+
+    def _job_of(self, version: ProgramVersion) -> LoadedRack:
+        """Return the program of a version, which no engine has used yet."""
+        ready, self._ready = self._ready, None
+        if ready is not None and ready[0] is version:
+            return ready[1]
+        return self._programs.usable(self._programs.load(version))
 
 
 _SAYS = {

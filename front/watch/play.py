@@ -140,12 +140,8 @@ class Play:
             if self._wanted.asked.live:
                 for outcome in ports.enter_context(real_time()):  # before there are ports
                     complain(str(outcome))
-            pacer, trace = (
-                AdjustablePace(
-                    self._wanted.speed if start.orders is None else None, spin=self._wanted.asked.spin
-                ),
-                self._trace(start),
-            )
+            speed, trace = self._wanted.speed if start.orders is None else None, self._trace(start)
+            pacer = AdjustablePace(speed, spin=self._wanted.asked.spin)
             run = JobRun(
                 editions.job(0),
                 ports,
@@ -239,6 +235,7 @@ class Play:
             session.edit = editor.ask
             editor.start()
             prepared.ports.callback(editor.end)
+            tap.lasting = editor.lasting
         tap.session, session.attend, session.give = session, tap.attend, tap.give
         if start.orders is not None:
             record = None if wanted.asked.record is None else str(prepared.trace)

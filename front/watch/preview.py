@@ -2,7 +2,7 @@
 
     diff       +  12  XIC(Go)OTX(Lamp);
     mistake       12  no instruction OTX
-    groups     begin anew: Size; new: Count
+    groups     restart: Size; new: Count
 
 Pages show it; nothing changes until one takes the edit over.
 """

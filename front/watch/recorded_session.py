@@ -6,11 +6,11 @@ import re
 import secrets
 import tempfile
 import webbrowser
-from collections.abc import Iterable
+from collections.abc import Callable
 from contextlib import ExitStack
 from importlib.metadata import version
 from pathlib import Path
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 from urllib.parse import parse_qs, quote
 
 from ..jobs.load.loading import LoadedRack
@@ -20,7 +20,6 @@ from ..jobs.trust.attachments import job_of, spec_of
 from ..jobs.trust.trust import UntrustedError
 from ..runtime.config.rackspec import RackSpec
 from ..runtime.live.actions import Edit
-from ..runtime.live.operator_actions import AppliedAction
 from ..runtime.loop.pace import interrupted_by
 from ..runtime.loop.scan import ScanFlag
 from ..terminal.status import BAD_INPUT, INTERRUPTED, complain, reason
@@ -30,26 +29,14 @@ from ..traces.read.arrays import extent, read_columns
 from ..traces.read.columns import Selection
 from ..traces.read.reader import Trace, open_trace
 from .gate import Gate
+from .monitors.comparison import OpenedBeside
 from .monitors.monitor import SessionFacts
 from .monitors.trace_monitor import Source, TraceMonitor
 from .options import WatchArguments, WatchOptions
 from .play import HOST, KEY_BYTES, Play, listen
 
-
-class Prepare(Protocol):
-    """Prepares branches, see `Play.prepare_branch`."""
-
-    def __call__(
-        self,
-        scan: int,
-        orders: Iterable[AppliedAction],
-        editions: ProgramVersions,
-        parent: Path,
-        *,
-        paused: bool = False,
-    ) -> None:
-        """Prepare one."""
-
+Prepare = Callable[..., None]
+"""Prepares branches: `Play.prepare_branch`."""
 
 UNTRUSTED = (
     "The program is not shown: it is Python that came with the trace, and to show its values it has to run. "
@@ -117,35 +104,32 @@ def _fragment(place: TracePlace) -> str:
     return scan + (f"&rung={quote(place.rung)}" if place.rung else "")
 
 
-class RecordingBeside:
-    """A recording to compare with: nothing of Python that came with it runs.
+def open_beside(path: Path) -> OpenedBeside:
+    """Open a recording to compare with: nothing of Python that came with it runs.
 
     Raises:
         ValueError: it can't be used.
         OSError: it can't be read.
     """
-
-    def __init__(self, path: Path) -> None:
-        with ExitStack() as stack:
-            trace = stack.enter_context(open_trace(path))
-            folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
-            place = TracePlace(path, None, "")
-            self.monitor = OpenedRecording(trace, place, folder, trust=False).monitor(_no_branch)
-            self._files = stack.pop_all()
-
-    def close(self) -> None:
-        """Close its files."""
-        self.monitor.elsewhere.close()
-        self._files.close()
+    with ExitStack() as stack:
+        monitor = open_to_read(stack, path, trust=False)
+        stack.callback(monitor.elsewhere.close)
+        return OpenedBeside(monitor, stack.pop_all().close)
 
 
-def open_beside(path: Path) -> RecordingBeside:
-    """Open a recording to compare with; see `RecordingBeside`."""
-    return RecordingBeside(path)
+def open_to_read(
+    stack: ExitStack, path: Path, *, trust: bool, told: Callable[[Trace], None] | None = None
+) -> TraceMonitor:
+    """Return the monitor of a recording that has no branches, open as long as the stack lasts.
 
-
-def _no_branch(*_: object, **_more: object) -> None:
-    raise ValueError("a recording that is compared with has no branches")
+    Args:
+        told: called with the recording when it is closed, also if it is refused.
+    """
+    trace = stack.enter_context(open_trace(path))
+    folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
+    if told is not None:
+        stack.callback(told, trace)
+    return OpenedRecording(trace, TracePlace(path, None, ""), folder, trust=trust).monitor()
 
 
 class OpenedRecording:
@@ -171,8 +155,8 @@ class OpenedRecording:
             complain(f"note: the program is not shown: {error}", BAD_INPUT)
             self.job, self._spec = None, spec_of(trace, folder / "rack", trust=trust)
 
-    def monitor(self, prepare: Prepare) -> TraceMonitor:
-        """Return the monitor of the recording; `prepare` prepares branches, see `Play.prepare_branch`."""
+    def monitor(self, prepare: Prepare | None = None) -> TraceMonitor:
+        """Return the monitor of the recording; without `prepare` it has no branches."""
         trace, path = self._trace, str(self._place.path)
         name = trace.head.metadata.get("name", self._place.path.stem)
         about = SessionFacts(
@@ -199,8 +183,10 @@ class OpenedRecording:
                 found.append(Source(each.scan, job.logic, job.program))
         return sorted(found, key=lambda each: each.first)
 
-    def _branch(self, prepare: Prepare, scan: int, *, paused: bool) -> None:
+    def _branch(self, prepare: Prepare | None, scan: int, *, paused: bool) -> None:
         """Prepare a session that repeats the recording up to a scan; ValueError if that is impossible."""
+        if prepare is None:
+            raise ValueError("branches begin in the page of the recording itself")
         if self.job is None or self._editions is None:
             raise ValueError("the program may not run here: see --trust")
         ends = extent(self._trace).scan.tolist()

@@ -176,10 +176,10 @@ class Server:
                 await connection.send(_json({"frame": frame}))
 
     def _frame(self, page: Page) -> dict[str, Any] | None:
-        """Return the changes for a page; None after a mistake of ours, which ends this page only."""
+        """Return the changes for a page; None after our own mistake, which ends this page only."""
         try:
             return self._monitor.frame(page)
-        except Exception:  # a mistake of ours: printed where the session was started
+        except Exception:  # our own mistake: printed where the session was started
             traceback.print_exc()
             return None
 

@@ -173,7 +173,7 @@ class Manual:
     """
 
     direction: Direction
-    speed: int  # 0 to 1,000,000 steps/s; 0 makes one step; up to the starting speed there is no ramp
+    speed: int  # 0 to 1,000,000 steps/s; 0 makes one step; up to the starting speed no ramp is made
     acceleration: int = 0  # 0 to 2000 steps/ms/s; above the starting speed the module needs 1 or more
     deceleration: int = 0  # 0 to 2000 steps/ms/s; likewise
     registration: int = 0  # steps after the stop command, 0 to 8,388,607 (firmware 3.1)

@@ -25,7 +25,7 @@ _REFUSED = (StatusMsw.COMMAND_ERROR | StatusMsw.INVALID_PROFILE | StatusMsw.HOME
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Profile(ModuleWords):
-    """A module of the family: the 3601's words, with more bits, other limits, and rules of its own.
+    """A module of the family: the 3601's words, with more bits, other limits, and its own rules.
 
     Attributes:
         limits: the largest values of its commands.

@@ -197,7 +197,7 @@ class Listing:
 
     @property
     def programs(self) -> Iterator[str]:
-        """Programs with tags of their own, in order."""
+        """Programs with their own tags, in order."""
         owners = [each.program for each in self.tags] + [each.program for each in self.aliases]
         return iter(dict.fromkeys(filter(None, owners)))
 

@@ -6,7 +6,7 @@
     @given(images.output_images(starting_speed=1000))
     def test_my_gateway_passes_words_on(image): ...
 
-The law of this room: every strategy states its validity (legal, wrong by exactly one named rule, or
+The rule of this package: every strategy states its validity (legal, wrong by exactly one named rule, or
 anything), the rule table and the classes of `amci3601` decide what that is, and the first value of
 every list is the plainest, so that a failing example shrinks to a natural one.
 

@@ -2,7 +2,7 @@
 
 A segment is made long enough for its change of speed. The least length of a ramp is reckoned here
 with a margin (an S-curve takes no more than twice the distance of a constant acceleration), since
-this room knows nothing of motion.
+this package knows nothing of motion.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Sequences of commands of a PLC program: configure, home, move, hold, blend, follow, err.
 
-A single command seldom reaches a deep state: a search for home, a hold or a blend move takes several
+A single command seldom reaches a deep state: homing, a hold or a blend move takes several
 images in order, with waits between them. An `Act` is such a series, complete in itself: it begins with
 Reset Errors, so that a mistake before it does not lock the module, and ends with a command word of 0.
 
@@ -129,7 +129,7 @@ def configuring(starting_speed: int = 1000) -> Act:
 def acts(starting_speed: int = 1000, firmware: Firmware = KNOWN[-1]) -> st.SearchStrategy[Act]:
     """Return a strategy of acts on a configured axis, the plainest first.
 
-    Waits, moves with and without a hold, searches for home, manual moves, presets, blend moves, mistakes;
+    Waits, moves with and without a hold, homing, manual moves, presets, blend moves, mistakes;
     from firmware 3.1 on registration moves, from 4.1 on the encoder follower.
     """
     require("starting_speed", starting_speed, 1, START_MAX)

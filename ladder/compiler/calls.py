@@ -3,7 +3,7 @@
     addon_MIXER_LOGIC(now, frame, of_Log, of_Log_at, of_Log_left[, of_Log_bit])
     addon_MIXER_LOGIC_at(now, frame, base, ...)
 
-Most instances are tags of their own, at the beginning of their list: no offset is added. The second function
+Most instances are their own tags, at the beginning of their list: no offset is added. The second function
 is for instances in arrays, in structures and in other instances; it is written on demand.
 `left` counts the elements from there to the end of the array; `bit` is the mask of a bit of an integer, None
 for whole values; only InOuts that some call passes a bit have it.

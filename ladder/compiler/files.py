@@ -14,7 +14,8 @@ from ..model.stretches import BITS, row_strides
 from ..model.types import Elementary, Structure
 from ..state.regions import ArrayRegion, region_of
 from .rungs import RungWriter
-from .value_writer import Term, ValueWriter
+from .terms import Term
+from .value_writer import ValueWriter
 
 
 class MemberText:

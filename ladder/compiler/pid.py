@@ -9,7 +9,7 @@ from ..model.operands import SINGLE, Constant, Group, Place, Resolved
 from ..model.types import DINT, LINT, PID_BITS
 from .files import MemberText
 from .rungs import RungWriter
-from .value_writer import Term
+from .terms import Term
 
 
 class _LoopText(MemberText):

@@ -13,7 +13,8 @@ from ..model.spec import InstructionKind
 from ..model.tags import OVERRIDE
 from ..state.lowered import LoweredStep, Node, Parallel
 from .observed import Notes
-from .value_writer import ValueWriter, calculates
+from .terms import calculates
+from .value_writer import ValueWriter
 from .writer import Writer, both, either_of
 
 
@@ -122,6 +123,10 @@ class RungWriter:
     def interpret(self, *power: str) -> None:
         """Write code that has the interpreter run the current instruction, by default as on a true rung."""
         self.writer.line(self._interpretation(*power))
+
+    def interpreted(self) -> str:
+        """Write the same for an input; return the power after it."""
+        return self.values.keep(self._interpretation())
 
     def _interpretation(self, *power: str) -> str:
         frame = self.values.stores()

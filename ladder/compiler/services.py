@@ -39,12 +39,12 @@ class Services:
         interpreter.now_ns, interpreter.frame = self._engine.now_ns, frame
         return interpreter.execute(self._interpreted[site], power)
 
-    def fetched(self, site: int) -> Any:
-        """Return what `Spec.fetch` of an instruction computes."""
+    def fetched(self, site: int, *given: Any, frame: Mapping[str, Store] = NOTHING) -> Any:
+        """Return what `Spec.fetch` of an instruction computes. `frame`: by `Leaf.root`."""
         interpreter, step = self._engine.interpreter, self._interpreted[site]
         assert step.spec.fetch is not None
-        interpreter.now_ns, interpreter.site = self._engine.now_ns, site
-        return step.spec.fetch(interpreter, *step.operands)
+        interpreter.now_ns, interpreter.site, interpreter.frame = self._engine.now_ns, site, frame
+        return step.spec.fetch(interpreter, *given, *step.operands)
 
     def passed(self, site: int, number: int) -> Passed:
         """Return a structure or an array that an instruction passes, as bytes."""

@@ -1,6 +1,6 @@
 """Structured text in Python: IF is `if`, loops are `while`, a CASE compares its stored selector.
 
-An `elif` has no room for a condition with lines of its own. An IF with such a condition first selects the
+An `elif` has no room for a condition with its own lines. An IF with such a condition first selects the
 arm, in lines that nest no deeper with every ELSIF, and then runs it.
 """
 
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from ..model.operands import Constant
 from ..state.lowered import Act, Arms, Body, Loop, LoweredLine, LoweredStep, Selection
 from .rungs import RungWriter
-from .value_writer import is_plain
+from .terms import is_plain
 
 
 class StatementWriter:
@@ -100,7 +100,7 @@ class StatementWriter:
         return chosen
 
     def _is_one_expression(self, line: LoweredLine) -> bool:
-        """Whether a condition needs no lines of its own."""
+        """Whether a condition needs no extra lines."""
         return not self._is_noted(line) and is_plain(_step(line).operands[0])
 
     # --- CASE

@@ -52,6 +52,7 @@ class Causes:
         assert isinstance(past.engine, TracedEngine)
         self._past, self._engine = past, past.engine
         self._known: OrderedDict[int, Execution] = OrderedDict()
+        self._inputs: dict[int, ScanInputs] = {}
 
     # --- scans
 
@@ -88,7 +89,12 @@ class Causes:
 
     def inputs(self, scan: int) -> ScanInputs | None:
         """Return what went into a scan."""
-        return self._past.inputs(scan)
+        known = self._inputs.get(scan)
+        if known is None:
+            known = self._past.inputs(scan)
+            if known is not None:
+                self._inputs[scan] = known
+        return known
 
     def now_ns(self, scan: int) -> int:
         """Return the time of a scan."""
@@ -96,7 +102,7 @@ class Causes:
         return 0 if found is None else found.now_ns
 
     def _is_external(self, cell: Cell, scan: int) -> bool:
-        """Whether a cell was changed between two scans: an input, or a tag that somebody set or forced."""
+        """Whether a cell was changed between two scans: an input, or a tag that someone set or forced."""
         now = self.inputs(scan)
         if now is None:
             return False

@@ -93,7 +93,7 @@ class Chains:
 
     def full_name(self, tag: str) -> str:
         """Return the name of a tag as forces have it."""
-        return Resolver(self.lowered.layout).full_name(tag)
+        return Resolver(self.lowered.layout).base_name(tag)
 
     def of(self, origin: CellChange, name: str) -> CauseLink:
         """Return the link of a change.

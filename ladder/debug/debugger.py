@@ -67,7 +67,7 @@ class Debugger:
 
     It runs compiled, holds forces, and notes the power of rungs with breakpoints. A query about a scan runs
     that scan again (see `journal`); after `truth`, the power of all rungs is noted for a while. A program
-    with routines in Python, which may have state of their own, is interpreted in every scan. A breakpoint is
+    with routines in Python, which may have their own state, is interpreted in every scan. A breakpoint is
     met at the end of a scan: a scan is always finished, as in a controller.
 
     Attributes:
@@ -181,13 +181,11 @@ class Debugger:
 
     def __call__(self, scan: Any) -> None:
         """Do one scan of a rack, see `Engine`; its number is that of the rack's scan."""
-        self._engine.attach(scan)
-        if scan.number > self._engine.scans:
+        engine = self._engine
+        engine.attach(scan)
+        if scan.number > engine.scans:
             self._rest_until(scan.number)
-        if self._plain and not self._outside:
-            self._do_plainly(self._engine, scan.now_ns, scan.first)
-        else:
-            self._do_noted(self._engine, scan.now_ns, first=scan.first)
+        self._do(scan.now_ns, scan.first)
 
     def _rest_until(self, scan: int) -> None:
         """Count the scans without the program: the key was at program, or a recording begins late."""
@@ -241,24 +239,21 @@ class Debugger:
         """Do at most `scans` scans without a rack, `ms` apart; return the breakpoints met."""
         for _ in range(scans):
             first = self.scans == 0
-            self._do(0 if first else self.now_ns + round(ms * 1_000_000), first=first)
+            self._do(0 if first else self.now_ns + round(ms * 1_000_000), first)
             if self.stops:
                 break
         return self.stops
 
-    def _do(self, now_ns: int, *, first: bool) -> None:
-        if self._plain and not self._outside:
-            self._do_plainly(self._engine, now_ns, first)
-        else:
-            self._do_noted(self._engine, now_ns, first=first)
-
-    def _do_plainly(self, engine: WatchedEngine, now_ns: int, first: bool) -> None:
-        memory, outside = engine.memory, self._outside
+    def _do(self, now_ns: int, first: bool) -> None:
+        engine, outside = self._engine, self._outside
+        if outside or not self._plain:
+            self._do_noted(engine, now_ns, first=first)
+            return
+        memory = engine.memory
         self.latest, self.stops, memory.outside = None, (), None
         try:
-            engine.do(now_ns, first=first)
+            engine.do(now_ns, first)
         finally:
-            outside.clear()
             memory.outside = outside
 
     def _do_noted(self, engine: WatchedEngine, now_ns: int, *, first: bool) -> None:
@@ -314,7 +309,7 @@ class Debugger:
                 that `executes` it.
 
         Raises:
-            LadderError: there is no such rung.
+            LadderError: no such rung.
         """
         self._routine(routine).numbered(rung)
         if not self._remembered and not self._on_rungs:
@@ -337,7 +332,7 @@ class Debugger:
             when: as in `break_at`.
 
         Raises:
-            KeyError: there is no such breakpoint.
+            KeyError: no such breakpoint.
         """
         if rung is None:
             del self._on_tags[at]
@@ -395,7 +390,7 @@ class Debugger:
     # --- forces
 
     def force(self, tag: str, value: object) -> None:
-        """Hold a tag at a value, whatever the program writes, until `unforce`.
+        """Hold a tag at a value, even if the program writes it, until `unforce`.
 
         Args:
             tag: a single value, or the fault of a connection; images are forced at the CPU instead, which
@@ -403,7 +398,7 @@ class Debugger:
             value: of the tag's type.
 
         Raises:
-            ValueError: there is no such tag, it is an image or not a single value, or the value does not fit.
+            ValueError: no such tag, it is an image or not a single value, or the value does not fit.
         """
         place = self._single(tag)
         key, mask = self._key(place)
@@ -454,7 +449,7 @@ class Debugger:
         return dict(self._forces)
 
     def _forced_name(self, tag: str) -> str:
-        return address_in(self._resolver, tag) or self._resolver.full_name(tag)
+        return address_in(self._resolver, tag) or self._resolver.base_name(tag)
 
     def _single(self, tag: str) -> Place:
         where = self._resolver.named(tag)
@@ -486,7 +481,7 @@ class Debugger:
             did not run.
 
         Raises:
-            LadderError: there is no such routine.
+            LadderError: no such routine.
         """
         name = self._routine(routine).name.upper()
         truths = self._latest_truths() if self.scans else {}
@@ -519,7 +514,7 @@ class Debugger:
 
     @property
     def _past(self) -> Replayer:
-        """Runs scans again, on a memory of its own."""
+        """Runs scans again, on its own memory."""
         if self._replayer is None:
             engine = TracedEngine(self._engine.lowered, self.program.scanner)
             engine.variants = self._engine.variants

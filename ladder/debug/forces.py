@@ -128,7 +128,7 @@ def in_lists(layout: Layout, held: Iterable[ForcedValue]) -> dict[str, dict[Any,
 
 
 def in_variables(layout: Layout, held: Iterable[ForcedValue]) -> tuple[ForcedValue, ...]:
-    """Return the forced values in variables of their own."""
+    """Return the forced values in their own variables."""
     return tuple(each for each in held if not each.leaf.dims and layout.spot(each.leaf) is None)
 
 

@@ -249,7 +249,7 @@ class Never:
                 "operator",
                 name,
                 value,
-                f"never {'off' if value else 'on'}: no rung writes it, and nobody has set it",
+                f"never {'off' if value else 'on'}: no rung writes it, and no one has set it",
             )
         return self._root("setting", name, value, "as the program begins with it: no rung writes it")
 

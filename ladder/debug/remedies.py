@@ -32,7 +32,7 @@ MOST_VALUES = 12
 class InputChange:
     """An input and its other value."""
 
-    cell: Any  # its place, for whoever tries it
+    cell: Any  # its place, for those who try it
     name: str
     place: str  # in the rack, such as `slot 2 input 3`; "" for a tag
     value: Value

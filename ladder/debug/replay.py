@@ -1,4 +1,4 @@
-"""Repeats scans of a program on a memory of its own.
+"""Repeats scans of a program on its own memory.
 
 A program is deterministic: its memory, the input images and the time make the next memory. So it runs
 compiled, and a question about a scan is answered by running that scan again from a snapshot before it:

@@ -179,7 +179,7 @@ def _at_address(layout: Layout, known: Sequence[TagValue], address: Address) -> 
     if isinstance(where, Group) and all(isinstance(index, Constant) for index in where.indices):
         name = f"{resolver.full_name(str(address))}{_ranges(layout, where.dims)}"
         return list(_values(layout, where.path, name, where.type, _flat(layout, where), where.dims))
-    raise LadderError(f"{address} is not a tag of its own")
+    raise LadderError(f"{address} is not a whole tag")
 
 
 def _flat(layout: Layout, group: Group) -> int:
@@ -201,7 +201,8 @@ def _text(layout: Layout, path: str, name: str, at: int) -> TagValue:
     data = layout.leaf(f"{path}.DATA")
     room = data.dims[-1]
     characters = _source(layout, data, at * room, room).removeprefix("*")
-    if layout.byte_spot(path) is not None:
+    spot = layout.spot(data)
+    if spot is not None and spot.view:
         characters += ".tolist()"  # a slice of a view changes with it
     return TagValue(name, TEXT, 0, f"{_source(layout, layout.leaf(f'{path}.LEN'), at, 0)}, {characters}")
 

@@ -33,7 +33,7 @@ class Trials:
 
     Args:
         live: the program, between two scans.
-        past: runs its scans again, on a memory of its own.
+        past: runs its scans again, on its own memory.
         scans: most scans of a try.
         name: names the terminals of input images.
     """

@@ -86,7 +86,7 @@ class WatchedMemory(Memory):
     held: Mapping[tuple[str, int], ForcedValue] = NOTHING  # type: ignore[assignment]
 
     def hold(self, forces: Forces) -> tuple[ForcedValue, ...]:
-        """Replace all forces; return those in variables of their own."""
+        """Replace all forces; return those in their own variables."""
         held = held_values(self.layout, forces)
         self.forces = forces
         self.held = {(each.leaf.ident, each.index): each for each in held}

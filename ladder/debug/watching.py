@@ -125,7 +125,7 @@ class WatchedEngine(Engine):
 
     # --- scans
 
-    def do(self, now_ns: int, *, first: bool) -> None:
+    def do(self, now_ns: int, first: bool) -> None:
         """Do one scan; may raise a LadderFault."""
         if self._bound is None or self._scan is not self._bound or self.outside or self.watching:
             self._do(now_ns, first=first)
@@ -136,12 +136,12 @@ class WatchedEngine(Engine):
         handled = 0 if scheduler is None else scheduler.handled
         self.broken_off = True
         try:
-            Engine._do(self, now_ns, first=first)  # what is observed is that of the scan before
+            Engine._do(self, now_ns, first)  # what is observed is that of the scan before
             self.broken_off = scheduler is not None and handled != scheduler.handled
         finally:
             self.scans += 1
 
-    def _do(self, now_ns: int, *, first: bool) -> None:
+    def _do(self, now_ns: int, first: bool) -> None:
         self.history.clear()
         self.interpreter.truths.clear()
         self.now_ns = now_ns
@@ -159,7 +159,7 @@ class WatchedEngine(Engine):
             self.outside = ()
             if self._unapplied:
                 self.apply_forces()
-            super()._do(now_ns, first=first)
+            super()._do(now_ns, first)
             self.broken_off = handled != self._handled
         finally:
             self.memory.watcher = None

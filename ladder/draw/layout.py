@@ -145,7 +145,7 @@ class _Placer:
         self._wire(x, y, x, last)
         if y in exits:
             self._wire(right, y, right, number)
-        else:  # the first leg goes on below: nothing arrives here from the left
+        else:  # the first leg continues below: nothing arrives here from the left
             marks.append(Corner(right, y, True, number))
         return number
 

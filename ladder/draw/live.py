@@ -19,8 +19,8 @@ from ..model.tree import Address, Instruction, MemberStep, Operand, Rung, addres
 from .layout import NO_CAPTIONS, place
 from .marks import BoxLine, Picture, Symbol
 from .markup import CELL, Pen, attribute, plain, units
-from .now import WIDE, BlockTexts, told_of
-from .ruler import Ruler
+from .now import BESIDE, WIDE, BlockTexts, told_of
+from .ruler import GAP, Ruler
 from .shapes import BoxFrame, Curve, Letters, Line, Shape, Value, shape_bottom, shapes_of
 
 ROW = 22
@@ -28,6 +28,8 @@ ROW = 22
 
 VALUE = 12
 """Columns reserved for a value in a box."""
+
+_MEMBER = len("Preset ")
 
 HEAD, FOOT = 3, 10
 """Units above the first row and below the lowest mark."""
@@ -95,10 +97,11 @@ def live_rung(
 
 
 def _reach(symbol: Symbol) -> Shape:
-    """Return where a pointer hits a sign: from its name to its value. A box has its frame."""
+    """Return where a pointer or a finger hits a sign: up to its neighbors. A box has its frame."""
     left, label = symbol.x - 0.5, symbol.label_x
-    right = max(left + len(symbol.sign), label + len(symbol.name))
-    return Shape(BoxFrame(min(left, label), symbol.y - 1, right - min(left, label), 2), "hit")
+    first = min(left, label) - GAP
+    right = max(left + len(symbol.sign), label + len(symbol.name)) + GAP
+    return Shape(BoxFrame(first, symbol.y - 1, right - first, 2), "hit")
 
 
 def _document(picture: Picture, ident: str, text: str, content: str) -> str:
@@ -133,13 +136,18 @@ class _ValueRuler(Ruler):
 
     @override
     def now(self, instruction: Instruction) -> Sequence[tuple[str, str]]:
-        told = self._told(instruction) if instruction.name in MEMBERS else None
+        told = self._told(instruction) if instruction.name in BESIDE else None
         return () if told is None else told.line(0)
 
     @override
     def lines(self, instruction: Instruction, room: int | None = None) -> tuple[BoxLine, ...]:
-        told = None if instruction.name in MEMBERS else self._told(instruction)
-        if told is None:
+        told = self._told(instruction)
+        if not self._operands:
+            if instruction.name in MEMBERS and told is not None:
+                return (BoxLine("", str(instruction.operands[0]).ljust(_MEMBER + VALUE)),)
+            if instruction.name == "JSR" and str(instruction.operands[-1]) == "0":  # without parameters
+                return super().lines(instruction, room)[:-1]
+        if instruction.name in BESIDE or told is None:
             return super().lines(instruction, room)
         said = [BoxLine("", " " * WIDE, now=told.line(each)) for each in range(told.lines)]
         if self._operands:

@@ -1,8 +1,8 @@
 """What blocks do now, in words: `moving to 6,000` instead of a box of parameters.
 
-A block has a row per state. The first one whose condition, a BOOL, is on says what the block does. `.ACC` is
-a member of the first operand, `Axis.Position` one of the operand captioned Axis, `2` the third operand.
-A row with a reference that the program does not have is left out.
+A block has a row per state. The first one whose condition is on says what the block does: a BOOL, or `POWER`.
+`.ACC` is a member of the first operand, `Axis.Position` one of the operand captioned Axis, `2` the third
+operand. A row with a reference that the program does not have is left out.
 """
 
 from __future__ import annotations
@@ -12,6 +12,9 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from ..model.tree import Address, Instruction, MemberStep, Operand
+
+POWER = "*"
+"""The condition of a state in which power reaches the block."""
 
 
 class BlockState(NamedTuple):
@@ -38,12 +41,37 @@ def _motion(busy: str, done: str) -> tuple[BlockState, ...]:
     return BlockState("1.ER", "error {1.ERR}"), BlockState("1.IP", busy), BlockState("1.PC", done), _IDLE
 
 
+def _with_power(line: str) -> tuple[BlockState, ...]:
+    return BlockState(POWER, line), _IDLE
+
+
+def _control(operand: int) -> tuple[BlockState, ...]:
+    return (BlockState("", f"{{{operand}.POS}} of {{{operand}.LEN}}"),)
+
+
+BESIDE: Mapping[str, tuple[BlockState, ...]] = {
+    **dict.fromkeys(("TON", "TOF", "RTO"), _TIMER),
+    **dict.fromkeys(("CTU", "CTD"), _COUNTER),
+    "MOV": _with_power("moves {0}"),
+    "BTD": _with_power("moves {4} bits"),
+    "CLR": _with_power("clears it"),
+    **dict.fromkeys(("COP", "CPS"), _with_power("copies, length {2}")),
+    "FLL": _with_power("fills with {0}"),
+    "CPT": _with_power("gives {0}"),
+    **dict.fromkeys(
+        ("SQR", "NEG", "ABS", "TRN", "NOT", "DEG", "RAD", "TOD", "FRD"), _with_power("gives {1}")
+    ),
+    **dict.fromkeys(("SIN", "COS", "TAN", "ASN", "ACS", "ATN", "LN", "LOG"), _with_power("gives {1}")),
+    **dict.fromkeys(("ADD", "SUB", "MUL", "DIV", "MOD", "AND", "OR", "XOR"), _with_power("gives {2}")),
+    **dict.fromkeys(("XPY", "ATAN2", "MVM", "SWPB"), _with_power("gives {2}")),
+    "SCP": _with_power("gives {5}"),
+    **dict.fromkeys(("FAL", "FSC"), _control(0)),
+    **dict.fromkeys(("SRT", "FFL", "FFU", "LFL", "LFU", "SQL"), _control(2)),
+    **dict.fromkeys(("AVE", "STD", "SQI", "SQO"), _control(3)),
+}
+"""The states of instructions whose operands stay in view; the text stands beside the title."""
+
 STATES: Mapping[str, tuple[BlockState, ...]] = {
-    "TON": _TIMER,
-    "TOF": _TIMER,
-    "RTO": _TIMER,
-    "CTU": _COUNTER,
-    "CTD": _COUNTER,
     "Amci3601": (
         BlockState("Axis.LinkDown", "the module does not answer"),
         BlockState("Axis.ErrorStop", "error {Axis.ErrorID}", _AT),
@@ -66,7 +94,7 @@ STATES: Mapping[str, tuple[BlockState, ...]] = {
     "MAJ": _motion("jogging at {3}", "complete"),
     "MAH": _motion("homing", "is at home"),
 }
-"""The states of blocks by instruction; those of timers and counters stand beside the title."""
+"""The states of blocks by instruction; they stand in place of the operands."""
 
 _OTHERS = BlockState(".Error", "error"), *_block("busy", "done")[1:]
 """The states of an add-on instruction with these outputs."""
@@ -96,12 +124,13 @@ class BlockTexts(NamedTuple):
     def names(self) -> tuple[str, ...]:
         """Return the tags."""
         used = [each[1] for row in self.rows for text in row[1:] for each in _REFERENCE.finditer(text)]
-        return tuple(dict.fromkeys([*(row[0] for row in self.rows if row[0]), *used]))
+        return tuple(dict.fromkeys([*(row[0] for row in self.rows if row[0] not in ("", POWER)), *used]))
 
 
 def told_of(instruction: Instruction, captions: Sequence[str], name_of: NameOf) -> BlockTexts | None:
     """Return what an instruction says it does; None of one that says nothing."""
-    states = STATES.get(instruction.name, _OTHERS if captions[:1] == ("Instance",) else ())
+    others = _OTHERS if captions[:1] == ("Instance",) else ()
+    states = BESIDE.get(instruction.name) or STATES.get(instruction.name, others)
     if states is _TIMER and len(instruction.operands) > len(captions):  # of an SLC 500: in its time base
         states = _COUNTER
     reader = _TagReader(instruction.operands, captions, name_of)
@@ -119,7 +148,8 @@ class _TagReader(NamedTuple):
     def row(self, state: BlockState) -> tuple[str, str, str] | None:
         """Return a state with names of tags; None if the program lacks one."""
         try:
-            when = self._value(state.when).strip("{}") if state.when else ""
+            known = state.when in ("", POWER)
+            when = state.when if known else self._value(state.when).strip("{}")
             line, more = (
                 _REFERENCE.sub(lambda each: self._value(*each.groups("")), text) for text in state[1:]
             )

@@ -145,7 +145,7 @@ class Ruler:
         return LineLayout(series, size)
 
     def _broken(self, series: Series, room: int) -> Iterator[Series]:
-        """Split a series into lines; an element wider than the room has a line of its own."""
+        """Split a series into lines; an element wider than the room has its own line."""
         line: list[Element] = []
         used = 0
         for element in series:

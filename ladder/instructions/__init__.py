@@ -32,10 +32,12 @@ from .motion import motion
 from .process import (
     alarms,
     devices,
+    drives,
     enhanced_pid,
     filters,
     measuring,
     process,
+    pulses,
     ramp_soak,
     regulation,
     safety,
@@ -61,6 +63,8 @@ FAMILIES = (
     filters,
     measuring,
     devices,
+    drives,
+    pulses,
     ramp_soak,
     enhanced_pid,
     system,
@@ -102,10 +106,12 @@ if TYPE_CHECKING:
     from .move import *  # noqa: F403
     from .process.alarms import *  # noqa: F403
     from .process.devices import *  # noqa: F403
+    from .process.drives import *  # noqa: F403
     from .process.enhanced_pid import *  # noqa: F403
     from .process.filters import *  # noqa: F403
     from .process.measuring import *  # noqa: F403
     from .process.process import *  # noqa: F403
+    from .process.pulses import *  # noqa: F403
     from .process.ramp_soak import *  # noqa: F403
     from .process.regulation import *  # noqa: F403
     from .process.safety import *  # noqa: F403

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ..compiler.edges import write_once
 from ..compiler.files import elements_left, subscripts_kept
 from ..compiler.passes import write_fal, write_fsc
 from ..compiler.rungs import RungWriter
@@ -33,7 +34,7 @@ from .compute import store_expression
 
 
 def _passes(machine: Interpreter, power: bool, control: Control, mode: str, one: Callable[[], bool]) -> None:
-    """Do the passes of one scan; `one` operates on the element at POS and returns whether to go on."""
+    """Do the passes of one scan; `one` operates on the element at POS and returns whether to continue."""
     rises = power and not control["EN"]
     under_way = mode.isdigit() and control["EN"] and not control["DN"]
     if not power and not under_way:
@@ -212,7 +213,8 @@ def _clear_control(machine: Interpreter, *operands: Resolved) -> None:
 
 
 def _on_dimension(name: str, *uses: Use, **parts: Any) -> Spec:
-    return on_control(name, *uses, check=_check_numbers, prescan=_clear_control, **parts)
+    both = {"write": write_once, "partly": True}
+    return on_control(name, *uses, **both, check=_check_numbers, prescan=_clear_control, **parts)
 
 
 # --- the rows

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..compiler.rungs import RungWriter
-from ..compiler.value_writer import Term
+from ..compiler.terms import Term
 from ..interpreter import Interpreter
 from ..model.operands import Place, Resolved, width_of
 from ..model.spec import Spec, Use, action

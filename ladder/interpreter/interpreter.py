@@ -371,5 +371,5 @@ class Interpreter(PlaceValues):
     @property
     def _ignores_array_faults(self) -> bool:
         """Whether postscan leaves an instruction alone whose subscript is out of range [1756-RM003N]."""
-        leaf = self.lowered.layout.leaves.get(IGNORES_ARRAY_FAULTS)
+        leaf = self.lowered.layout.find(IGNORES_ARRAY_FAULTS)
         return leaf is not None and self.memory.read(leaf) == 1

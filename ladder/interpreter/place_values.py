@@ -124,6 +124,10 @@ class PlaceValues:
         """Return the smaller of a number and a limit."""
         return min(value, most)
 
+    def chosen(self, truth: Value, one: Value, other: Value) -> Value:
+        """Return one of two numbers."""
+        return one if truth else other
+
     def converted(self, kind: Elementary, value: Value) -> Value:
         """Return a number converted to a type, without flags and faults."""
         return converted(kind, value)

@@ -94,7 +94,7 @@ class Parameter:
     required: bool = False  # whether a call has an argument for it, as always for an INOUT
     comment: str = ""
     initial: object = None  # initial value in every instance, see `tags.Tag`; None = zero and for INOUT
-    at: str = ""  # the part of a local tag that it names, "" if it has memory of its own
+    at: str = ""  # the part of a local tag that it names, "" if it has its own memory
 
 
 @dataclass(frozen=True)

@@ -131,11 +131,10 @@ def _parts(tag: Tag) -> Iterator[MotionPart]:
 
 def _controls(lowered: LoweredProgram) -> Iterator[MotionPart]:
     """Yield the motion instructions of a program, those in add-on instructions included."""
-    for leaf in list(lowered.layout.leaves.values()):
-        path, _, member = leaf.path.rpartition(".")
-        if member == "~ticket":
-            for index in range(leaf.size):
-                yield MotionPart(path, index, path)
+    for leaf in lowered.layout.ending("~ticket"):
+        path = leaf.path.rpartition(".")[0]
+        for index in range(leaf.size):
+            yield MotionPart(path, index, path)
 
 
 def _number(lowered: LoweredProgram, settings: Mapping[str, AxisSettings], data: MotionData) -> None:

@@ -16,7 +16,7 @@
             first := 0, delta := 0
         UNTIL NOT moved
 
-A body is a routine of its own, `Sequence.Fill.Open`.
+A body is its own routine, `Sequence.Fill.Open`.
 """
 
 from __future__ import annotations

@@ -37,8 +37,8 @@ _EXCLUSIVE = {
         "is written by a coil",
         "join the two as branches of one rung, or use OTL and OTU",
     ),
-    Use.STORAGE: (REPEATED_COILS, "remembers a rung", "give each one-shot a bit of its own"),
-    Use.TIMER: (REPEATED_TIMERS, "is timed", "give each rung a timer of its own, or join the rungs"),
+    Use.STORAGE: (REPEATED_COILS, "remembers a rung", "give each one-shot its own bit"),
+    Use.TIMER: (REPEATED_TIMERS, "is timed", "give each rung its own timer, or join the rungs"),
 }
 """Uses that should occur once per place: name of the allowance, text, remedy."""
 

@@ -1,4 +1,4 @@
-r"""A controller: shared tags, programs with tags and routines of their own, and tasks.
+r"""A controller: shared tags, programs with their own tags and routines, and tasks.
 
 >>> from scanrack.ladder import ADD, BOOL, Controller, DINT, OTE, XIC
 >>> plant = Controller("plant")

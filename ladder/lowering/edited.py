@@ -113,7 +113,7 @@ class EditedProgram:
 
     Attributes:
         rungs: the edited ones, in order.
-        missing: the tags that they use and nobody declares.
+        missing: the tags that they use and no one declares.
         mistakes: those of other rungs and of the whole program: what, and where.
 
     Raises:
@@ -170,7 +170,7 @@ class EditedProgram:
         return Tag(full, kind)
 
     def _routine(self, name: str, edits: dict[int, RungEdit]) -> None:
-        """Read and resolve the edited rungs of a routine, and number the others anew."""
+        """Read and resolve the edited rungs of a routine, and renumber the others."""
         found = next((each for each in self._program.routines if each.name.upper() == name), None)
         if found is None or found.chart is not None or found.statements is not None:
             raise LadderError(f"no routine {name} of rungs")
@@ -294,7 +294,7 @@ class EditedProgram:
         for name, guess in guesses.found.items():
             kind = guess.type(f"{guess.name}_type")
             if guess.dims or kind.name.upper() not in types_of(program):
-                continue  # an array, or a structure of its own: declared in the text
+                continue  # an array or a structure: declared in the text
             decided = guess.root.votes or guess.root.members or not isinstance(kind, Elementary)
             types = (kind.name, *(each for each in NUMBERS if each != kind.name))
             yield MissingTag(

@@ -146,7 +146,7 @@ class Lowering:
         )
 
     def _chart(self, routine: Routine) -> None:
-        """Lower a chart, and the bodies of its actions as routines of their own."""
+        """Lower a chart, and the bodies of its actions as their own routines."""
         chart = ChartLowering(self, routine)
         self.lowered.routines[routine.name.upper()] = chart.routine()
         for name, block in chart.bodies():
@@ -188,7 +188,7 @@ class Lowering:
             self.report("the rung has no output", "end it with a coil or another output instruction")
         for step in steps:
             if step.name == "MCR" and nodes[-1] is not step:
-                self.report("MCR is not last in its rung", "move what follows to a rung of its own")
+                self.report("MCR is not last in its rung", "move what follows to a separate rung")
         return line
 
     def _series(self, series: Series) -> tuple[Node, ...]:

@@ -71,7 +71,7 @@ class StatementLowering:
         deep = too_deep(statements)
         if deep:
             self._lowering.at(0, Origin(), "")
-            self._lowering.report(deep, "use fewer, or a routine of its own")
+            self._lowering.report(deep, "use fewer, or a separate routine")
             return LoweredRoutine(name, (), {}, None, ())
         body = self._body(statements)
         return LoweredRoutine(name, tuple(self._lines), {}, self._parameters, body)

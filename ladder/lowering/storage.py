@@ -50,14 +50,19 @@ def choose_bytes(lowered: LoweredProgram) -> None:
                 uses.step(step)
     layout = lowered.layout
     layout.make_bytes([each.name.upper() for each in layout.unused if _is_large(each)])
-    if not uses.gain:
-        return
-    chosen: dict[str, list[str]] = defaultdict(list)
-    for owner, name in uses.chosen(lowered):
-        chosen[owner].append(name)
-    for owner, names in chosen.items():
-        _layout(lowered, owner).make_bytes(names)
-    _pass_bits(lowered, uses.calls)
+    if uses.gain:
+        chosen: dict[str, list[str]] = defaultdict(list)
+        for owner, name in uses.chosen(lowered):
+            chosen[owner].append(name)
+        for owner, names in chosen.items():
+            _layout(lowered, owner).make_bytes(names)
+        _pass_bits(lowered, uses.calls)
+    for path in uses.wholes:
+        if tag_in(path).upper() not in layout.boxed:
+            layout.ask_below(path)
+    for tag in layout.begun:
+        if _is_large(tag):
+            layout.fold_rest(tag.name.upper())
 
 
 def _is_large(tag: Tag) -> bool:
@@ -84,6 +89,7 @@ class _Uses:
         self.loss: dict[_Root, int] = defaultdict(int)  # and lose by single ones
         self.unfit: set[_Root] = set()
         self.calls: list[AddOnCall] = []
+        self.wholes: dict[str, None] = {}  # paths of structures of tags that instructions use as a whole
         self._above: dict[_Root, _Root] = {}
 
     def step(self, step: LoweredStep) -> None:
@@ -114,6 +120,8 @@ class _Uses:
                 self.gain[root] += _COPIED_NS * len(fields_of(operand.type))
             else:
                 self.gain[root] += _FIELD_NS * len(fields_of(operand.type)) * _count(operand, step)
+            if not root[0] and isinstance(operand.type, Structure):
+                self.wholes[operand.path] = None
             self._subscripts(operand.indices, step)
 
     def _array(self, operand: Place | Group, step: LoweredStep) -> None:

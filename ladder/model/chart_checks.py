@@ -71,14 +71,14 @@ def _twice(chart: Chart) -> Iterator[ChartProblem]:
     for step in chart.steps:
         if step.name.upper() in seen:
             text = f"there are two steps {step.name}"
-            yield ChartProblem(step.number, f"step {step.name}", text, "give each a tag of its own")
+            yield ChartProblem(step.number, f"step {step.name}", text, "give each its own tag")
         seen.add(step.name.upper())
         own = [each for each in step.actions if each.qualifier is not Qualifier.R]
         names = [each.name.upper() for each in own]
         for each in own:
             if names.count(each.name.upper()) > 1:
                 text = f"step {step.name} has the action {each.name} twice"
-                yield ChartProblem(each.number, f"action {each.name}", text, "give each a tag of its own")
+                yield ChartProblem(each.number, f"action {each.name}", text, "give each its own tag")
 
 
 def _ends(named: Mapping[str, ChartStep], each: Transition) -> Iterator[ChartProblem]:

@@ -201,6 +201,19 @@ class Resolver:
         members = path.removeprefix(declaration.name).split(".")[1:]
         return str(Address(declaration.name, tuple(self._spelled(address.steps, members))))
 
+    def base_name(self, text: str) -> str:
+        """Return the full name that a tag name of a user means; an alias is the tag that it names."""
+        self.named(text)  # aliases in a circle are an error
+        address, program = self.meant(text), self._program
+        declaration = self._layout.declaration(address.name.upper(), program)
+        while isinstance(declaration, Alias) and not declaration.type:
+            target, program = declaration.target, program_of(declaration.name)
+            address = Address(target.name, target.steps + address.steps)
+            declaration = self._layout.declaration(address.name.upper(), program)
+        return self.full_name(
+            str(address if declaration is None else replace(address, name=declaration.name))
+        )
+
     def _spelled(self, steps: Iterable[Step], members: Sequence[str]) -> Iterator[Step]:
         """Yield steps with members as declared and elements in the program's notation."""
         names = {each.upper(): each for each in members}

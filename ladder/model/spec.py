@@ -127,7 +127,8 @@ class Spec:
         prove: what `run` means for all values at once, called with the machine, the power before it and the
             operands, returns the power after it, see `prove.machine`; None runs `run` on terms.
         partly: whether `write` leaves rare cases to `run`, by `interpret(site)`.
-        fetch: computes in the interpreter what `write` asks for by `fetched(site)`; called like `run`.
+        fetch: computes in the interpreter what `write` asks for by `fetched(site, ...)`; called like `run`,
+            with the further values before the operands.
         prescan: called like `run` without the condition; None if prescan does nothing.
         postscan: the same on the last scan of an SFC action with automatic reset; None for a false rung, in
             structured text for nothing [1756-PM006, automatic reset option].

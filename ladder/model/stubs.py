@@ -62,7 +62,7 @@ class DataSource(Protocol):
             rpi_ns: interval of the samples.
 
         Raises:
-            LadderError: there is no such tag.
+            LadderError: no such tag.
         """
 
     def __str__(self) -> str: ...

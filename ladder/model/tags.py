@@ -14,7 +14,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...io_images.enip.listing import ExternalAccess
 from .expressions import parse_address
@@ -155,6 +155,13 @@ def tag_in(path: str) -> str:
     return path if end < 0 else path[:end]
 
 
+class FoldedTag(NamedTuple):
+    """A tag of a structure of which the program uses few values."""
+
+    ident: str  # of its bytes, in which all others are
+    variables: Mapping[str, Leaf]  # those few, by path in capitals
+
+
 class Layout:
     """The memory layout of a program.
 
@@ -178,13 +185,15 @@ class Layout:
         self.declarations: dict[str, Declaration] = {}  # by full name in capitals, see `scoped`
         self._leaves: dict[str, Leaf] = {}  # by path in capitals, without those of `_folded`
         self._ordered = False
-        self._folded: dict[str, Tag] = {}  # tags without leaves until one is asked for, in capitals
+        self._folded: dict[str, Tag] = {}  # tags with leaves that nobody has asked for yet, in capitals
+        self._asked: dict[str, list[str]] = {}  # leaves of such tags that were asked for, in capitals
         self.boxed: dict[str, str] = {}  # identifiers of lists and bytes, by tag in capitals
+        self.rests: dict[str, FoldedTag] = {}  # by tag in capitals, see `fold_rest`
         self.in_bytes: set[str] = (
             set()
         )  # tags, or roots of an add-on instruction, that are bytes, in capitals
         self._spots: dict[str, Spot | None] = {}
-        self._single: tuple[tuple[int, int], list[Leaf]] = (0, 0), []
+        self._single: tuple[tuple[int, int, int], list[Leaf]] = (0, 0, 0), []
         self._idents: set[str] = set()
         self._held = 0
         for name in (*STATUS_FLAGS, OVERRIDE):
@@ -211,30 +220,67 @@ class Layout:
                 yield f"{tag.name}.{path}" if path else tag.name
 
     def _unfold(self, *names: str) -> None:
-        """Make the leaves of tags, in capitals."""
+        """Make all leaves of tags, in capitals."""
         for name in names:
             tag = self._folded.pop(name, None)
             if tag is not None:
-                self._add_tag(tag)
+                self._asked.pop(name, None)
+                for rest, row in _rows(tag.type).items():
+                    self._row_leaf(tag, f"{name}.{rest}" if rest else name, row)
 
-    def _add_tag(self, tag: Tag) -> None:
-        if isinstance(tag.type, Elementary):
-            self._add(tag.name, tag.type, tag.dims)
-            return
-        head, before = _identifier(tag.name), tag.name.upper()
-        if f"{head}_".startswith(_FUNCTIONS):
-            head = f"tag_{head}"
-        for path, name, end, kind, dims in _rows(tag.type):
-            ident = f"{head}_{end}"
-            if not end or ident in RESERVED or ident in self._idents:
-                ident = self._ident(f"{tag.name}.{path}")
-            self._idents.add(ident)
-            self._leaves[f"{before}.{name}"] = Leaf(f"{tag.name}.{path}", kind, tag.dims + dims, ident)
+    def _row_leaf(self, tag: Tag, name: str, row: _Row) -> Leaf:
+        """Return the leaf of a row of a tag's type by its path in capitals; make it if there is none."""
+        known = self._leaves.get(name)
+        if known is not None:
+            return known
+        if not row.path:
+            return self._add(tag.name, row.type, tag.dims)
+        path = f"{tag.name}.{row.path}"
+        ident = f"{_head(tag.name)}_{row.end}"
+        if not row.end or ident in RESERVED or ident in self._idents:
+            ident = self._ident(path)
+        self._idents.add(ident)
+        made = self._leaves[name] = Leaf(path, row.type, tag.dims + row.dims, ident)
+        return made
+
+    def _ask(self, name: str) -> Leaf | None:
+        """Return a leaf that is not made yet, by path in capitals."""
+        head = tag_in(name)
+        tag = self._folded.get(head)
+        row = None if tag is None else _rows(tag.type).get(name[len(head) + 1 :])
+        if tag is None or row is None:
+            return None
+        if row.path:
+            self._asked.setdefault(head, []).append(name)
+        else:
+            del self._folded[head]
+        return self._row_leaf(tag, name, row)
+
+    def ask_below(self, path: str) -> None:
+        """Make all leaves of a part of a tag."""
+        name = path.upper()
+        head = tag_in(name)
+        tag = self._folded.get(head)
+        if tag is not None:
+            start = f"{name}."[len(head) + 1 :]
+            for rest in _rows(tag.type):
+                if rest.startswith(start) and f"{head}.{rest}" not in self._leaves:
+                    self._ask(f"{head}.{rest}")
+
+    def ending(self, member: str) -> list[Leaf]:
+        """Return the leaves whose last member has a name, in the order of tags."""
+        end = f".{member.upper()}"
+        return [
+            self.leaf(f"{name}.{rest}")
+            for name, tag in self.tags().items()
+            for rest in _rows(tag.type)
+            if f".{rest}".endswith(end)
+        ]
 
     @property
     def unused(self) -> Iterator[Tag]:
         """The tags without a leaf that was asked for."""
-        return iter(self._folded.values())
+        return (tag for name, tag in self._folded.items() if name not in self._asked)
 
     def declaration(self, name: str, program: str = "") -> Declaration | None:
         """Return a declaration by name in capitals: the program's, else the controller's, else None."""
@@ -276,8 +322,7 @@ class Layout:
         name = path.upper()
         found = self._leaves.get(name)
         if found is None and self._folded:
-            self._unfold(tag_in(name))
-            found = self._leaves.get(name)
+            found = self._ask(name)
         return found
 
     def image(self, slot: int, *, output: bool) -> Leaf:
@@ -317,9 +362,26 @@ class Layout:
                 self.boxed[name] = self._ident(self.declarations[name].name)
         self._spots.clear()
 
+    def fold_rest(self, name: str) -> None:
+        """Lay out as bytes what nobody has asked for in a tag, in capitals; what was asked for is variables.
+
+        A large structure of which the program uses some members then takes few variables.
+        """
+        tag, asked = self._folded[name], self._asked[name]
+        if len(asked) < len(_rows(tag.type)):
+            self.rests[name] = FoldedTag(
+                self._ident(f"{tag.name}.rest"), {each: self._leaves[each] for each in asked}
+            )
+            self._spots.clear()
+
+    @property
+    def begun(self) -> list[Tag]:
+        """The structures of which some leaves were asked for, and which are no lists or bytes."""
+        return [self._folded[name] for name in self._asked if name not in self.boxed]
+
     def spot(self, leaf: Leaf) -> Spot | None:
         """Return the place of a leaf in a list or in bytes, None if it has a variable of its own."""
-        if not self.boxed:
+        if not self.boxed and not self.rests:
             return None
         name = leaf.path.upper()
         if name in self._spots:
@@ -334,10 +396,20 @@ class Layout:
         elif head in self.boxed and isinstance(tag, Tag):
             rest, in_bytes = name[len(head) + 1 :], head in self.in_bytes
             found = spot_of(tag.type, tag.dims, rest, self.boxed[head], in_bytes=in_bytes)
+        elif head in self.rests and name not in self.rests[head].variables:
+            found = self.rest_spot(leaf)
         else:
             found = None
         self._spots[name] = found
         return found
+
+    def rest_spot(self, leaf: Leaf) -> Spot:
+        """Return the place of a leaf in the bytes of `rests`; that of a variable is not used."""
+        head = tag_in(leaf.path)
+        tag = self.declarations[head.upper()]
+        assert isinstance(tag, Tag)
+        rest = leaf.path[len(head) + 1 :]
+        return spot_of(tag.type, tag.dims, rest, self.rests[head.upper()].ident, in_bytes=True)
 
     def byte_spot(self, path: str) -> Spot | None:
         """Return the place of a structure in bytes by path; None if it is not in bytes."""
@@ -354,16 +426,20 @@ class Layout:
     @property
     def single(self) -> list[Leaf]:
         """The leaves with a variable of their own."""
-        boxed = self.boxed
-        self._unfold(*[name for name in self._folded if name not in boxed])
-        if not boxed:
+        boxed, rests = self.boxed, self.rests
+        self._unfold(*[name for name in self._folded if name not in boxed and name not in rests])
+        if not boxed and not rests:
             return list(self.leaves.values())
-        if self._single[0] != (len(boxed), len(self._leaves)):
-            found = [
-                each for name, each in self._leaves.items() if not (name in boxed or tag_in(name) in boxed)
-            ]
-            self._single = (len(boxed), len(self._leaves)), found
+        state = len(boxed), len(rests), len(self._leaves)
+        if self._single[0] != state:
+            self._single = state, [each for name, each in self._leaves.items() if self._is_single(name)]
         return self._single[1]
+
+    def _is_single(self, name: str) -> bool:
+        head = tag_in(name)
+        if head in self.rests:
+            return name in self.rests[head].variables
+        return not (name in self.boxed or head in self.boxed)
 
     @property
     def lists(self) -> Iterator[tuple[str, list[Any]]]:
@@ -379,16 +455,22 @@ class Layout:
 
     @property
     def byte_tags(self) -> Iterator[tuple[str, DataType, int]]:
-        """The tags of bytes: identifier, type, number of elements."""
-        for name, ident in self.boxed.items():
+        """The tags, and rests of tags, of bytes: identifier, type, number of elements."""
+        named = [(name, ident) for name, ident in self.boxed.items() if name in self.in_bytes]
+        named += [(name, each.ident) for name, each in self.rests.items()]
+        for name, ident in named:
             tag = self.declarations.get(name)
-            if name in self.in_bytes and isinstance(tag, Tag):
+            if isinstance(tag, Tag):
                 yield ident, tag.type, count_of(tag.dims)
 
     @property
     def idents(self) -> list[str]:
         """The variables of the compiled program: single leaves, then lists and bytes."""
-        return [*(leaf.ident for leaf in self.single), *self.boxed.values()]
+        return [
+            *(leaf.ident for leaf in self.single),
+            *self.boxed.values(),
+            *(each.ident for each in self.rests.values()),
+        ]
 
     @property
     def images(self) -> tuple[Leaf, ...]:
@@ -446,13 +528,29 @@ _FUNCTIONS = ("addon_", "jsr_", "string_", "put_text_")
 """Beginnings of names of functions of the compiled program."""
 
 
+class _Row(NamedTuple):
+    """An elementary value of a type."""
+
+    path: str
+    end: str  # the end of its identifier, "" if that must be made from its path
+    type: Elementary
+    dims: tuple[int, ...]
+
+
 @lru_cache(maxsize=1024)
-def _rows(kind: Structure) -> tuple[tuple[str, str, str, Elementary, tuple[int, ...]], ...]:
-    """Return the leaves of a type: path, path in capitals, end of an identifier or "", type, dimensions."""
-    return tuple(
-        (path, path.upper(), path.replace(".", "_") if _ENDING.fullmatch(path) else "", leaf, dims)
+def _rows(kind: DataType) -> Mapping[str, _Row]:
+    """Return the leaves of a type by path in capitals."""
+    return {
+        path.upper(): _Row(path, path.replace(".", "_") if _ENDING.fullmatch(path) else "", leaf, dims)
         for path, leaf, dims in leaves_of(kind)
-    )
+    }
+
+
+@lru_cache(maxsize=1024)
+def _head(name: str) -> str:
+    """Return the beginning of the identifiers of a structure's values."""
+    head = _identifier(name)
+    return f"tag_{head}" if f"{head}_".startswith(_FUNCTIONS) else head
 
 
 _ENDING = re.compile(r"[\w.]*[A-Za-z0-9]", re.ASCII)
@@ -482,9 +580,10 @@ class FrameLayout(Layout):
         """Return a leaf by path, in any case; status flags and held subscripts are the program's."""
         return self._program.leaf(path) if path.upper().startswith(("S:", HIDDEN)) else super().leaf(path)
 
-    def _add_tag(self, tag: Tag) -> None:
-        for path, kind, dims in leaves_of(tag.type, tag.dims):
-            self._add(f"{tag.name}.{path}" if path else tag.name, kind, dims)
+    def _row_leaf(self, tag: Tag, name: str, row: _Row) -> Leaf:
+        known = self._leaves.get(name)
+        path = f"{tag.name}.{row.path}" if row.path else tag.name
+        return known or self._add(path, row.type, tag.dims + row.dims)
 
     def held(self) -> Leaf:
         """Return a new leaf that stores a subscript during a call."""

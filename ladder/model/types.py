@@ -101,7 +101,7 @@ class Member:
     dims: tuple[int, ...] = ()
     bit: int | None = None  # of a predefined structure's BOOL: its bit in the first DINT
     initial: object = field(default=None, compare=False)  # see `tags.Tag`; None = zero. Not compared
-    at: str = ""  # the part of the structure that it names: `Host.3`, `Delay.PRE`; "" with memory of its own
+    at: str = ""  # the part of the structure that it names: `Host.3`, `Delay.PRE`; "" with its own memory
     hidden: bool = False  # whether views omit it, like the host of packed bits
 
 
@@ -128,7 +128,7 @@ class Structure:
         return hash(self.name)
 
     def __post_init__(self) -> None:
-        """Raise a LadderError if `at` of a member names no member with memory of its own."""
+        """Raise a LadderError if `at` of a member names no member with its own memory."""
         for each in self.members:
             host = self.member(re.split(r"[.\[]", each.at)[0]) if each.at else each
             if host is None or (each.at and host.at):
@@ -138,7 +138,7 @@ class Structure:
 
     @cached_property
     def own(self) -> tuple[Member, ...]:
-        """The members with memory of their own."""
+        """The members with their own memory."""
         return tuple(each for each in self.members if not each.at)
 
     def member(self, name: str) -> Member | None:
@@ -353,7 +353,7 @@ def fields_of(kind: DataType) -> tuple[Field, ...]:
 
 @lru_cache(maxsize=1024)
 def members_at(kind: Structure) -> tuple[tuple[Member, int, int | None], ...]:
-    """Members with memory of their own, each with its byte and, for a BOOL, its bit.
+    """Members with their own memory, each with its byte and, for a BOOL, its bit.
 
     >>> [(each.name, at, bit) for each, at, bit in members_at(COUNTER)][-3:]
     [('UN', 3, 3), ('PRE', 4, None), ('ACC', 8, None)]

@@ -29,7 +29,7 @@ _WAYS: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (
         r"a fault ends the run: (?P<fault>.*)",
-        lambda found, _: f'mend the fault first, or exclude it with assume = ["..."]: {found["fault"]}',
+        lambda found, _: f'fix the fault first, or exclude it with assume = ["..."]: {found["fault"]}',
     ),
     (
         r".*a defect of scanrack",

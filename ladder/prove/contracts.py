@@ -126,7 +126,7 @@ class _Terms(Reading[T]):
         return not_(truth)
 
     def _bit(self, side: Side, word: int, number: int) -> T:
-        """Return a bit; one of the scan before is a truth of its own, so that invariants speak of it."""
+        """Return a bit; one of the scan before is its own truth, so that invariants speak of it."""
         path, value = self.word(side, word)
         here = bit(value, number)
         if side is not Side.WAS:

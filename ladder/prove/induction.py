@@ -304,7 +304,7 @@ class _Proof:
                 learnt = and_(system.contract, not_(condition))
                 if learnt is not system.contract and self.tries > 0:
                     system.contract = learnt
-                    self.result.assumed += (f"no run goes on after a fault: {fault.site.where}",)
+                    self.result.assumed += (f"no run continues after a fault: {fault.site.where}",)
                     raise _Again
         self._unknown(f"a fault ends the run: {fault}")
 

@@ -95,7 +95,7 @@ class Run:
         return before
 
     def _write_bits(self) -> None:
-        """Write the bits that somebody outside has told behind the scan before."""
+        """Write the bits that someone outside has told behind the scan before."""
         self.set_bits = {}
         for key, mask in self.problem.open.items():
             told = self._told.get(f"{TOLD}{self.problem.machine.vars[key].val}")

@@ -17,7 +17,7 @@ from ...io_images.site import Site
 from ..model.arithmetic import real
 from ..model.errors import LadderError
 from ..model.stretches import Spot
-from ..model.tags import Layout, Leaf, Presets, Tag
+from ..model.tags import Layout, Leaf, Presets, Tag, tag_in
 from ..model.types import BOOL, DataType, Elementary, Member, Structure, count_of
 from .initials import load_bytes
 from .named_parts import meant_by
@@ -76,9 +76,18 @@ class Memory:
 
     def _load_bytes(self, tag: Tag) -> bool:
         """Set the initial value of a tag of bytes at once; False if that is impossible."""
-        ident = self.layout.boxed.get(tag.name.upper(), "")
-        values = self._lists.get(ident)
-        return isinstance(values, TagBytes) and load_bytes(values, tag.type, tag.dims, tag.initial)
+        name = tag.name.upper()
+        rest = self.layout.rests.get(name)
+        if rest is not None and self._starts_with_something(tag.type):
+            return False
+        values = self._lists.get(rest.ident if rest is not None else self.layout.boxed.get(name, ""))
+        if not isinstance(values, TagBytes) or not load_bytes(values, tag.type, tag.dims, tag.initial):
+            return False
+        for leaf in rest.variables.values() if rest is not None else ():
+            spot = self.layout.rest_spot(leaf)
+            found = values.values(spot, leaf.size) if leaf.dims else values.get(spot.view, spot.at(0))
+            self.cells[leaf.ident].cell_contents = found
+        return True
 
     def _load_defaults(self, path: str, kind: DataType, count: int) -> None:
         """Set the initial values of a structure's members in all elements."""
@@ -177,7 +186,7 @@ class Memory:
     def bytes_at(self, leaf: Leaf, index: int) -> BytesAt | None:
         """Return the place of a value in bytes, see `Store`."""
         spot = self.layout.spot(leaf)
-        if spot is None or not spot.view:
+        if spot is None or not spot.view or tag_in(leaf.path).upper() in self.layout.rests:
             return None
         return self._lists[spot.ident], spot.at(index) * spot.unit // 8
 

@@ -34,6 +34,6 @@ r"""L5X: program exports of Studio 5000 and RSLogix 5000.
 
 from .importer import L5xImport, import_l5x
 from .report import Refusal, Report
-from .xml.document import L5xError
+from .xml.parsing import L5xError
 
 __all__ = ["L5xError", "L5xImport", "Refusal", "Report", "import_l5x"]

@@ -4,7 +4,7 @@
     a diverging Branch is entered at its ID and left at the IDs of its legs, a converging one the other way
 
 Legs of a selection stand from left to right, by X of what they lead to, or in their order in the document if
-the branch has a priority of its own.
+the branch has its own priority.
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ from .scopes import note_forces
 from .values.datatypes import NAME, Types
 from .values.initial_values import initial_of
 from .values.value_texts import ValueTextError
-from .xml.document import L5xError
+from .xml.parsing import L5xError
 from .xml.records import L5xDocument, ModuleRecord, ModuleTagRecord, number_of
 
 NETWORKS = ("ETHERNET", "CONTROLNET", "DEVICENET", "RHINOBP", "SERCOS", "USB", "RIO", "DH")

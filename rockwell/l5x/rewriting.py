@@ -16,7 +16,7 @@ from ...ladder.lowering.edited import BEFORE_FIRST, NewTag, RungEdit
 from ...ladder.model.errors import LadderError
 from ...ladder.model.tags import program_of
 from .edits import NORMAL
-from .xml.document import whole_tree
+from .xml.parsing import whole_tree
 
 
 def rewritten_l5x(data: bytes, edits: Iterable[RungEdit], tags: Sequence[NewTag] = ()) -> bytes:

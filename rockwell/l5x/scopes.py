@@ -21,7 +21,7 @@ from .values.datatypes import Types
 from .values.force_values import forces_of
 from .values.initial_values import initial_of
 from .values.value_texts import ValueTextError
-from .xml.document import L5xError
+from .xml.parsing import L5xError
 from .xml.records import Element, ModuleTagRecord, TagRecord
 
 _FILLED = {
@@ -39,7 +39,7 @@ def scope_of(
         if record.kind.upper() in _FILLED:
             report.note(_named(owner, record.name), _FILLED[record.kind.upper()], record.line)
         if owner and record.usage.upper() == "INOUT":
-            text = "it is a parameter by reference, and has memory of its own here"
+            text = "it is a parameter by reference, and has its own memory here"
             report.note(_named(owner, record.name), text, record.line)
         try:
             if record.kind.upper() == "ALIAS" or record.target:

@@ -3,7 +3,7 @@
 A rung counts as run if its program did all scans and both back ends had the same values in all variables
 and the same fault after each of them. Refused rungs are empty in it. A major fault that both report ends the
 scan, not the trial; the watchdog ends the trial, as such a program does no second scan. Programs that
-no task runs, and add-on instructions, run in controllers of their own.
+no task runs, and add-on instructions, run in their own controllers.
 
 The interpreter counts rungs and statements, as loops and nested calls can make a scan endless. Too many
 end the trial: a count, not a clock, so that a report can be repeated.

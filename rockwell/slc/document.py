@@ -69,7 +69,7 @@ _VALUE = re.compile(
     r'[+-]?(?:\d+\.?\d*|\.\d+)(?:E[+-]?\d+)?|[+-]?1\.#\w+|0X[0-9A-F]+|[0-9A-F]+h|"[^"]*"|16#[0-9A-F]+',
     re.IGNORECASE,
 )
-_DESCRIPTION = re.compile(r"^\s*(?:TITLE/RUNG DESCRIPTION|TITLE:|RUNG DESCRIPTION:)", re.MULTILINE)
+DESCRIPTION = re.compile(r"^\s*(?:TITLE/RUNG DESCRIPTION|TITLE:|RUNG DESCRIPTION:)", re.MULTILINE)
 """Beginnings of the parts of a rung's description."""
 _SETTINGS = re.compile(r"(?:(?:[A-Z][A-Z0-9_]+|[+-]?\d+|0X[0-9A-F]+)\s*)+")
 """A line below a slot's: numbers and their names."""
@@ -91,10 +91,10 @@ def read_document(path: Path | str) -> SlcDocument:
         raise SlcError(f"{path}: the file has more than {MOST_BYTES:,} bytes")
     if b"\0" in data:
         raise SlcError(f"{path}: this is not text: export the program as text, with SOR and EOR")
-    return parse_document(_text_of(data), str(path), file.stem)
+    return parse_document(text_of(data), str(path), file.stem)
 
 
-def _text_of(data: bytes) -> str:
+def text_of(data: bytes) -> str:
     """Decode a text: Windows-1252 from RSLogix 500, UTF-8 from other programs."""
     try:
         return data.decode("utf-8-sig")
@@ -148,17 +148,17 @@ class _SlcReader:
         elif self._words is None:
             self._document.others.append(Other(number, word))
         elif mark == "EOR":
-            self._end(whole=True)
+            self._end(whole=True, end=number)
         else:
             self._words.append(word)
 
-    def _end(self, *, whole: bool) -> None:
+    def _end(self, *, whole: bool, end: int = 0) -> None:
         """Store the present rung, if there is one."""
         if self._words is not None:
-            self._rung(self._words, self._begun, whole=whole)
+            self._rung(self._words, self._begun, end, whole=whole)
         self._words = None
 
-    def _rung(self, words: list[str], line: int, *, whole: bool) -> None:
+    def _rung(self, words: list[str], line: int, end: int, *, whole: bool) -> None:
         self._leave()
         self._count += 1
         if self._count > MOST_RUNGS:
@@ -166,7 +166,7 @@ class _SlcReader:
             raise SlcError.at(site, f"there are more than {MOST_RUNGS:,} rungs")
         comment = "\n".join(self._comment)
         self._comment = []
-        self._file(None).rungs.append(SlcRungRecord(tuple(words), line, comment, whole))
+        self._file(None).rungs.append(SlcRungRecord(tuple(words), line, comment, whole, end))
 
     def _file(self, number: int | None, name: str = "") -> LadderRecord:
         """Return the present ladder file, or that of a number; file 2 by default."""
@@ -178,7 +178,7 @@ class _SlcReader:
 
     def _note_comment(self, comment: str) -> None:
         """Keep a comment for the next rung; a description belongs to the previous one."""
-        described = _DESCRIPTION.sub("\n", comment)
+        described = DESCRIPTION.sub("\n", comment)
         text = "\n".join(filter(None, map(str.strip, described.splitlines())))
         if not text or _NUMBERED.fullmatch(text):
             return
@@ -217,7 +217,7 @@ class _SlcReader:
         if found := _LADDER.fullmatch(plain):
             self._leave()
             self._comment = []
-            self._file(int(found[1]), found[2].strip())
+            self._file(int(found[1]), found[2].strip()).line = line.number
         elif found := _SLOT.fullmatch(plain):
             self._leave()
             comment = " ".join(each.strip() for each in line.comments)

@@ -15,6 +15,7 @@ class SlcRungRecord:
     line: int
     comment: str = ""  # the comments before it
     whole: bool = True  # whether it ends in EOR
+    end: int = 0  # its last line
 
     @property
     def text(self) -> str:
@@ -28,6 +29,7 @@ class LadderRecord:
 
     number: int
     name: str = ""
+    line: int = 0  # of its heading; 0 without one
     rungs: list[SlcRungRecord] = field(default_factory=list)
 
 

@@ -45,6 +45,9 @@ _IN_EXPRESSION = re.compile(r"#?[A-Z]{1,3}\d{0,3}(?::(?:\d+|\[[^\]]+\]))?(?:\.\w
 
 _PLACEHOLDER = re.compile(r"slc_(\d{1,4})")  # a placeholder for an address inside of an expression
 
+ROUTINE_WORD = re.compile(r"(?:U:?)?(\d{1,3})", re.IGNORECASE)
+"""The operand of JSR."""
+
 ROUTINE = "U"
 """Prefix of a routine's name, before the number of its ladder file."""
 
@@ -148,13 +151,13 @@ class RungReader:
         for place, word in enumerate(words):
             use = spec.operands[min(place, len(spec.operands) - 1)] if spec.operands else Use.IGNORED
             try:
-                found.append(_operand(use, word))
+                found.append(read_operand(use, word))
             except LadderError as error:
                 self._fail(str(error), "write an address, a number or an expression", at + place)
         return found
 
     def _routine(self, word: str, at: int) -> Address:
-        digits = re.fullmatch(r"(?:U:?)?(\d{1,3})", word, re.IGNORECASE)
+        digits = ROUTINE_WORD.fullmatch(word)
         if digits is None:
             self._fail(f"{word} is not a ladder file", "write its number, as in JSR U:3", at)
         return Address(routine_name(int(digits.group(1))))
@@ -169,7 +172,8 @@ def routine_name(file: int) -> str:
     return f"{ROUTINE}{file}"
 
 
-def _operand(use: Use, word: str) -> Operand:
+def read_operand(use: Use, word: str) -> Operand:
+    """Read an operand of an instruction; a LadderError if it is none."""
     if use is Use.LABEL:
         return Address(re.sub(r"\W", "_", word.upper()))
     if word == "?":

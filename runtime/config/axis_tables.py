@@ -23,7 +23,7 @@ class AxisTable(Table):
         counts_per_unit: steps per unit of the axis.
         max_speed: 100 % of maximum, units/s; 0 takes MaximumSpeed of the tag.
         max_acceleration: 100 % of maximum, units/s²; 0 takes MaximumAcceleration of the tag.
-        home_speed: speed of a search for home, units/s; 0 takes HomeSpeed of the tag.
+        home_speed: speed of homing, units/s; 0 takes HomeSpeed of the tag.
         home_acceleration: its rates, units/s²; 0 takes `max_acceleration`.
         home_direction: 1 clockwise, -1 counterclockwise.
         configuration: the eight words of the module, which MSO sends; none if the program configures it.

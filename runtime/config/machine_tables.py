@@ -1,7 +1,7 @@
 """The machine in a rack file: tables that become a `MachineSpec`.
 
 Names, types and meanings are those of `runtime.machine.spec`. Only parts with times have
-tables of their own: a file gives milliseconds (`at_ms`) or seconds (`at_s`).
+their own tables: a file gives milliseconds (`at_ms`) or seconds (`at_s`).
 """
 
 from __future__ import annotations

@@ -115,7 +115,7 @@ def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, 
     """Plan the controlled stop of a motion: less than one step at its speed, then down to the starting speed.
 
     It ends on the first whole step that the deceleration allows. Below the starting
-    speed there is no ramp, and it ends at once with the whole steps made.
+    speed no ramp is made, and it ends at once with the whole steps made.
 
     >>> running = run(0, 0, +1, Profile(1000, 5000, 20, 10))
     >>> held = stop(running, 1_000_000_000, 1000, 10, Shape.CONSTANT)
@@ -186,7 +186,7 @@ def register(
     Args:
         now_ns: when it takes over, not before the motion's `start_ns`.
         steps: to be made from the whole steps made now, from 1.
-        start_sps: starting speed in steps/s; below it there is no ramp.
+        start_sps: starting speed in steps/s; below it no ramp is made.
         deceleration_spmss: in steps/ms/s, above 0.
 
     Raises:

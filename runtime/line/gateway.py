@@ -104,7 +104,7 @@ class Gateway(Generic[Asker]):
             return
         self._asked = request = self._waiting.popleft()
         self._heard += self._line.advance(now_ns)
-        self._heard.clear()  # late, and nobody's
+        self._heard.clear()  # late, and no one's
         data = frame(self._address_of(request.unit), request.pdu)
         sent_ns = now_ns + self._span_ns(len(data))
         broadcast = request.unit == BROADCAST and self._address_of(BROADCAST) == BROADCAST

@@ -150,7 +150,7 @@ class RemoveBreakpoint:
 class Reload:
     """Continue with the present version of the program's file."""
 
-    restart: str = ""  # sequences that begin anew, separated by commas; "all" for the whole program
+    restart: str = ""  # sequences that restart, separated by commas; "all" for the whole program
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,9 +191,10 @@ class Online:
     """Take a step with edited rungs: accept, test, untest, assemble, reopen, cancel or save."""
 
     step: str
-    base: str = ""  # digest of the program's file that was edited; with accept
+    base: str = ""  # digest of the program's file that was edited; of steps behind accept, the edited file's
     rungs: tuple[tuple[str, int, tuple[str, ...]], ...] = ()  # routine, number, and what stands in its place
     tags: tuple[tuple[str, str, str], ...] = ()  # new ones: name, type, program
+    by: str = ""  # who, see `Press`
 
 
 ToEditor = Source | Draft | Online

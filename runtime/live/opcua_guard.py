@@ -100,7 +100,7 @@ class UaGuard:
     def watch(self, connection: Any) -> None:
         """Check each request of a connection before asyncua sees it; end it at a message that can't be read.
 
-        asyncua goes on with the next one, though a request for a channel may have been accepted by half.
+        asyncua continues with the next one, though a request for a channel may have been accepted by half.
         """
         processor, process = connection.processor, connection._process_one_msg
         processor._process_message = self._checked(processor, processor._process_message)
@@ -122,7 +122,7 @@ class UaGuard:
             if (refusal := self._refusal(kind, processor)) is not None:
                 raise self._error(refusal)
             if kind == self._creates and (watchdog := processor._session_watchdog_task) is not None:
-                watchdog.cancel()  # that of a closed session would go on beside the new one
+                watchdog.cancel()  # that of a closed session would continue beside the new one
             try:
                 return await process(kind, *rest)
             except self._error as error:
@@ -151,7 +151,7 @@ class UaGuard:
 
 
 def keep_apart(session: Any, subscriptions: Mapping[int, Any]) -> None:
-    """Let a session use its own subscriptions only, and end them with it: nobody else could.
+    """Let a session use its own subscriptions only, and end them with it: no one else could.
 
     Args:
         session: of asyncua.

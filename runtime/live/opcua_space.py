@@ -81,7 +81,7 @@ class TagSpace:
     async def show(self, database: Database) -> None:
         """Show the tags of a program, of an edited one in place of the earlier ones.
 
-        Subscriptions go on where a tag stays.
+        Subscriptions continue where a tag stays.
         """
         before = self.nodes
         self._clear()

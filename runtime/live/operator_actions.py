@@ -222,7 +222,7 @@ _SENTENCES: Mapping[type[Action], Callable[[Any], str]] = {
     actions.Store: lambda order: f"{order.client or 'A client'} writes {order.tag}{order.part}.",
     actions.Force: lambda order: f"{order.tag} is forced to {_shown(order.value)}.",
     actions.Unforce: lambda order: (
-        "All forces are removed." if order.tag == ALL else f"{order.tag} is not forced any more."
+        "All forces are removed." if order.tag == ALL else f"{order.tag} is no longer forced."
     ),
     actions.InjectFault: lambda order: f"Slot {order.slot}: {order.kind}.",
     actions.Breakpoint: lambda order: f"A breakpoint is set: {order.at}.",

@@ -11,7 +11,7 @@ have been overwritten meanwhile. A row repeats its number at its end, for proces
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from struct import Struct
 from typing import Any, NamedTuple
 
@@ -22,6 +22,9 @@ from .shared_memory import SharedMemory
 
 ROWS = 1 << 15
 """Number of rows: 65 s of scans of 2 ms."""
+
+AT_ONCE = 256
+"""Most rows written at once."""
 
 MESSAGE_BYTES = 1 << 20
 SNAPSHOT_BYTES = 1 << 23
@@ -57,7 +60,7 @@ class RingRows(NamedTuple):
     lost: int  # rows that were overwritten before they could be read
 
 
-Put = Callable[[int, int, int, int, tuple[int, ...], bytearray], None]
+Put = Callable[[int, int, int, int, tuple[int, ...], bytes], None]
 """Writes a row: scan, flags, now_ns, wall_ns, figures and the rack's memory."""
 
 
@@ -70,6 +73,7 @@ class Ring:
 
     Attributes:
         shape: its dimensions.
+        at_once: most rows written at once; a reader leaves out as many, which may be overwritten now.
         memory: what it is in.
         head: its numbers, by `ORDERS` and the others; the scan loop looks there after every scan.
         put: writes a row; called after every scan.
@@ -96,6 +100,7 @@ class Ring:
         self.dtype = row_type(shape.memory_bytes, shape.figures)
         self._stride = self.dtype.itemsize
         self._mask = shape.rows - 1
+        self.at_once = min(AT_ONCE, shape.rows // 4 or 1)
         whole = memoryview(memory.map)
         start = _HEAD_BYTES + shape.rows * self._stride
         self.head = whole[:_HEAD_BYTES].cast("Q")
@@ -105,6 +110,36 @@ class Ring:
         self.snapshots = Records(self.head, _SNAPSHOTS, whole[start : start + SNAPSHOT_BYTES])
         pad = self._stride - _row_struct(shape, 0).size
         self.put = _putter(self.head, self._rows, _row_struct(shape, pad), self._mask)
+
+    def put_all(
+        self,
+        scan: int,
+        flags: int,
+        now_ns: int,
+        wall_ns: int,
+        figures: tuple[int, ...],
+        images: Sequence[bytes],
+        *,
+        period_ns: int,
+        wall_step_ns: int,
+    ) -> None:
+        """Write the rows of successive scans.
+
+        Args:
+            scan: number of the last one; its times are the next two.
+            images: the rack's memory after each, at most `at_once`.
+        """
+        back, written = np.arange(1 - len(images), 1), self.head[_ROWS]
+        rows = np.zeros(len(images), self.dtype)
+        rows["scan"] = rows["again"] = (scan + back) & SCAN_MASK
+        rows["flags"], rows["figures"] = flags, figures
+        rows["now_ns"], rows["wall_ns"] = now_ns + back * period_ns, wall_ns + back * wall_step_ns
+        rows["words"] = np.frombuffer(b"".join(images), "<i2").reshape(rows["words"].shape)
+        data, at = rows.tobytes(), (written & self._mask) * self._stride
+        left = len(self._rows) - at
+        self._rows[at : at + len(data)] = data[:left]
+        self._rows[: max(0, len(data) - left)] = data[left:]
+        self.head[_ROWS] = written + len(images)
 
     # --- the monitor
 
@@ -116,10 +151,10 @@ class Ring:
     def take(self, since: int) -> RingRows:
         """Return the remaining rows from a place on."""
         end = self.written
-        first = max(since, end - self.shape.rows + 1, 0)
+        first = max(since, end - self.shape.rows + self.at_once, 0)
         places = np.arange(first, end) & self._mask
         rows = np.frombuffer(self._rows, self.dtype)[places]
-        overwritten = self.written - self.shape.rows + 1 - first
+        overwritten = self.written - self.shape.rows + self.at_once - first
         if overwritten > 0:
             rows, first = rows[overwritten:], min(first + overwritten, end)
         return RingRows(rows[rows["scan"] == rows["again"]], end, first - since)
@@ -158,7 +193,7 @@ def _putter(head: memoryview, rows: memoryview, row: Struct, mask: int) -> Put:
     pack, stride = row.pack_into, row.size
 
     def put(
-        scan: int, flags: int, now_ns: int, wall_ns: int, figures: tuple[int, ...], memory: bytearray
+        scan: int, flags: int, now_ns: int, wall_ns: int, figures: tuple[int, ...], memory: bytes
     ) -> None:
         written = head[0]
         number = scan & SCAN_MASK

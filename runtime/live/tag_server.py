@@ -234,7 +234,7 @@ class ScanProcess:
         data = self._mailbox.reply()
         version, now_ns = ANSWER.unpack_from(data)
         if not version:
-            raise EOFError  # the request was damaged: another server begins anew
+            raise EOFError  # the request was damaged: another server starts
         if version != self.version:
             return None
         return now_ns, version, results_in(data, packets)

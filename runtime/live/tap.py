@@ -3,29 +3,37 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from multiprocessing.connection import Connection
 from typing import Protocol
+
+from typing_extensions import override
 
 from ..loop.events import JsonValue
 from ..loop.listeners import QuietListener
 from ..loop.pace import rest, wall_ns
 from ..loop.rack import Rack
-from .ring import ASKED, ORDERS, Ring
+from .ring import ORDERS, Ring
 from .session import Session
 
 FIGURES_NS = 10_000_000
 """Least time between two reads of the machines."""
 
-FIGURES_SCANS = 512
+FIGURES_SCANS = 2048
 """Least number of scans between them at full speed: a read ends the prediction of modules."""
+
+BATCH_NS = 8_000_000
+"""Time of the rows that are written at once at full speed."""
 
 
 class Notes(Protocol):
     """The notes that a monitor needs to run a program's scans again."""
 
+    def news(self) -> bool:
+        """Whether the latest scan must be noted; called after every scan."""
+
     def note(self, scan: int) -> None:
-        """Write the inputs of a scan; called after it."""
+        """Note the latest scan; called if there are news, and after some scans."""
 
     def give(self, scan: int) -> None:
         """Write the values before a scan."""
@@ -33,6 +41,10 @@ class Notes(Protocol):
 
 class NoNotes:
     """A program that a monitor can't run again."""
+
+    def news(self) -> bool:
+        """Return False: there are no notes."""
+        return False
 
     def note(self, scan: int) -> None:
         """Do nothing: there are no notes."""
@@ -51,6 +63,9 @@ class Figures(Protocol):
 class Tap(QuietListener):
     """Fills the ring; a listener of the scan loop that never raises.
 
+    At full speed the rows of a batch of scans are written at once, and before any message. Orders are looked
+    for after every scan.
+
     Args:
         rack: its memory is copied after every scan.
         figures: numbers beside the images.
@@ -59,15 +74,20 @@ class Tap(QuietListener):
     session: Session  # obeys orders after each scan; set before the first one
 
     def __init__(self, ring: Ring, rack: Rack, period_ns: int, figures: Figures) -> None:
-        self._ring, self._put, self._head = ring, ring.put, ring.head
-        self._memory, self._period_ns = rack.memory, period_ns
+        self._ring = ring
+        self._copy, self._period_ns = memoryview(rack.memory).tobytes, period_ns
         self._figures = figures
         self.notes: Notes = NoNotes()
+        self.lasting: Callable[[], Iterable[Mapping[str, object]]] = tuple  # messages for a new monitor
         self._latest: tuple[int, ...] = (0,) * ring.shape.figures
         self._due_ns = self._due = 0
-        self._seen_asked = self._next = 0
+        self._seen_asked = 0
         self._forces: Mapping[str, JsonValue] = {}
-        self._last: tuple[int, int, int] | None = None
+        self._images: list[bytes] = []  # of the latest scans, whose rows are not written yet
+        self._room = 1  # scans of a batch
+        self._scan, self._now_ns, self._flags = -1, 0, 0  # of the latest scan
+        self._wall_ns = 0  # of the latest written row
+        self._rested = -1
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Pass an event on."""
@@ -77,42 +97,77 @@ class Tap(QuietListener):
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Pass a scan on, and carry out orders."""
-        wall = wall_ns()
+        if flags != self._flags:
+            self._write()
+            self._flags = flags
+        self._images.append(self._copy())
+        self._scan, self._now_ns = scan, now_ns
+        if self.notes.news():
+            self.notes.note(scan)
+        if len(self._images) >= self._room:
+            self._end_batch()
+        session = self.session  # asked here: a call more would cost a scan 1 %
+        if session.inbox.pending() or session.takeovers or session.state.breakpoints:
+            session.attend_scan(now_ns + self._period_ns, scan + 1)
+
+    def _end_batch(self) -> None:
+        """Write the rows of a batch, and what is due with it."""
+        wall, scan = wall_ns(), self._scan
         if wall >= self._due_ns and (scan >= self._due or self.session.state.speed is not None):
             self._due_ns, self._due = wall + FIGURES_NS, scan + FIGURES_SCANS
-            self._latest = self._figures.read(now_ns)
-        self._put(scan, flags, now_ns, wall, self._latest, self._memory)
+            self._latest = self._figures.read(self._now_ns)
+        self._write()
         self.notes.note(scan)
-        if self._head[ASKED] != self._seen_asked:
-            self._give(scan + 1)
-        self._next = scan + 1
-        self._last = scan, now_ns, flags
-        self.session.attend_scan(now_ns + self._period_ns, scan + 1)
+        if self._ring.asked != self._seen_asked:
+            self.give()
+
+    def _write(self) -> None:
+        """Write the rows of the scans since the last ones."""
+        images, count, wall = self._images, len(self._images), wall_ns()
+        took_ns, self._wall_ns = wall - self._wall_ns, wall
+        row = self._scan, self._flags, self._now_ns, wall, self._latest
+        if count == 1:
+            self._ring.put(*row, images[0])
+        elif count:
+            step_ns = took_ns // count
+            self._ring.put_all(*row, images, period_ns=self._period_ns, wall_step_ns=step_ns)
+        if self.session.state.speed is not None:
+            self._room = 1
+        elif count >= self._room:
+            fitting = count * BATCH_NS // max(1, took_ns)
+            self._room = max(1, min(2 * count, fitting, self._ring.at_once))
+        images.clear()
 
     def attend(self) -> None:
         """Serve the monitor during a pause."""
-        if self._last is not None:  # present machines, for the picture of the pause
-            scan, now_ns, flags = self._last
-            self._last = None
-            self._latest = self._figures.read(now_ns)
-            self._ring.put(scan, flags, now_ns, wall_ns(), self._latest, self._memory)
-            self.notes.give(scan + 1)
+        self._write()
+        if self._rested != self._scan:  # present machines, for the picture of the pause
+            self._rested = self._scan
+            self._latest = self._figures.read(self._now_ns)
+            self._images.append(self._copy())
+            self._write()
+            self.notes.give(self._scan + 1)
         if self._ring.asked != self._seen_asked:
             self.give()
 
     def give(self) -> None:
         """Send the values before the next scan to the monitor."""
-        self._give(self._next)
-
-    def _give(self, scan: int) -> None:
+        if self._seen_asked != self._ring.asked:
+            for message in self.lasting():
+                self.tell(message)
         self._seen_asked = self._ring.asked
-        self.notes.give(scan)
+        self.notes.give(self._scan + 1)
         self.tell({"state": self.session.described()})
         self.tell({"forces": {"scan": self.session.scan, "forces": self._forces}})
 
     def tell(self, message: Mapping[str, object]) -> None:
-        """Write a message to the monitor; one that is too long is lost."""
+        """Write a message to the monitor, after the rows of earlier scans; one that is too long is lost."""
+        self._write()
         self._ring.messages.write(json.dumps(message, separators=(",", ":")).encode())
+
+    @override
+    def close(self) -> None:
+        self._write()
 
 
 class PipeInbox:
@@ -126,7 +181,6 @@ class PipeInbox:
         """Continue with another pipe: the monitor has been restarted."""
         self._pipe = pipe
 
-    @property
     def pending(self) -> bool:
         """Whether an order is there."""
         return self._head[ORDERS] != self._taken

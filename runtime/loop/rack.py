@@ -112,6 +112,6 @@ def _checked(cards: Iterable[Card]) -> list[Card]:
     for card in cards:
         check_slot_number(card.slot)
         if card.slot in seen:
-            raise ValueError(f"slot {card.slot} is used twice: every module needs a slot of its own")
+            raise ValueError(f"slot {card.slot} is used twice: every module needs its own slot")
         seen[card.slot] = card
     return list(seen.values())

@@ -4,7 +4,7 @@
     at n * period     input_latch     copies the scan's row into the rack's memory
                       logic           the same
                       output_latch    compares: the memory still equals the row, nothing is to be sent
-                      record          passes on the scan; there are no events
+                      record          passes on the scan; no events exist
                       housekeeping    moves on
 
 New outputs, a request, a stop, or any action on a module ends the block in the same scan, which

@@ -202,7 +202,7 @@ def press(
     Args:
         for_ns: duration, 1 or more.
         normally_closed: pressing it de-energizes the input. (The level before the first
-            press is then an entry of its own, at 0.)
+            press is then a separate entry, at 0.)
 
     Raises:
         ValueError: `for_ns` is less than 1, or an entry is illegal.

@@ -178,7 +178,7 @@ class ModuleRecord:
         family: "1762" or "1769" for a card that fits one family of controllers only; "" for any other
             module.
         switches: (slot, switch) of the machines' switches that operate its inputs, with these options.
-        capabilities: the table of its refusals, Markdown; None without refusals of its own.
+        capabilities: the table of its refusals, Markdown; None without own refusals.
         option_table: returns the declaration of its options, for editors; None without one.
         round_trip_ms: longest time until it answers a command, ms; 0 = it answers at once.
         unread: stands for a module whose file is not executed: its options and named bits are not checked.

@@ -39,7 +39,7 @@ WORDS: Mapping[str, int] = {"T": 3, "C": 3, "R": 3, "F": 2, "L": 2, "ST": 42}
 """Words of an element; one of all others."""
 
 FIXED = {"O": 0, "I": 1, "S": 2}
-"""Files with a number of their own."""
+"""Files with their own number."""
 
 READS, TYPED, MASKED = (0xA1, 0xA2), (0xA2, 0xAA, 0xAB), 0xAB
 FUNCTIONS = (0xA1, 0xA2, 0xA9, 0xAA, 0xAB)

@@ -1,4 +1,4 @@
-"""The list of tags for whoever draws an HMI: each value with its type and its address in every protocol.
+"""The list of tags for the author of an HMI: each value with its type and its address in every protocol.
 
 name         type  access      Modbus              OPC UA              EtherNet/IP
 HmiLength    DINT  read/write  holding register 0  ns=2;s=HmiLength    HmiLength

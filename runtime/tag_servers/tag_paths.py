@@ -18,7 +18,7 @@ def target_of(database: Database, text: str) -> Target:
     """Return the bytes that a name means, of an array all elements.
 
     Raises:
-        ValueError: there is no such tag, member or element.
+        ValueError: no such tag, member or element.
     """
     steps = _steps(database, text)
     try:

@@ -60,5 +60,4 @@ def test_the_key_leads_to_the_first_difference_and_the_band_tells_it(page, folde
         page.press("Compare no longer")
         page.until_there("#compared[hidden]")
         assert page.run("return document.querySelector('[data-differs]')") is None
-        session.end()
-    assert page.messages() == []
+        assert page.messages() == []

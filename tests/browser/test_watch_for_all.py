@@ -166,6 +166,7 @@ def test_a_narrow_window_does_not_scroll_sideways(opened, scheme):
     assert reach <= width == 400
     for summary in opened.browser.find_elements("css selector", "summary"):
         opened.run("arguments[0].parentElement.open = true", summary)
+    opened.press("More controls")
     opened.control("Find").send_keys("Str")
     opened.until_there(".hits button")
     left, right = opened.run(HITS)

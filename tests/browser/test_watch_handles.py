@@ -16,7 +16,7 @@ DOCS = (ROOT / "docs" / "watch-socket.md").read_text(encoding="utf-8")
 
 HANDLES = sorted(set(re.findall(r"data-[a-z-]+", TABLE)))
 CONTROLS = [name.replace("*input*", "E-stop") for name in NAMES.split(", ")]
-VALUES = {"Awake": "1", "Quiet.PRE": "1000", "1.MOVING_CW": "1", "1.input.home": "0"}
+VALUES = {"Awake": "1", "Axis.State": "2", "1.MOVING_CW": "1", "1.input.home": "0"}
 INDEXER = ROOT / "examples" / "l5x" / "indexer.toml"
 
 

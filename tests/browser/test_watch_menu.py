@@ -82,6 +82,7 @@ def test_a_right_click_toggles_forces_and_breaks_and_says_what_cannot_be_done(pa
     page.click("//*[@role='menuitemradio'][text()='Quiet.DN']", "xpath")
     until(lambda: menu(page)["Toggle"] is None)
     ActionChains(page.browser).send_keys(ESCAPE).perform()
+    page.press("Parameters")
     block = right_click(page, "[data-element='Main.3.2'] [data-name='Quiet.ACC']")  # the operand pointed at
     assert (block["Quiet"], block["Quiet.ACC"]) == ("false", "true")
 

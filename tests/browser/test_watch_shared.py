@@ -126,13 +126,8 @@ def test_the_page_of_a_failed_test_opens_on_what_failed(page, feeder_rack, tmp_p
     failure = Failure(
         "test_line.py::test_stroke", "Homing stays on\nfor ever", "Homing", tmp_path / "passed.mcap"
     )
-    wish = ShareOptions(1199)
-    share(
-        *(tmp_path / "failed.mcap", tmp_path / "failed.html", wish),
-        trust=True,
-        tags=["Homing"],
-        failure=failure,
-    )
+    wish = ShareOptions(1199, trust=True, tags=["Homing"], failure=failure)
+    share(tmp_path / "failed.mcap", tmp_path / "failed.html", wish)
     page.browser.get((tmp_path / "failed.html").as_uri())
     page.until_scan(1199, "past")
     said = page.run("return document.getElementById('failed').innerText")

@@ -286,7 +286,7 @@ def test_the_examples_of_exports_are_written_by_pycomm3() -> None:
 
 
 def test_what_clients_make_of_what_they_can_not_have(bench: tuple[ServedRack, int]) -> None:
-    """docs/hmi.md, Limits: a bit that a DINT lacks, and 999 DINTs in one packet; neither gives wrong data."""
+    """docs/hmi-clients.md: a bit that a DINT lacks, and 999 DINTs in one packet; neither gives wrong data."""
     rack, port = bench
     rack.debugger.tags["aDint"] = 5
     with pycomm3_client(pycomm3.LogixDriver, port) as plc:

@@ -43,6 +43,7 @@ BLOCKS = {
     "CTUD": ("FBD_COUNTER", ("?CUEnable", "?CDEnable", "?Reset"), "ACC"),
     "OSRI": ("FBD_ONESHOT", ("?InputBit",), "?OutputBit"),
     "SETD": ("DOMINANT_SET", ("?Set", "?Reset"), "?Out"),
+    "BTDT": ("FBD_BIT_FIELD_DISTRIBUTE", ("Source", "SourceBit", "Length", "DestBit", "Target"), "Dest"),
     "DFF": ("FLIP_FLOP_D", ("?D", "?Clear", "?Clock"), "?Q"),
 }
 """Type of the tag, inputs and output of each block; those with ? are bits."""

@@ -3,8 +3,18 @@
 from typing import Any
 
 import pytest
-from l5x_files import document, ladder, program, tag, task
+from l5x_files import block, document, ladder, program, reference, sheets, tag, task, wire
 from scanrack.rockwell.l5x import import_l5x
+
+
+def around(kind: str, operand: str, inputs: dict[str, str], outputs: dict[str, str], **arrays: str) -> str:
+    """Return a sheet with one block: the references or numbers of its inputs, the tags of its outputs."""
+    parts = [block(kind, 0, operand, x=200, **arrays)]
+    for number, (pin, source) in enumerate(inputs.items(), start=1):
+        parts.append(reference("IRef", number, source) + wire(number, f"0.{pin}"))
+    for number, (pin, target) in enumerate(outputs.items(), start=100):
+        parts.append(reference("ORef", number, target, x=400) + wire(f"0.{pin}", number))
+    return sheets("Blocks", "".join(parts))
 
 
 def open_diagram(

@@ -39,7 +39,7 @@ def structured(name: str, text: str) -> str:
 def diagram(name: str, kind: str) -> str:
     """A routine that is refused: a diagram with a block that is not known here, or an empty chart."""
     if kind == "FBD":
-        return sheets(name, block("POSP", 0, "Loop"))
+        return sheets(name, block("IMC", 0, "Loop"))
     return f'<Routine Name="{name}" Type="{kind}">\n<{kind}Content/>\n</Routine>\n'
 
 

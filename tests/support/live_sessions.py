@@ -25,7 +25,6 @@ class Script:
         self._orders = list(orders)
         self.session: Any = None
 
-    @property
     def pending(self):
         if not self._orders:
             return False

@@ -1,4 +1,4 @@
-"""Note which clients of others were tried: docs/clients-tried.toml, and the table of it in docs/hmi.md.
+"""Note which clients of others were tried: docs/clients-tried.toml, and its table in docs/hmi-clients.md.
 
     python -m tests.tools.clients_tried      run the tests of clients, and write the file with today's date
 
@@ -26,7 +26,7 @@ from peers import PEERS, TRIED
 
 ROOT = Path(__file__).parents[2]
 FILE = ROOT / "docs/clients-tried.toml"
-PAGE = ROOT / "docs/hmi.md"
+PAGE = ROOT / "docs/hmi-clients.md"
 HEAD = "# Written by python -m tests.tools.clients_tried: versions that tests tried last.\n\n"
 
 

@@ -51,7 +51,7 @@ def align(one: Trace, other: Trace, at: str) -> TimeMap:
         at: "start", their first scans; or the name of a bit, the first scan in which it rises.
 
     Raises:
-        ValueError: there is no such bit, or it never rises in one of them.
+        ValueError: no such bit, or it never rises in one of them.
     """
     return TimeMap(_times_of(one, at)[:1], _times_of(other, at)[:1])
 
@@ -62,7 +62,7 @@ def realign(one: Trace, other: Trace, signal: str) -> TimeMap:
     Small delays, as on a real machine, do not add up.
 
     Raises:
-        ValueError: there is no such bit, or it never rises in one of them.
+        ValueError: no such bit, or it never rises in one of them.
     """
     first, second = _times_of(one, signal), _times_of(other, signal)
     return TimeMap(first[: len(second)], second[: len(first)])

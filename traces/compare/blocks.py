@@ -85,7 +85,7 @@ def _cut(a: Stream, b: Stream, block_scans: int) -> tuple[int, int]:
     if not ends:
         return len(a), len(b)
     least = min(int(each.keys[each.row]) for each in streams if each.row < len(each))
-    end = max(min(ends), least + 1)  # it goes on, even if a whole block has one key
+    end = max(min(ends), least + 1)  # it continues, even if a whole block has one key
     for each in streams:
         each.read_beyond(end)
     return a.row_of(end), b.row_of(end)

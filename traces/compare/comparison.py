@@ -179,7 +179,7 @@ def differing_sequences(one: Trace, other: Trace, *, exact: bool) -> Iterator[Di
     """Yield the first difference of each sequence whose waits differ in the two traces.
 
     Lines do not count: a comment above them moves them all. Both traces are read side by side, so
-    memory stays flat however often their sequences go on.
+    memory stays flat however often their sequences continue.
 
     Args:
         exact: whether waits are compared with their scans.

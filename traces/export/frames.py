@@ -32,7 +32,7 @@ def to_pandas(trace: Trace, signals: Sequence[str] = (), selection: Selection = 
 
     Raises:
         MissingExtraError: pandas is not installed.
-        UnknownSignalError: there is no such signal.
+        UnknownSignalError: no such signal.
         EmptySelectionError: no scan is in the selection.
     """
     pd = need("pandas", "frames")

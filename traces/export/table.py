@@ -39,7 +39,7 @@ def table(
         progress: called at each block with the number of scans read so far.
 
     Raises:
-        UnknownSignalError: there is no such signal; raised at once.
+        UnknownSignalError: no such signal; raised at once.
         EmptySelectionError: no scan is in the selection.
     """
     wanted = Catalog.of(trace).matching(signals)

@@ -52,7 +52,7 @@ def write_vcd(
         progress: called at each block with the number of scans read so far.
 
     Raises:
-        UnknownSignalError: there is no such signal.
+        UnknownSignalError: no such signal.
         EmptySelectionError: no scan is in the selection.
     """
     catalog = Catalog.of(trace)

@@ -5,7 +5,7 @@
     speed float64  at 8       after three bytes of padding
 
 That is version 1 of the encoding, which the prefix 00 01 00 00 of a payload states [OMG DDS-XTypes 1.3,
-7.4.1.1]. Nested messages have no alignment of their own.
+7.4.1.1]. Nested messages have no own alignment.
 """
 
 from __future__ import annotations

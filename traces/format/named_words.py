@@ -1,7 +1,7 @@
 """Names of the words and bits of a recorded module, read from the trace, without a list of modules.
 
     schema of /scan            message type and word names of every slot
-    metadata slot.N.names      bits with names of their own: group -> name -> [image, word, bit]
+    metadata slot.N.names      bits with their own names: group -> name -> [image, word, bit]
     metadata slot.N.family     of another module of the 3601's family: error bits and limits
 
 The names of a 3601's bits are in its manual, and are not repeated in a trace.

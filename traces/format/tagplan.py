@@ -71,7 +71,7 @@ FORMATS: Mapping[str, Format] = {
     "REAL": Format("float32", "f", 4),
     "INT": Format("int16", "h", 2),
     "UINT": Format("uint16", "H", 2),
-    "ENUM": Format("", "H", 2),  # a message of its own
+    "ENUM": Format("", "H", 2),  # its own message
     "TEXT": Format("uint16", "H", 2),
     "SINT": Format("int8", "b", 1),
     "USINT": Format("uint8", "B", 1),

@@ -12,7 +12,7 @@ LANES: Mapping[str, str] = {
     "output": "#7a5c00",
     "tag": "#5a3e9b",
 }
-"""Colour of a lane and its name, by group; dark enough for small letters on white."""
+"""Color of a lane and its name, by group; dark enough for small letters on white."""
 
 RAMP: tuple[str, ...] = ("#ffffff", "#56b4e9", "#cfe3f2", "#f0c05a", "#bbbbbb")
 """Colors of the ramp's states: at rest, accelerating, constant speed, decelerating, held."""
@@ -30,7 +30,7 @@ MARKS: Mapping[str, str] = {
     "move": "#0060a0",
     "cpu": "#444444",
 }
-"""Colour of a mark, by kind."""
+"""Color of a mark, by kind."""
 
 CURVE = "#1f4e79"
 GRID = "#dddddd"

@@ -136,7 +136,7 @@ class TagTracks(Generic[C]):
     """Gathers the contents of the tags' panel.
 
     Args:
-        outside: whether tags are forced or set from outside; a lane of its own if they ever are.
+        outside: whether tags are forced or set from outside; a separate lane if they ever are.
         maker: makes a maker of curves for values of the tags' own types.
     """
 

@@ -54,7 +54,7 @@ _PARAMETERS: Mapping[str, tuple[int, ...]] = {
 def input_wording(before: Words, after: Words, profile: Profile = WORDS_3601) -> str:
     """Return a changed input image of a 3601 as text: bits that rose and fell, and a captured value.
 
-    Position and counts have columns of their own.
+    Position and counts have their own columns.
 
     >>> input_wording((0x4008, 0, 0, 0, 0, 0, 0, 0), (0x4021, 0, 0, 3, 0, 0, 0, 0))
     '+MOVING_CW +ACCELERATING -STOPPED'

@@ -186,7 +186,7 @@ class Records:
     def check_data(self) -> None:
         """Note a wrong CRC of all data, once, unless damage is known already.
 
-        It protects parts without a CRC of their own: the metadata. The whole file is read, a GB in about a
+        It protects parts without their own CRC: the metadata. The whole file is read, a GB in about a
         second.
         """
         if self._checked or any(isinstance(note, Damage) for note in self.notes):

@@ -46,7 +46,7 @@ class UnknownSignalError(ValueError):
 class Catalog(Mapping[str, Signal]):
     """The signals of a rack by name, in an order for people: per slot speed, values, bits, words.
 
-    A bit without a name of its own has one by number, `slot1.in.word3.12`; the catalog finds these,
+    A bit without its own name has one by number, `slot1.in.word3.12`; the catalog finds these,
     but does not list them.
 
     Args:

@@ -66,7 +66,7 @@ def command_bit(words: Words, word: int, mask: int) -> NDArray[np.bool_]:
 def travel(words: Words) -> NDArray[np.float64]:
     """Return the motion of the position words since the previous scan, steps.
 
-    A preset, the end of a homing or a configuration sets the position without a step: changes
+    A preset, the end of homing or a configuration sets the position without a step: changes
     while neither MOVING bit is set, or against its direction, count as 0.
 
     Args:

@@ -71,7 +71,7 @@ class ChunkWriter:
         return len(self._records)
 
     def channel(self, topic: str, encoding: str, schema_name: str, schema_encoding: str, schema: str) -> int:
-        """Register a channel with a schema of its own; return the channel's id."""
+        """Register a channel with its own schema; return the channel's id."""
         number = len(self._entries) + 1
         self._entries[number] = array("Q")
         described = Schema(id=number, name=schema_name, encoding=schema_encoding, data=schema.encode())
@@ -90,7 +90,7 @@ class ChunkWriter:
         self._write(content)
 
     def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
-        """Write an attachment. It has no time of its own."""
+        """Write an attachment. It has no own time."""
         record = Attachment(create_time=0, log_time=0, name=name, media_type=media_type, data=data)
         content = encoded(record)
         self._summary.attachment(self._file.tell(), len(content), record)

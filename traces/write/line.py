@@ -4,7 +4,7 @@
     /unit1      registers, inputs and outputs of the unit at address 1, by name; on change only
     /unit2      ...
 
-`log_time` is virtual ns since power-up. Every value of a unit is a number of its own, so that Foxglove
+`log_time` is virtual ns since power-up. Every value of a unit is its own number, so that Foxglove
 and Lichtblick can plot `/unit1.position` directly.
 """
 

@@ -356,7 +356,7 @@ def _emptied(path: Path) -> FileIO:
     try:
         if path.is_file():
             if not could_lock(raw.fileno()):
-                raise OSError(errno.EBUSY, "another recording goes there; give this one a file of its own")
+                raise OSError(errno.EBUSY, "another recording goes there; give this one its own file")
             raw.truncate(0)
     except OSError:
         raw.close()

@@ -1,4 +1,4 @@
-"""The flight recorder: writes every scan to an MCAP file, and events on topics of their own.
+"""The flight recorder: writes every scan to an MCAP file, and events on their own topics.
 
     /scan      one message per scan: its number, flags and the rack's memory block
     /events /stimuli /indicators /forces /cpu /faults      JSON, on change only
@@ -208,7 +208,7 @@ class ScanRecorder:
             fields: its values by name.
 
         Raises:
-            ValueError: there is no such topic.
+            ValueError: no such topic.
             TraceFull: as in `scan`.
         """
         if topic not in self._channels:

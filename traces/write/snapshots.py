@@ -29,7 +29,7 @@ class SnapshotLog:
     """The snapshots of one recording.
 
     Args:
-        take: returns the present values as a line of text; None if they can't be snapshots any more.
+        take: returns the present values as a line of text; None if they can no longer be snapshots.
     """
 
     def __init__(self, take: Callable[[], str | None]) -> None:

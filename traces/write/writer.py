@@ -21,13 +21,13 @@ class TraceWriter(Protocol):
         """Bytes of messages in the chunk that is not written yet."""
 
     def channel(self, topic: str, encoding: str, schema_name: str, schema_encoding: str, schema: str) -> int:
-        """Register a channel with a schema of its own; return the channel's id."""
+        """Register a channel with its own schema; return the channel's id."""
 
     def add_metadata(self, name: str, data: dict[str, str]) -> None:
         """Write a metadata record."""
 
     def add_attachment(self, name: str, media_type: str, data: bytes) -> None:
-        """Write an attachment. It has no time of its own."""
+        """Write an attachment. It has no own time."""
 
     def add_message(
         self, channel_id: int, log_time: int, data: bytes, publish_time: int, sequence: int, /

@@ -1,4 +1,4 @@
-"""`scanrack doctor`: what this installation has, what it lacks, and how to mend it."""
+"""`scanrack doctor`: what this installation has, what it lacks, and how to fix it."""
 
 from __future__ import annotations
 

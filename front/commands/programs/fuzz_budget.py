@@ -52,7 +52,7 @@ class Spending:
 
     @property
     def searches(self) -> bool:
-        """Whether the search may go on."""
+        """Whether the search may continue."""
         scans = self.budget.scans
         left = scans is None or self.state.scans - self.scans_before < scans
         return left and Allowance(self.budget.wall_ns, self.budget.processor_ns).covers(*self.used_ns)

@@ -253,7 +253,7 @@ class Session:
         """Return whether the program can be searched; if not, report why."""
         faults = [each for each in state.found.values() if each.broken.invariant == NO_FAULT]
         if any(not each.scenario.size for each in faults):
-            complain("the program faults with nothing random around it: mend that, then search")
+            complain("the program faults with nothing random around it: fix that, then search")
             return False
         return True
 

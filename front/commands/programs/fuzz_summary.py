@@ -181,7 +181,7 @@ def closing(job: LoadedRack, state: State, solver: SolverStep, scans: int) -> st
 def _next(job: LoadedRack, state: State, solver: SolverStep, *, is_open: bool) -> str:
     rack = shlex.quote(str(job.rack_file))
     if state.found:
-        return f"mend what is broken, then scanrack fuzz {rack} again: it looks at that first"
+        return f"fix what is broken, then scanrack fuzz {rack} again: it looks at that first"
     if state.stale < PATIENCE:
         return f'scanrack fuzz {rack} --budget "10 min": it still meets something new'
     if solver.can_ask:

@@ -75,7 +75,7 @@ def l5x(
 
 
 def _first_run(file: Path, imported: L5xImport | SlcImport, scans: int | None) -> FirstRun:
-    """Run an export on a rack of its own."""
+    """Run an export on its own rack."""
     from ...jobs.first import first_run  # racks take time to import, and a report needs none
 
     return first_run.first_run(file, imported, scans or first_run.SCANS)

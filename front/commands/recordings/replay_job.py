@@ -20,7 +20,8 @@ from ...jobs.replay.replaying import (
     score_of,
     with_stimuli,
 )
-from ...jobs.replay.resumed import ResumedOperation, configuration_words
+from ...jobs.replay.resumed import configuration_words
+from ...jobs.replay.resumed_operation import ResumedOperation
 from ...jobs.replay.targets import ReplayTarget, Stimuli
 from ...jobs.trust.attachments import job_of, spec_of
 from ...runtime.config.rackspec import KEPT_TRACES, RackSpec
@@ -90,7 +91,9 @@ def replay_trace(options: ReplayOptions) -> None:
                 )
         if follower.stopped:
             total = len(recording.scans)
-            replay.notes.append(f"stopped after {follower.scans:,} of {total:,} scans; --to-the-end goes on")
+            replay.notes.append(
+                f"stopped after {follower.scans:,} of {total:,} scans; --to-the-end continues"
+            )
         for note in replay.notes:
             say(f"note: {note}", err=True)
         status = tell(follower.comparison(), (options.path.name, REPLAY), as_json=options.as_json)

@@ -215,7 +215,7 @@ def _pairs_table(pairs: Mapping[str, str]) -> Table:
     table = new_table("", "")
     table.show_header = False
     for name, value in pairs.items():
-        if not name.startswith("slot"):  # signals of slots have a table of their own
+        if not name.startswith("slot"):  # signals of slots have their own table
             table.add_row(name, value)
     return table
 

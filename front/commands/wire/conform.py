@@ -14,6 +14,7 @@ from typing import Annotated
 import typer
 
 from ...io_images.times import parse_time
+from ...jobs.conform.findings import ConformResult
 from ...jobs.conform.moments import Timing
 from ...jobs.conform.page import save_report
 from ...jobs.conform.paths.captured import scenes_of
@@ -30,7 +31,7 @@ from ...jobs.conform.paths.logix_path import (
 from ...jobs.conform.plan import PlannedScene, ScenePlan, load_plan
 from ...jobs.conform.playing import play
 from ...jobs.conform.report import FORMAT, PlayedPlan, as_object, lines, load_played, next_steps
-from ...jobs.conform.verdicts import ConformResult, Judge
+from ...jobs.conform.verdicts import Judge
 from ...jobs.replay.resumed import configuration_words
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.complaints import reported_mistakes

@@ -245,7 +245,7 @@ class Bench:
         Args:
             program: path of the rack file, whose program is loaded again; or a ladder program, or an instance
                 of a class of `Logic`.
-            restart: sequences of a class of `Logic` that begin anew.
+            restart: sequences of a class of `Logic` that restart.
 
         Raises:
             ValueError: the program is a Python function, it can't continue as the edited one, or its files

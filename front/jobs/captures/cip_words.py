@@ -53,4 +53,4 @@ def _untold(told: dict[bool, bytearray]) -> Iterator[str]:
         missing = [str(word) for word in range(WORDS) if not any(seen[2 * word : 2 * word + 2])]
         if missing:
             way = "output" if output else "input"
-            yield f"{way} words that nobody reads or writes, 0 in the trace: {', '.join(missing)}"
+            yield f"{way} words that no client reads or writes, 0 in the trace: {', '.join(missing)}"

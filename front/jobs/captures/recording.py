@@ -15,7 +15,7 @@ from .device_values import ALWAYS, SAYS, Values, tag_of
 from .pairing import PairedExchange
 
 SCAN_PERIOD_NS = 1_000_000
-"""In the facts of a trace whose scans have times of their own."""
+"""In the facts of a trace whose scans have their own times."""
 
 RUN_MODE = 1
 EXCEPTION = 0x80

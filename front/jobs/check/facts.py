@@ -182,7 +182,7 @@ class StepAction:
     Attributes:
         machine: the number, or the text, that says the step.
         steps: in which it may happen; None for all.
-        goes: the step that follows; None if it is not this action that goes on.
+        goes: the step that follows; None if it is not this action that continues.
         ends: whether its condition says that a motion has ended, or that time has passed.
         moves: whether its condition needs that an axis moves.
         axis: the axis that it commands; "" if it commands none.

@@ -171,7 +171,7 @@ def base_of(name: str) -> str:
 
 
 def plain(condition: Condition) -> Condition:
-    """Return a condition in which a value has one name, whatever the program writes in between."""
+    """Return a condition in which a value has one name, even if the program writes it in between."""
     match condition:
         case Bit() | Compare():
             return replace(condition, name=base_of(condition.name))

@@ -178,7 +178,7 @@ class Branch:
         self._sample(self.now_ns + 1)
 
     def state(self, since_ns: int) -> Any:
-        """Return what branches have in common that go on alike.
+        """Return what branches have in common that continue alike.
 
         Args:
             since_ns: with the same status words from here on.
@@ -198,7 +198,7 @@ class Branch:
 
 
 def _course(motion: Motion, now_ns: int) -> Any:
-    """Return what motions have in common that go on alike; at constant speed no ramp before counts."""
+    """Return what motions have in common that continue alike; at constant speed no ramp before counts."""
     segment = motion.segment_at(max(now_ns, motion.start_ns))
     if motion.end_ns is not None or segment is not motion.segments[-1]:
         return id(motion)  # children share a motion

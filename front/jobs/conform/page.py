@@ -9,9 +9,9 @@ from pathlib import Path
 from ...io_images.amci3601 import RULES
 from ...traces.files.guard import PAGE, Used
 from ...traces.files.newfile import new_file
+from .findings import ConformResult, ConformVerdict, SceneVerdict
 from .report import PlayedPlan, counted, difference_lines, factor_sentences, next_steps
 from .rules_apart.scales import either
-from .verdicts import ConformResult, ConformVerdict, SceneVerdict
 
 MOST_DIFFERENCES = 6
 """Scenes that differ and are shown in full; the result has all."""

@@ -12,10 +12,10 @@ from ...io_images.amci3601 import RULES, status_names
 from ...io_images.doors import json_value
 from ...io_images.input_files import read_input_text
 from ...io_images.text_limits import TextKind
+from .findings import UNDECIDED, ConformResult, ConformVerdict, Difference
 from .moments import ImageWords, PlayedScene, Timing, from_rows, to_rows, words_text
 from .plan import BUILT_IN, ScenePlan, load_plan
 from .rules_apart.scales import FittedScale, either
-from .verdicts import UNDECIDED, ConformResult, ConformVerdict, Difference
 
 FORMAT = "scanrack conform 1"
 

@@ -13,34 +13,20 @@ not in this plan        no rival acts in any scene
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
-from enum import StrEnum
 from functools import reduce
 from operator import or_
 
 from ...io_images.amci3601 import RULES, Firmware, StatusMsw
 from ...runtime.modules.amci3601.altered import Alteration, Altered3601
 from ...runtime.modules.amci3601.module import Amci3601
+from .findings import UNDECIDED, ConformResult, ConformVerdict, Difference, RuleFinding, SceneVerdict
 from .hypotheses import MOST, Search, search
 from .moments import ImageWords, PlayedScene, SeenImage, Timing, Transmission, words_text
 from .rules_apart.rivals import RIVALS
-from .rules_apart.scales import FittedScale, either, fitted, without_lesser
+from .rules_apart.scales import either, fitted, without_lesser
 from .rules_apart.without import STATEMENTS, without
 
-
-class ConformVerdict(StrEnum):
-    """Of a rule, a reading or a scene."""
-
-    AS_MANUAL = "as the manual"
-    DIFFERS = "differs"
-    OPEN = "open"
-    NOT_IN_PLAN = "not in this plan"
-
-
 MOVING = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value
-
-UNDECIDED = (ConformVerdict.OPEN, ConformVerdict.NOT_IN_PLAN)
-"""Verdicts that a later scene may replace."""
 
 _SCENES = {
     ConformVerdict.AS_MANUAL: "explained without it as well",
@@ -48,75 +34,6 @@ _SCENES = {
     ConformVerdict.OPEN: "open",
 }
 """What a scene says of a rule that it does not decide, by the scene's verdict."""
-
-
-@dataclass(frozen=True, slots=True)
-class Difference:
-    """A read that no hypothesis explains.
-
-    Attributes:
-        at_ns: since what was sent last.
-        sent: the words that were sent last.
-        read: the words that were read.
-        shown: the earliest and the latest words that the best hypothesis shows in its window.
-    """
-
-    at_ns: int
-    sent: ImageWords
-    read: ImageWords
-    shown: tuple[ImageWords, ImageWords]
-
-
-@dataclass(slots=True)
-class SceneVerdict:
-    """What a scene says.
-
-    Attributes:
-        reads: reads that were judged.
-        hypotheses: largest number of them at a time.
-        why: the reason, if it is open.
-        readings: readings whose rival alone explains it.
-        rules: rules without which a module explains it.
-        scales: factors with which a module explains it.
-    """
-
-    name: str
-    verdict: ConformVerdict
-    reads: int
-    hypotheses: int
-    why: str = ""
-    difference: Difference | None = None
-    readings: list[str] = field(default_factory=list)
-    rules: list[str] = field(default_factory=list)
-    scales: list[FittedScale] = field(default_factory=list)
-
-
-@dataclass(slots=True)
-class RuleFinding:
-    """A verdict on a rule or a reading.
-
-    Attributes:
-        scene: that settles it; "" if none does.
-        why: what speaks for it, or why it is open.
-    """
-
-    verdict: ConformVerdict
-    scene: str = ""
-    why: str = ""
-
-
-@dataclass(slots=True)
-class ConformResult:
-    """All verdicts."""
-
-    scenes: list[SceneVerdict] = field(default_factory=list)
-    rules: dict[str, RuleFinding] = field(default_factory=dict)
-    readings: dict[str, RuleFinding] = field(default_factory=dict)
-
-    @property
-    def differs(self) -> bool:
-        """Whether some scene differs."""
-        return any(each.verdict is ConformVerdict.DIFFERS for each in self.scenes)
 
 
 class Judge:

@@ -1,6 +1,6 @@
 """The first run of an export, on a rack in a temporary folder: a thousand scans, and what they show.
 
-What is not simulated is memory: nobody presses a button, no part comes by. So the report names the conditions
+What is not simulated is memory: no one presses a button, no part comes by. So the report names the conditions
 that the program waits for, the inputs that never changed, and the modules that would change them.
 """
 
@@ -85,7 +85,7 @@ class FirstRun:
 
 
 def first_run(export: Path, imported: L5xImport | SlcImport, scans: int = SCANS) -> FirstRun:
-    """Run an export on a rack of its own, and report.
+    """Run an export on its own rack, and report.
 
     Args:
         imported: the export, imported for a trial.

@@ -2,7 +2,7 @@
 
     XIC(Auto) ==== EQU(Step,20) ==== XIC(PartThere) ---- OTE(Clamp)     it waits for XIC(PartThere)
 
-A rung whose first conditions pass is nearer to going on than one whose first condition is false: those come
+A rung whose first conditions pass is nearer to passing than one whose first condition is false: those come
 first, in the order of the scan.
 """
 

@@ -12,7 +12,7 @@
         "at most 5 s from emergency stop to zero speed"
         return not now.slot[1].moving
 
-Random surroundings (`scenario`) are tried one after the other (`trial`), each with the logic
+Random conditions (`scenario`) are tried one after the other (`trial`), each with the logic
 and the rack is built again; what breaks an invariant is made small by `shrink`.
 """
 

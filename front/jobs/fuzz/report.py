@@ -58,4 +58,4 @@ def mended(file: Path) -> None:
 
 NOT_LOOKED_FOR = ("not looked for: the time of the search was over",)
 
-MENDED = "Mended: a later run of the program in these surroundings kept it."
+MENDED = "Mended: a later run of the program under these conditions kept it."

@@ -160,7 +160,7 @@ class _Watcher(QuietListener):
     """A listener that looks at every scan and stops the CPU when an invariant is broken.
 
     Args:
-        known: keys of failures that are passed over: the run goes on past them.
+        known: keys of failures that are passed over: the run continues past them.
         place: returns what a failure is known by where no rule has fired.
     """
 

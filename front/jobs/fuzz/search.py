@@ -4,7 +4,7 @@ the run without events         shows where something changes, see `aim.probe`
 drawn scenarios (`aim.draws`)  one breaks something that is not known yet
 delta debugging (`shrink`)     the smallest that breaks the same
 confirmation                   the same failure in another process
-and the search goes on, past what is known
+and the search continues, past what is known
 """
 
 from __future__ import annotations

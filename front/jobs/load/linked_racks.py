@@ -81,7 +81,7 @@ class WatchedTag:
                 del self.numbers[: MOST_KEPT // 2], self.samples[: MOST_KEPT // 2]
 
     def at(self, now_ns: int) -> Sample:
-        """Return the sample of the last multiple up to a time; a ValueError if it is not kept any more."""
+        """Return the sample of the last multiple up to a time; a ValueError if it is no longer kept."""
         place = bisect_right(self.numbers, now_ns // self.rpi_ns)
         if not place:
             raise ValueError(f"what {self.tag} was at {seconds(now_ns)} s is no longer kept")

@@ -133,7 +133,7 @@ def load_program(
 ) -> LoadedProgram:
     """Load the function that a scan loop calls once per scan.
 
-    The file is run once, as a module of its own; it can import files beside it, see `modules_beside`.
+    The file is run once, as its own module; it can import files beside it, see `modules_beside`.
 
     Args:
         address: `path[:function]`, the path relative to `folder`.

@@ -33,7 +33,7 @@ class OwnRun:
     """Runs a rack on its own, and tells which truths of a problem some scan makes true.
 
     Args:
-        subject: with a rack; a program alone has no run of its own.
+        subject: with a rack; a program alone has no own run.
     """
 
     def __init__(self, subject: ProofSubject) -> None:

@@ -24,7 +24,7 @@ from ..run.build import build_playback
 from ..run.playback import RecordedInputs, ReplayPlan, Stimulus, recorded_outputs, stimulated
 from ..run.running import Observer, unobserved
 from .input_levels import recorded_levels
-from .resumed import ResumedOperation
+from .resumed_operation import ResumedOperation
 from .tag_orders import TagOrders, first_few
 from .targets import ReplayTarget, Stimuli
 

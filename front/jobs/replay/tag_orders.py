@@ -99,7 +99,7 @@ class TagOrders:
         try:
             edited, restart = self._edited(order.number), names_in(order.restart)
             if not isinstance(program, Logic) or not isinstance(edited, Logic) or ALL in restart:
-                raise ValueError("the program was loaded anew")
+                raise ValueError("the program was loaded again")
             edit_logic(program, edited, restart)
         except ValueError:
             self.lost.append(self._scans[order.number])

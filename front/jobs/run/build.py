@@ -30,7 +30,7 @@ def build_playback(
     """Make the CPU that repeats the scans of a recording with `logic` on `rack`.
 
     Modes and forces are the recording's, instead of `spec`'s. Recorded inputs are read unchanged
-    in each scan, so that a rack of `RecordedInputs` has no exchange of its own. `watchdog` is that of
+    in each scan, so that a rack of `RecordedInputs` has no own exchange. `watchdog` is that of
     `spec` by default.
     """
     from .playback import Playback, RecordedInputs

@@ -154,7 +154,7 @@ class RunProgram:
         return RestartEdit(_value_names(self.logic))
 
     def _continues(self, logic: ScanLogic, cpu: Cpu, restart: Sequence[str]) -> TypeGuard[Logic]:
-        """Whether a program in Python continues as another one; else that one begins anew."""
+        """Whether a program in Python continues as another one; else that one restarts."""
         from ...runtime.live.actions import ALL
 
         both = isinstance(self.logic, Logic) and isinstance(logic, Logic)

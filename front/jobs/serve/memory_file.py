@@ -2,7 +2,7 @@
 
     {"format": "scanrack memory 1", "controller": "pcl601", "units": [{"address": 1, ...}]}
 
-Whoever is killed loses at most the change of the last 10 ms: each file is written whole beside the old one.
+A killed process loses at most the change of the last 10 ms: each file is written whole beside the old one.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What an installation has, what it lacks, and how to mend it.
+"""What an installation has, what it lacks, and how to fix it.
 
 Nothing is imported to find it, and nothing leaves the machine.
 """
@@ -62,7 +62,7 @@ class Diagnosis:
     name: str
     state: Health
     says: str
-    mend: str = ""  # how to mend it, or what it would give
+    mend: str = ""  # how to fix it, or what it would give
 
 
 def examined() -> list[Diagnosis]:

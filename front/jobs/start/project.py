@@ -20,7 +20,7 @@ NEXT = (
     ("scanrack tags {rack}", "list the tags that an HMI sees; --help says how to serve them"),
     ("pip install pytest && pytest", "run the tests beside it, if there are some"),
     ("scanrack editor schema --write", "have an editor complete and check rack files"),
-    ("scanrack doctor", "say what this installation lacks, and how to get it"),
+    ("scanrack doctor", "what this installation lacks, and how to fix it"),
     ("scanrack fuzz {rack}", "search for inputs and faults that break the program"),
 )
 """What to do with a new project: commands, and what each is for."""
@@ -45,7 +45,7 @@ def new_project(folder: Path, logic: str = "python", example: str | None = None)
         example: copy this one of `example_names()` instead.
 
     Raises:
-        ProjectError: the folder has something in it, or there is no such example.
+        ProjectError: the folder has something in it, or no such example.
         OSError: a file can't be written.
     """
     source = _example(example) if example is not None else files(__package__) / "templates" / logic

@@ -4,7 +4,7 @@
                          | copy 2: press start for 60 ms, then 5 s
                          | copy 3: close stop, then press start ...
 
-A copy is a fork of the process: rack, machine and program go on as they would. One act is tried before two,
+A copy is a fork of the process: rack, machine and program continue. One act is tried before two,
 so that what is found lacks nothing and has nothing too much; all of it has been tried before it is told.
 """
 

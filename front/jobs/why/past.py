@@ -46,9 +46,8 @@ class Past:
 
     def words(self, slot: int, image: str, row: int) -> tuple[int, ...]:
         """Return an image of a slot in a scan; `image` is "in" or "out"."""
-        span = self.recording.span((slot, image))
-        data = np.frombuffer(self.recording.memory[row][span], np.int16)
-        return tuple(data.tolist())
+        begin, chunk = self._column(slot, image, 0), self.recording.scans.chunk(row // CHUNK_SCANS)
+        return tuple(chunk.words[row % CHUNK_SCANS, begin : begin + WORDS].tolist())
 
     def last_change(self, slot: int, image: str, word: int, mask: int = ALL_BITS) -> int | None:
         """Return the row in which bits of a word last changed, or None.
@@ -93,10 +92,8 @@ class Past:
         return self.recording.place(slot) // 2 + (WORDS if image == "in" else 0) + word
 
     def _chunks(self) -> Iterator[np.ndarray[tuple[int, int], np.dtype[np.int16]]]:
-        for number, columns in enumerate(self.recording.scans.chunks()):
-            if number * CHUNK_SCANS > self.row or not len(columns.scan):
-                return
-            yield columns.words
+        for number in range(self.row // CHUNK_SCANS + 1):
+            yield self.recording.scans.chunk(number).words
 
     @cached_property
     def events(self) -> Sequence[TraceEvent]:

@@ -140,7 +140,7 @@ def run_again(
 
 @contextmanager
 def fresh(load: Load) -> Iterator[ScanLogic]:
-    """Load a program again, with modules of its own; drop its printed output."""
+    """Load a program again, with its own modules; drop its printed output."""
     before = dict(sys.modules)
     forget_imported(load.folder.resolve())
     try:

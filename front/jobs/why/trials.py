@@ -217,7 +217,7 @@ class _Observation(LogicWrapper):
 
 
 class _GoesOnError(Exception):
-    """A copy of the process leaves the search and goes on with its scans."""
+    """A copy of the process leaves the search and continues with its scans."""
 
 
 def _longer(recording: PackedTrace, row: int, scans: int) -> PackedTrace:

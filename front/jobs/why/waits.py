@@ -75,7 +75,7 @@ def is_idle(past: SlotPast) -> bool:
 
 
 def searches_home(past: SlotPast) -> bool:
-    """Return whether a search for home is under way."""
+    """Return whether homing is under way."""
     row = _started(past) if past.inputs[0] & MOVING else None
     return row is not None and bool(past.words_at("out", row)[0] & _HOME)
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import ast
 import math
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -30,7 +30,6 @@ from ...ladder.model.tree import Address, Rung
 from ...ladder.model.types import Structure
 from ...ladder.run.view import Tags
 from ...runtime.loop.faults import Fault
-from .python_colours import spans_of
 
 Json = dict[str, Any]
 
@@ -144,15 +143,20 @@ class Catalog:
                 yield {"name": each.name, "type": each.type.name, "description": each.comment}
 
     def addresses(self, names: Iterable[str]) -> dict[str, str]:
-        """Return the addresses of those names that mean a word or bit of an image."""
-        found = {name: address_in(self._resolver, name) for name in names}
-        return {name: address for name, address in found.items() if address is not None}
+        """Return what names are forced as, if that is another name: an address, or the tag of an alias."""
+        found = {name: self._forced_as(name) for name in names}
+        return {name: address for name, address in found.items() if address not in (None, name)}
+
+    def _forced_as(self, name: str) -> str | None:
+        with suppress(LadderError):
+            return address_in(self._resolver, name) or self._resolver.base_name(name)
+        return None
 
     def show(self, name: str, columns: int, *, operands: bool = False) -> tuple[PageRoutine, Json]:
         """Return a routine's contents, and the answer that draws it; `operands`: see `live_rung`.
 
         Raises:
-            ValueError: there is no such routine.
+            ValueError: no such routine.
         """
         routine = next((each for each in self._program.routines if each.name.upper() == name.upper()), None)
         if routine is None:
@@ -270,7 +274,7 @@ class Catalog:
         return CrossReference(self._program.build())
 
     def mentions(self, tag: str) -> list[Json]:
-        """Return the uses of a tag; ValueError if there is no such tag."""
+        """Return the uses of a tag; ValueError if no such tag."""
         return [
             {"text": str(each), "rung": f"{each.site.routine}.{each.site.rung}", "tag": tag}
             for each in self.cross_reference.of(tag)
@@ -309,7 +313,7 @@ class Catalog:
         return name in self._known
 
     def type_of(self, name: str) -> str | None:
-        """Return the type of a tag, "" of a structure or an array; None if there is no such tag."""
+        """Return the type of a tag, "" of a structure or an array; None if no such tag."""
         where = self._known.where(name) if self.has(name) else None
         return None if where is None else where.type.name if isinstance(where, Place) else ""
 
@@ -359,52 +363,3 @@ def shown_value(value: object) -> Any:
     if isinstance(value, list):
         return [shown_value(each) for each in value]
     return value
-
-
-class PythonSource:
-    """The text of a program in Python for pages, as loaded."""
-
-    def __init__(self, file: Path) -> None:
-        self._name = file.name
-        try:
-            self._lines = file.read_text(encoding="utf-8", errors="replace").splitlines()
-        except OSError:
-            self._lines = []
-
-    def routines(self) -> list[Json]:
-        """Return the file as the one routine that `hello` lists."""
-        return [{"name": self._name, "kind": "python", "comment": "", "lines": len(self._lines)}]
-
-    def place_of_fault(self, fault: Fault) -> str | None:
-        """Return the line of a fault, such as line.py.62; None if it is in another file."""
-        file, _, line = fault.where.rpartition(":")
-        return f"{self._name}.{line}" if Path(file).name == self._name else None
-
-    def tags_of_fault(self, fault: Fault, values: Iterable[str]) -> list[str]:
-        """Return those of a program's values that the line of a fault reads, by their last names."""
-        place = self.place_of_fault(fault)
-        line = self._lines[int(place.rpartition(".")[2]) - 1 : int(place.rpartition(".")[2])] if place else []
-        names = {each for text in line for each in _names_in(text)}
-        return [each for each in values if each.rpartition(".")[2] in names]
-
-    def show(self, names: tuple[str, ...]) -> tuple[PageRoutine, Json]:
-        """Return its contents, and the answer with its text."""
-        spans = spans_of(self._lines)
-        lines = [
-            {"number": number, "text": text, "spans": spans.get(number, [])}
-            for number, text in enumerate(self._lines, 1)
-        ]
-        answer = {"routine": self._name, "file": self._name, "text": lines, "names": list(names)}
-        return PageRoutine(self._name, {}, (), names), answer
-
-
-def _names_in(line: str) -> Iterator[str]:
-    """Yield the names and attributes that a line of Python reads; none of a part of a statement."""
-    head = line.strip()
-    try:
-        tree = ast.parse(f"{head} pass" if head.endswith(":") else head)
-    except SyntaxError:
-        return
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Load):
-            yield node.id if isinstance(node, ast.Name) else node.attr

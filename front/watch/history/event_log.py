@@ -162,7 +162,7 @@ class EventLog:
         try:
             order = action_of(parsed(text), RECORDED)
         except ValueError:
-            return  # of a recording that somebody else has made
+            return  # of a recording that someone else has made
         told: Json = {}
         if isinstance(order, Press):
             told = {f"{order.slot}.input.{order.name}": [order.on, order.by]}

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 import shutil
+from collections.abc import Mapping
 from hashlib import sha256
 from itertools import count
 from pathlib import Path
 
-from ...jobs.load.program import L5X_SUFFIXES
+from ...jobs.load.program import L5X_SUFFIXES, SLC_SUFFIXES
 from ...ladder.files.rewriting import rewritten
+from ...ladder.files.suffixes import SUFFIX
 from ...ladder.lowering.edited import NewTag, RungEdit
+from ...ladder.model.spec import Spec
 from ...traces.files.guard import FileKind
 from ...traces.files.locking import NO_LINK
 from ...traces.files.newfile import new_file, sync_folder
@@ -18,20 +21,51 @@ from ...traces.files.newfile import new_file, sync_folder
 PROGRAM = FileKind("a program", lambda _content: True)  # the caller compares all of it
 
 
-def rewrite(name: str, data: bytes, edits: list[RungEdit], tags: list[NewTag]) -> bytes:
+Specs = Mapping[str, Spec]
+
+
+def rewrite(name: str, data: bytes, edits: list[RungEdit], tags: list[NewTag], specs: Specs) -> bytes:
     """Return the file of a program with edited rungs; ValueError if it has no such rung."""
-    if Path(name).suffix.lower() in L5X_SUFFIXES:
+    suffix = Path(name).suffix
+    if suffix in L5X_SUFFIXES:
         from ...rockwell.l5x.rewriting import rewritten_l5x
 
         return rewritten_l5x(data, edits, tags)
+    if suffix in SLC_SUFFIXES:
+        from ...rockwell.slc.rewriting import rewritten_slc
+
+        return rewritten_slc(data, edits, tags, specs)
     return rewritten(data.decode(), edits, tags).encode()
 
 
+def read_edit(name: str, edit: tuple[str, int, tuple[str, ...]], specs: Specs) -> RungEdit:
+    """Return an edit of a program's file; the addresses in an .SLC may be those of RSLogix 500."""
+    routine, number, texts = edit
+    if Path(name).suffix in SLC_SUFFIXES:
+        from ...rockwell.slc.rewriting import program_text
+
+        texts = tuple(program_text(each, specs) for each in texts)
+    return RungEdit(routine, number, texts)
+
+
+def declares_tags(program: Path) -> bool:
+    """Whether a program's file can declare a new tag; an .SLC has data files, made in RSLogix 500."""
+    return program.suffix not in SLC_SUFFIXES
+
+
 def why_not(program: Path) -> str:
-    """Return why the rungs of a program's file are not edited; "" if they are."""
-    if program.suffix.lower() in (".rung", *L5X_SUFFIXES):
+    """Return why the rungs of a program's file are not edited in their picture; "" if they are."""
+    if program.suffix in (SUFFIX, *L5X_SUFFIXES, *SLC_SUFFIXES):
         return ""
-    return f"the rungs of a {program.suffix} file are not edited in their picture"
+    instead = _INSTEAD.get(program.suffix, "")
+    return f"the rungs of a {program.suffix} file are not edited in their picture{instead}"
+
+
+_INSTEAD = {
+    ".py": ", since Python makes them: edit that",
+    ".steps": ", since steps make them: edit those",
+}
+"""What to do instead, by suffix."""
 
 
 def save(file: Path, data: bytes) -> Path:

@@ -10,11 +10,17 @@ Most questions are about the latest scan: the engine continues from its present 
 from __future__ import annotations
 
 import pickle
+from array import array
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple, Protocol
+from contextlib import suppress
+from os import SEEK_END
+from tempfile import TemporaryFile
+from typing import IO, Any, NamedTuple
+from weakref import finalize
 
 import numpy as np
+import zstandard
 from typing_extensions import override
 
 from ...io_images.image import IMAGE_BYTES
@@ -28,56 +34,79 @@ from ...runtime.live.ring import Rows
 from ...runtime.loop.phases import IDLE_PHASES
 from ...runtime.loop.rack import SLOT_BYTES
 from ...runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag
+from .recent import RecentRows
+from .timeline import Timeline
 from .watched_program import Inputs, Values
-
-MOST_VALUES = 4096
-"""Most kept values: of a million scans; after that fewer of the older ones."""
 
 MOST_INPUTS = 50_000
 """Most notes of scans' other inputs; a program that writes its inputs has one per scan."""
 
-THINNED = 4096
-"""Scans between values among the older ones."""
-
-MOST_REPEATED = 2 * THINNED
+MOST_REPEATED = 8192
 """Most scans repeated to reach one; a tenth of a second of most programs."""
 
 CHAPTERS = 120
 """Stretches of scans that are searched for a change: half a minute at 2 ms."""
 
+_SIZE_BYTES = 4
 
-class SnapshotStore:
-    """The scan process's notes of one program, see `watched_program`."""
+
+class ValueFile:
+    """Values of programs in a file without a name, which ends with the process."""
 
     def __init__(self) -> None:
-        self.scans: list[int] = []
-        self._values: list[bytes] = []
+        self._file: IO[bytes] | None = None
+
+    def add(self, values: object) -> int | None:
+        """Write values; return their place, None if the disk has no room for them."""
+        data = zstandard.compress(pickle.dumps(values, pickle.HIGHEST_PROTOCOL), 1)
+        data = len(data).to_bytes(_SIZE_BYTES, "little") + data
+        with suppress(OSError):
+            if self._file is None:
+                self._file = TemporaryFile(buffering=0)  # noqa: SIM115 - closed with this object
+                finalize(self, self._file.close)
+            at = self._file.seek(0, SEEK_END)
+            if self._file.write(data) == len(data):
+                return at
+        return None
+
+    def read(self, at: int) -> Any:
+        """Return the values at a place."""
+        assert self._file is not None
+        self._file.seek(at)
+        size = int.from_bytes(self._file.read(_SIZE_BYTES), "little")
+        return pickle.loads(zstandard.decompress(self._file.read(size)))
+
+
+class SnapshotStore:
+    """The scan process's notes of one program, see `watched_program`.
+
+    The values are in a file: however long a session is, any scan has some shortly before it.
+    """
+
+    def __init__(self, file: ValueFile | None = None) -> None:
+        self.scans = array("q")
+        self._file, self._places = file or ValueFile(), array("q")
         self.inputs: dict[int, Inputs] = {}
         self._forced: list[int] = []
 
     def take(self, record: Values | Inputs) -> None:
-        """Store a note."""
-        if isinstance(record, Inputs):
-            if record.scan not in self.inputs:
-                self._forced.insert(bisect_right(self._forced, record.scan), record.scan)
-            self.inputs[record.scan] = record
+        """Store a note; one that tells nothing new is dropped."""
+        scan = record.scan
+        if isinstance(record, Values):
+            place = self._file.add((record.values, record.truths))
+            if place is not None:
+                at = bisect_right(self.scans, scan)
+                self.scans.insert(at, scan)
+                self._places.insert(at, place)
+        elif scan in self.inputs:
+            self.inputs[scan] = record
+        elif record.writes or record.images is not None or record.forces != self._known_forces(scan):
+            self._forced.insert(bisect_right(self._forced, scan), scan)
+            self.inputs[scan] = record
             if len(self._forced) > 2 * MOST_INPUTS:
-                for scan in self._forced[:MOST_INPUTS]:
-                    del self.inputs[scan]
+                for each in self._forced[:MOST_INPUTS]:
+                    del self.inputs[each]
                 del self._forced[:MOST_INPUTS]
-        else:
-            at = bisect_right(self.scans, record.scan)
-            self.scans.insert(at, record.scan)
-            self._values.insert(at, pickle.dumps((record.values, record.truths), pickle.HIGHEST_PROTOCOL))
-            if len(self.scans) > MOST_VALUES:
-                self._thin_out()
-
-    def _thin_out(self) -> None:
-        """Drop some of the older values: the replica may need longer from one to the next."""
-        old = MOST_VALUES // 2
-        keep = [at for at, scan in enumerate(self.scans) if at >= old or scan % THINNED == 0]
-        self.scans = [self.scans[at] for at in keep]
-        self._values = [self._values[at] for at in keep]
 
     def place(self, scan: int) -> int | None:
         """Return the place of the last values before a scan, or of an earlier one; None without any."""
@@ -86,25 +115,21 @@ class SnapshotStore:
 
     def values(self, place: int) -> dict[str, Any]:
         """Return the values at a place."""
-        values: dict[str, Any] = pickle.loads(self._values[place])[0]
+        values: dict[str, Any] = self._file.read(self._places[place])[0]
         return values
 
     def truths(self, place: int) -> Truths:
         """Return the power of the previous scan, if it was noted with the values."""
-        truths: Truths | None = pickle.loads(self._values[place])[1]
+        truths: Truths | None = self._file.read(self._places[place])[1]
         return truths or {}
 
     def forces(self, scan: int) -> Forces:
         """Return the forces before a scan."""
+        return self._known_forces(scan) or {}
+
+    def _known_forces(self, scan: int) -> Forces | None:
         place = bisect_left(self._forced, scan) - 1
-        return self.inputs[self._forced[place]].forces if place >= 0 else {}
-
-
-class RowSource(Protocol):
-    """The rows of scans: a `Timeline`."""
-
-    def between(self, first: int, last: int) -> Rows:
-        """Return the available rows of the scans from one to another, both included."""
+        return self.inputs[self._forced[place]].forces if place >= 0 else None
 
 
 class Row(NamedTuple):
@@ -122,7 +147,7 @@ class SessionScans(Source):
     """Snapshots and inputs of a program, from the rows of a session; see `ladder.debug.replay.Source`."""
 
     def __init__(
-        self, program: LadderLogic, slots: list[int], timeline: RowSource, kept: SnapshotStore
+        self, program: LadderLogic, slots: list[int], timeline: Timeline | RecentRows, kept: SnapshotStore
     ) -> None:
         self._timeline, self._kept = timeline, kept
         self._is_impure = bool(program.functions)
@@ -172,7 +197,7 @@ class ProgramReplica(Replayer):
     """A ladder program that repeats scans of a session."""
 
     def __init__(
-        self, program: LadderLogic, slots: list[int], timeline: RowSource, kept: SnapshotStore
+        self, program: LadderLogic, slots: list[int], timeline: Timeline | RecentRows, kept: SnapshotStore
     ) -> None:
         engine = TracedEngine(program.build(), program.scanner)
         super().__init__(engine, SessionScans(program, slots, timeline, kept), MOST_REPEATED, CHAPTERS)

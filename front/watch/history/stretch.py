@@ -23,11 +23,12 @@ from ...ladder.python.online.fields import Fields
 from ...ladder.python.sequences import Logic
 from ...runtime.loop.faults import Fault
 from ...runtime.loop.scan import ScanLogic
-from .catalog import Catalog, PythonSource
+from .catalog import Catalog
 from .event_log import LAST_SCAN
 from .lanes import TagLanes, ValueHistory
 from .program_file import digest
-from .program_replica import ProgramReplica, SnapshotStore
+from .program_replica import ProgramReplica, SnapshotStore, ValueFile
+from .python_source import PythonSource
 from .timeline import Timeline
 
 Json = dict[str, Any]
@@ -172,6 +173,7 @@ class Stretches:
         """Drop all programs: another session begins."""
         self.all: list[Stretch] = []
         self._kept: dict[int, SnapshotStore] = {}
+        self._file = ValueFile()
 
     def add(self, first: int, logic: ScanLogic | None, file: Path | None, lacks: str = "") -> Stretch:
         """Add the program that runs from a scan on."""
@@ -187,7 +189,7 @@ class Stretches:
 
     def kept(self, number: int) -> SnapshotStore:
         """Return the values of the program with a number; they may precede the program."""
-        return self._kept.setdefault(number, SnapshotStore())
+        return self._kept.setdefault(number, SnapshotStore(self._file))
 
     @property
     def latest(self) -> Stretch:

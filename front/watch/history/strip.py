@@ -22,14 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...io_images.addresses import Address
-from ...io_images.image import IMAGE_BYTES
+from ...io_images.image import WORDS
 from ...io_images.module_words import ModuleWords
 from ...runtime.live.ring import Rows
 
 MOST_EDGES = 400
 """Most edges of one signal in one piece; more are combined to stretches."""
-
-WORDS_PER_IMAGE = IMAGE_BYTES // 2
 
 STATUS_TO_POSITION = 2
 """Words from a 3601's status to its position [chapter 6, Input Data]."""
@@ -68,7 +66,7 @@ def values_at(rows: Rows, slots: Sequence[int], address: Address) -> NDArray[Any
         slots: their numbers, in the order of the rows.
     """
     image = 2 * slots.index(address.slot) + (address.image == "I")
-    words: NDArray[Any] = rows["words"][:, image * WORDS_PER_IMAGE + address.word]
+    words: NDArray[Any] = rows["words"][:, image * WORDS + address.word]
     return words if address.bit is None else (words >> address.bit & 1).astype(bool)
 
 
@@ -85,17 +83,17 @@ def signals_of(slots: Mapping[int, ModuleWords], steppers: Sequence[int]) -> Sig
         inputs = {name for name, at in named if at.image == "I"}
         for name, at in named:
             if at.image == "I" or name not in inputs:  # MODE_CONFIG is in both: the status is shown
-                word = (2 * place + (at.image == "I")) * WORDS_PER_IMAGE + at.word
+                word = (2 * place + (at.image == "I")) * WORDS + at.word
                 bits.setdefault(word, {})[at.bit] = f"{slot}.{name}"
     order = list(slots)
     positions = {}
     modes: dict[int, int] = {}
     for slot in steppers:
-        outputs = 2 * order.index(slot) * WORDS_PER_IMAGE
-        first = outputs + WORDS_PER_IMAGE
+        outputs = 2 * order.index(slot) * WORDS
+        first = outputs + WORDS
         positions[f"{slot}.position"] = first + 2, first + 3
         for image in (outputs, first):
-            modes |= dict.fromkeys(range(image, image + WORDS_PER_IMAGE), image)
+            modes |= dict.fromkeys(range(image, image + WORDS), image)
     return Signals(bits, positions, modes)
 
 

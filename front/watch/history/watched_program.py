@@ -68,14 +68,18 @@ class LadderNotes:
         self._debugger, self._records = debugger, records
         self._entry: ScanInputs | None = None
         self._forces: object = None
-        self._due_ns, self._news = 0, -1
+        self._due_ns, self._news, self._given = 0, -1, -EVERY
+
+    def news(self) -> bool:
+        """Whether the latest scan had inputs beyond its images."""
+        return self._debugger.news != self._news
 
     def note(self, scan: int) -> None:
         """Write the inputs of a scan beyond its images; at intervals also the values after it."""
         debugger = self._debugger
         if debugger.news != self._news:
             self._note(debugger, scan)
-        if scan % EVERY == EVERY - 1 or (debugger.interpreted and wall_ns() >= self._due_ns):
+        if scan >= self._given + EVERY or (debugger.interpreted and wall_ns() >= self._due_ns):
             self._due_ns = wall_ns() + IMPURE_NS
             self.give(scan + 1)
 
@@ -90,7 +94,7 @@ class LadderNotes:
     def give(self, scan: int) -> None:
         """Write the values before a scan."""
         self._write(values_of(self._debugger, scan))
-        self._forces, self._news = None, -1
+        self._forces, self._news, self._given = None, -1, scan
 
     def _write(self, record: Values | Inputs) -> None:
         self._records.write(pickle.dumps(record, pickle.HIGHEST_PROTOCOL))

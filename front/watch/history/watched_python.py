@@ -47,6 +47,10 @@ class PythonNotes:
         self._logic = logic
         self._namespace: dict[str, Any] = {}
 
+    def news(self) -> bool:
+        """Return False: values are sent a few times a second."""
+        return False
+
     def note(self, scan: int) -> None:
         """Send changed values, a few times a second."""
         now = wall_ns()

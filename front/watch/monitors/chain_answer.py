@@ -15,18 +15,14 @@ from ...traces.format.layout import SlotInfo
 from ...traces.read.packed import PackedScans
 from ...traces.read.reader import TraceEvent
 from ...traces.replay import PackedTrace
-from ..history.program_replica import ProgramReplica
 from ..history.timeline import columns_of
-from .monitor import Json, Monitor
-
-BACK = 16_384
-"""Scans of images that are looked at."""
+from .monitor import BACK, Json, Monitor
 
 MOST_LINKS = 60
 """Most links that a page receives, the shortest ways first."""
 
 DEEPEST = 40
-"""Most links one behind the other: nobody reads further back, and each costs a scan."""
+"""Most links one behind the other: no one reads further back, and each costs a scan."""
 
 _TOPICS = {
     "rule": "/events",
@@ -38,16 +34,14 @@ _TOPICS = {
 }
 
 
-def chain_of(monitor: Monitor, replica: ProgramReplica, tag: str, scan: int) -> CauseLink | None:
+def chain_of(monitor: Monitor, causes: Causes, tag: str, scan: int) -> CauseLink | None:
     """Return the chain of a tag of a ladder program after a scan; None if nothing is known of it."""
-    return next(iter(_chains(monitor, replica, [tag], scan)), None)
+    return next(iter(_chains(monitor, causes, [tag], scan)), None)
 
 
-def chain_of_fault(
-    monitor: Monitor, replica: ProgramReplica, fault: Fault, tags: Sequence[str]
-) -> list[Json]:
+def chain_of_fault(monitor: Monitor, causes: Causes, fault: Fault, tags: Sequence[str]) -> list[Json]:
     """Return the chain of a major fault: behind it are the tags that its rung has read."""
-    groups = [(each,) for each in _chains(monitor, replica, tags, fault.scan)]
+    groups = [(each,) for each in _chains(monitor, causes, tags, fault.scan)]
     root = linked(
         groups,
         kind="fault",
@@ -61,7 +55,7 @@ def chain_of_fault(
     return links_of(root) if groups else []
 
 
-def _chains(monitor: Monitor, replica: ProgramReplica, tags: Sequence[str], scan: int) -> list[CauseLink]:
+def _chains(monitor: Monitor, causes: Causes, tags: Sequence[str], scan: int) -> list[CauseLink]:
     """Return the known chains of tags, and of words and bits of images, after a scan."""
     rows = monitor.subject.timeline.between(max(0, scan - BACK), scan)
     if not len(rows):
@@ -76,7 +70,7 @@ def _chains(monitor: Monitor, replica: ProgramReplica, tags: Sequence[str], scan
     recording = PackedTrace(slots, PackedScans.of(len(slots), [columns_of(rows)]), events)
 
     def chains(*, deep: bool, **hooks: Any) -> Chains:
-        return Chains(replica.engine.lowered, Causes(replica), deep, most=DEEPEST, **hooks)
+        return Chains(causes.engine.lowered, causes, deep, most=DEEPEST, **hooks)
 
     rack, last = RackChain(recording, chains), len(rows) - 1
     found = []

@@ -12,15 +12,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...runtime.live.ring import Rows
+from ...io_images.image import WORDS
+from ...traces.format.records import TraceError
 from ..history.catalog import NOTHING_SHOWN
-from .monitor import Monitor
+from .asked import Said, strip_in
+from .monitor import Json, Monitor
 from .page import Page
-from .picture import WORDS_PER_IMAGE
 
 MOST_LISTED = 100
 """Most recordings that a page is offered, the newest ones."""
@@ -28,22 +29,12 @@ MOST_LISTED = 100
 PIECE, MOST_SEARCHED = 4096, 65_536
 """Scans that are compared at once, and most of a question."""
 
-Json = dict[str, Any]
 
+class OpenedBeside(NamedTuple):
+    """Another recording: its monitor, and what closes its files."""
 
-class OpenedBeside(Protocol):
-    """Another recording: its monitor, and what closes it."""
-
-    @property
-    def monitor(self) -> Monitor:
-        """Its monitor."""
-
-    def close(self) -> None:
-        """Close its files."""
-
-
-Opener = Callable[[Path], OpenedBeside]
-"""Opens a recording; ValueError or OSError if it can't be used."""
+    monitor: Monitor
+    close: Callable[[], None]
 
 
 def recordings_beside(record: Path) -> list[str]:
@@ -61,23 +52,19 @@ class Comparison:
 
     Attributes:
         name: of the other recording.
+        other: its monitor.
 
     Args:
         own: the monitor of the page.
     """
 
     def __init__(self, own: Monitor, name: str, opened: OpenedBeside) -> None:
-        self.name, self._own, self._opened = name, own, opened
+        self.name, self._own, (self.other, self._close) = name, own, opened
         self._page, self._routine = Page(), ""
-
-    @property
-    def other(self) -> Monitor:
-        """The monitor of the other recording."""
-        return self._opened.monitor
 
     def close(self) -> None:
         """Close the other recording."""
-        self._opened.close()
+        self._close()
 
     def tick(self) -> bool:
         """Run further scans of the other program; return whether there are more."""
@@ -156,25 +143,21 @@ class Comparison:
                 rows["words"][at][:, _columns(each, slot)]
                 for rows, at, each in ((mine, here, self._own), (others, there, self.other))
             ]
-            bits = (pair[0] != pair[1]) << np.arange(2 * WORDS_PER_IMAGE)
+            bits = (pair[0] != pair[1]) << np.arange(2 * WORDS)
             masks ^= bits.sum(axis=1) * (2 * number + 1)
         return scans, masks
 
     def _slots(self) -> list[int]:
         return [slot for slot in self._own.subject.words if slot in self.other.subject.words]
 
-    def window(self, first: int, last: int) -> Rows:
-        """Return the rows of the other recording."""
-        return self.other.subject.timeline.between(first, last)
-
 
 COLUMNS = 88
-"""Width for which routines of the other program are laid out; nobody sees them."""
+"""Width for which routines of the other program are laid out; no one sees them."""
 
 
 def _columns(monitor: Monitor, slot: int) -> slice:
-    at = 2 * list(monitor.subject.words).index(slot) * WORDS_PER_IMAGE
-    return slice(at, at + 2 * WORDS_PER_IMAGE)
+    at = 2 * list(monitor.subject.words).index(slot) * WORDS
+    return slice(at, at + 2 * WORDS)
 
 
 def _differing(mine: Mapping[str, Any], others: Mapping[str, Any]) -> Json:
@@ -185,3 +168,50 @@ def _words(mine: list[int], others: list[int] | None) -> Json:
     """Return the other's words by place, inputs 0 to 7 and outputs 8 to 15, where they differ."""
     pairs = enumerate(zip(mine, others, strict=True)) if others is not None else ()
     return {str(place): other for place, (one, other) in pairs if one != other}
+
+
+# --- questions
+
+
+def recordings(monitor: Monitor, _page: Page, _said: Said) -> Json:
+    """List the recordings that a page may compare with."""
+    return {"recordings": recordings_beside(_record_of(monitor))}
+
+
+def compare(monitor: Monitor, page: Page, said: Said) -> Json:
+    """Compare with another recording of the same folder from now on, or with none."""
+    name, record = said.get("with"), _record_of(monitor)
+    if name is None:
+        page.compare(None)
+        return {"with": None}
+    if monitor.opener is None or name not in recordings_beside(record):
+        raise ValueError(f"no recording {str(name)[:60]!r} beside this one")
+    try:
+        page.compare(Comparison(monitor, str(name), monitor.opener(record.parent / str(name))))
+    except (OSError, TraceError) as error:
+        raise ValueError(f"{name} can't be read: {error}") from error
+    return {"with": name}
+
+
+def difference(_monitor: Monitor, page: Page, said: Said) -> Json:
+    """Return the next scan, or the one before, in which other words differ than in the scan before it."""
+    scan, way = said.get("from"), said.get("way")
+    if type(scan) is not int or way not in (1, -1):
+        raise ValueError("from is the number of a scan, and way 1 or -1")
+    found, searched = _comparison(page).next_difference(scan, way)
+    return {"scan": found, "searched": searched}
+
+
+def beside(_monitor: Monitor, page: Page, said: Said) -> Json:
+    """Return the strip of past scans of the recording that is compared with, as far as available."""
+    return {"strip": strip_in(_comparison(page).other.subject, said)}
+
+
+def _comparison(page: Page) -> Comparison:
+    if not isinstance(page.compared, Comparison):
+        raise ValueError("this page compares with no recording")
+    return page.compared
+
+
+def _record_of(monitor: Monitor) -> Path:
+    return Path(monitor.about.record or monitor.about.path)

@@ -6,21 +6,20 @@ the scans; the scan process takes it over.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 from ...ladder.lowering.edited import CheckedRung, EditedProgram, Mistake, NewTag, RungEdit, types_of
+from ...ladder.lowering.rebase import moved
 from ...ladder.model.spec import Use
+from ...ladder.model.tags import scoped
 from ...runtime.live.actions import Online, action_of
 from ..history.catalog import COLUMNS, Catalog
-from ..history.program_file import why_not
+from ..history.program_file import declares_tags, read_edit, why_not
 from ..history.stretch import Stretch
-from .monitor import Monitor
+from .asked import Said
+from .monitor import Json, Monitor
 from .page import Page
 from .stretched import ReplayPackage
-
-Json = dict[str, Any]
-Said = Mapping[str, Any]
 
 LOOKED_BACK_NS = 10_000_000_000
 """Time before the latest scan in which an edit is tried."""
@@ -54,11 +53,13 @@ def rungs(monitor: Monitor, _page: Page, said: Said) -> Json:
     if type(columns) is not int or columns not in COLUMNS:
         raise ValueError(f"columns must be {COLUMNS[0]} to {COLUMNS[-1]}")
     draft = _draft(program, said, ("columns",))
-    edits = [RungEdit(*each) for each in draft.rungs]
+    assert program.file is not None
+    edits = [read_edit(program.file.name, each, program.ladder.specs) for each in draft.rungs]
     tags = [NewTag(*each) for each in draft.tags]
     found = EditedProgram(program.ladder, edits, tags, program.rung_index)
     drawn = [_drawn(catalog, each, columns) for each in found.rungs]
-    missing = [{"name": each.name, "program": each.program, "types": each.types} for each in found.missing]
+    declared = found.missing if declares_tags(program.file) else []
+    missing = [{"name": each.name, "program": each.program, "types": each.types} for each in declared]
     return {"rungs": drawn, "missing": missing, "mistakes": found.mistakes, "right": found.is_right}
 
 
@@ -79,6 +80,19 @@ def _drawn(catalog: Catalog, checked: CheckedRung, columns: int) -> Json:
 
 def _told(mistake: Mistake) -> Json:
     return {"text": mistake.text, "element": mistake.element, "column": mistake.column}
+
+
+def rebase(monitor: Monitor, _page: Page, said: Said) -> Json:
+    """Return the draft of an earlier program as one of the program that runs."""
+    program, _catalog = _edited(monitor)
+    draft = _parsed(said)
+    edited = next((each for each in monitor.subject.programs.all if each.digest == draft.base), None)
+    if edited is None or edited.catalog is None:
+        raise ValueError("the program that was edited is no longer known")
+    found = moved(edited.ladder, program.ladder, [RungEdit(*each) for each in draft.rungs])
+    declared = program.ladder.build().layout.declarations
+    tags = [each for each in draft.tags if scoped(each[2], each[0]).upper() not in declared]
+    return {"base": program.digest, "rungs": found.edits, "tags": tags, "conflicts": found.conflicts}
 
 
 def would(monitor: Monitor, page: Page, said: Said) -> None:
@@ -106,11 +120,16 @@ def would(monitor: Monitor, page: Page, said: Said) -> None:
 
 def _draft(program: Stretch, said: Said, more: Sequence[str] = ()) -> Online:
     """Return the draft in a question; ValueError if it is none, or not of the program that runs."""
+    draft = _parsed(said, more)
+    if draft.base != program.digest:
+        raise ValueError("the program was edited meanwhile: edit the one that runs now")
+    return draft
+
+
+def _parsed(said: Said, more: Sequence[str] = ()) -> Online:
     left = {key: value for key, value in said.items() if key not in ("id", "do", *more)}
     draft = action_of({"do": "online", "step": "accept", **left}, {"online": Online})
     assert isinstance(draft, Online)
-    if draft.base != program.digest:
-        raise ValueError("the program was edited meanwhile: edit the one that runs now")
     return draft
 
 

@@ -1,4 +1,4 @@
-"""What an edit would have done in the last scans, in a process of its own.
+"""What an edit would have done in the last scans, in its own process.
 
     values before scan n      inputs n, n + 1, ...      the running program      what happened
                               the same                  the edited one           what would have
@@ -8,10 +8,6 @@ Both run on the recorded inputs: a machine that would have moved otherwise is no
 
 from __future__ import annotations
 
-import json
-import os
-import pickle
-import sys
 import tempfile
 from collections.abc import Mapping
 from pathlib import Path
@@ -22,33 +18,20 @@ from typing import Any, NamedTuple
 from ...jobs.trust.attachments import load_files
 from ...ladder import LadderLogic
 from ...ladder.debug.watching import WatchedEngine
-from ...ladder.lowering.edited import NewTag, RungEdit
+from ...ladder.lowering.edited import NewTag
 from ...ladder.model.tags import Leaf, tag_in
 from ...ladder.run.edit import carry_over
 from ...ladder.state.memory import Memory, same
 from ...ladder.state.snapshots import restore, snapshot
 from ...ladder.state.tag_bytes import TagBytes
-from ...runtime.live.ring import Rows
-from ..history.program_file import rewrite
+from ..history.program_file import read_edit, rewrite
 from ..history.program_replica import ProgramReplica, SnapshotStore
+from ..history.recent import RecentRows
 from ..history.watched_program import Inputs, Values
 from .stretched import ReplayPackage
-from .why_process import MODESTY
 
 MOST_GROUPS, MOST_MEMBERS = 60, 20
 """Most instances, and most members of one, that a page receives."""
-
-
-class KnownRows:
-    """The rows of a stretch; in place of a `Timeline`."""
-
-    def __init__(self, rows: Rows) -> None:
-        self._rows = rows
-
-    def between(self, first: int, last: int) -> Rows:
-        """Return the rows of the scans from one to another, both included."""
-        scans = self._rows["scan"]
-        return self._rows[(scans >= first) & (scans <= last)]
 
 
 class EditEffect(NamedTuple):
@@ -82,11 +65,15 @@ def _programs(given: ReplayPackage, folder: Path) -> tuple[LadderLogic, LadderLo
     edited = folder / "edited"
     copytree(given.ran.place, edited)
     file = edited / given.ran.program.partition(":")[0]
-    edits, tags = [RungEdit(*each) for each in given.rungs], [NewTag(*each) for each in given.tags]
-    file.write_bytes(rewrite(file.name, file.read_bytes(), edits, tags))
     old = load_files(Path(given.ran.place), given.ran.rack, given.ran.program).logic
+    assert isinstance(old, LadderLogic)
+    edits, tags = (
+        [read_edit(file.name, each, old.specs) for each in given.rungs],
+        [NewTag(*each) for each in given.tags],
+    )
+    file.write_bytes(rewrite(file.name, file.read_bytes(), edits, tags, old.specs))
     new = load_files(edited, given.ran.rack, given.ran.program).logic
-    if not isinstance(old, LadderLogic) or not isinstance(new, LadderLogic) or old.functions or new.functions:
+    if not isinstance(new, LadderLogic) or old.functions or new.functions:
         raise ValueError("a program with routines in Python is not tried on earlier scans")
     return old, new
 
@@ -124,11 +111,12 @@ def differences(given: ReplayPackage, old: LadderLogic, new: LadderLogic) -> lis
 
 
 def _replica(given: ReplayPackage, program: LadderLogic, values: Mapping[str, Any]) -> ProgramReplica:
-    kept = SnapshotStore()
+    kept, rows = SnapshotStore(), RecentRows(given.rows.dtype)
+    rows.add(given.rows)
     kept.take(Values(given.first, dict(values), 0))
     for record in (Inputs(given.first - 1, (), given.forces, None, 0), *given.inputs):
         kept.take(record)
-    return ProgramReplica(program, given.slots, KnownRows(given.rows), kept)
+    return ProgramReplica(program, given.slots, rows, kept)
 
 
 def _contents(cell: CellType) -> Any:
@@ -146,10 +134,3 @@ def _pairs(old: Memory, new: Memory) -> list[tuple[str, Leaf, Leaf]]:
         and (leaf.type, leaf.size) == (other.type, other.size)
         and all(memory.has(each) for memory, each in ((old, leaf), (new, other)))
     ]
-
-
-def main() -> None:
-    """Answer a question: the main function of the process, see `question_process`."""
-    if hasattr(os, "nice"):
-        os.nice(MODESTY)
-    sys.stdout.write(json.dumps(answer(pickle.load(sys.stdin.buffer))))

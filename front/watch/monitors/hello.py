@@ -11,6 +11,7 @@ from ...runtime.config.rackspec import RackSpec, SlotSpec
 from ...runtime.loop.incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind
 from ...runtime.machine.spec import INPUT_NAMES, MachineSpec, input_name
 from ...runtime.modules.record import Trait
+from .picture import VALUES
 
 Json = dict[str, Any]
 
@@ -37,17 +38,6 @@ SECTIONS = {
 }
 """Sections of the manual about the bits of a group."""
 
-VALUES = (
-    ("position", "Position", "steps"),
-    ("encoder", "Encoder", "counts"),
-    ("captured", "Captured", "steps"),
-    ("target", "Target", "steps"),
-    ("speed", "Speed", "steps/s"),
-    ("acceleration", "Acceleration", "steps/ms/s"),
-    ("deceleration", "Deceleration", "steps/ms/s"),
-)
-"""Values in the words of a 3601: name, title, unit."""
-
 
 def slots_of(spec: RackSpec) -> list[Json]:
     """Return the slots of a rack for `hello`."""
@@ -57,16 +47,13 @@ def slots_of(spec: RackSpec) -> list[Json]:
 def slot_of(slot: SlotSpec) -> Json:
     """Return a slot."""
     words = slot.words
-    stepper = is_stepper(words)
     return {
         "number": slot.number,
         "catalog": slot.module,
         "title": _title(slot),
         "words": {"in": WORDS, "out": WORDS},
         "bits": bits_of(slot.number, words),
-        "values": [{"name": name, "title": title, "unit": unit} for name, title, unit in VALUES]
-        if stepper
-        else [],
+        "values": [each._asdict() for each in VALUES] if is_stepper(words) else [],
         "inputs": inputs_of(slot),
         "lamps": [
             {"name": name, "title": name, "word": at.word, "bit": at.bit}

@@ -39,6 +39,9 @@ Json = dict[str, Any]
 ENVELOPE_ROWS, ENVELOPE_MOST = 16, 128
 """Rows per point of a position in a frame, and most points: a fast rack has many rows."""
 
+BACK = 16_384
+"""Scans of images and recorded values that a question looks back; the recording may lack them yet."""
+
 SPEED_SCANS = 50
 """Scans over which the speed of an axis is measured."""
 
@@ -134,7 +137,7 @@ class Monitor(ABC):
         self.pages: list[Page] = []
         self._joined = 0
         self.elsewhere = QuestionProcesses()
-        self.opener: Callable[[Path], Any] | None = None  # opens another recording to compare with
+        self.opener: Callable[[Path], Any] | None = None  # opens another recording; see `open_beside`
         self.latest: Row | None = None  # the row of the latest scan; None before the first
         self.ran: SessionProgram | None = None  # the files of the program that runs; None of a recording
         self.over = False  # whether the server is to end
@@ -203,7 +206,7 @@ class Monitor(ABC):
             self.order(page, None, order)
 
     def tick_compared(self) -> bool:
-        """Go on with the recordings that pages compare with; return whether there is more to do at once."""
+        """Continue with the recordings that pages compare with; return whether more is to do at once."""
         goes_on = [page for page in self.pages if page.compared is not None and page.compared.tick()]
         for page in goes_on:
             page.due.set()

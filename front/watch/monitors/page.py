@@ -27,7 +27,7 @@ class PageComparison(Protocol):
         """Close its files."""
 
     def tick(self) -> bool:
-        """Go on; return whether there is more to do at once."""
+        """Continue; return whether there is more to do at once."""
 
     def differences(self, page: Page, picture: Json) -> Json:
         """Return what it has in the scan of a picture, where that differs."""

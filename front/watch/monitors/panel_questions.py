@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
 
 from ...runtime.live.actions import ACTIONS, action_of
 from ...runtime.loop.pace import wall_ns
 from ..panels.kept_panel import drafted
-from .monitor import Monitor
+from .asked import Said
+from .monitor import Json, Monitor
 from .page import Page
-
-Json = dict[str, Any]
-Said = Mapping[str, Any]
 
 HOLD_MS, HOLDS_MOST = 2000, 20
 """Time after which a press ends that a page does not confirm again; most presses at once."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...io_images.amci3601.words import is_stepper
-from ...io_images.image import IMAGE_BYTES
+from ...io_images.image import WORDS
 from ...io_images.module_words import ModuleWords
 from ...runtime.live.ring import Row, Rows
 from ...runtime.loop.scan import MODE_MASK, CpuMode, mode_name
@@ -17,10 +17,38 @@ from ...runtime.machine.spec import INPUT_NAMES
 from ..history.watched_machines import PER_SLOT
 
 Json = dict[str, Any]
-WORDS_PER_IMAGE = IMAGE_BYTES // 2
 
 DEEP = ("words", "values", "machine", "power", "tags")
 """Parts of a frame of which only changed keys are sent."""
+
+
+class StepperValue(NamedTuple):
+    """A value in the words of a 3601 in command mode [chapters 5 and 6].
+
+    Attributes:
+        words: inputs 0 to 7, outputs 8 to 15; of two the first has the thousands.
+    """
+
+    name: str
+    title: str
+    unit: str
+    words: tuple[int, ...]
+
+    def of(self, words: Sequence[int]) -> int:
+        """Return the value in the sixteen words of a slot."""
+        first, *rest = (words[each] for each in self.words)
+        return first * 1000 + rest[0] if rest else first
+
+
+VALUES = (
+    StepperValue("position", "Position", "steps", (2, 3)),
+    StepperValue("encoder", "Encoder", "counts", (4, 5)),
+    StepperValue("captured", "Captured", "steps", (6, 7)),
+    StepperValue("target", "Target", "steps", (10, 11)),
+    StepperValue("speed", "Speed", "steps/s", (12, 13)),
+    StepperValue("acceleration", "Acceleration", "steps/ms/s", (14,)),
+    StepperValue("deceleration", "Deceleration", "steps/ms/s", (15,)),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,21 +63,16 @@ class Places:
 
         Args:
             before: an earlier row, for speeds; or none.
-            past: the row is not the latest one, so that shaft and encoder are unknown: machines are read
-                only at
-                intervals, and a trace has no figures at all.
+            past: the row is not the latest one, so that shaft and encoder are unknown: machines are read only
+                at intervals, and a trace has no figures at all.
         """
         words = row["words"].tolist()
         shown: Json = {"words": {}, "values": {}, "machine": {}}
         for place, (slot, names) in enumerate(self.slots.items()):
-            at = 2 * place * WORDS_PER_IMAGE
-            outputs, inputs = (
-                words[at : at + WORDS_PER_IMAGE],
-                words[at + WORDS_PER_IMAGE :][:WORDS_PER_IMAGE],
-            )
-            shown["words"][str(slot)] = [*inputs, *outputs]
+            at = 2 * place * WORDS
+            own = shown["words"][str(slot)] = words[at + WORDS : at + 2 * WORDS] + words[at : at + WORDS]
             if is_stepper(names):
-                shown["values"][str(slot)] = _values(inputs, outputs)
+                shown["values"][str(slot)] = {each.name: each.of(own) for each in VALUES}
         figures = row["figures"].tolist()
         past = past or not row["wall_ns"]  # a row of a trace
         for place, slot in enumerate(self.machines):
@@ -60,7 +83,7 @@ class Places:
                 shaft = encoder = None
                 levels = shown["words"][str(slot)][1]  # status LSW: the levels as the module reads them
             known = configured or not past  # a configuration's mirror has no levels
-            commanded = shown["words"][str(slot)][WORDS_PER_IMAGE] >= 0  # else these words configure
+            commanded = shown["words"][str(slot)][WORDS] >= 0  # else these words configure
             shown["machine"][str(slot)] = {
                 "position": values.get("position"),
                 "shaft": shaft,
@@ -77,24 +100,11 @@ class Places:
         """Return the speed of a stepper's position, steps/s; None if unknown."""
         if slot not in self.slots or not len(before) or before[0]["now_ns"] >= row["now_ns"]:
             return None
-        at = (2 * list(self.slots).index(slot) + 1) * WORDS_PER_IMAGE + 2
+        at = (2 * list(self.slots).index(slot) + 1) * WORDS + 2
         if row["words"][at - 2] < 0 or before[0]["words"][at - 2] < 0:
             return None  # in configuration mode these words are a mirror
         now, then = (int(each["words"][at]) * 1000 + int(each["words"][at + 1]) for each in (row, before[0]))
         return round((now - then) * 1e9 / (int(row["now_ns"]) - int(before[0]["now_ns"])))
-
-
-def _values(inputs: Sequence[int], outputs: Sequence[int]) -> Json:
-    """Return the values in the words of a 3601 in command mode [chapters 5 and 6]."""
-    return {
-        "position": inputs[2] * 1000 + inputs[3],
-        "encoder": inputs[4] * 1000 + inputs[5],
-        "captured": inputs[6] * 1000 + inputs[7],
-        "target": outputs[2] * 1000 + outputs[3],
-        "speed": outputs[4] * 1000 + outputs[5],
-        "acceleration": outputs[6],
-        "deceleration": outputs[7],
-    }
 
 
 def mode_of(flags: int) -> str:

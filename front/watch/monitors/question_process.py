@@ -1,14 +1,12 @@
-"""Long questions: a process of its own answers each, in bounded time."""
+"""Long questions: a separate process answers each, in bounded time."""
 
 from __future__ import annotations
 
 import json
 import pickle
 import tempfile
-from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import partial
 from typing import IO, Any
 
 from ...jobs.trust.launcher import Helper, launch
@@ -19,6 +17,9 @@ from .stretched import ReplayPackage
 
 PATIENCE_S, WANT_PATIENCE_S, SHARE_PATIENCE_S = 20, 60, 120
 """Time limits of a question, of what it would take, and of a page to share."""
+
+HELPER = f"{__package__}.answering:main"
+"""Main function of the processes."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,13 +49,8 @@ class QuestionProcesses:
         Args:
             more: the latest scans, which may not be written yet; the question is about the last one.
         """
-        scan = more.scan[-1]
-        command = f"scanrack why {trace} {what} --at {scan} --trust"
-        with tempfile.TemporaryFile() as given:  # not a pipe: this must not wait for the process
-            pickle.dump(more, given)
-            given.seek(0)
-            begin = partial(launch, f"{__package__}.why_process:main", trace, what, scan, stdin=given)
-            self._begin(page, number, begin, PATIENCE_S, command)
+        command = f"scanrack why {trace} {what} --at {more.scan[-1]} --trust"
+        self._begin(page, number, f"{__package__}.why_process", (trace, what, more), PATIENCE_S, command)
 
     def want(
         self, page: Page, number: object, trace: str, asked: tuple[str, object, int], orders: object
@@ -67,12 +63,8 @@ class QuestionProcesses:
         """
         tag, wanted, scan = asked
         command = f"scanrack why {trace} {tag} --at {scan} --want {wanted} --trust"
-        with tempfile.TemporaryFile() as given:
-            pickle.dump(orders, given)
-            given.seek(0)
-            target = f"{__package__}.want_process:main"
-            begin = partial(launch, target, trace, tag, json.dumps(wanted), str(scan), stdin=given)
-            self._begin(page, number, begin, WANT_PATIENCE_S, command)
+        given = trace, *asked, orders
+        self._begin(page, number, f"{__package__}.want_process", given, WANT_PATIENCE_S, command)
 
     def share(self, page: Page, number: object, trace: str, scan: int, *, trust: bool, rack: str) -> None:
         """Ask for the page of a recording with a scan shown first; it goes to the page.
@@ -81,26 +73,26 @@ class QuestionProcesses:
             trust: whether the program that came with the recording may run.
             rack: see `share.command.shared`.
         """
-        flag = " --trust" if trust else ""
-        begin = partial(launch, "scanrack.watch.share.share_process:main", trace, scan, flag.strip(), rack)
-        self._begin(page, number, begin, SHARE_PATIENCE_S, f"scanrack share {trace} --at {scan}{flag}")
+        command = f"scanrack share {trace} --at {scan}{' --trust' if trust else ''}"
+        given = trace, scan, trust, rack
+        self._begin(page, number, "scanrack.watch.share.share_process", given, SHARE_PATIENCE_S, command)
 
     def effects(self, page: Page, number: object, given: ReplayPackage) -> None:
         """Ask what an edit would have done in the last scans; the answer goes to the page."""
-        with tempfile.TemporaryFile() as file:
-            pickle.dump(given, file)
-            file.seek(0)
-            begin = partial(launch, f"{__package__}.effects_process:main", stdin=file)
-            self._begin(page, number, begin, PATIENCE_S, "the scans again")
+        self._begin(page, number, f"{__package__}.effects_process", (given,), PATIENCE_S, "the scans again")
 
     def _begin(
-        self, page: Page, number: object, begin: Callable[..., Helper], patience_s: int, command: str
+        self, page: Page, number: object, module: str, given: tuple[Any, ...], patience_s: int, command: str
     ) -> None:
+        """Let a process call `answer` of a module with these arguments."""
         for each in [each for each in self._open if each.page is page]:
             self._end(each, "another question was asked meanwhile")
         with ExitStack() as files:
             out, err = (files.enter_context(tempfile.TemporaryFile()) for _ in range(2))
-            process = begin(stdout=out, stderr=err)
+            with tempfile.TemporaryFile() as asked:  # not a pipe: this must not wait for the process
+                pickle.dump(given, asked)
+                asked.seek(0)
+                process = launch(HELPER, module, stdin=asked, stdout=out, stderr=err)
             until = wall_ns() + patience_s * 1_000_000_000
             self._open.append(
                 _Open(page, number, process, files.pop_all(), out, err, patience_s, until, command)

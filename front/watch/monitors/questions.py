@@ -2,53 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
-from typing import Any
+from collections.abc import Callable, Mapping
 
-from ...ladder.debug import told
-from ...ladder.debug.inquiry import Inquiry
-from ...traces.format.records import TraceError
 from ..history.catalog import COLUMNS, MOST_HITS, tag_hits
 from ..history.lanes import MOST_LANES
-from ..history.stretch import Stretch
-from ..history.strip import piece_of
-from ..history.timeline import columns_of
-from . import drafts
-from .chain_answer import chain_of, chain_of_fault, links_of
-from .comparison import Comparison, recordings_beside
+from . import comparison, drafts
+from .asked import Said, addresses_in, names_in, own_name, program_of, scans_in, strip_in, text_in
 from .hello import addresses_of
-from .monitor import Monitor
+from .monitor import Json, Monitor
 from .page import Page
 from .panel_questions import PANEL_QUESTIONS
 from .since import last_change
-
-Json = dict[str, Any]
-Said = Mapping[str, Any]
+from .why_questions import want, why
 
 MOST_WATCHED = 500
 """Most tags that a page may watch."""
 
-UNWRITTEN_MOST = 16_384
-"""Number of latest scans sent with a question, since the recording may lack them."""
-
-ENVELOPE_STEPS = 500
-"""Points of a position in a past window."""
-
 EVENTS_MOST = 100
-
-WINDOW_MOST = 50_000
 
 
 def show(monitor: Monitor, page: Page, said: Said) -> Json:
     """Draw a routine; from now on frames have its power and tags."""
-    program = _program(monitor, page)
+    program = program_of(monitor, page)
     if program.catalog is not None:
         columns = said.get("columns", 88)
         if type(columns) is not int or columns not in COLUMNS:
             raise ValueError(f"columns {columns!r}: must be {COLUMNS[0]} to {COLUMNS[-1]}")
         operands = said.get("operands") is True
-        shown, answer = program.catalog.show(_text(said, "routine"), columns, operands=operands)
+        shown, answer = program.catalog.show(text_in(said, "routine"), columns, operands=operands)
         if monitor.about.kind == "rack":
             answer["base"] = program.digest
     elif program.source is not None:
@@ -61,21 +42,11 @@ def show(monitor: Monitor, page: Page, said: Said) -> Json:
 
 def watch(monitor: Monitor, page: Page, said: Said) -> Json:
     """Add further tags to frames from now on."""
-    tags = said.get("tags")
-    if not isinstance(tags, list) or len(tags) > MOST_WATCHED or not all(map(_is_name, tags)):
-        raise ValueError(f"tags must be a list of up to {MOST_WATCHED} names")
+    tags = names_in(said, MOST_WATCHED)
     unknown = [name for name in tags if not _is_known(monitor, page, name)]
     page.watch(tuple(name for name in tags if name not in unknown))
-    addresses = _addresses(monitor, page, tags)
+    addresses = addresses_in(monitor, page, tags)
     return {"unknown": [name for name in unknown if name not in addresses], "addresses": addresses}
-
-
-def _addresses(monitor: Monitor, page: Page, tags: Sequence[str]) -> dict[str, str]:
-    """Return the addresses of those tags that mean a word or bit of an image."""
-    program = _program(monitor, page)
-    places = {tag: program.address(tag) for tag in tags}
-    faults = {} if program.catalog is None else program.catalog.addresses(tags)
-    return faults | {tag: str(place) for tag, place in places.items() if place is not None}
 
 
 def lanes(monitor: Monitor, page: Page, said: Said) -> Json:
@@ -87,7 +58,7 @@ def lanes(monitor: Monitor, page: Page, said: Said) -> Json:
 
 def steps(monitor: Monitor, page: Page, said: Said) -> Json:
     """Return the points of tags in past scans; `next` is the scan of the next piece."""
-    first, last = _scans_in(said)
+    first, last = scans_in(said)
     names, _unknown = _lanes_in(monitor, page, said)
     extent = monitor.subject.timeline.extent
     if extent is None or not names:
@@ -99,16 +70,14 @@ def steps(monitor: Monitor, page: Page, said: Said) -> Json:
 
 def _lanes_in(monitor: Monitor, page: Page, said: Said) -> tuple[tuple[str, ...], list[str]]:
     """Return the tags in a question, and the unknown ones."""
-    tags = said.get("tags")
-    if not isinstance(tags, list) or len(tags) > MOST_LANES or not all(map(_is_name, tags)):
-        raise ValueError(f"tags must be a list of up to {MOST_LANES} names")
+    tags = names_in(said, MOST_LANES)
     unknown = [name for name in tags if not _is_known(monitor, page, name)]
-    unknown = [name for name in unknown if _program(monitor, page).address(name) is None]
+    unknown = [name for name in unknown if program_of(monitor, page).address(name) is None]
     return tuple(dict.fromkeys(name for name in tags if name not in unknown)), unknown
 
 
 def _is_known(monitor: Monitor, page: Page, name: str) -> bool:
-    catalog = _program(monitor, page).catalog
+    catalog = program_of(monitor, page).catalog
     return name in monitor.subject.values if catalog is None else catalog.has(name)
 
 
@@ -144,21 +113,11 @@ def stop(_monitor: Monitor, page: Page, said: Said) -> Json:
 
 def window(monitor: Monitor, _page: Page, said: Said) -> Json:
     """Return the strip of past scans, as far as available."""
-    first, last = _scans_in(said)
-    subject = monitor.subject
-    rows = subject.timeline.between(first, last)
-    piece = piece_of(rows, rows[:0], subject.signals, subject.spec.scan_ns, ENVELOPE_STEPS)
+    piece = strip_in(monitor.subject, said)
     wanted = said.get("signals")
     if piece and isinstance(wanted, list):
         piece["bits"] = {name: each for name, each in piece["bits"].items() if name in wanted}
     return {"strip": piece}
-
-
-def _scans_in(said: Said) -> tuple[int, int]:
-    first, last = said.get("from"), said.get("to")
-    if type(first) is not int or type(last) is not int or not 0 <= first <= last < first + WINDOW_MOST:
-        raise ValueError(f"from and to must be scan numbers, at most {WINDOW_MOST:,} scans apart")
-    return first, last
 
 
 def events(monitor: Monitor, _page: Page, said: Said) -> Json:
@@ -169,89 +128,15 @@ def events(monitor: Monitor, _page: Page, said: Said) -> Json:
     return {"events": monitor.states.up_to(scan, EVENTS_MOST)}
 
 
-def why(monitor: Monitor, page: Page, said: Said) -> Json | None:
-    """Explain a tag's value in a scan, that of the page if none is given; with `fault` the CPU's fault."""
-    if said.get("fault") is True:
-        return _why_fault(monitor, page, said)
-    tag, asked = _own_name(monitor, page, _text(said, "tag")), said.get("scan")
-    if asked is not None and type(asked) is not int:
-        raise ValueError("scan must be a scan number")
-    past = page.past if asked is None else asked
-    row = monitor.row_of(page) if asked is None or asked == page.past else monitor.subject.timeline.row(asked)
-    if row is None:
-        raise ValueError(f"{tag}: no scan has run yet" if past is None else f"scan {past} is not there")
-    program = monitor.subject.programs.at(past)
-    scan, replica = int(row["scan"]), program.past
-    if replica is None or program.catalog is None:
-        _ask_python(monitor, page, said, tag, scan)
-        return None
-    if not replica.show(scan):
-        raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
-    forced = monitor.states.forces_at(past)
-    try:
-        found = None if replica.is_impure else chain_of(monitor, replica, tag, scan)
-        if found is None:
-            text = Inquiry(replica.engine, replica, scan, forced, program.catalog.cross_reference).why(tag)
-        else:
-            text = told(found)
-    finally:
-        replica.show(scan)
-    return {"text": text, "scan": scan, "chain": links_of(found) if found is not None else []}
-
-
 def since(monitor: Monitor, page: Page, said: Said) -> Json:
     """Say since when a tag has its value in the scan of the page, and what it was before."""
-    tag, row = _text(said, "tag"), monitor.row_of(page)
+    tag, row = text_in(said, "tag"), monitor.row_of(page)
     found = None if row is None else last_change(monitor, tag, int(row["scan"]))
     if found is None:
         return {"since": None}
     changed = monitor.subject.timeline.row(found.scan)
     now_ns = None if changed is None else int(changed["now_ns"])
     return {"since": {"scan": found.scan, "t": now_ns, "before": found.before}}
-
-
-def _why_fault(monitor: Monitor, page: Page, said: Said) -> Json | None:
-    """Explain the CPU's fault by what its rung or line has read."""
-    faults, program = monitor.states.faults_at(page.past), monitor.subject.programs.at(page.past)
-    if not faults:
-        raise ValueError("the CPU has not faulted up to this scan")
-    fault, replica = faults[0], program.past
-    tags = program.tags_of_fault(fault, monitor.subject.values)
-    if not tags:
-        raise ValueError("nothing that the program has read is known of this fault")
-    if replica is None:
-        _ask_python(monitor, page, said, tags[0], fault.scan)
-        return None
-    if not replica.show(fault.scan):
-        raise ValueError(f"scan {fault.scan} can't be repeated yet: ask again in a moment")
-    chain = [] if replica.is_impure else chain_of_fault(monitor, replica, fault, tags)
-    replica.show(fault.scan)
-    return {"text": str(fault), "scan": fault.scan, "chain": chain}
-
-
-def _ask_python(monitor: Monitor, page: Page, said: Said, tag: str, scan: int) -> None:
-    """Let a process answer: a program in Python must run again from its first scan on."""
-    trace, program = monitor.subject.timeline.path, monitor.subject.programs.at(scan)
-    if program.logic is None or trace is None:
-        raise ValueError(f"{tag}: the program may not run here: see --trust")
-    if program.number:
-        raise ValueError(f"{tag}: the program was edited before scan {program.first}: why answers before it")
-    rows = monitor.subject.timeline.between(max(0, scan - UNWRITTEN_MOST), scan)
-    monitor.elsewhere.why(page, said.get("id"), str(trace), tag, columns_of(rows))
-
-
-def want(monitor: Monitor, page: Page, said: Said) -> None:
-    """Say what an owner could do after the scan of the page so that a tag has a value."""
-    tag, wanted = _own_name(monitor, page, _text(said, "tag")), said.get("value")
-    if not isinstance(wanted, bool | int | float):
-        raise ValueError("value is true, false or a number")
-    trace, row = monitor.subject.timeline.path, monitor.row_of(page)
-    if trace is None or row is None:
-        raise ValueError(f"{tag}: no scan has run yet")
-    scan = int(row["scan"])
-    if monitor.subject.programs.at(page.past).logic is None:
-        raise ValueError(f"{tag}: the program may not run here: see --trust")
-    monitor.elsewhere.want(page, said.get("id"), str(trace), (tag, wanted, scan), monitor.orders_to(scan))
 
 
 def share(monitor: Monitor, page: Page, said: Said) -> None:
@@ -264,56 +149,9 @@ def share(monitor: Monitor, page: Page, said: Said) -> None:
     monitor.elsewhere.share(page, said.get("id"), str(trace), int(row["scan"]), trust=trusted, rack=rack)
 
 
-def recordings(monitor: Monitor, _page: Page, _said: Said) -> Json:
-    """List the recordings that a page may compare with."""
-    return {"recordings": recordings_beside(_record_of(monitor))}
-
-
-def compare(monitor: Monitor, page: Page, said: Said) -> Json:
-    """Compare with another recording of the same folder from now on, or with none."""
-    name, record = said.get("with"), _record_of(monitor)
-    if name is None:
-        page.compare(None)
-        return {"with": None}
-    if monitor.opener is None or name not in recordings_beside(record):
-        raise ValueError(f"no recording {str(name)[:60]!r} beside this one")
-    try:
-        page.compare(Comparison(monitor, str(name), monitor.opener(record.parent / str(name))))
-    except (OSError, TraceError) as error:
-        raise ValueError(f"{name} can't be read: {error}") from error
-    return {"with": name}
-
-
-def difference(_monitor: Monitor, page: Page, said: Said) -> Json:
-    """Return the next scan, or the one before, in which other words differ than in the scan before it."""
-    scan, way = said.get("from"), said.get("way")
-    if type(scan) is not int or way not in (1, -1):
-        raise ValueError("from is the number of a scan, and way 1 or -1")
-    found, searched = _comparison(page).next_difference(scan, way)
-    return {"scan": found, "searched": searched}
-
-
-def beside(_monitor: Monitor, page: Page, said: Said) -> Json:
-    """Return the strip of past scans of the recording that is compared with, as far as available."""
-    first, last = _scans_in(said)
-    compared = _comparison(page)
-    rows, subject = compared.window(first, last), compared.other.subject
-    return {"strip": piece_of(rows, rows[:0], subject.signals, subject.spec.scan_ns, ENVELOPE_STEPS)}
-
-
-def _comparison(page: Page) -> Comparison:
-    if not isinstance(page.compared, Comparison):
-        raise ValueError("this page compares with no recording")
-    return page.compared
-
-
-def _record_of(monitor: Monitor) -> Path:
-    return Path(monitor.about.record or monitor.about.path)
-
-
 def xref(monitor: Monitor, page: Page, said: Said) -> Json:
     """List where a tag is read and written."""
-    tag, catalog = _own_name(monitor, page, _text(said, "tag")), _program(monitor, page).catalog
+    tag, catalog = own_name(monitor, page, text_in(said, "tag")), program_of(monitor, page).catalog
     if catalog is None:
         raise ValueError(f"{tag}: the program is in Python: it has no rungs")
     return {"hits": catalog.mentions(tag)}
@@ -321,7 +159,7 @@ def xref(monitor: Monitor, page: Page, said: Said) -> Json:
 
 def find(monitor: Monitor, page: Page, said: Said) -> Json:
     """List the tags, the words and bits of images, and the rungs that contain a text."""
-    text, program = _text(said, "text"), _program(monitor, page)
+    text, program = text_in(said, "text"), program_of(monitor, page)
     hits = tag_hits(program.alias_tags(), text) if program.catalog is None else program.catalog.find(text)
     hits += tag_hits(addresses_of(monitor.subject.spec), text)
     ranked = sorted(hits, key=lambda hit: _is_called(hit, text), reverse=True)
@@ -330,30 +168,6 @@ def find(monitor: Monitor, page: Page, said: Said) -> Json:
 
 def _is_called(hit: Json, text: str) -> bool:
     return hit["tag"] is not None and hit["tag"].casefold() == text.casefold()
-
-
-def _own_name(monitor: Monitor, page: Page, tag: str) -> str:
-    """Return a tag as a ladder program can name it: in place of `slot1.status.IN_HOME` the address."""
-    catalog = _program(monitor, page).catalog
-    if catalog is None or catalog.has(tag):
-        return tag
-    return _addresses(monitor, page, [tag]).get(tag, tag)
-
-
-def _program(monitor: Monitor, page: Page) -> Stretch:
-    """Return the program that a page has received."""
-    return page.program or monitor.subject.programs.latest
-
-
-def _text(said: Said, key: str) -> str:
-    value = said.get(key)
-    if not _is_name(value):
-        raise ValueError(f"{key} is text of 1 to 400 characters")
-    return str(value)
-
-
-def _is_name(value: object) -> bool:
-    return isinstance(value, str) and 0 < len(value) <= 400
 
 
 QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
@@ -372,13 +186,14 @@ QUESTIONS: Mapping[str, Callable[[Monitor, Page, Said], Json | None]] = {
     "xref": xref,
     "find": find,
     "share": share,
-    "recordings": recordings,
-    "compare": compare,
-    "difference": difference,
-    "beside": beside,
+    "recordings": comparison.recordings,
+    "compare": comparison.compare,
+    "difference": comparison.difference,
+    "beside": comparison.beside,
     **PANEL_QUESTIONS,
     "words": drafts.words,
     "rungs": drafts.rungs,
+    "rebase": drafts.rebase,
     "would": drafts.would,
 }
 """The questions by name; one that returns None is answered later."""

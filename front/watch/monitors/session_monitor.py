@@ -15,7 +15,7 @@ from typing_extensions import override
 from ...jobs.load.loading import LoadedRack, load_job
 from ...jobs.record.program_versions import folders_of, forget
 from ...jobs.trust.attachments import load_files
-from ...runtime.live.actions import Action, Press, Write, action_of, said_of
+from ...runtime.live.actions import Action, Online, Press, Write, action_of, said_of
 from ...runtime.live.ring import Ring, RingShape, Rows
 from ...runtime.live.session import GIVEN
 from ...runtime.loop.pace import wall_ns
@@ -24,15 +24,13 @@ from ..history.event_log import EventLog
 from ..history.indexer import SLICE, Indexer, indexable
 from ..history.recorded_events import RecordedEvents
 from ..panels.kept_panel import KeptPanel
-from .monitor import Monitor, SessionFacts, Subject
+from .monitor import Json, Monitor, SessionFacts, Subject
 from .page import Page
 from .panel_questions import left_pressed, show_panel
 from .picture import late_scans, speed_reached
 from .questions import QUESTIONS
 from .stretched import SessionProgram
 from .troubles import ErrorBit, ErrorWatch
-
-Json = dict[str, Any]
 
 SPEED_ROWS = 512
 """Rows over which the speed is measured."""
@@ -169,7 +167,7 @@ class SessionMonitor(Monitor):
         return self._index() | self._read_earlier()
 
     def _attend_panels(self) -> None:
-        """Let go for pages that say nothing any more; show a panel's file that has changed."""
+        """Let go for pages that no longer say anything; show a panel's file that has changed."""
         for page in self.pages:
             if page.holds and wall_ns() > page.holds_until_ns:
                 self.let_go(page)
@@ -355,8 +353,8 @@ class SessionMonitor(Monitor):
         order = action_of({key: value for key, value in said.items() if key != "id"}, GIVEN)
         if self.about.read_only:
             raise ValueError("this session is read-only: it takes no orders")
-        if isinstance(order, Press | Write) and order.by:
-            order = replace(order, by=f"{order.by}, page {page.number}")
+        if isinstance(order, Online) or (isinstance(order, Press | Write) and order.by):
+            order = replace(order, by=", ".join(filter(None, (order.by, f"page {page.number}"))))
         self._asked[self._orders + 1] = page, number
         self._pass_on(order)
 

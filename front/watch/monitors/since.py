@@ -11,10 +11,7 @@ from ...ladder.state.memory import same
 from ..history.catalog import shown_value, value_of
 from ..history.program_replica import ProgramReplica
 from ..history.strip import values_at
-from .monitor import Monitor
-
-BACK = 16_384
-"""Scans of images and recorded values that are looked at."""
+from .monitor import BACK, Monitor
 
 
 class LastChange(NamedTuple):

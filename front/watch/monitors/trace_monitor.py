@@ -22,13 +22,10 @@ from ...traces.read.reader import Trace
 from ..history.event_log import LAST_SCAN
 from ..history.indexer import SLICE, Indexer, indexable
 from ..history.recorded_events import RecordedEvents
-from ..history.stretch import Stretch
 from ..history.watched_machines import PER_SLOT
 from ..panels.kept_panel import KeptPanel
-from .monitor import Monitor, SessionFacts, Subject
+from .monitor import Json, Monitor, SessionFacts, Subject
 from .page import Page
-
-Json = dict[str, Any]
 
 IMPURE = (
     "The program calls routines in Python, so its scans are not run again here: its rungs have no power and "
@@ -101,10 +98,6 @@ class TraceMonitor(Monitor):
         if any(each.catalog is None for each in subject.programs.all):
             subject.values = subject.timeline.values(last)
 
-    @property
-    def _programs(self) -> Sequence[Stretch]:
-        return self.subject.programs.all
-
     @override
     def state(self, *, past: bool) -> Json:
         return {"state": "past", "speed": {"wanted": 0, "reached": 0}, "late": 0, "missed": 0}
@@ -113,7 +106,8 @@ class TraceMonitor(Monitor):
     def join(self, page: Page) -> None:
         page.past = self._last if self._first is None and self._last >= 0 else self._first
         super().join(page)
-        if any(isinstance(each.logic, LadderLogic) and each.logic.functions for each in self._programs):
+        programs = self.subject.programs.all
+        if any(isinstance(each.logic, LadderLogic) and each.logic.functions for each in programs):
             page.send({"note": IMPURE})
 
     @override

@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...io_images.amci3601.words import is_stepper
+from ...io_images.image import WORDS
 from ...io_images.module_words import BitPlace, ModuleWords
 from ...runtime.live.ring import Rows
-from .picture import WORDS_PER_IMAGE
 
 _ALWAYS = "CONFIG_ERROR"
 """The error bit of a 3601 that has this meaning in configuration mode, too [chapter 6]."""
@@ -45,7 +45,7 @@ class ErrorWatch:
         self._last: Rows | None = None
 
     def clear(self) -> None:
-        """Begin anew: another session."""
+        """Restart: another session."""
         self._last = None
 
     def first(self, rows: Rows) -> tuple[int, ErrorBit] | None:
@@ -68,7 +68,7 @@ def _bits(words: Mapping[int, ModuleWords]) -> Iterator[tuple[tuple[int, bool], 
         for group in names.groups.values():
             for name in names.errors:
                 if name in group:
-                    start = (2 * number + 1) * WORDS_PER_IMAGE
+                    start = (2 * number + 1) * WORDS
                     yield (start, is_stepper(names)), ErrorBit(slot, name, group[name])
 
 

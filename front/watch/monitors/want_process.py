@@ -1,15 +1,10 @@
-"""What it would take for a value, in a process of its own: the session runs again, and copies of it try.
+"""What it would take for a value, in its own process: the session runs again, and copies of it try.
 
-`main` prints one line of JSON: `{"scan", "answers"}` or `{"refused"}`. The orders come on the standard input,
-pickled, since the recording may lack the latest.
+The orders come with the question, since the recording may lack the latest.
 """
 
 from __future__ import annotations
 
-import json
-import os
-import pickle
-import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -23,7 +18,6 @@ from ...runtime.live.actions import RECORDED, action_of, parsed
 from ...runtime.loop.faults import CpuFault
 from ...traces.format.records import TraceError
 from ...traces.read.reader import open_trace
-from .why_process import MODESTY
 
 Orders = Sequence[tuple[int, str]]
 """Orders of a session: the scan before which each acts, and its text."""
@@ -55,11 +49,3 @@ def _described(found: Acts) -> dict[str, Any]:
         "after_ns": found.after_ns,
         "orders": None if acts is None else found.orders(),
     }
-
-
-def main(path: str, tag: str, wanted: str, scan: str) -> None:
-    """Answer a question: the main function of the process, see `question_process`."""
-    if hasattr(os, "nice"):
-        os.nice(MODESTY)  # scans and frames have priority
-    orders = pickle.load(sys.stdin.buffer)
-    sys.stdout.write(json.dumps(answer(path, tag, json.loads(wanted), int(scan), orders)))

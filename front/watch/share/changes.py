@@ -10,26 +10,16 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from itertools import zip_longest
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...ladder.debug.journal import EVERY
-from ...ladder.debug.replay import Truths
-from ...ladder.debug.watching import WatchedEngine
-from ...ladder.model.operands import Constant, Group, Place, leaves_in
-from ...ladder.state.memory import Memory
-from ...ladder.state.tag_bytes import TagBytes
 from ...runtime.live.ring import Rows
-from ..history.catalog import PageRoutine, shown_value, value_of
-from ..history.program_replica import ProgramReplica
+from ..history.catalog import shown_value
 from ..history.timeline import Timeline
 
 ROWS_AT_ONCE = 4096
 """Scans of recorded values that are read at once."""
-
-UNSET = object()
 
 
 class Difference(NamedTuple):
@@ -47,10 +37,14 @@ class ChangeLists:
 
     def note(self, key: str, scan: int, value: Any) -> None:
         """Note the value of a scan; scans come in order."""
-        scans, values = self._lists.setdefault(key, ([], []))
+        scans, values = self.of(key)
         if not values or values[-1] != value:
             scans.append(scan)
             values.append(value)
+
+    def of(self, key: str) -> tuple[list[int], list[Any]]:
+        """Return a list: the scans of its changes, and the values from them on."""
+        return self._lists.setdefault(key, ([], []))
 
     def take(self, key: str, scans: list[int], values: list[Any]) -> None:
         """Take a whole list."""
@@ -135,119 +129,6 @@ def take_words(lists: ChangeLists, rows: Rows, slots: Iterable[int]) -> None:
         values = words[:, column]
         at = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]]))
         lists.take(f"words\n{slot}\n{place}", scans[at].tolist(), values[at].tolist())
-
-
-def take_ladder(
-    lists: ChangeLists, number: int, replica: ProgramReplica, walk: LadderWalk, ends: range
-) -> int:
-    """Collect power and tags of a ladder program; return the scan after the last one that is known."""
-    scan = ends.start
-    for _ in replica.walk(ends.start, ends.stop - 1, noted=True):
-        for key, value in walk.changes(replica.engine):
-            part, _, name = key.partition("\n")
-            lists.note(f"{part}\n{number}\n{name}", scan, value)
-        scan += 1
-        if scan % EVERY == 0:
-            replica.keep(scan)
-    return scan
-
-
-class LadderWalk:
-    """Finds what one scan after the other changes; only names whose places have changed are read.
-
-    Args:
-        names: of the tags; unknown ones have no list.
-    """
-
-    def __init__(self, engine: WatchedEngine, shown: Sequence[PageRoutine], names: Iterable[str]) -> None:
-        self._shown, self._tags = shown, engine.tags
-        self._notes: Sequence[object] = ()
-        self._power_of: dict[str, list[tuple[bool, ...] | None]] = {}
-        self._cells = engine.memory.cells
-        self._contents: dict[str, Any] = {}
-        self._forces: object = UNSET
-        self._always: list[str] = []
-        self._names_at: dict[tuple[str, int | None], list[str]] = {}
-        self._names = [name for name in names if name in self._tags]
-        for name in self._names:
-            places = _places(self._tags.where(name), engine.memory)
-            if all(ident in self._cells for ident, _ in places):
-                for place in places:
-                    self._names_at.setdefault(place, []).append(name)
-            else:
-                self._always.append(name)
-
-    def changes(self, engine: WatchedEngine) -> Iterable[tuple[str, Any]]:
-        """Yield what may have changed in the latest scan, by key."""
-        if self._notes != engine.notes:
-            self._notes = list(engine.notes)
-            yield from self._power(engine.truths)
-        for name in self._due(engine.memory.forces):
-            yield f"tags\n{name}", shown_value(value_of(self._tags, name))
-
-    def _power(self, truths: Truths) -> Iterable[tuple[str, Any]]:
-        for each in self._shown:
-            routine = each.name.upper()
-            now = [truths.get((routine, number)) for number in (*each.rungs, *each.lines)]
-            if self._power_of.get(routine) != now:
-                self._power_of[routine] = now
-                for key, value in each.power(truths).items():
-                    yield f"power\n{key}", value
-
-    def _due(self, forces: Mapping[Any, object]) -> Iterable[str]:
-        changed = self._changed()
-        if forces != self._forces:
-            self._forces = dict(forces)
-            return self._names
-        return dict.fromkeys(
-            [*self._always, *(name for place in changed for name in self._names_at.get(place, ()))]
-        )
-
-    def _changed(self) -> list[tuple[str, int | None]]:
-        """Return the places that have changed; None = somewhere in a variable."""
-        contents, found = self._contents, list[tuple[str, int | None]]()
-        for ident, cell in self._cells.items():
-            now, before = cell.cell_contents, contents.get(ident, UNSET)
-            if isinstance(now, TagBytes):
-                now = now.saved()
-            elif isinstance(now, memoryview):
-                now = now.tolist()
-            if now == before:
-                continue
-            contents[ident] = now[:] if isinstance(now, list) else now
-            found.append((ident, None))
-            if isinstance(now, list):
-                pairs = zip_longest(now, before if isinstance(before, list) else ())
-                found += [(ident, at) for at, (one, other) in enumerate(pairs) if one != other]
-        return found
-
-
-def _places(where: Place | Group, memory: Memory) -> set[tuple[str, int | None]]:
-    """Return the variables of the program that contain a tag, with its element where only one has it."""
-    leaves = leaves_in(where)
-    if isinstance(where, Place) and not where.can_fault:
-        (leaf,) = leaves
-        spot, at = memory.layout.spot(leaf), where.fixed_index or 0
-        if leaf.ident in memory.cells:
-            return {_element(memory, leaf.ident, at if leaf.dims else None)}
-        return {_element(memory, spot.ident, None if spot.view else spot.at(at))} if spot else {("", None)}
-    if isinstance(where, Place) or any(map(_is_computed, where.indices)):
-        return {("", None)}  # only reading it can tell
-    found: set[tuple[str, int | None]] = set()
-    for leaf in leaves:
-        spot = memory.layout.spot(leaf)
-        found.add((leaf.ident if leaf.ident in memory.cells or not spot else spot.ident, None))
-    return found
-
-
-def _element(memory: Memory, ident: str, at: int | None) -> tuple[str, int | None]:
-    """Return the place of an element; of the whole variable where changes of elements are not told apart."""
-    cell = memory.cells.get(ident)
-    return ident, at if cell and isinstance(cell.cell_contents, list | memoryview) else None
-
-
-def _is_computed(index: object) -> bool:
-    return not isinstance(index, Constant)
 
 
 def take_recorded(

@@ -10,15 +10,18 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...io_images.amci3601.words import is_stepper
+from ...ladder.debug.causes import Causes
 from ...runtime.live.ring import Rows
 from ...runtime.machine.spec import INPUT_NAMES
 from ..history.stretch import Stretch
 from ..monitors.monitor import SPEED_SCANS
 from ..monitors.page import Page
 from ..monitors.picture import mode_of
-from ..monitors.questions import EVENTS_MOST, why
+from ..monitors.questions import EVENTS_MOST
 from ..monitors.trace_monitor import IMPURE, TraceMonitor
-from .changes import ChangeLists, LadderWalk, take_ladder, take_recorded, take_states, take_words
+from ..monitors.why_questions import why
+from .changes import ChangeLists, take_recorded, take_states, take_words
+from .ladder_walk import LadderWalk, take_ladder
 
 WIDTHS = (56, 88, 120)
 """Columns that rungs are drawn for."""
@@ -172,8 +175,8 @@ def _program(monitor: TraceMonitor, lists: ChangeLists, program: Stretch, scans:
             names += drawn[-1].names
         replica = program.past
         assert replica is not None
-        walk = LadderWalk(replica.engine, drawn, dict.fromkeys(names))
-        known = take_ladder(lists, number, replica, walk, range(own[0], own[-1] + 1))
+        walk = LadderWalk(lists, number, replica.engine, drawn, dict.fromkeys(names))
+        known = take_ladder(replica, walk, range(own[0], own[-1] + 1))
     return {
         "first": program.first,
         "known": known,
@@ -191,14 +194,14 @@ def _holes(scans: np.ndarray[Any, Any]) -> list[list[int]]:
 
 def _answers(monitor: TraceMonitor, lists: ChangeLists, scan: int, first: Sequence[str], others: int) -> Json:
     """Return why the tags have their values in a scan, and under "" why the CPU has faulted."""
-    if monitor.subject.programs.at(scan).catalog is None:
-        return {}
     program = monitor.subject.programs.at(scan)
+    if program.past is None:
+        return {}
     changed = lists.last_changes(f"tags\n{program.number}", scan)
     latest = sorted((each for each in changed if changed[each] >= 0), key=lambda each: -changed[each])
-    page, found = Page(), {}
+    page, found, causes = Page(), {}, Causes(program.past)
     page.program, page.past = program, scan
     for tag in ["", *dict.fromkeys((*first, *latest[:others]))][: MOST_ANSWERS + 1]:
         with suppress(ValueError):  # there is no fault; or a value of no tag
-            found[tag] = why(monitor, page, {"tag": tag} if tag else {"fault": True})
+            found[tag] = why(monitor, page, {"tag": tag} if tag else {"fault": True}, causes)
     return {tag: answer for tag, answer in found.items() if answer}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from functools import partial
@@ -17,10 +16,9 @@ from ...terminal.terminal import say
 from ...terminal.trace_options import itself, tell_notes
 from ...traces.files.guard import check_output
 from ...traces.files.newfile import new_file
-from ...traces.read.reader import Trace, open_trace
-from ..monitors.trace_monitor import TraceMonitor
+from ...traces.read.reader import Trace
 from ..panels.kept_panel import KeptPanel
-from ..recorded_session import OpenedRecording, TracePlace
+from ..recorded_session import open_to_read
 from .collecting import OTHER_ANSWERS, SharedStretch, collect
 from .failure import Failure
 from .page_file import SHARED_PAGE, page_of
@@ -33,7 +31,7 @@ BEFORE, AFTER = 20_000, 2_000
 
 
 class ShareOptions(NamedTuple):
-    """Scans shown on a page; at most one of scan and time."""
+    """What a page shows; at most one of scan and time."""
 
     scan: int | None = None  # None = the last one
     time_ns: int | None = None
@@ -43,6 +41,12 @@ class ShareOptions(NamedTuple):
     most: int = WHOLE_SCANS  # a longer recording is cut
     others: int = OTHER_ANSWERS  # tags whose why is answered unasked
     latest: bool = False  # the last one in place of a scan that is not written yet
+    recording: bool = False  # put the trace inside, too
+    trust: bool = False  # Python that came with the trace may run
+    tags: Sequence[str] = ()  # whose why is answered in the page
+    failure: Failure | None = None  # of the test that has recorded it; the page opens on it
+    told: Callable[[Trace], None] | None = None  # tells the notes of the trace, also if it is refused
+    rack: str = ""  # address of the rack that runs, whose panel is shown as it is now; "" = the recording's
 
     def within(self, first: int, last: int, period_ns: int) -> SharedStretch:
         """Return the scans of a recording; ValueError if it lacks the wanted one."""
@@ -58,82 +62,37 @@ class ShareOptions(NamedTuple):
         return SharedStretch(max(first, scan - self.before), min(last, scan + self.after), scan)
 
 
-def share(
-    trace: Path,
-    out: Path,
-    wish: ShareOptions,
-    *,
-    recording: bool = False,
-    trust: bool = False,
-    tags: Sequence[str] = (),
-    failure: Failure | None = None,
-    told: Callable[[Trace], None] | None = None,
-) -> Any:
+def share(trace: Path, out: Path, wish: ShareOptions) -> Any:
     """Write the page of a recording; return its data.
-
-    Args:
-        recording: put the trace inside, too.
-        tags: whose why is answered in it.
-        failure: of the test that has recorded it; the page opens on it.
-        told: tells the notes of the trace, also if it is refused.
 
     Raises:
         ValueError: the recording or the output can't be used, or the page would be too large.
         OSError: a file can't be read or written.
     """
     check_output(out, SHARED_PAGE, itself(trace))
-    data, page = shared(trace, wish, recording=recording, trust=trust, tags=tags, failure=failure, told=told)
+    data, page = shared(trace, wish)
     with new_file(out, SHARED_PAGE, "wb", used=itself(trace)) as file:
         file.write(page)
     return data
 
 
-def shared(
-    trace: Path,
-    wish: ShareOptions,
-    *,
-    recording: bool = False,
-    trust: bool = False,
-    tags: Sequence[str] = (),
-    failure: Failure | None = None,
-    told: Callable[[Trace], None] | None = None,
-    rack: str = "",
-) -> tuple[Any, bytes]:
-    """Return the data of a recording's page, and the page; see `share`.
-
-    Args:
-        rack: the address of the rack that runs, whose panel is shown as it is now; "" = the recording's.
-    """
+def shared(trace: Path, wish: ShareOptions) -> tuple[Any, bytes]:
+    """Return the data of a recording's page, and the page; see `share`."""
     with ExitStack() as stack:
-        monitor = _opened(stack, trace, trust=trust, told=told)
-        if rack:
-            monitor.panel = KeptPanel(rack)
+        monitor = open_to_read(stack, trace, trust=wish.trust, told=wish.told)
+        if wish.rack:
+            monitor.panel = KeptPanel(wish.rack)
         extent = monitor.subject.timeline.extent
         if extent is None:
             raise ValueError(f"{trace}: no scan in it" + (" yet" if wish.latest else ""))
         wanted = wish.within(*extent, monitor.subject.spec.scan_ns)
-        failed = None
+        failed, failure = None, wish.failure
         if failure is not None:
-            passed = None if failure.passed is None else _opened(stack, failure.passed, trust=trust)
+            earlier = failure.passed
+            passed = None if earlier is None else open_to_read(stack, earlier, trust=wish.trust)
             failed = partial(failure.described, wanted, passed)
-        data = collect(monitor, wanted, tags, wish.others, failed)
-    return data, page_of(data, trace.read_bytes() if recording else None)
-
-
-def _opened(
-    stack: ExitStack, trace: Path, *, trust: bool, told: Callable[[Trace], None] | None = None
-) -> TraceMonitor:
-    """Open a recording as long as the stack lasts."""
-    opened = stack.enter_context(open_trace(trace))
-    folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack"))
-    if told is not None:
-        stack.callback(told, opened)
-    place = TracePlace(trace, None, "")
-    return OpenedRecording(opened, place, Path(folder), trust=trust).monitor(_no_branch)
-
-
-def _no_branch(*_: object, **_more: object) -> None:
-    raise ValueError("a shared page has no branches")
+        data = collect(monitor, wanted, wish.tags, wish.others, failed)
+    return data, page_of(data, trace.read_bytes() if wish.recording else None)
 
 
 def disclosed(data: Any, *, recording: bool) -> list[str]:
@@ -198,9 +157,11 @@ def _share_command(
     with reported_mistakes():
         scan = int(at) if at is not None and at.strip().isdecimal() else None
         time_ns = None if at is None or scan is not None else parse_time(at)
-        wish = ShareOptions(scan, time_ns, before, after, whole)
+        wish = ShareOptions(
+            scan, time_ns, before, after, whole, recording=recording, trust=trust, told=tell_notes
+        )
         target = trace.with_suffix(".html") if out is None else out
-        data = share(trace, target, wish, recording=recording, trust=trust, told=tell_notes)
+        data = share(trace, target, wish)
         say(f"{target}: {target.stat().st_size:,} bytes, scan {data['scan']:,} is shown first")
         for line in disclosed(data, recording=recording):
             say(line)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..monitors.picture import WORDS_PER_IMAGE
+from ...io_images.image import WORDS
 from ..monitors.trace_monitor import TraceMonitor
 from .changes import ChangeLists
 from .collecting import SharedStretch, gathered
@@ -68,7 +68,7 @@ def _named(keys: Iterable[str]) -> Json:
         elif part == "power":
             rungs.append(rest[-1])
         elif part == "words":
-            others.append(f"slot {rest[0]} {'inputs' if int(rest[1]) < WORDS_PER_IMAGE else 'outputs'}")
+            others.append(f"slot {rest[0]} {'inputs' if int(rest[1]) < WORDS else 'outputs'}")
         else:
             others.append({"mode": "mode", "forced": "forces"}[part])
     lists = {"tags": tags, "rungs": rungs, "others": others}

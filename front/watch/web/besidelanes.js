@@ -7,7 +7,7 @@ import { run } from "./state.js";
 let beside = null, asking = false;
 const followers = [];
 
-// Calls a function when there are other lanes, or none any more.
+// Calls a function when there are other lanes, or no longer any.
 export const onBeside = follow => { followers.push(follow); };
 
 const tell = () => { for (const each of followers) each(); };

@@ -134,6 +134,9 @@ function subject() {
   return asked ?? failed ?? (quiet ? null : late);
 }
 
+// A cause in the line: when it was stands beside the line, the slot and input are those of its name.
+const short = text => text.replace(/ \((?:[\d.e+-]+ s, )?(?:slot \d+ input \S+: )?(.*)\)$/s, ": $1");
+
 function paint() {
   const shown = subject();
   setFlag(causeLine, "hidden", !shown);
@@ -144,7 +147,7 @@ function paint() {
   setText(sign, failure || shown === late ? "!" : "?");
   setText(number, String(numbered.length ? claim.number : ""));
   setText(what, shown.what);
-  setText(first, open && (numbered.length || shown === late) ? "" : cause && cause.link !== 0 ? cause.text : shown.cause ?? "");
+  setText(first, open && (numbered.length || shown === late) ? "" : cause && cause.link !== 0 ? short(cause.text) : shown.cause ?? "");
   line.title = `${shown.what}\n${first.textContent}`.trim();
   setAttribute(line, "aria-expanded", String(open));
   setFlag(when, "hidden", shown === late);

@@ -16,7 +16,7 @@ export function chainOf(links = []) {
 
 export const clearChain = () => takeCauses();
 
-// The items of what is behind a link; one behind the other while there is one only, else in a list of their own.
+// The items of what is behind a link; one behind the other while there is one only, else in their own list.
 function behind(links, number, seen) {
   return links[number].causes.flatMap((group, place) => group.map((cause, option) => {
     const word = option ? "or" : place ? "and" : "", again = seen.has(cause);

@@ -11,7 +11,7 @@ const LETTER = 6.7; // CSS pixels of a letter in a lane
 // How high a lane of a tag is: numbers are curves.
 export const highOf = points => (points.some(each => each.length === 4) ? NUMBER : LANE);
 
-// Lines of time behind the lanes, and their times on a pen of its own, which stays in view.
+// Lines of time behind the lanes, and their times on its own pen, which stays in view.
 export function grid(to, times, x, left, from, end, high) {
   const wide = end - from, most = Math.max((x(end) - x(from)) / 90, 2);
   const power = 10 ** Math.floor(Math.log10(wide / most)), step = [1, 2, 5, 10].map(each => each * power).find(each => wide / each <= most);
@@ -48,14 +48,14 @@ export function curve(to, points, range, period, name, x, top, left, tall, colou
 
 // Causes as lines with their numbers; those of one place stand side by side.
 export function numbered(to, causes, x, high) {
-  let right = 0;
+  const wide = 2 * ROUND + 1, places = [];
+  for (const { t } of causes) places.push(Math.max(x(t), (places.at(-1) ?? -wide) + wide));
+  places.reduceRight((most, place, at) => (places[at] = Math.min(place, most)) - wide, to.wide - ROUND); // within the strip
   for (const { t } of causes) to.line(x(t), TOP, x(t), high, colours.mark, 0.75);
-  for (const { t, number } of causes) {
-    const place = Math.max(x(t), right + ROUND + 1);
-    to.disc(place, ROUND, ROUND, colours.mark);
-    to.text(String(number), place, ROUND + 4, colours.panel, "center");
-    right = place + ROUND;
-  }
+  causes.forEach(({ number }, at) => {
+    to.disc(places[at], ROUND, ROUND, colours.mark);
+    to.text(String(number), places[at], ROUND + 4, colours.panel, "center");
+  });
 }
 
 // Draws the ends of a scale; returns the place of a value.

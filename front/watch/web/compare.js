@@ -1,6 +1,6 @@
 // Compare with: another recording in the same scan. The band says what differs, and rungs that differ are marked.
 
-import { at, button, el, setAttribute, setFlag, setText } from "./dom.js";
+import { at, button, dialogOf, el, setAttribute, setFlag, setText } from "./dom.js";
 import { count, shown } from "./format.js";
 import { tell } from "./notice.js";
 import { beginBeside, endBeside } from "./besidelanes.js";
@@ -10,24 +10,17 @@ import { onHello, onPaint, run } from "./state.js";
 
 const MOST = 16, SEARCHES = 64; // tags in the band; questions for one difference
 
-const dialog = el("dialog", { "aria-label": "Recordings to compare with" });
+const dialog = dialogOf("Compare with", "Close the list");
 const title = el("strong", {}), summary = el("span", {}), list = el("ul", { "aria-label": "Tags that differ" });
 
 let name = null;
 
-export function compareButton() {
-  if (!dialog.isConnected) document.body.append(dialog);
-  return button("Compare with a recording", choose, { text: "Compare", title: "Compare with a branch or another recording in the folder", hidden: Boolean(run.hello.shared) });
-}
+export const compareButton = () => button("Compare with a recording", choose, { text: "Compare", title: "Compare with a branch or another recording in the folder", hidden: Boolean(run.hello.shared) });
 
 async function choose() {
   try {
     const { recordings } = await ask("recordings");
-    dialog.replaceChildren(
-      el("h2", {}, "Compare with"),
-      recordings.length ? el("ul", { class: "choices" }, ...recordings.map(each => el("li", {}, button(`Compare with ${each}`, () => compare(each), { text: each })))) : el("p", {}, "There is no other recording in the folder."),
-      el("form", { method: "dialog" }, el("button", { "aria-label": "Close the list" }, "Close")));
-    dialog.showModal();
+    dialog.open(recordings.length ? el("ul", { class: "choices" }, ...recordings.map(each => el("li", {}, button(`Compare with ${each}`, () => compare(each), { text: each })))) : el("p", {}, "There is no other recording in the folder."));
   } catch (refused) {
     tell(refused.message);
   }
@@ -40,7 +33,7 @@ export async function compareWith(other) {
 }
 
 async function compare(other) {
-  dialog.close();
+  dialog.node.close();
   run.other = null;
   try {
     name = (await ask("compare", { with: other })).with;

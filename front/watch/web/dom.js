@@ -40,10 +40,30 @@ export function button(name, press, { text = name, title = name, ...more } = {})
   return el("button", { type: "button", "aria-label": name, title, click: press, ...more }, text);
 }
 
+// A dialog with its own heading; open(parts) shows it with them, and with a button that closes it.
+export function dialogOf(name, closes) {
+  const node = el("dialog", { "aria-label": name });
+  document.body.append(node);
+  return { node, open(...parts) {
+    node.replaceChildren(el("h2", {}, name), ...parts, el("form", { method: "dialog" }, el("button", { "aria-label": closes }, "Close")));
+    node.showModal();
+  } };
+}
+
+// Goes from one of some tabs or choices to the one that an arrow key means, by key, and clicks it.
+export function goTo(event, all, moves) {
+  const move = moves[event.key];
+  if (!move) return;
+  event.preventDefault();
+  const next = all[(all.indexOf(event.target) + move + all.length) % all.length];
+  next.focus();
+  next.click();
+}
+
 // The drawing in a text of SVG that the server has drawn.
 export function drawing(text) {
   const read = new DOMParser().parseFromString(text, "image/svg+xml");
   return document.importNode(read.documentElement, true);
 }
 
-export const heading = (text, ...beside) => el("h2", {}, el("span", {}, text), ...beside);
+export const heading = (text, ...beside) => el("h2", { "aria-label": text }, el("span", {}, text), ...beside);

@@ -5,44 +5,48 @@ import { el, setText } from "./dom.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { ask } from "./source.js";
+import { onHello } from "./state.js";
 
 const WOULD_MS = 700; // a draft is tried on the last scans when nothing has been changed for so long
 
-// `base` is the program that is edited; `changed` says that the draft is not the one that was accepted.
-export const draft = { rungs: new Map(), tags: [], base: "", stage: "", changed: true, right: false, unsaved: false, words: null, checked: new Map(), missing: [], mistakes: [] };
+const NOTHING = { stage: "", base: "", unsaved: false, edit: "", of: "", by: "", rungs: [], tags: [] };
+
+// `base` is the program that is edited; `own` says that the draft is this page's, not the accepted one of another.
+export const draft = { rungs: new Map(), tags: [], base: "", own: false, right: false, words: null, checked: new Map(), missing: [], mistakes: [] };
+// What the session has told last: the stage, the program that runs, and the edit that is accepted, of which program and by whom.
+export const session = { ...NOTHING };
 export const verdict = el("p", { class: "verdict", role: "status" });
 export const would = el("div", { class: "would", "aria-live": "polite" });
-const watchers = [];
-let done = [], undone = [], asked = 0, timer = 0, extra = null, columns = 88;
+const watchers = [], ours = new Set(); // edits that were accepted here
+let done = [], undone = [], asked = 0, timer = 0, extra = null, columns = 88, ordering = 0;
 
 export const onDraft = visit => { watchers.push(visit); };
 const changed = () => { for (const each of watchers) each(); };
 
 export const keyOf = (routine, rung) => `${routine}\n${rung}`;
 const rungsOf = map => [...map].map(([key, texts]) => { const [routine, rung] = key.split("\n"); return [routine, Number(rung), texts]; });
-export const isLocked = () => draft.stage === "testing";
+const mapOf = rungs => new Map(rungs.map(([routine, rung, texts]) => [keyOf(routine, rung), [...texts]]));
+const fields = () => ({ base: draft.base, rungs: rungsOf(draft.rungs), tags: draft.tags });
+export const isLocked = () => session.stage === "testing";
+export const isAccepted = () => session.edit !== "" && JSON.stringify([rungsOf(draft.rungs), draft.tags]) === JSON.stringify([session.rungs, session.tags]);
 export const canUndo = () => done.length > 0;
 export const canRedo = () => undone.length > 0;
 
 // Begins to edit; throws why the program's rungs are not edited.
 export async function begin() {
   draft.words = await ask("words");
-  if (!isLocked()) draft.base = draft.words.base;
+  session.base ||= draft.words.base;
+  if (!draft.own) follow();
   check();
 }
 
-export function end() {
-  asked++;
-  clearTimeout(timer);
-  clear();
-  done = [];
-  undone = [];
-  would.replaceChildren();
+const kept = () => structuredClone({ rungs: draft.rungs, tags: draft.tags, base: draft.base });
+
+// Shows what is accepted, if anything is, in place of a draft.
+function follow() {
+  const { rungs, tags, of } = ["accepted", "testing"].includes(session.stage) ? session : { ...NOTHING, of: session.base };
+  Object.assign(draft, { rungs: mapOf(rungs), tags: [...tags], base: of, own: false });
 }
-
-const clear = () => Object.assign(draft, { rungs: new Map(), tags: [], checked: new Map(), missing: [], changed: true });
-
-const kept = () => ({ rungs: structuredClone(draft.rungs), tags: structuredClone(draft.tags) });
 
 // Changes the draft; `make` gets a map of texts by key, and may change it.
 export function change(make, { tags = draft.tags } = {}) {
@@ -50,18 +54,18 @@ export function change(make, { tags = draft.tags } = {}) {
   const before = kept(), rungs = structuredClone(draft.rungs);
   make(rungs);
   const text = [...rungs.values()].flat().join(" ");
-  Object.assign(draft, { rungs, tags: tags.filter(([name]) => new RegExp(`(?<!\\w)${name}(?!\\w)`, "i").test(text)) });
+  Object.assign(draft, { rungs, own: true, tags: tags.filter(([name]) => new RegExp(`(?<!\\w)${name}(?!\\w)`, "i").test(text)) });
   const after = kept();
   remember({ undo: () => restore(before), redo: () => restore(after) });
-  recheck();
+  check();
 }
 
 function restore(state) {
-  Object.assign(draft, structuredClone(state));
-  return recheck();
+  Object.assign(draft, structuredClone(state), { own: true });
+  return check();
 }
 
-export function remember(entry) {
+function remember(entry) {
   done.push(entry);
   undone = [];
 }
@@ -78,11 +82,6 @@ export async function redo() {
   changed();
 }
 
-function recheck() {
-  draft.changed = true;
-  return check();
-}
-
 // Also asks for the places of a rung that has not been changed.
 export function look(key, text) {
   extra = !key || draft.rungs.has(key) ? null : [key, [text]];
@@ -91,18 +90,20 @@ export function look(key, text) {
 
 export const setColumns = now => { columns = now; };
 
-// Says at once that the old verdict is none of the changed draft.
+// Says at once that the old verdict is none of the changed draft. One of an earlier program is moved to the one that runs.
 async function check() {
   const mine = ++asked;
   clearTimeout(timer);
   would.replaceChildren();
+  if (isLocked()) { said(draft); return changed(); }
+  if (draft.base !== session.base && !await rebase(mine)) return;
   if (draft.rungs.size) say("busy", "It is being checked.");
   changed();
   const rungs = rungsOf(extra && !draft.rungs.has(extra[0]) ? new Map([...draft.rungs, extra]) : draft.rungs);
   if (!rungs.length) { draft.checked = new Map(); said({ mistakes: [], missing: [], right: false }); return changed(); }
   let answer;
   try {
-    answer = await ask("rungs", { base: draft.base, rungs, tags: draft.tags, columns });
+    answer = await ask("rungs", { ...fields(), rungs, columns });
   } catch (refused) {
     if (mine === asked) say("mistake", refused.message);
     return;
@@ -119,6 +120,22 @@ async function check() {
   if (answer.right && draft.rungs.size) timer = setTimeout(tryOn, WOULD_MS);
 }
 
+async function rebase(mine) {
+  let told = "Another program runs now", moved = { rungs: [], tags: [], base: session.base };
+  try {
+    if (draft.rungs.size) moved = await ask("rebase", fields());
+    told += moved.rungs.length ? ": your edit is kept." : " that has your edit already.";
+    if (moved.conflicts) told += ` ${moved.conflicts === 1 ? "One of its rungs was" : `${moved.conflicts} of its rungs were`} changed there, too.`;
+  } catch (refused) {
+    if (refused.lost) return false; // the next hello checks it
+    told += `, and your edit is dropped: ${refused.message}.`;
+  }
+  if (mine !== asked) return false;
+  if (draft.rungs.size) tell(told, "told");
+  Object.assign(draft, { rungs: mapOf(moved.rungs), tags: moved.tags, base: moved.base });
+  return true;
+}
+
 function take({ rungs }) {
   const counts = new Map();
   draft.checked = new Map();
@@ -131,6 +148,9 @@ function take({ rungs }) {
   }
 }
 
+// What was typed while the connection was lost, or asked before that, has no answer yet.
+onHello(() => { if (draft.words) check(); });
+
 // Declares a missing tag whose type its use does not decide.
 export function declare(name, type, program) {
   change(() => {}, { tags: [...draft.tags, [name, type, program]] });
@@ -139,18 +159,19 @@ export function declare(name, type, program) {
 function said({ mistakes, missing, right }) {
   Object.assign(draft, { right, mistakes, missing });
   const counted = [...draft.checked.values()].reduce((sum, each) => sum + each.mistakes.length, mistakes.length);
-  const count = draft.rungs.size, edited = `${count} ${count === 1 ? "place" : "places"} edited`;
-  const shown = count && draft.changed && !isLocked() ? null : STAGES[draft.stage];
-  if (shown) return say("good", shown);
+  const count = draft.rungs.size, edited = `${count} ${count === 1 ? "place" : "places"} edited`, { stage, by } = session;
+  const isShown = isLocked() || !count || isAccepted();
+  const whose = !by || ours.has(session.edit) ? "" : draft.own && count ? ` The edit of ${by} is ${STAGES[stage][0]}, not this one.` : ` It is the edit of ${by}.`;
+  if (stage && isShown) return say("good", STAGES[stage][1] + whose);
   if (!count) return say("", "Nothing is edited: click into a rung, or type where the caret is.");
-  if (missing.length && missing.every(each => each.types.length > 1)) return say("mistake", `${edited}: choose the type of ${missing.map(each => each.name).join(", ")}.`);
-  say(right ? "good" : "mistake", right ? `${edited}, no mistake.` : `${edited}, ${counted === 1 ? "a mistake" : `${counted} mistakes`}.`);
+  if (missing.length && missing.every(each => each.types.length > 1)) return say("mistake", `${edited}: choose the type of ${missing.map(each => each.name).join(", ")}.${whose}`);
+  say(right ? "good" : "mistake", `${edited}, ${right ? "no mistake" : counted === 1 ? "a mistake" : `${counted} mistakes`}.${whose}`);
 }
 
 const STAGES = {
-  accepted: "Accepted: it is loaded, and the old rungs run.",
-  testing: "Tested: the edited rungs run.",
-  assembled: "Assembled: the edit is the program.",
+  accepted: ["accepted", "Accepted: it is loaded, and the old rungs run."],
+  testing: ["in test", "Tested: the edited rungs run."],
+  assembled: ["assembled", "Assembled: the edit is the program."],
 };
 
 function say(kind, text) {
@@ -163,7 +184,7 @@ async function tryOn() {
   would.replaceChildren(el("p", { class: "busy", role: "status" }, "Tried on the scans of the last 10 s …"));
   let answer;
   try {
-    answer = await ask("would", { base: draft.base, rungs: rungsOf(draft.rungs), tags: draft.tags });
+    answer = await ask("would", fields());
   } catch (refused) {
     answer = { refused: refused.message };
   }
@@ -175,53 +196,50 @@ async function tryOn() {
     more ? el("p", { class: "soft" }, `and ${more} further tags`) : "");
 }
 
-// A step of the edit: false if it was refused.
-async function order(step, fields = {}) {
-  const state = await orders.order("online", { step, ...fields });
-  if (!state) return false;
-  heard(state);
-  return true;
+const OPPOSITE = { accept: "cancel", test: "untest", untest: "test", assemble: "reopen" };
+
+// Takes a step with the edit that is accepted; false if it was refused.
+async function order(step, edit = session.edit) {
+  ordering += 1;
+  const state = await orders.order("online", { step, ...(step === "accept" ? fields() : { base: step === "save" ? session.base : edit }) });
+  ordering -= 1;
+  if (state) heard(state);
+  return Boolean(state);
 }
 
-const OPPOSITE = { test: "untest", untest: "test", assemble: "reopen" };
+// Drops the draft, or the accepted edit if that is shown or in test.
+async function cancel() {
+  const isShown = isAccepted(), isInTest = isLocked();
+  if ((isShown || isInTest) && !await order("cancel")) return false;
+  if (isShown || !isInTest) follow();
+  return check();
+}
 
 export async function step(name) {
-  if (name === "accept") {
-    const fields = { base: draft.base, rungs: rungsOf(draft.rungs), tags: draft.tags }, accept = async () => {
-      const taken = await order("accept", fields);
-      draft.changed = !taken || JSON.stringify([rungsOf(draft.rungs), draft.tags]) !== JSON.stringify([fields.rungs, fields.tags]); // typed on meanwhile
-      if (taken) heard(draft);
-      return taken;
-    };
-    if (await accept()) remember({ undo: recheck, redo: accept });
-  } else if (name === "cancel") {
-    const before = kept(), drop = async () => {
-      if (["accepted", "testing"].includes(draft.stage) && !await order("cancel")) return false;
-      clear();
-      return check();
-    };
-    if (await drop() !== false) remember({ undo: () => restore(before), redo: drop });
+  if (name === "cancel") {
+    const before = kept();
+    if (await cancel() !== false) remember({ undo: () => restore(before), redo: cancel });
   } else {
-    const before = kept(), back = async () => {
-      if (name === "assemble") Object.assign(draft, structuredClone(before), { changed: false });
-      return order(OPPOSITE[name]);
-    };
-    if (await order(name)) {
-      if (OPPOSITE[name]) remember({ undo: back, redo: () => order(name) });
-      else { done = []; undone = []; } // saved: its changes are the program, and can't be taken back
-    }
+    const { own } = draft;
+    if (!await order(name)) return changed();
+    if (name === "accept") ours.add(session.edit);
+    const { edit } = session, back = async () => { const taken = await order(OPPOSITE[name], edit); draft.own ||= taken && own; return taken; };
+    if (OPPOSITE[name]) remember({ undo: back, redo: () => order(name) });
+    else { done = []; undone = []; } // saved: its changes are the program, and can't be taken back
   }
   changed();
 }
 
-// The state that the session tells all pages.
-export function heard({ stage, base, unsaved }) {
-  const elsewhere = draft.base && base !== draft.base && (stage === "" || (stage === "assembled" && draft.changed));
-  if (elsewhere && draft.rungs.size) tell("Another program runs now: the edit of the one before is dropped.");
-  if (elsewhere) end();
-  else if (stage === "assembled" && draft.stage !== stage) clear();
-  if (stage !== "testing") draft.base = base;
-  Object.assign(draft, { stage, unsaved });
+// The state that the session tells all pages. What is typed here stays, whatever other pages do.
+export function heard(now) {
+  const was = { ...session }, before = JSON.stringify(fields()), wasMine = draft.own && isAccepted();
+  const isGone = was.edit && !now.edit && ![was.of, was.edit].includes(now.base); // another program runs in its place
+  Object.assign(session, NOTHING, now);
+  if (wasMine && !ordering && now.edit && now.edit !== was.edit) tell(`The edit of ${now.by} is accepted in place of yours, which is kept here.`, "told");
+  if (wasMine && !ordering && !now.edit && !isGone) tell("Another page has cancelled the accepted edit, which is kept here.", "told");
+  if (isGone && !draft.own) Object.assign(draft, { rungs: mapOf(was.rungs), tags: was.tags, base: was.of, own: true });
+  else if (!draft.own || !draft.rungs.size || (now.stage === "assembled" && isAccepted())) follow();
+  if (draft.words && (before !== JSON.stringify(fields()) || draft.base !== now.base || was.stage === "testing")) return check();
   said(draft);
   changed();
 }

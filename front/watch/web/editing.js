@@ -1,5 +1,5 @@
 // Edits of the program: rungs in their picture, a text that is typed here, or a saved file that waits. Each is shown
-// before it is taken over: what differs, its mistakes at their lines, what begins anew.
+// before it is taken over: what differs, its mistakes at their lines, what restarts.
 
 import { completing, matching } from "./completing.js";
 import { button, el, setFlag, setText } from "./dom.js";
@@ -19,12 +19,12 @@ export const editButton = button("Edit", open, { title: "Edit the program", hidd
 // --- rungs in their picture
 
 const STEPS = { // of an edit: what it does, and when it can be taken
-  accept: ["Check the edit and load it beside the running program", ({ right, changed, stage, rungs }) => right && changed && rungs.size > 0 && stage !== "testing"],
-  test: ["Run the edited rungs", ({ stage, changed, rungs }) => stage === "accepted" && !(changed && rungs.size)],
-  untest: ["Run the old rungs again", ({ stage }) => stage === "testing"],
-  assemble: ["Make the edit the program", ({ stage, changed, rungs }) => stage === "testing" || (stage === "accepted" && !(changed && rungs.size))],
-  cancel: ["Drop the edit", ({ stage, rungs }) => rungs.size > 0 || stage === "accepted" || stage === "testing"],
-  save: ["Write the program's file; the old one is kept", ({ stage, unsaved }) => unsaved && (stage === "" || stage === "assembled")],
+  accept: ["Check the edit and load it beside the running program", ({ right, rungs }, { stage }) => right && rungs.size > 0 && !draft.isAccepted() && stage !== "testing"],
+  test: ["Run the edited rungs", (_, { stage }) => stage === "accepted" && draft.isAccepted()],
+  untest: ["Run the old rungs again", (_, { stage }) => stage === "testing"],
+  assemble: ["Make the edit the program", (_, { stage }) => stage === "testing" || (stage === "accepted" && draft.isAccepted())],
+  cancel: ["Drop the edit", ({ rungs }, { stage }) => rungs.size > 0 || stage === "accepted" || stage === "testing"],
+  save: ["Write the program's file; the old one is kept", (_, { stage, unsaved }) => unsaved && (stage === "" || stage === "assembled")],
 };
 const named = name => name[0].toUpperCase() + name.slice(1);
 const stepButtons = new Map(Object.entries(STEPS).map(([name, [title]]) => [name, button(`${named(name)} edits`, () => draft.step(name), { text: named(name), title })]));
@@ -39,12 +39,12 @@ const bar = el("div", { class: "editing rungbar", role: "group", "aria-label": "
   draft.verdict, others, draft.would, hint);
 
 draft.onDraft(() => {
-  for (const [name, node] of stepButtons) node.disabled = !STEPS[name][1](draft.draft);
+  for (const [name, node] of stepButtons) node.disabled = !STEPS[name][1](draft.draft, draft.session);
   undoButton.disabled = !draft.canUndo();
   redoButton.disabled = !draft.canRedo();
-  setFlag(hint, "hidden", draft.draft.rungs.size > 0 || draft.draft.stage !== "");
+  setFlag(hint, "hidden", draft.draft.rungs.size > 0 || draft.session.stage !== "");
   others.replaceChildren(...draft.draft.mistakes.map(each => el("p", { class: "note", "data-kind": "mistake" }, each)));
-  if (draft.draft.stage && bar.hidden && orders.allowed() && panel.hidden) resume();
+  if (draft.session.stage && bar.hidden && orders.allowed() && panel.hidden) resume();
 });
 
 // An edit that another page, or this one before it was loaded again, has accepted.
@@ -73,10 +73,14 @@ function close() {
 // Rungs are edited in their picture, any other routine as text.
 async function open() {
   const { routines } = run.hello, name = document.querySelector("#program [data-routine][aria-selected='true']")?.dataset.routine;
-  if ((routines.find(each => each.name === name) ?? routines[0]).kind !== "ladder" || !await draft.begin().then(() => true, refused => refused.message.includes("edited in their picture") || refused.message.includes("no rungs") ? false : tell(refused.message))) return openText();
+  if ((routines.find(each => each.name === name) ?? routines[0]).kind !== "ladder") return openText();
+  const refused = await draft.begin().then(() => null, error => error.message);
+  if (refused) return openText(sentence(refused));
   showBar(true);
   begin(selected.rung);
 }
+
+const sentence = said => `${said[0].toUpperCase()}${said.slice(1)}.`;
 
 // --- text
 
@@ -102,10 +106,11 @@ onProgram(hello => {
   setFlag(editButton, "hidden", !orders.allowed() || !names.length);
 });
 
-async function openText() {
+async function openText(why = "") {
   const source = await orders.order("source");
   if (!source) return;
-  if (source.lacks) return tell(`${source.lacks[0].toUpperCase()}${source.lacks.slice(1)}. Or save the file: it is taken over at once.`);
+  if (why) tell(why, "told");
+  if (source.lacks) return tell(`${why} ${sentence(source.lacks)} Or save the file: it is taken over at once.`.trim());
   base = source.base;
   field.value = source.text;
   field.rows = Math.min(ROWS, source.text.split("\n").length + 1);
@@ -171,7 +176,7 @@ function offered(before) {
   return { from: rest.length, found: matching(word, (run.hello.tags ?? []).map(each => ({ text: each.name.replace(/^\\[^.]+\./, ""), says: each.type }))) };
 }
 
-// Tab goes on to the next control; Escape leaves the field, not the edit.
+// Tab continues to the next control; Escape leaves the field, not the edit.
 function keyed(event) {
   event.stopPropagation();
   if (words.keyed(event)) return;
@@ -223,7 +228,7 @@ function show(preview) {
     ...notes.filter(note => !rows.some(row => isAt(note, row))).map(noteOf),
     rows.length ? el("ol", { class: "diff", tabindex: "0", "aria-label": "Differences" }, ...rows.flatMap(row => [rowOf(row), ...notes.filter(note => isAt(note, row)).map(noteOf)])) : "",
     more ? el("p", { class: "soft" }, `${more} further lines differ`) : "",
-    keeps ? el("p", { class: "keeps" }, `${keeps[0].toUpperCase()}${keeps.slice(1)}.`) : "",
+    keeps ? el("p", { class: "keeps" }, sentence(keeps)) : "",
     groupsOf(groups));
 }
 

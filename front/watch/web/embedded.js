@@ -51,14 +51,14 @@ const timeOf = scan => scan * data.hello.period_ns + (valueAt("offset", scan) ??
 const wordsAt = (slot, scan) => Array.from({ length: 16 }, (_, place) => valueAt(`words\n${slot}\n${place}`, scan) ?? 0);
 const programAt = scan => data.programs.findLastIndex(each => each.first <= scan);
 const pair = (words, place) => words[place] * 1000 + words[place + 1];
-const valuesOf = words => ({ position: pair(words, 2), encoder: pair(words, 4), captured: pair(words, 6), target: pair(words, 10), speed: pair(words, 12), acceleration: words[14], deceleration: words[15] });
+const valuesOf = (slot, words) => Object.fromEntries(slot.values.map(({ name, words: [first, ...rest] }) => [name, rest.length ? pair(words, first) : words[first]]));
 
-function machineOf(slot, words, scan) {
+function machineOf(slot, words, values, scan) {
   const says = words[0] >= 0, then = Math.max(data.lead, scan - BACK), before = wordsAt(slot, then), wide = timeOf(scan) - timeOf(then);
   const spoken = says && before[0] >= 0 && wide > 0 && data.steppers.includes(slot);
   return {
-    position: says ? valuesOf(words).position : null, shaft: null, encoder: null,
-    target: says && words[8] >= 0 ? valuesOf(words).target : null,
+    position: says ? values?.position ?? null : null, shaft: null, encoder: null,
+    target: says && words[8] >= 0 ? values?.target ?? null : null,
     speed: spoken ? Math.round((pair(words, 2) - pair(before, 2)) * 1e9 / wide) : null,
     inputs: Object.fromEntries(Object.entries(data.inputs).map(([name, bit]) => [name, says ? Boolean(words[1] & bit) : null])),
   };
@@ -75,10 +75,10 @@ export function picture(scan) {
     const place = placeAt(list.scans, scan);
     if (place >= 0) frame[part][name] = list.values[place];
   }
-  for (const { number: slot } of data.hello.slots) {
-    const words = frame.words[slot] = wordsAt(slot, scan);
-    if (data.steppers.includes(slot)) frame.values[slot] = valuesOf(words);
-    if (data.machines.includes(slot)) frame.machine[slot] = machineOf(slot, words, scan);
+  for (const each of data.hello.slots) {
+    const slot = each.number, words = frame.words[slot] = wordsAt(slot, scan);
+    if (each.values.length) frame.values[slot] = valuesOf(each, words);
+    if (data.machines.includes(slot)) frame.machine[slot] = machineOf(slot, words, frame.values[slot], scan);
   }
   return frame;
 }

@@ -1,24 +1,14 @@
 // Incidents: what may go wrong, by button. The rack says which there are and what each needs.
 
-import { button, el } from "./dom.js";
-import { incident } from "./orders.js";
-import { allowed } from "./orders.js";
+import { button, dialogOf, el } from "./dom.js";
+import { allowed, incident } from "./orders.js";
 import { run } from "./state.js";
 
-const dialog = el("dialog", { "aria-label": "Incidents" });
+const dialog = dialogOf("Incidents", "Close incidents");
 
 export function incidentsButton() {
-  if (!dialog.isConnected) document.body.append(dialog);
   const there = run.hello.incidents ?? [];
-  return button("Incidents", open, { text: "⚡", title: "Incidents: what may go wrong", class: "sign", disabled: !there.length || !allowed() });
-}
-
-function open() {
-  dialog.replaceChildren(
-    el("h2", {}, "Incidents"),
-    ...run.hello.incidents.map(card),
-    el("form", { method: "dialog" }, el("button", { "aria-label": "Close incidents" }, "Close")));
-  dialog.showModal();
+  return button("Incidents", () => dialog.open(...run.hello.incidents.map(card)), { text: "⚡", title: "Incidents: what may go wrong", class: "sign", disabled: !there.length || !allowed() });
 }
 
 function card(kind) {
@@ -26,7 +16,7 @@ function card(kind) {
   const raise = async event => {
     event.preventDefault();
     const fields = Object.fromEntries(inputs.map(({ name, read }) => [name, read()]));
-    if (await incident(kind.name, fields)) dialog.close();
+    if (await incident(kind.name, fields)) dialog.node.close();
   };
   return el("form", { class: "incident", submit: raise },
     el("h3", {}, kind.title ?? kind.name),

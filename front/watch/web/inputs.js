@@ -27,7 +27,7 @@ class Input {
       type: "button", class: "input", "aria-label": `Press ${title || name}`, "aria-pressed": "false", "data-kind": kind,
       title: this.byHand ? "Click: press, or let go. Hold: pressed as long as you hold it." : `Operated by a ${kind}. Click: hold it against the machine, or give it back.`,
       disabled: !orders.allowed(), click: () => this.clicked(), pointerdown: () => this.down(), pointerup: () => this.up(), pointerleave: () => this.up(),
-    }, el("i", { class: "led", "aria-hidden": "true" }), el("span", {}, title || name), el("span", { class: "level" }));
+    }, el("span", {}, title || name), el("span", { class: "level" }));
     if (word === undefined) Object.assign(this.node.dataset, { name: `${slot.number}.input.${name}`, value: "0" });
     else place(this.node, bitName(slot, { name, word, bit }), value => { this.show(value); return null; });
   }

@@ -1,7 +1,7 @@
 // Keys for the whole page; they rest while something is typed or a control has a use for the key.
 
 import { ACTIONS, perform } from "./actions.js";
-import { button, el } from "./dom.js";
+import { button, dialogOf, el } from "./dom.js";
 import { toNext, toPrevious } from "./changes.js";
 import { toDifference } from "./compare.js";
 import { setCursor } from "./cursors.js";
@@ -40,7 +40,7 @@ const ROWS = [
   ["D", () => toDifference(-1), "the previous difference"],
   ["/", () => field.focus(), "find"],
   ["Escape", () => select({}), "select nothing", "Esc"],
-  ["?", () => help.showModal(), "this help"],
+  ["?", () => help(), "this help"],
 ];
 const KEYS = Object.fromEntries(ROWS.map(([key, does]) => [key, does]));
 
@@ -50,15 +50,10 @@ function act(action) {
   if (lack) tell(lack);
 }
 
-const help = el("dialog", { "aria-label": "Keys" },
-  el("h2", {}, "Keys"),
-  el("dl", { class: "keys" }, ...ROWS.flatMap(([key, , says, called = key]) => [el("dt", {}, el("kbd", {}, called)), el("dd", {}, says)])),
-  el("form", { method: "dialog" }, el("button", { "aria-label": "Close help" }, "Close")));
+const dialog = dialogOf("Keys", "Close help");
+const help = () => dialog.open(el("dl", { class: "keys" }, ...ROWS.flatMap(([key, , says, called = key]) => [el("dt", {}, el("kbd", {}, called)), el("dd", {}, says)])));
 
-export function helpButton() {
-  if (!help.isConnected) document.body.append(help);
-  return button("Keys", () => help.showModal(), { text: "?", title: "Keys (?)", class: "sign" });
-}
+export const helpButton = () => button("Keys", help, { text: "?", title: "Keys (?)", class: "sign" });
 
 function isBusy(event) {
   const on = event.target;

@@ -19,7 +19,7 @@ let rungs = new Map(); // Main.3 -> { row, elements, power, stop }
 export function buildRungs(routine, list, open) {
   rungs = new Map();
   openRoutine = open;
-  const sheet = el("ol", { class: list.length > MANY ? "rungs many" : "rungs" }, ...list.map(rung => rowOf(`${routine}.${rung.number}`, rung)));
+  const sheet = el("ol", { class: list.length > MANY ? "rungs many" : "rungs", "aria-label": "Rungs", focusin: describe }, ...list.map(rung => rowOf(`${routine}.${rung.number}`, rung)));
   beginNow(sheet);
   return sheet;
 }
@@ -43,6 +43,13 @@ function rowOf(ident, { number, svg, comment, file, line }) {
 function prepare(group, number) {
   group.setAttribute("role", isCall(group) ? "link" : "button");
   group.setAttribute("tabindex", number === 0 ? "0" : "-1");
+}
+
+// Tells a reader of the screen the values of the instruction with the focus, and whether it passes power.
+function describe({ target }) {
+  const group = target.closest(".instruction");
+  const values = [...group?.querySelectorAll(".value, .now") ?? []].map(each => each.textContent).filter(Boolean);
+  if (group) setAttribute(group, "aria-description", [...values, group.dataset.power === "1" ? "power" : "no power"].join(", "));
 }
 
 const isCall = group => group.dataset.instruction === "JSR";
@@ -81,11 +88,11 @@ export function moveTo(sheet, from, by) {
 }
 
 export function paintRungs({ power, breakpoints, tags }) {
-  paintNow(tags);
   for (const [ident, now] of Object.entries(power ?? {})) {
     const rung = rungs.get(ident);
     if (rung) light(rung, now);
   }
+  paintNow(tags, power);
   if (breakpoints) {
     for (const [ident, { row, stop }] of rungs) paintStop(ident, row, stop, breakpointsAt(ident, breakpoints));
   }

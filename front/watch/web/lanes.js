@@ -8,7 +8,7 @@ const KEPT_NS = 120e9; // how long a lane that grows is kept
 const SETTLED_NS = 50e6; // edges before that are of the power-up and of no interest to begin with
 
 // Puts a piece in the place of what a lane had of its time, [from, to). A piece whose first point is later than its
-// start goes on from what was known before it. What follows the piece stays as it was; if that is nothing, it is unknown.
+// start continues from what was known before it. What follows the piece stays as it was; if that is nothing, it is unknown.
 export function put(list, from, to, items) {
   const next = after(list, to - 1), old = list[after(list, to) - 1];
   const later = list.slice(next);
@@ -30,7 +30,7 @@ export function forgetFar(list, to) {
   if (list.length > MOST) list.splice(MOST, Infinity, [list[MOST][0], null]);
 }
 
-// Joins a piece to the time that is there without a gap, [from, to); else that begins anew.
+// Joins a piece to the time that is there without a gap, [from, to); else that restarts.
 export function join(have, { from, to }) {
   const apart = from > have.to || to < have.from;
   Object.assign(have, apart ? { from, to } : { from: Math.min(have.from, from), to: Math.max(have.to, to) });

@@ -1,10 +1,10 @@
 // Where the parts are: gutters between them, tabs of the lists. This browser keeps both for each rack.
 
-import { at, el, setAttribute, setFlag } from "./dom.js";
+import { at, el, goTo, setAttribute, setFlag } from "./dom.js";
 import { keep, kept } from "./kept.js";
 import { onHello, run } from "./state.js";
 
-const PANELS = { events: "Events", watch: "Watch table", words: "Words and bits", panel: "Operator panel" };
+const PANELS = { events: ["Events"], watch: ["Watch", "Watch table"], words: ["Words", "Words and bits"], panel: ["Panel", "Operator panel"] };
 const LEAST = 20, MOST = 80, STEP = 2; // percent of the page
 
 // What a gutter sets: the percentage at first, keys that add to it, and the percentage at a place of the pointer.
@@ -13,8 +13,8 @@ const GUTTERS = {
   strip: { first: 22, keys: { ArrowUp: STEP, ArrowDown: -STEP }, at: ({ clientY }) => (innerHeight - clientY) / innerHeight },
 };
 
-const tabs = Object.entries(PANELS).map(([id, title]) =>
-  el("button", { type: "button", role: "tab", id: `${id}-tab`, "aria-controls": id, click: () => showPanel(id), keydown: nextTab }, title));
+const tabs = Object.entries(PANELS).map(([id, [title, whole = title]]) =>
+  el("button", { type: "button", role: "tab", id: `${id}-tab`, "aria-controls": id, "aria-label": whole, click: () => showPanel(id), keydown: event => goTo(event, tabs, { ArrowLeft: -1, ArrowRight: 1 }) }, title));
 let layout = {};
 
 const key = () => `scanrack layout ${run.hello.path}`;
@@ -50,15 +50,6 @@ export function showPanel(id) {
   layout.panel = id;
   keep(key(), layout);
   apply();
-}
-
-function nextTab(event) {
-  const move = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
-  if (!move) return;
-  event.preventDefault();
-  const next = tabs[(tabs.indexOf(event.target) + move + tabs.length) % tabs.length];
-  next.focus();
-  next.click();
 }
 
 function apply() {

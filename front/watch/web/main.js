@@ -76,7 +76,7 @@ function mistaken({ text, file, line }) {
   return `The old program goes on. ${place && !text.includes(place) ? `${place}: ` : ""}${text}`;
 }
 
-// The button that takes the program over all the same, with the sequences that can't continue begun anew.
+// The button that takes the program over all the same, with the sequences that can't continue restarted.
 function restarting({ restart }) {
   if (!restart?.length || !allowed()) return [];
   return [button(`Take over, ${restart.join(", ")} anew`, () => reload(restart.join(",")))];

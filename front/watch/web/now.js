@@ -6,24 +6,29 @@ import { valueOf } from "./values.js";
 
 const REFERENCE = /\{([^}]+?)(:s)?\}/g; // {Out.ACC}, in seconds {Out.ACC:s}
 
-let places = []; // { node, states, names }
+const POWER = "*"; // the condition that power reaches the block
+
+let places = []; // { node, states, names, group }
 
 // Shows what the blocks of a picture do from now on; those of the picture before are left.
 export function beginNow(root) {
   places = [...root.querySelectorAll("[data-now]")].map(node => {
     const states = JSON.parse(node.dataset.now);
-    return { node, states, names: new Set(states.flatMap(([when, text]) => [when, ...[...text.matchAll(REFERENCE)].map(each => each[1])])) };
+    return { node, states, group: node.closest("[data-element]"), names: new Set(states.flatMap(([when, text]) => [when, ...[...text.matchAll(REFERENCE)].map(each => each[1])])) };
   });
   for (const each of places) say(each);
 }
 
-export function paintNow(tags) {
-  const changed = Object.keys(tags ?? {});
-  if (changed.length) for (const each of places) if (changed.some(name => each.names.has(name))) say(each);
+// Called when the power of these rungs, and these tags, have changed and are painted.
+export function paintNow(tags, power) {
+  const changed = Object.keys(tags ?? {}), lit = new Set(Object.keys(power ?? {}));
+  if (changed.length || lit.size) for (const each of places) if (changed.some(name => each.names.has(name)) || (each.names.has(POWER) && lit.has(rungOf(each.group)))) say(each);
 }
 
-function say({ node, states }) {
-  const state = states.find(([when]) => !when || valueOf(when));
+const rungOf = group => group.dataset.element.slice(0, group.dataset.element.lastIndexOf("."));
+
+function say({ node, states, group }) {
+  const state = states.find(([when]) => !when || (when === POWER ? group.dataset.power === "1" : valueOf(when)));
   setText(node, state ? state[1].replace(REFERENCE, (_, name, inSeconds) => said(valueOf(name), inSeconds)) : "");
 }
 

@@ -3,7 +3,7 @@
 import { at, button, el, setFlag, setText } from "./dom.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
-import { edit, lay, load, take } from "./panel.js";
+import { edit, lay, take } from "./panel.js";
 import { ask } from "./source.js";
 
 const MOVES = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
@@ -14,7 +14,7 @@ const FIRST = { least: 0, most: 100, positions: ["Off", "On"] };
 let told = null, show = null, draft = null, bound = [], chosen = null, filled, node = null, changed = false, checks = 0;
 const form = el("div", { class: "row form", role: "group" });
 const wrong = el("p", { class: "wrong", role: "status" });
-const saveButton = button("Save panel", save, { text: "Save" });
+const saveButton = button("Save panel", save, { text: "Save" }), leaveButton = button("Discard changes", () => edit(false));
 
 // The tools of the panel that is being edited, or null.
 export const editing = () => node;
@@ -25,7 +25,7 @@ export function editor(panel, showing) {
   node = panel && el("div", { class: "building" },
     el("div", { class: "line", role: "group", "aria-label": "Add an item" }, ...Object.entries(panel.kinds).map(([kind, { title }]) =>
       el("button", { type: "button", class: "kind", title: `Drag onto the grid: ${title}`, pointerdown: event => dragNew(event, kind), click: event => { if (!event.detail) add(kind); } }, `+ ${kind}`)),
-      el("span", { class: "ways" }, saveButton, button("Discard changes", () => edit(false), { text: "Discard" }))), form, wrong);
+      el("span", { class: "ways" }, saveButton, leaveButton)), form, wrong);
   if (!node) return;
   draft = structuredClone(panel.items);
   bound = panel.bound;
@@ -40,6 +40,7 @@ function redraw() {
   for (const cell of cells.children) handle(cell, draft.find(item => item.name === cell.dataset.item));
   if (inGrid) focus();
   saveButton.disabled = !changed;
+  setText(leaveButton, changed ? "Discard" : "Close");
   fillForm();
 }
 

@@ -1,7 +1,7 @@
 // The items of an operator panel by kind: each a node, and what shows its value.
 
-import { el, setAttribute, setText, svg } from "./dom.js";
-import { shown } from "./format.js";
+import { el, goTo, setAttribute, setText, svg } from "./dom.js";
+import { count, shown } from "./format.js";
 
 const ARC = "M 8 46 A 38 38 0 0 1 84 46";
 const LEVELS = { true: "on", false: "off" };
@@ -13,7 +13,7 @@ const isNumber = value => typeof value === "number" || typeof value === "bigint"
 
 export function figure(value, { decimals, unit }) {
   if (value === null || value === undefined) return "–";
-  const text = decimals !== undefined && isNumber(value) ? Number(value).toFixed(decimals) : shown(value);
+  const text = decimals !== undefined && isNumber(value) ? Number(value).toFixed(decimals) : Number.isInteger(value) ? count(value) : shown(value);
   return unit ? `${text} ${unit}` : text;
 }
 
@@ -51,11 +51,7 @@ function maintained(item, { set }) {
 
 function selector(item, { set }) {
   const values = item.values ?? item.positions.map((_, place) => place);
-  const keyed = event => {
-    const way = MOVES[event.key], next = choices[(choices.indexOf(event.target) + (way ?? 0) + choices.length) % choices.length];
-    if (way) event.preventDefault(), next.focus(), next.click();
-  };
-  const choices = item.positions.map((text, place) => el("button", { type: "button", role: "radio", "aria-checked": "false", tabindex: place ? -1 : 0, click: () => set(values[place]), keydown: keyed }, text));
+  const choices = item.positions.map((text, place) => el("button", { type: "button", role: "radio", "aria-checked": "false", tabindex: place ? -1 : 0, click: () => set(values[place]), keydown: event => goTo(event, choices, MOVES) }, text));
   const node = el("div", { class: "selector", role: "radiogroup", "aria-label": item.name }, caption(item), el("div", { class: "choices-of" }, ...choices));
   return { node, show(value) {
     const place = values.indexOf(Number(value));
@@ -73,7 +69,7 @@ function entry(item, { set, refuse }) {
   const step = 10 ** -(item.decimals ?? 0), limits = `${figure(item.least, item)} to ${figure(item.most, item)}`;
   let value = null, touched = false;
   const paint = () => {
-    if (!touched) field.value = figure(value, { decimals: item.decimals });
+    if (!touched) field.value = figure(value, { decimals: item.decimals }).replaceAll(",", "");
     setAttribute(field, "aria-valuenow", isNumber(value) ? Number(value) : null);
     setAttribute(field, "aria-valuetext", figure(value, item));
   };
@@ -102,7 +98,7 @@ function entry(item, { set, refuse }) {
 function gauge(item) {
   const fill = svg("path", { d: ARC, class: "fill", pathLength: 100 }), value = el("span", { class: "figure" });
   const node = el("div", { class: "gauge", role: "meter", "aria-label": item.name, "aria-valuemin": item.least, "aria-valuemax": item.most },
-    caption(item), svg("svg", { viewBox: "0 0 92 52", "aria-hidden": "true" }, svg("path", { d: ARC }), fill), value, el("span", { class: "ends", "aria-hidden": "true" }, el("span", {}, String(item.least)), el("span", {}, String(item.most))));
+    caption(item), svg("svg", { viewBox: "0 0 92 52", "aria-hidden": "true" }, svg("path", { d: ARC }), fill), value, el("span", { class: "ends", "aria-hidden": "true" }, el("span", {}, figure(item.least, {})), el("span", {}, figure(item.most, {}))));
   return { node, show(given) {
     const share = isNumber(given) ? Math.min(Math.max((Number(given) - item.least) / (item.most - item.least), 0), 1) : 0;
     fill.style.strokeDasharray = `${100 * share} 200`;
@@ -114,7 +110,7 @@ function gauge(item) {
 
 const KINDS = { momentary, maintained, selector, lamp, display, entry, gauge };
 
-// Makes an item; one that is broken says so in its place. `does` are its deeds: press, release, set, refuse.
+// Makes an item; one that is broken says so in its place. `does` are its actions: press, release, set, refuse.
 export function itemOf(item, { broken }, does) {
   if (broken || !KINDS[item.kind]) return { node: el("div", { class: "broken", title: broken }, el("b", {}, `⚠ ${item.name || item.kind}`), el("span", {}, broken)), show: () => {} };
   const made = KINDS[item.kind](item, does);

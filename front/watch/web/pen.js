@@ -1,4 +1,4 @@
-// A pen for a canvas: sharp on any screen, in the colours of the style sheet.
+// A pen for a canvas: sharp on any screen, in the colors of the style sheet.
 
 const FONT = '11px ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace';
 const SMALL = '10px ui-monospace, "DejaVu Sans Mono", Menlo, Consolas, monospace';

@@ -3,7 +3,7 @@
 import { faultPlaces } from "./causeband.js";
 import { markCauses, onCauses } from "./causes.js";
 import { editButton, editor } from "./editing.js";
-import { at, button, el, heading, setAttribute, setFlag, setText } from "./dom.js";
+import { at, button, el, goTo, heading, setAttribute, setFlag } from "./dom.js";
 import { buildDiagram } from "./diagram.js";
 import { keep, kept } from "./kept.js";
 import { buildRungs, moveTo, paintRungs } from "./ladder.js";
@@ -18,6 +18,7 @@ import { onPaint, onProgram, run } from "./state.js";
 import { buildText, paintText } from "./text.js";
 import { learn, unplace } from "./values.js";
 
+const PROGRAM = /^\\[^.]+\./; // of the name of a routine, such as \Filling.Main
 const UNIT = 8, LEAST = 40, MOST = 160; // CSS pixels of a column; columns between the rails
 
 const tabs = el("div", { class: "tabs", role: "tablist", "aria-label": "Routines" });
@@ -37,7 +38,8 @@ onProgram(hello => {
   const tree = routines.length > 1 && isTree(routines);
   at("program").replaceChildren(heading("Program", tree ? null : tabs, el("span", { class: "tools" }, operands, editButton)), editor, unknown, el("div", { class: "book" }, tree ? tabs : null, sheet));
   setFlag(tabs, "data-tree", tree);
-  tabs.replaceChildren(...(tree ? treeOf(routines) : routines).map(tabOf));
+  const [program, ...others] = new Set(routines.map(each => PROGRAM.exec(each.name)?.[0] ?? ""));
+  tabs.replaceChildren(...(tree ? treeOf(routines) : routines).map(each => tabOf(each, others.length ? each.name : each.name.slice(program?.length))));
   tabs.hidden = routines.length < 2;
   const before = routines.find(each => each.name === routine?.name);
   shownAt = "";
@@ -45,22 +47,13 @@ onProgram(hello => {
   else sheet.replaceChildren(el("p", { class: "soft" }, hello.lacks || "The program has no source to show: its images are below."));
 });
 
-function tabOf({ name, comment, depth = 0, callers = [] }) {
+function tabOf({ name, comment, depth = 0, callers = [] }, text) {
   const hint = [comment, callers.length && `Called by ${callers.join(", ")}`].filter(Boolean).join("\n");
   const tab = el("button", {
-    type: "button", role: "tab", "data-routine": name, "aria-selected": "false", title: hint || null, click: () => open(name), keydown: tabKey,
-  }, name);
+    type: "button", role: "tab", "data-routine": name, "aria-selected": "false", title: hint || null, click: () => open(name), keydown: event => goTo(event, [...tabs.children], { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -1, ArrowDown: 1 }),
+  }, text);
   tab.style.setProperty("--depth", depth);
   return tab;
-}
-
-function tabKey(event) {
-  const move = { ArrowLeft: -1, ArrowRight: 1, ArrowUp: -1, ArrowDown: 1 }[event.key];
-  if (!move) return;
-  event.preventDefault();
-  const all = [...tabs.children], next = all[(all.indexOf(event.target) + move + all.length) % all.length];
-  next.focus();
-  next.click();
 }
 
 // Shows a routine; asks for it again if the width has changed.
@@ -108,7 +101,7 @@ export const isDrawn = () => shownAt !== "" && drawnAt === shownAt && columnsNow
 
 // Opens the routine that a JSR of the one shown names.
 function call(name) {
-  const program = /^\\[^.]+\./.exec(routine.name)?.[0] ?? "";
+  const program = PROGRAM.exec(routine.name)?.[0] ?? "";
   const found = run.hello.routines.find(each => [program + name, name].some(wanted => wanted.toUpperCase() === each.name.toUpperCase()));
   if (!found) return tell(`There is no routine ${name}.`);
   at("program").scrollTop = 0;

@@ -4,8 +4,9 @@ import { el, setAttribute, setText, svg } from "./dom.js";
 import { count, plain } from "./format.js";
 import { run } from "./state.js";
 
-const HEIGHT = 142, RAIL = 82, STATIONS = 26, SIDE = 34; // CSS pixels
+const HEIGHT = 139, RAIL = 82, STATIONS = 26, SIDE = 34; // CSS pixels
 const ROOM = 0.25; // of the rail, that it grows by where the axis leaves it
+const LETTER = 6.7; // CSS pixels
 const TURN = 2000; // steps or counts of one turn of the encoder's dial
 
 export function railOf(slot) {
@@ -49,6 +50,7 @@ class Rail {
     setAttribute(this.picture, "width", wide);
     setAttribute(this.picture, "viewBox", `0 ${this.above} ${wide} ${HEIGHT - this.above}`);
     this.switches = (this.machine.switches ?? []).map(each => ({ spec: each, node: this.switchOf(each) }));
+    this.space();
     this.parts = moving();
     this.picture.replaceChildren(
       svg("line", { class: "rail-line", x1: SIDE - 14, x2: wide - SIDE + 14, y1: RAIL, y2: RAIL }),
@@ -56,6 +58,15 @@ class Rail {
       ...(this.machine.stations ?? []).map(each => this.stationOf(each)),
       ...(this.machine.jams ?? []).map(each => this.jamOf(each)), ...Object.values(this.parts));
     this.move(run.machine[this.slot.number] ?? {});
+  }
+
+  // Leaves out the names of switches that would stand in one another; their titles have them.
+  space() {
+    let end = -Infinity;
+    for (const { node } of [...this.switches].sort((one, other) => one.node.reach[0] - other.node.reach[0])) {
+      if (node.reach[0] < end) node.lastChild.remove();
+      else end = node.reach[1] + 2;
+    }
   }
 
   ticks() {
@@ -75,10 +86,12 @@ class Rail {
     const wide = Math.max(to - from, 4), middle = (from + to) / 2;
     const anchor = middle < 46 ? "start" : middle > this.wide - 46 ? "end" : "middle";
     const x = { start: 6, end: this.wide - 6, middle }[anchor];
-    return svg("g", { class: "switch" },
+    const begin = { start: x, middle: x - input.length * LETTER / 2, end: x - input.length * LETTER }[anchor];
+    const node = svg("g", { class: "switch" },
       svg("title", {}, `${input}${closed ? ", normally closed" : ""}: ${first ?? "…"} to ${last ?? "…"}`),
       svg("rect", { x: from, y: RAIL + 31, width: wide, height: 8, rx: 2 }),
       svg("text", { x, y: RAIL + 53, "text-anchor": anchor }, input));
+    return Object.assign(node, { reach: [begin, begin + input.length * LETTER] });
   }
 
   stationOf({ position, input }) {

@@ -1,20 +1,17 @@
 // Edits rungs where they are drawn: a caret between two elements, where is typed, and the text of the rung below it.
-// A changed rung stands below the one that runs, as in Studio 5000: r is replaced, d deleted, e edited, i inserted.
+// `draftrows` has the rungs themselves.
 
-import { completing, matching } from "./completing.js";
-import { button, drawing, el, setFlag } from "./dom.js";
-import { change, declare, draft, isLocked, keyOf, look, onDraft, redo, setColumns, undo } from "./draft.js";
-import { shown } from "./format.js";
+import { completing } from "./completing.js";
+import { el, setFlag } from "./dom.js";
+import { change, draft, isLocked, keyOf, look, onDraft, redo, setColumns, undo } from "./draft.js";
+import { checkedOf, drawDrafts, lastKey, lay, neighborOf, rowAt, runs, textOf, textsAt } from "./draftrows.js";
 import { between, pieceOf, read, spliced, taken, typedOf } from "./rungtext.js";
-import { run } from "./state.js";
-import { place, unplace } from "./values.js";
+import { offered, offeredInText, tagsOf } from "./rungwords.js";
 
 const EMPTY = ";";
 const FIRST = -1; // before the first rung
 
-let sheet = null, routine = "", program = "", running = new Map(); // text of each running rung by key
-let rows = new Map(), drafts = new Map(); // of running rungs by key, and of edited ones by key and index: a large program has many
-let begins = null, deleted = [];
+let sheet = null, routine = "", program = "", begins = null;
 let on = false, clipboard = "", wanted = false; // whether the caret gets the focus once it can be drawn
 let at = null; // { key, index, place, anchor }: the rung that is edited, and the places of the caret and of its other end
 
@@ -22,8 +19,8 @@ const mark = el("span", { class: "span", hidden: true });
 const input = el("input", { class: "typed", "aria-label": "Instruction, such as XIC Start", spellcheck: "false", autocomplete: "off", autocapitalize: "off", keydown: keyed, input: () => { widen(); offers.show(); } });
 const caret = el("span", { class: "caret" }, input);
 const text = el("input", { class: "rungtext", "aria-label": "Text of the rung", spellcheck: "false", autocomplete: "off", autocapitalize: "off", keydown: textKeyed, change: () => replaceText(), input: () => words.show() });
-const offers = completing(input, offered, widen);
-const words = completing(text, offeredInText);
+const offers = completing(input, typed => offered(typed, routine), widen);
+const words = completing(text, typed => offeredInText(typed, routine));
 const below = el("div", { class: "below" }, offers.list, text, words.list);
 
 export function edit(now) {
@@ -49,16 +46,10 @@ export function decorate(node, name, { rungs, base }, columns) {
     node.addEventListener("keydown", entered, true);
   }
   [sheet, routine, program] = [node, name, base];
-  running = new Map((rungs ?? []).map(each => [keyOf(name, each.number), each.text]));
-  rows = new Map();
-  for (const row of node.querySelectorAll(".rungs > .row[data-at]")) {
-    const key = keyOf(name, row.dataset.at.slice(row.dataset.at.lastIndexOf(".") + 1));
-    Object.assign(row.dataset, { key, index: 0 });
-    rows.set(key, row);
-  }
-  drafts = new Map();
+  lay(node, name, rungs);
   setColumns(columns);
   if (on && at && at.key.split("\n")[0] !== name) at = null;
+  wanted ||= on && Boolean(at) && document.activeElement === document.body; // the caret had it in the drawing before
   if (isOpen()) look(at?.key, textOf(at) ?? EMPTY);
   redraw();
   begins?.();
@@ -67,71 +58,17 @@ export function decorate(node, name, { rungs, base }, columns) {
 // Whether the rungs that are shown can be edited: not those of an earlier program, and none in test.
 const isOpen = () => on && !isLocked() && program === draft.base;
 
-const textOf = where => where && (draft.rungs.get(where.key)?.[where.index] ?? (where.index === 0 ? running.get(where.key) : undefined));
-const checkedOf = where => draft.checked.get(`${where.key}\n${where.index}`);
-
-// --- the picture
-
 onDraft(redraw);
 
 function redraw() {
   if (!sheet) return;
-  const list = sheet.querySelector(".rungs"), focused = [input, text].find(each => each === document.activeElement);
-  for (const row of drafts.values()) {
-    unplace(row);
-    row.remove();
-    if (rows.has(row.dataset.key)) delete rows.get(row.dataset.key).dataset.edited;
-  }
-  for (const key of deleted) delete rows.get(key)?.dataset.edited;
-  drafts = new Map();
-  deleted = [];
+  const focused = [input, text].find(each => each === document.activeElement);
   setFlag(sheet, "data-editing", on);
-  if (list && isOpen()) {
-    for (const [key, texts] of draft.rungs) if (key.startsWith(`${routine}\n`)) rowsOf(list, key, texts);
-  }
+  drawDrafts(isOpen());
   setCaret(focused);
 }
 
-function rowsOf(list, key, texts) {
-  const own = rows.get(key);
-  if (own && !texts.length) deleted.push(key);
-  if (own) own.dataset.edited = !texts.length ? "d" : texts[0] === running.get(key) ? "" : "r";
-  let behind = own;
-  texts.forEach((said, index) => {
-    if (own && index === 0 && said === running.get(key)) return;
-    const row = rowOf(key, index, said, own && index === 0 ? "e" : "i");
-    drafts.set(`${key}\n${index}`, row);
-    behind ? behind.after(row) : list.prepend(row);
-    behind = row;
-  });
-}
-
-function rowOf(key, index, said, letter) {
-  const found = draft.checked.get(`${key}\n${index}`), says = { e: "Edited", i: "Inserted" }[letter];
-  const picture = found?.svg ? drawing(found.svg) : el("code", { class: "unread" }, said);
-  if (found?.svg) {
-    picture.querySelectorAll("[data-name]").forEach(node => place(node, node.dataset.name, shown));
-    picture.querySelectorAll("[data-element]").forEach((group, number) => setFlag(group, "data-mistake", found.mistakes.some(each => each.element === number)));
-  }
-  const notes = [...(found?.mistakes ?? []).filter(each => !isMissing(each)).map(each => noteOf(each.text, "mistake")), ...(found?.warnings ?? []).map(each => noteOf(each.text, "finding")), ...asked(said)];
-  return el("li", { class: "row draft", "data-key": key, "data-index": index, "aria-label": `${says} rung` }, el("span", { class: "letter", title: says }, letter), el("div", { class: "body" }, picture, ...notes));
-}
-
-const isMissing = ({ text: said }) => draft.missing.some(({ name }) => said.includes(`: no tag ${name} (`) || said.includes(`: no tag ${name};`));
-const noteOf = (said, kind) => el("p", { class: "note", "data-kind": kind }, said);
-
-// Asks for the types of new tags, in the line of the rung that uses them; says what has been declared.
-function asked(said) {
-  const uses = name => new RegExp(`(?<!\\w)${name}(?!\\w)`, "i").test(said);
-  const open = draft.missing.filter(({ name, types }) => types.length > 1 && uses(name)).map(({ name, types, program }) =>
-    el("p", { class: "note asks", role: "group", "aria-label": `Type of ${name}` }, `New tag ${name}: `, ...types.map(type => button(`${name} is a ${type}`, () => declare(name, type, program), { text: type }))));
-  const told = draft.tags.filter(([name]) => uses(name)).map(([name, type]) => el("p", { class: "note new" }, `New tag ${name} : ${type}`));
-  return [...open, ...told];
-}
-
 // --- the caret
-
-const rowAt = where => drafts.get(`${where.key}\n${where.index}`) ?? (where.index === 0 && !deleted.includes(where.key) ? rows.get(where.key) : undefined);
 
 function go(key, index, where, anchor = where) {
   const far = !at || at.key !== key || at.index !== index;
@@ -167,7 +104,7 @@ function setCaret(focused) {
     mark.remove();
   }
   focused ??= wanted ? input : null;
-  wanted &&= !svg;
+  wanted = !svg && (wanted || (focused === input && !checkedOf(at))); // an input that is taken out has lost it
   if (focused === text || (focused && !svg && checkedOf(at))) { text.focus({ preventScroll: true }); if (column && focused !== text) text.setSelectionRange(column - 1, column); }
   else if (focused) { input.focus({ preventScroll: true }); row.scrollIntoView({ block: "nearest" }); }
 }
@@ -217,10 +154,9 @@ function entered(event) {
 // Puts texts in place of the rung that is edited, and the caret into one of them.
 function put(make, where = at) {
   change(rungs => {
-    const texts = [...(rungs.get(where.key) ?? (running.has(where.key) ? [running.get(where.key)] : []))];
+    const texts = textsAt(where.key), said = runs(where.key);
     make(texts);
-    if (texts.length === 1 && texts[0] === running.get(where.key)) rungs.delete(where.key);
-    else if (!texts.length && !running.has(where.key)) rungs.delete(where.key);
+    if (texts.length === 1 ? texts[0] === said : !texts.length && said === undefined) rungs.delete(where.key);
     else rungs.set(where.key, texts);
   });
 }
@@ -237,7 +173,7 @@ function splice(range, piece, inward = 0) {
 const selection = () => between(textOf(at), at.place, at.anchor);
 
 function insert(typed) {
-  const piece = pieceOf(typed, draft.words.instructions, tagsNow());
+  const piece = pieceOf(typed, draft.words.instructions, tagsOf(routine));
   input.value = "";
   widen();
   offers.close();
@@ -266,7 +202,7 @@ function remove(forward) {
 
 export function newRung() {
   if (!isOpen()) return;
-  const last = [...running.keys()].at(-1) ?? keyOf(routine, FIRST), where = at ?? { key: last, index: 0 };
+  const last = lastKey() ?? keyOf(routine, FIRST), where = at ?? { key: last, index: 0 };
   const index = where.key === keyOf(routine, FIRST) && !draft.rungs.has(where.key) ? 0 : where.index + 1;
   put(texts => { texts.splice(index, 0, EMPTY); }, where);
   go(where.key, index, 0);
@@ -274,7 +210,7 @@ export function newRung() {
 
 export function deleteRung() {
   if (!at) return;
-  const where = at, next = neighbor(1) ?? neighbor(-1);
+  const where = at, next = neighborOf(at, 1) ?? neighborOf(at, -1);
   at = null;
   put(texts => { texts.splice(where.index, 1); }, where);
   if (next && next.key !== where.key) go(next.key, next.index, 0);
@@ -326,17 +262,12 @@ function step(by, wide = false) {
   if (places[next]) go(at.key, at.index, next, wide ? at.anchor : next);
 }
 
-function neighbor(by) {
-  const rows = [...sheet.querySelectorAll(".row[data-key]")].filter(row => row.classList.contains("draft") || !row.dataset.edited), row = rows[rows.indexOf(rowAt(at)) + by];
-  return row ? { key: row.dataset.key, index: Number(row.dataset.index) } : null;
-}
-
 // Up and down go to the next leg, then to the next rung.
 function toNeighbor(by) {
   const gaps = checkedOf(at)?.gaps ?? [], [x, y] = gaps[at.place] ?? [0, 0];
   const beyond = gaps.map(([left, top], number) => ({ number, far: (top - y) * by, off: Math.abs(left - x) })).filter(each => each.far > 1);
   if (beyond.length) return go(at.key, at.index, beyond.sort((one, other) => one.far - other.far || one.off - other.off)[0].number);
-  const next = neighbor(by);
+  const next = neighborOf(at, by);
   if (next) go(next.key, next.index, 0);
 }
 
@@ -364,28 +295,4 @@ function widen() {
   input.style.width = input.value ? `calc(${input.value.length + 1}ch + 14px)` : "";
   setFlag(caret, "data-typing", input.value !== "");
   input.style.marginLeft = body ? `${Math.min(0, most - input.offsetWidth)}px` : "";
-}
-
-// --- completion
-
-const tagsNow = () => [...draft.tags.map(([name, type]) => ({ text: name, says: `${type}, new` })), ...(run.hello.tags ?? []).map(each => ({ text: short(each.name), says: each.type }))];
-
-// A tag of the routine's own program has its plain name there.
-function short(name) {
-  const own = /^\\[^.]+\./.exec(routine)?.[0];
-  return own && name.toUpperCase().startsWith(own.toUpperCase()) ? name.slice(own.length) : name;
-}
-
-function offered(typed) {
-  const [, before, word] = /^(.*?)([^\s,(]*)$/s.exec(typed), name = typed.trim().split(/[\s,(]/)[0].toUpperCase();
-  if (!before.trim()) return word ? { from: before.length, found: matching(word, draft.words.instructions.map(each => ({ text: each.name, says: each.operands.join(", ") }))).filter(each => each.text.startsWith(word.toUpperCase())) } : null;
-  if (!word) return null;
-  const found = matching(word, tagsNow()), bits = draft.words.instructions.find(each => each.name === name)?.bits;
-  return { from: before.length, found: bits ? [...found.filter(each => each.says.startsWith("BOOL")), ...found.filter(each => !each.says.startsWith("BOOL"))] : found };
-}
-
-function offeredInText(typed) {
-  const [, before, word] = /^(.*?)([\w.:\\]*)$/s.exec(typed);
-  if (!word || !/[(,]$/.test(before)) return null;
-  return { from: before.length, found: matching(word, tagsNow()) };
 }

@@ -94,11 +94,11 @@ export function taken(text, place, forward) {
   return text[leg.from - 1] === "," ? { from: leg.from - 1, to: leg.to } : { from: leg.from, to: leg.to + (text[leg.to] === "," ? 1 : 0) };
 }
 
-// What somebody has typed as rung text: `XIC Start` or `ton fill 1000` or a part of a rung. Missing presets are `?`,
+// What someone has typed as rung text: `XIC Start` or `ton fill 1000` or a part of a rung. Missing presets are `?`,
 // and tags are written as they are declared.
 export function pieceOf(typed, instructions, tags) {
   const said = typed.trim();
-  if (/[([]/.test(said)) return said.replace(/;$/, "");
+  if (/^\[|\(/.test(said)) return said.replace(/;$/, "");
   const [name, ...operands] = said.split(/[\s,]+/).filter(Boolean);
   const known = instructions.find(each => each.name === name.toUpperCase());
   const lacks = known?.presets ? Math.max(0, known.operands.length - operands.length) : 0;

@@ -6,12 +6,14 @@ import { link } from "./link.js";
 import * as orders from "./orders.js";
 import { onPaint, run } from "./state.js";
 
-const slider = el("input", { type: "range", min: 0, max: 1, value: 1, step: 1, "aria-label": "Scan shown", input: dragged });
+const slider = el("input", { type: "range", min: 0, max: 1, value: 1, step: 1, "aria-label": "Scan shown", input: dragged, pointerdown: () => { held = true; } });
 const ago = el("output", { class: "figure ago" });
 const live = button("Live", () => goLive(), { text: "Live", title: "Back to the present" });
 const branchButton = button("Branch from here", branch, { title: "Run again from this scan on, into a recording of its own" });
 
 let wanted = null, asking = false;
+let held = false; // by a finger, which gives no focus: frames leave the slider where it is
+for (const kind of ["pointerup", "pointercancel"]) addEventListener(kind, () => { held = false; }, true);
 
 export const scrubber = () => el("div", { class: "scrub", role: "group", "aria-label": "Past" }, slider, ago, live, branchButton);
 
@@ -42,7 +44,7 @@ export function goLive() {
   lookAt(run.hello?.kind === "trace" ? run.range?.[1] ?? 0 : "live");
 }
 
-// Goes on after a pause, in the present.
+// Continues after a pause, in the present.
 export function goOn() {
   if (run.state === "past") goLive();
   return orders.go();
@@ -63,10 +65,10 @@ onPaint(() => {
   const past = run.state === "past";
   if (Number(slider.min) !== first) slider.min = first;
   if (Number(slider.max) !== last) slider.max = last;
-  if (document.activeElement !== slider || !past) slider.value = past ? run.scan : last;
+  if (!held && (document.activeElement !== slider || !past)) slider.value = past ? run.scan : last;
   slider.setAttribute("aria-valuetext", past ? `scan ${count(run.scan)}` : "present");
   const period = run.hello.period_ns;
-  setText(ago, past ? `−${clock((last - run.scan) * period)}` : "");
+  setText(ago, past && run.scan < last ? `−${clock((last - run.scan) * period)}` : "");
   live.disabled = !past;
   setFlag(live, "hidden", run.hello.kind !== "rack");
   branchButton.disabled = !["past", "paused"].includes(run.state);

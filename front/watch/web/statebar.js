@@ -29,8 +29,8 @@ const scan = figure("Scan", "long", "Number of the scan that is shown");
 const time = figure("Time", "long", "Machine time since power-up, min:s.ms");
 const reached = figure("Speed", "middle", "Speed reached over the last second");
 const late = figure("Late", "short", "Scans that began more than 0.1 ms after their time. Their images are the same; only people and real devices see them later. Amber from 5 % on, or when the speed is not reached");
-const forces = figure("Forces", "tiny", "Nothing is forced");
-const stubs = figure("Stubs", "tiny", "Nothing stands in for what is not here");
+const forces = figure("Forces", "", "Nothing is forced");
+const stubs = figure("Stubs", "", "Nothing stands in for what is not here");
 const allButton = button("Remove all forces", () => orders.unforce("all"), { hidden: true });
 const record = figure("Recording", "name", "The trace that is being written");
 
@@ -38,6 +38,7 @@ const stateSign = el("span", { class: "sign", "aria-hidden": "true" });
 const stateWord = el("span", {});
 const state = el("div", { class: "state", role: "status" }, stateSign, stateWord);
 const rack = el("h1", { class: "rack" });
+const more = button("More controls", () => setAttribute(more, "aria-expanded", String(more.getAttribute("aria-expanded") !== "true")), { text: "⋯", class: "sign more", "aria-expanded": "false" }); // on a telephone
 
 function build(hello) {
   const name = hello.rack || hello.path;
@@ -55,7 +56,7 @@ function build(hello) {
   for (const each of [key, reached.node, late.node]) each.hidden = orders.recorded(); // of a rack that runs
   setFlag(document.documentElement, "data-recorded", orders.recorded());
   at("bar").replaceChildren(
-    el("div", { class: "row" }, rack, state, key, transport()),
+    el("div", { class: "row" }, rack, state, key, transport(), more),
     el("div", { class: "row readings" }, scan.node, time.node, reached.node, late.node, forces.node, allButton, stubs.node, record.node, causeLine),
     el("div", { class: "row seek" }, findBox(), incidentsButton(), compareButton(), shareButton(), helpButton()));
   paintForces([]);

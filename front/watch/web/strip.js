@@ -8,6 +8,7 @@ import { at, button, el, heading, setAttribute, setFlag, setText } from "./dom.j
 import { clock, count, timeText } from "./format.js";
 import { keep, kept } from "./kept.js";
 import { Lanes, missing, range, stretches, valueOf } from "./lanes.js";
+import * as orders from "./orders.js";
 import { pen, colours } from "./pen.js";
 import { lookAt, scrubber } from "./scrub.js";
 import { ask } from "./source.js";
@@ -90,7 +91,8 @@ function zoom(by) {
 // What of time is in view: the present at the right, a scan of the past in the middle.
 function view() {
   const wide = span * 1e9, t = run.t ?? 0;
-  if (run.state === "past") return [t - wide / 2, t + wide / 2];
+  const least = orders.recorded() ? (run.range?.[1] ?? 0) * run.hello.period_ns : Infinity; // no empty time behind a recording
+  if (run.state === "past") { const end = Math.max(Math.min(t + wide / 2, least), wide); return [end - wide, end]; }
   const end = reduced.matches ? Math.ceil(t / (wide / 4)) * (wide / 4) : t; // in leaps, if motion is not wanted
   return [end - wide, end];
 }
@@ -101,7 +103,7 @@ function viewed() {
   return [Math.max(Math.floor(from / period), first) * period, Math.min(Math.ceil(to / period), last + 1) * period];
 }
 
-// Asks for what is missing of the strip around a scan of the past, while the rack goes on.
+// Asks for what is missing of the strip around a scan of the past, while the rack continues.
 async function look() {
   fillSoon();
   if (asking) return; // the answer is drawn, and then what is missing by then is asked for
@@ -133,7 +135,7 @@ function drawn() {
   return live.names.filter(name => wanted.includes(name) || others.includes(name)).slice(0, MOST_LANES);
 }
 
-// The lanes with a level in view; while the scans go on also in as long a time before, so that a lane of pulses stays.
+// The lanes with a level in view; while the scans continue also in as long a time before, so that a lane of pulses stays.
 function busy(shown) {
   const [from, end] = view(), since = run.state === "live" ? 2 * from - end : from;
   return drawn().filter(name => stretches(shown.bits.get(name) ?? [], since, end).some(([, , on, many]) => on || many));
@@ -161,9 +163,11 @@ function draw() {
   const shown = lanes(), alive = busy(shown), empty = drawn().filter(name => !alive.includes(name)), names = [...alive, ...(unfolded ? empty : [])];
   const tags = tagNames().map(name => ({ name, points: pointsOf(name) })), wide = canvas.clientWidth;
   const bitsHigh = Math.max(names.length + Math.sign(empty.length), room) * LANE;
-  const others = TOP + tags.reduce((sum, tag) => sum + highOf(tag.points), 0) + Math.max(bitsHigh, 3 * LANE);
+  const tagsHigh = tags.reduce((sum, tag) => sum + highOf(tag.points), 0), others = TOP + tagsHigh + Math.max(bitsHigh, 3 * LANE);
   if (!wide) return;
   tall = Math.max(CURVE, Math.min(MOST_CURVE, Math.floor((at("strip").clientHeight - BESIDE - others) / axes.length)));
+  const seen = at("strip").clientHeight - at("strip").firstChild.offsetHeight - AXIS - TOP - tagsHigh - axes.length * CURVE, rest = seen % LANE;
+  if (tall === CURVE && seen > 0 && axes.length) tall += Math.floor(rest / axes.length); // no half lane above the times
   const high = others + axes.length * tall;
   const to = pen(canvas, wide, high), left = leftOf(wide), [from, end] = view();
   const axis = axisOf(wide), x = axis.x;
@@ -188,7 +192,7 @@ function draw() {
     if (other) below(to, stretches(other.bits.get(name) ?? [], from, end), x, top, left);
     top += LANE;
   }
-  if (!names.length && !tags.length && !axes.length) to.text("No bit has changed yet.", left, TOP + 2 * LANE, colours.soft);
+  if (!names.length && !tags.length && !axes.length) to.text("Nothing has changed yet.", left, TOP + 2 * LANE, colours.soft);
   numbered(to, causes.filter(({ t }) => t >= from && t <= end), x, high);
   const now = x(run.t ?? 0);
   to.line(now, 0, now, high, run.state === "past" ? colours.mark : colours.edge, run.state === "past" ? 1.5 : 1);
@@ -230,7 +234,7 @@ function list() {
   edges.replaceChildren(...points.filter(isEdge).slice(-ROWS).reverse().map(edgeOf));
 }
 
-// Where a lane ends, or goes on with the same level after a gap, is not an edge.
+// Where a lane ends, or continues with the same level after a gap, is not an edge.
 function isEdge(point, place, points) {
   let before = place - 1;
   while (before >= 0 && valueOf(points[before]) === null) before--;

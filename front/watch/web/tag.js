@@ -39,13 +39,13 @@ const stripButton = button("Strip", () => { toggleTag(selected.tag); paintForced
 const closeButton = button("Deselect", () => select({}), { text: "✕", title: "Select nothing (Esc)", class: "sign" });
 const previousButton = button("Previous change", () => toPrevious(selected.tag), { text: "◀", title: "Look at its previous change (p)", class: "sign" });
 const nextButton = button("Next change", () => toNext(selected.tag), { text: "▶", title: "Look at its next change (n)", class: "sign" });
-const parts = el("div", { class: "parts" });
+const own = el("span", {}), parts = el("div", { class: "parts" });
 const since = el("p", { class: "since" });
 const answer = el("div", { class: "answer", "aria-live": "polite" });
 const HINTS = new Map([writeButton, forceButton, breakButton].map(each => [each, each.title]));
 let sinceOf = "", asking = false; // what was asked since when
 let answered = null; // the tag of the answer
-const card = el("div", { class: "tag" }, el("div", { class: "line" }, name, type, el("span", { class: "ways" }, previousButton, nextButton)), says, parts, since,
+const card = el("div", { class: "tag" }, el("div", { class: "line" }, name, type, own, el("span", { class: "ways" }, previousButton, nextButton)), says, parts, since,
   el("div", { class: "line write" }, entry, writeButton, forceButton, unforceButton),
   el("div", { class: "line" }, whyButton, wantButton, usesButton, watchButton, stripButton, breakButton), answer);
 
@@ -64,8 +64,10 @@ function show({ tag, names }) {
   setText(name, nameOf(tag));
   setText(type, known.type ?? "");
   setText(says, known.description || meaningOf(tag));
-  unplace(parts);
-  parts.replaceChildren(...[...new Set([tag, ...names])].map(part));
+  unplace(card);
+  own.replaceChildren(el("output", { class: "figure" }, "–"));
+  place(own.firstChild, tag, brief(shown));
+  parts.replaceChildren(treeOf(tag), ...[...new Set(names)].filter(each => each !== tag).map(part));
   if (tag !== answered) answer.replaceChildren(), clearChain();
   answered = tag;
   entry.value = "";

@@ -1,4 +1,4 @@
-// Pause, go on, one scan, speed: of the rack, or of a recording that the page plays.
+// Pause, continue, one scan, speed: of the rack, or of a recording that the page plays.
 
 import { button, el } from "./dom.js";
 import { times } from "./format.js";

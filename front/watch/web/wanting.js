@@ -17,7 +17,7 @@ export async function answersTo(tag, value) {
   return said && [el("p", {}, `After scan ${said.scan.toLocaleString("en")}:`), el("ul", { class: "answers" }, ...said.answers.map(each => el("li", {}, ...rowOf(each, said.scan))))];
 }
 
-// What is done by nobody, or by no order of a page, has no button.
+// What is done by no one, or by no order of a page, has no button.
 function rowOf(answer, scan) {
   if (!answer.orders || !run.hello.branches) return [answer.text];
   const text = answer.acts.join(", then ") || "wait";

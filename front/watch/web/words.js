@@ -49,7 +49,7 @@ function bitOf(slot, bit) {
   const node = el("button", {
     type: "button", class: "bit", title: [bit.meaning, bit.section, bit.address].filter(Boolean).join("\n"),
     click: () => select({ tag: bit.address ?? name }),
-  }, el("i", { class: "led", "aria-hidden": "true" }), el("span", {}, label(bit)), level);
+  }, el("span", {}, label(bit)), level);
   place(node, name, value => { level.textContent = value ? "1" : "0"; return null; });
   return node;
 }

@@ -65,7 +65,7 @@ class Vectors:
         self._lose(both(mask, condition))
 
     def _loop(self, mask: Mask, passes: int) -> bool:
-        """Whether lanes go on with a loop."""
+        """Whether lanes continue with a loop."""
         if some(mask) and passes > MOST_PASSES:
             self._lose(mask)
             return False

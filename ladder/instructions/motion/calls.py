@@ -79,7 +79,7 @@ def dynamics_at(
 
 
 def merge_at(call: MotionCall, place: int, words: tuple[str, ...], speed: float) -> tuple[str, float | None]:
-    """Return the merge operand at `place`, and the speed to go on at: None for the programmed one.
+    """Return the merge operand at `place`, and the speed to continue at: None for the programmed one.
 
     Args:
         words: what it can say; the first one is Disabled.

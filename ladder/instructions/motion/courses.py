@@ -82,7 +82,7 @@ class Course:
         return ()
 
     def instant(self, now_ns: int) -> Instant:
-        """Return where it is; one that follows has no travel of its own."""
+        """Return where it is; one that follows has no own travel."""
         kind = self.kind
         if kind in FOLLOWING:
             return Instant(0.0, float(self._of("entry")), 0.0, False)

@@ -12,8 +12,8 @@ Its motion is the sum of what its planners do at the same time [MOTION-RM002H p.
 
 `target` is where the start is once the move has ended, so that it ends exactly there.
 
-A planner carries out one course; a newer one goes on from that planner's speed. A merge ends all of them and
-goes on from their sum. After each scan `update` writes the tag's members and the bits of the instructions
+A planner carries out one course; a newer one continues from its speed. A merge ends all of them and
+continues from their sum. After each scan `update` writes the tag's members and the bits of the instructions
 whose motion has ended, whether their rungs are scanned or not.
 """
 
@@ -120,7 +120,7 @@ class IdealAxis(MotionSpot):
         Args:
             claim: of the instruction that follows it, see `MotionControl.claim`.
             goal: see `Course`.
-            merge: end all courses, and go on from the speed of the axis.
+            merge: end all courses, and continue from the speed of the axis.
         """
         course = self.courses[planner]
         entry = (self.instant(now_ns) if merge else course.instant(now_ns)).speed

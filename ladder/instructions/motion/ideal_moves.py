@@ -187,7 +187,7 @@ def _redefine(axis: IdealAxis, call: MotionCall) -> None:
 
 
 def _change(axis: IdealAxis, call: MotionCall) -> None:
-    """Change speed and rates of a jog or a move; what began it goes on, and so does the other one."""
+    """Change speed and rates of a jog or a move; what began it continues, and so does the other one."""
     kind = {"JOG": Kind.JOG, "MOVE": Kind.MOVE}.get(call.word(0, CHANGED_MOTION))
     course = axis.courses["jog" if kind is Kind.JOG else "move"]
     if course.kind is not kind:

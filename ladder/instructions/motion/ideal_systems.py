@@ -110,7 +110,7 @@ class IdealSystem(MotionSpot):
                 axis.begin(now_ns, "whole", Kind.PATH, dynamics, 0, goal=place, merge=merge)
 
     def again(self, now_ns: int, kind: Kind, dynamics: Dynamics, claim: int) -> None:
-        """Go on from the present place and speed in another way."""
+        """Continue from the present place and speed in another way."""
         present = self.course.instant(now_ns)
         left = self.course.goal - present.travel if kind is Kind.MOVE else 0.0
         self.set_end("from", self.path(now_ns))

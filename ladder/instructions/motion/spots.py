@@ -1,7 +1,7 @@
 """Structures of motion in memory: axes, coordinate systems, and the instructions that move them.
 
 An axis notes for which instruction it does something: a claim is the number of the MOTION_INSTRUCTION and
-that of its request. A claim that is older than the instruction's last request sets no bits any more.
+that of its request. A claim that is older than the instruction's last request no longer sets bits.
 """
 
 from __future__ import annotations

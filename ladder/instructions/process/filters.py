@@ -8,12 +8,14 @@
 | LPF | w^n / B(s), w = WLag, B the Butterworth polynomial of order n = 1 to 3 |
 | HPF | s^n / B(s), w = WLead |
 | NTCH | (s^2 + w^2) / (s^2 + s w/Q + w^2), w = WNotch; order 4 the same twice |
+| LDL2 | C(WLead, ZetaLead) / C(WLag, ZetaLag), C(w, z) = 1 + 2 z s/w + (s/w)^2; order 1 without z: 1 + s/w |
 
 DERV, INTG and DEDT are the derivative, the integral and a delay [1756-RM006K, the page of each]. The first
 scan, and Initialize, start a filter in its steady state. A value that is NaN or infinite is not kept: the
-next call goes on from the values before it [Function Block Responses to Overflow Conditions]. The manual has
-no difference equations, and these are interpretations; so is the range of a frequency, 1E-7/DeltaT to
-0.7 pi/DeltaT.
+next call of LDLG, DERV, INTG and DEDT goes on from the values before it [Function Block Responses to Overflow
+Conditions], the other filters start again [p. 333, 345]. The manual has no difference equations, and these
+are interpretations; so is the range of a frequency, 1E-7/DeltaT to 0.7 pi/DeltaT. LDL2 limits WLag to
+40 WLead in order 1, to 10 WLead in order 2 [p. 345].
 """
 
 from __future__ import annotations
@@ -21,7 +23,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from ...model.types import REAL
 from .function_block import FunctionBlock, block_row
 
 Polynomial = Sequence[float]
@@ -53,16 +54,29 @@ def _in_delays(polynomial: Polynomial, order: int, seconds: float) -> list[float
 
 
 def _filtered(
-    block: FunctionBlock, value: float, upper: Polynomial, lower: Polynomial, seconds: float, *, begin: bool
+    block: FunctionBlock,
+    value: float,
+    upper: Polynomial,
+    lower: Polynomial,
+    seconds: float,
+    *,
+    begin: bool,
+    again: bool = True,
 ) -> float:
-    """Execute a transfer function; return Out."""
+    """Execute a transfer function; return Out.
+
+    Args:
+        again: whether it starts again after a value that is not finite.
+    """
     order = len(lower) - 1
     steady = value * upper[0] / lower[0]
-    if begin or not math.isfinite(value):
+    if begin or not math.isfinite(value + block.real("~y1")):
         block.set(Out=steady)
         if math.isfinite(value):
             block.set(**{f"~x{n}": value for n in range(1, order + 1)})
             block.set(**{f"~y{n}": steady for n in range(1, order + 1)})
+        elif again:
+            block.set(**{"~y1": math.nan})
         return steady
     if seconds <= 0:
         return block.real("Out")
@@ -72,10 +86,12 @@ def _filtered(
     out = sum(a * x for a, x in zip(above, inputs, strict=True))
     out = (out - sum(b * y for b, y in zip(below[1:], outputs, strict=True))) / below[0]
     block.set(Out=out)
-    if math.isfinite(out):  # of an overflow nothing is remembered
+    if math.isfinite(block.rounded(out)):  # of an overflow nothing is remembered
         block.set(**{f"~x{n}": x for n, x in enumerate(inputs[:-1], start=1)})
         block.set(**{f"~y{n}": y for n, y in enumerate([out, *outputs[:-1]], start=1)})
-    return out
+    elif again:
+        block.set(**{"~y1": math.nan})
+    return block.rounded(out)
 
 
 def _lead_lag(block: FunctionBlock) -> float:
@@ -85,28 +101,30 @@ def _lead_lag(block: FunctionBlock) -> float:
     lead = block.limited("Lead", 0.0, math.inf)
     lag = block.limited("Lag", seconds / 2, math.inf)
     begin = first or block.on("Initialize") or not math.isfinite(lead + lag)
-    return _filtered(block, value, (1.0, lead), (1.0, lag), seconds, begin=begin)
+    return _filtered(block, value, (1.0, lead), (1.0, lag), seconds, begin=begin, again=False)
 
 
-def _frequency(block: FunctionBlock, name: str, seconds: float) -> float:
+def frequency(block: FunctionBlock, name: str, seconds: float) -> float:
     """Return a frequency within what DeltaT allows."""
     if seconds <= 0:
         return 1.0
     return block.limited(name, 1e-7 / seconds, 0.7 * math.pi / seconds)
 
 
+def _order(block: FunctionBlock, orders: Sequence[int]) -> int:
+    order = int(block["Order"])
+    return orders[0] if block.wrong(OrderInv=order not in orders) else order
+
+
 def _of_order(name: str, *orders: int) -> Callable[[FunctionBlock], float]:
-    """Return the step of a filter of a frequency; of an order that is not there it holds Out."""
+    """Return the step of a filter of a frequency; an invalid order is the first one [help, LPF: Order]."""
 
     def step(block: FunctionBlock) -> float:
         first = block.begins()
         seconds = block.seconds(first=first)
-        order = int(block["Order"])
-        w = _frequency(block, name, seconds)
-        wrong = block.wrong(OrderInv=order not in orders)
+        order = _order(block, orders)
+        w = frequency(block, name, seconds)
         quality = block.limited("QFactor", 0.5, 100.0) if name == "WNotch" else 0.0
-        if wrong:
-            return block.real("Out")
         if name == "WNotch":
             upper, lower = [w * w, 0.0, 1.0], [w * w, w / quality, 1.0]
             if order == _MOST_ORDER:
@@ -118,6 +136,26 @@ def _of_order(name: str, *orders: int) -> Callable[[FunctionBlock], float]:
         return _filtered(block, block.real("In"), upper, lower, seconds, begin=begin)
 
     return step
+
+
+_MOST_RATIO = {1: 40.0, 2: 10.0}
+
+
+def _second_lead_lag(block: FunctionBlock) -> float:
+    first = block.begins()
+    seconds = block.seconds(first=first)
+    order = _order(block, (2, 1))
+    lead, lag = (frequency(block, name, seconds) for name in ("WLead", "WLag"))
+    most = _MOST_RATIO[order] * lead
+    if block.wrong(WLagRatioInv=lag > most):
+        lag = most
+    damping = block.limited("ZetaLead", 0.0, 4.0), block.limited("ZetaLag", 0.05, 4.0)
+    upper, lower = (
+        [1.0, 1 / w] if order == 1 else [1.0, 2 * zeta / w, 1 / (w * w)]
+        for w, zeta in zip((lead, lag), damping, strict=True)
+    )
+    begin = first or block.on("Initialize")
+    return _filtered(block, block.real("In"), upper, lower, seconds, begin=begin)
 
 
 def _derive(block: FunctionBlock) -> float:
@@ -181,7 +219,7 @@ def _delay(block: FunctionBlock) -> float:
         return block.real("Out")
     wait, size = block.real("Deadtime"), len(buffer)
     invalid = not first and block.wrong(DeadtimeInv=not 0 <= wait <= size * seconds)
-    stored = float(block.machine.converted(REAL, value))
+    stored = block.rounded(value)
     finite = math.isfinite(stored)
     if begin or invalid:
         block.set(Out=value)
@@ -197,8 +235,8 @@ def _delay(block: FunctionBlock) -> float:
     if finite:
         for place in range(held, count):
             buffer[place] = oldest
-        for place in range(count - 1, 0, -1):
-            buffer[place] = buffer[place - 1]
+        if count > 1:
+            buffer.put(1, buffer.take(0, count - 1), count - 1)
         if count:
             buffer[0] = stored
         block.set(**{"~held": count})
@@ -210,6 +248,7 @@ LDLG = block_row("LDLG", _lead_lag)
 LPF = block_row("LPF", _of_order("WLag", 1, 2, 3))
 HPF = block_row("HPF", _of_order("WLead", 1, 2, 3))
 NTCH = block_row("NTCH", _of_order("WNotch", 2, 4))
+LDL2 = block_row("LDL2", _second_lead_lag)
 DERV = block_row("DERV", _derive)
 INTG = block_row("INTG", _integrate)
 DEDT = block_row("DEDT", _delay)

@@ -11,18 +11,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Iterable
+from functools import cache, partial
 from typing import Any
 
+from ...compiler.blocks import names_of, write_block
 from ...interpreter import Interpreter
 from ...interpreter.files import Elements, Members
+from ...model.arithmetic import real
 from ...model.operand_checks import OperandError, require_type
 from ...model.operands import Group, Place, Resolved
-from ...model.predefined.block_types import BLOCKS
+from ...model.predefined.block_types import BLOCK_TYPES, BLOCKS
 from ...model.predefined.process_types import ARRAYS, STATUS_BITS
 from ...model.spec import Spec, Use, action
 from ...model.types import REAL, Structure
+from ...state.regions import converted
 
 NS_PER_MS = 1_000_000
 NS_PER_S = 1000 * NS_PER_MS
@@ -45,6 +48,10 @@ class FunctionBlock(Members):
     def real(self, name: str) -> float:
         """Return a member as a number."""
         return float(self[name])
+
+    def rounded(self, value: float) -> float:
+        """Return a number as a REAL holds it, infinite if it is too large."""
+        return float(self.machine.converted(REAL, value))
 
     def on(self, name: str) -> bool:
         """Return whether a member is set."""
@@ -154,10 +161,54 @@ class FunctionBlock(Members):
     def clear_requests(self) -> None:
         """Clear the operator's requests, and with ProgValueReset the program's."""
         whose = ("Oper", "Prog") if self.on("ProgValueReset") else ("Oper",)
-        kind = self._group.type
-        assert isinstance(kind, Structure)
-        names = [each.name for each in kind.members if each.name.endswith("Req")]
-        self.set(**{name: False for name in names if name.startswith(whose)})
+        self.set(**dict.fromkeys(_requests(self._group.type.name, whose), False))
+
+
+@cache
+def _requests(kind: str, whose: tuple[str, ...]) -> tuple[str, ...]:
+    names = [each.name for each in BLOCK_TYPES[kind].members if each.name.endswith("Req")]
+    return tuple(name for name in names if name.startswith(whose))
+
+
+Converters = dict[str, Callable[[Any], Any]]
+
+
+class CompiledBlock(FunctionBlock):
+    """A block whose values are those that a compiled program has passed."""
+
+    def __init__(
+        self,
+        machine: Interpreter,
+        group: Group,
+        arrays: tuple[Resolved, ...],
+        values: dict[str, Any],
+        converters: Converters,
+    ) -> None:
+        super().__init__(machine, group, arrays)
+        self.values, self._converters = values, converters
+
+    def __getitem__(self, name: str) -> Any:
+        """Return a member."""
+        return self.values[name]
+
+    def set(self, **members: Any) -> None:
+        """Set members."""
+        values, converters = self.values, self._converters
+        for name, value in members.items():
+            values[name] = converters[name](value)
+
+    def elapsed_ms(self, *, first: bool) -> int:
+        """Return the same as for members of a program."""
+        now, last = self.machine.now_ns, self.values["~last_ns"]
+        elapsed = 0 if first else (now - last) // NS_PER_MS
+        self.values["~last_ns"] = now if first else last + elapsed * NS_PER_MS
+        return elapsed
+
+
+def _converter(kind: Any) -> Callable[[Any], Any]:
+    """Return what converts a number to a type as `converted` does."""
+    direct: dict[str, Callable[[Any], Any]] = {"BOOL": bool, "REAL": real, "LREAL": float}
+    return direct.get(kind.name) or partial(converted, kind)
 
 
 def _check_arrays(block: Group, *arrays: Resolved, kind: Structure) -> None:
@@ -178,13 +229,23 @@ def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int 
     kind = BLOCKS[name]
     arrays = ARRAYS.get(name, ())
     bits = STATUS_BITS[kind.name]
+    names = names_of(kind)
+    types = [*kind.members, *kind.hidden]
+    converters = {name: _converter(each.type) for name, each in zip(names, types, strict=True)}
 
-    def run(machine: Interpreter, group: Group, *given: Resolved) -> None:
-        block = FunctionBlock(machine, group, given)
-        result = step(block)
+    def call(block: FunctionBlock) -> None:
+        result, machine = step(block), block.machine
         block.set(EnableOut=result is None or not (machine.is_infinite(result) or machine.is_nan(result)))
         if bits:
             block.report(bits)
+
+    def run(machine: Interpreter, group: Group, *given: Resolved) -> None:
+        call(FunctionBlock(machine, group, given))
+
+    def fetch(machine: Interpreter, values: Iterable[Any], group: Group, *given: Resolved) -> tuple[Any, ...]:
+        block = CompiledBlock(machine, group, given, dict(zip(names, values, strict=True)), converters)
+        call(block)
+        return tuple(block.values.values())
 
     def prescan(machine: Interpreter, group: Group, *_given: Resolved) -> None:
         begins = {"begun": False, "before": True}  # a clock that is on in the first scan is not an edge
@@ -197,6 +258,9 @@ def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int 
         *[Use.ARRAY] * len(arrays),
         optional=optional,
         run=run,
+        write=write_block,
+        fetch=fetch,
+        partly=True,
         prescan=prescan,
         check=partial(_check_arrays, kind=kind),
         in_rungs=False,

@@ -11,8 +11,9 @@
 from __future__ import annotations
 
 import math
+import struct
 
-from ...model.types import REAL
+from ...interpreter.files import Elements
 from .function_block import NS_PER_S, FunctionBlock, block_row
 
 
@@ -133,18 +134,23 @@ def _samples(block: FunctionBlock, most: int) -> list[float] | None:
         return None
     storage = block.arrays[0]
     held = min(int(block["~held"]) + 1, count)
-    for place in range(held - 1, 0, -1):
-        storage[place] = storage[place - 1]
-    storage[0] = block.machine.converted(REAL, value)
+    if held > 1:
+        storage.put(1, storage.take(0, held - 1), held - 1)
+    storage[0] = block.rounded(value)
     block.set(**{"~held": held})
-    return [float(storage[place]) for place in range(held)]
+    return _reals(storage, held)
+
+
+def _reals(array: Elements, count: int) -> list[float]:
+    """Return the first elements of an array of REAL, one at least."""
+    return list(struct.unpack(f"<{count}f", array.take(0, count)))
 
 
 def _average(block: FunctionBlock) -> float:
     weighted = block.on("UseWeights") and len(block.arrays) > 1
     samples = _samples(block, min(map(len, block.arrays if weighted else block.arrays[:1])))
     if samples is not None:
-        weights = [float(block.arrays[1][place]) for place in range(len(samples))] if weighted else None
+        weights = _reals(block.arrays[1], len(samples)) if weighted else None
         if weights is None:
             block.set(Out=sum(samples) / len(samples))
         else:

@@ -48,7 +48,7 @@ def _ramp(block: FunctionBlock, out: float, target: float, minutes: float, rate:
 
 
 def _automatic(block: FunctionBlock, count: int, minutes: float) -> bool:
-    """Execute the profile; return whether it goes on."""
+    """Execute the profile; return whether it continues."""
     ramps, soaks, _ = block.arrays
     segment = int(block["CurrentSeg"])
     out, target = block.real("~exact"), float(soaks[segment])

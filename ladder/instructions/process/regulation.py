@@ -10,6 +10,8 @@
 | SETD, RESD | a latch that Set, or Reset, dominates |
 | DFF, JKFF | on a rising Clock the value of D; the other value |
 | UPDN | adds InPlus and subtracts InMinus at each call, unless Hold |
+| BTDT | Target with a field of bits of Source; bits beyond the width are lost |
+| FGEN | a value by a piece-wise linear curve of points (X, Y), of one or the other table |
 | RLIM | follows a value by IncRate and DecRate units/s at most, in the time from call to call |
 """
 
@@ -17,8 +19,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 from typing import Any
 
+from ...model import arithmetic
+from ...model.types import DINT
 from .function_block import FunctionBlock, block_row
 
 
@@ -55,8 +60,8 @@ def _negate(block: FunctionBlock) -> None:
 def _add_selected(block: FunctionBlock) -> Any:
     total = block["Bias"]
     for number in range(1, 9):
-        if block[f"Select{number}"]:
-            total += block[f"In{number}"] * block[f"Gain{number}"]
+        sum_ = total + block[f"In{number}"] * block[f"Gain{number}"]
+        total = block.machine.chosen(block[f"Select{number}"], sum_, total)
     block.set(Out=total)
     return block["Out"]
 
@@ -119,7 +124,42 @@ def _follow(block: FunctionBlock) -> float:
     return value
 
 
+def _distribute(block: FunctionBlock) -> None:
+    source, first, length, place, target = (
+        block.machine.whole(block[name]) for name in ("Source", "SourceBit", "Length", "DestBit", "Target")
+    )
+    bits = DINT.bits
+    if 0 <= first < bits and 0 <= place < bits and 1 <= length <= bits:
+        target = arithmetic.distributed(source & (1 << bits) - 1, first, target, place, length, bits)
+    block.set(Dest=target)
+
+
+def _generate(block: FunctionBlock) -> float:
+    """Interpolate between the points of the selected table; leave Out if it is not usable [p. 60]."""
+    table = 2 if block["Select"] else 1
+    points = block.arrays[2 * table - 2 : 2 * table]
+    size, value = int(block[f"XY{table}Size"]), block.real("In")
+    most = min(map(len, points)) if len(points) > 1 else 0
+    if block.wrong(**{f"XY{table}SizeInv": not 1 <= size <= most}):
+        return block.real("Out")
+    xs, ys = ([float(each[n]) for n in range(size)] for each in points)
+    if block.wrong(XisOutofOrder=any(not a <= b for a, b in pairwise(xs))):
+        return block.real("Out")
+    after = next((n for n, each in enumerate(xs) if value <= each), None)
+    if after is None:
+        out = ys[-1] if value > xs[-1] else value
+    elif after == 0:
+        out = ys[0]
+    else:
+        slope = (ys[after] - ys[after - 1]) / (xs[after] - xs[after - 1])
+        out = slope * (value - xs[after - 1]) + ys[after - 1]
+    block.set(Out=out)
+    return out
+
+
 SCL = block_row("SCL", _scale)
+BTDT = block_row("BTDT", _distribute)
+FGEN = block_row("FGEN", _generate, optional=2)
 RLIM = block_row("RLIM", _follow)
 UPDN = block_row("UPDN", _accumulate)
 SEL = block_row("SEL", _select)

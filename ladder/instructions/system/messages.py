@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+from ...compiler.edges import write_message
 from ...interpreter import Interpreter
 from ...model.arithmetic import wrap
 from ...model.operands import Constant, Group
@@ -118,11 +119,10 @@ def ends_of_messages(lowered: LoweredProgram) -> tuple[Callable[[Any], None], ..
 
 def _waiting_in(lowered: LoweredProgram) -> Iterator[_MessagePlaces]:
     layout = lowered.layout
-    for leaf in list(layout.leaves.values()):
-        path, _, member = leaf.path.rpartition(".")
-        if member == "~waiting":
-            parts = (layout.leaf(f"{path}.{name}") for name in ("FLAGS", "ERR", "~started_ns"))
-            yield _MessagePlaces(path, leaf, *parts)
+    for leaf in layout.ending("~waiting"):
+        path = leaf.path.rpartition(".")[0]
+        parts = (layout.leaf(f"{path}.{name}") for name in ("FLAGS", "ERR", "~started_ns"))
+        yield _MessagePlaces(path, leaf, *parts)
 
 
 def _end_messages(tags: tuple[_MessagePlaces, ...], engine: Any) -> None:
@@ -153,4 +153,4 @@ def _end_if_over(
     memory.write(tag.error, index, wrap(error, 16))
 
 
-MSG = always("MSG", Use.MESSAGE, run=_msg)
+MSG = always("MSG", Use.MESSAGE, run=_msg, write=write_message, partly=True)

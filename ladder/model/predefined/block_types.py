@@ -18,6 +18,9 @@ BLOCKS: Mapping[str, Structure] = {
     "UPDN": block_structure(
         "UP_DOWN_ACCUM", "Initialize REAL InitialValue InPlus InMinus BOOL Hold", "REAL Out"
     ),
+    "BTDT": block_structure(
+        "FBD_BIT_FIELD_DISTRIBUTE", "DINT Source SourceBit Length=1 DestBit Target", "DINT Dest"
+    ),
     "SEL": block_structure("SELECT", "REAL In1 In2 BOOL SelectorIn", "REAL Out"),
     "SNEG": block_structure("SELECTABLE_NEGATE", "REAL In BOOL NegateEnable=1", "REAL Out"),
     "MAXC": block_structure("MAXIMUM_CAPTURE", *_CAPTURED, hidden="BOOL begun"),

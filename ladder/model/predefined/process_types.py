@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping
 
 from ..types import BOOL, DINT, LINT, LREAL, REAL, Elementary, Member, Structure
 
-MAX_REAL = 3.4028234663852886e38
-"""The largest REAL."""
+MAX_REAL, MIN_REAL = 3.4028234663852886e38, 1.1754943508222875e-38
+"""The largest REAL, and the smallest positive one of full precision."""
 
 TIMING = "DINT TimingMode REAL OversampleDT DINT RTSTime=1 RTSTimeStamp"
 """Inputs of blocks with timing modes."""
@@ -19,7 +19,7 @@ TIMING_FAULTS = ("TimingModeInv", "RTSMissed", "RTSTimeInv", "RTSTimeStampInv", 
 FIRST_TIMING_BIT = 27
 
 _TYPES: Mapping[str, Elementary] = {each.name: each for each in (BOOL, DINT, LINT, REAL, LREAL)}
-_VALUES: Mapping[str, object] = {"max": MAX_REAL, "-max": -MAX_REAL}
+_VALUES: Mapping[str, object] = {"max": MAX_REAL, "-max": -MAX_REAL, "min": MIN_REAL}
 
 STATUS_BITS: dict[str, dict[str, tuple[str, int]]] = {}
 """Status word and bit of each fault indicator, by structure."""
@@ -73,6 +73,9 @@ _DEVICE_REQUESTS = f"{_CONTROL} ProgOverrideReq ProgHandReq {_OF_OPERATOR} ProgV
 _DEVICE = "FaultAlarm ModeAlarm ProgOper Override Hand"
 _DEVICE_STATE = "BOOL ran begun timing LINT since_ns DINT state asked"
 _PAST = "LREAL x1 x2 x3 x4 y1 y2 y3 y4"
+_CYCLE = "BOOL begun LINT last_ns timer"
+_INTEGRATES = "REAL In BOOL Initialize REAL InitialValue"
+_BOUNDS = "REAL HighLimit=max LowLimit=-max BOOL HoldHigh HoldLow"
 _LEVELS = "HHLimit=max HLimit=max LLimit=-max LLLimit=-max"
 
 
@@ -132,6 +135,12 @@ PROCESS: Mapping[str, Structure] = {
         "InsFaulted InsUsedInv SelectorModeInv ProgSelectorInv OperSelectorInv",
         hidden="BOOL ran begun",
     ),
+    "FGEN": block_structure(
+        "FUNCTION_GENERATOR",
+        "REAL In DINT XY1Size=1 XY2Size BOOL Select",
+        "REAL Out",
+        "XY1SizeInv XY2SizeInv XisOutofOrder",
+    ),
     "HLL": block_structure(
         "HL_LIMIT",
         "REAL In HighLimit=max LowLimit=-max DINT SelectLimit",
@@ -158,6 +167,13 @@ PROCESS: Mapping[str, Structure] = {
         f"REAL In BOOL Initialize REAL Lead Lag Gain=1.0 Bias {TIMING}",
         "REAL Out DeltaT",
         "LeadInv LagInv",
+        hidden=_PAST,
+    ),
+    "LDL2": block_structure(
+        "LEAD_LAG_SEC_ORDER",
+        f"REAL In BOOL Initialize REAL WLead WLag ZetaLead ZetaLag=0.05 DINT Order=2 {TIMING}",
+        "REAL Out DeltaT",
+        "WLeadInv WLagInv ZetaLeadInv ZetaLagInv OrderInv WLagRatioInv",
         hidden=_PAST,
     ),
     "LPF": block_structure(
@@ -188,6 +204,15 @@ PROCESS: Mapping[str, Structure] = {
         "WNotchInv QFactorInv OrderInv",
         hidden=_PAST,
     ),
+    "PI": block_structure(
+        "PROP_INT",
+        f"{_INTEGRATES} REAL Kp=min Wld {_BOUNDS} REAL ShapeKpPlus=1.0 ShapeKpMinus=1.0 KpInRange=max "
+        f"ShapeWldPlus=1.0 ShapeWldMinus=1.0 WldInRange=max BOOL NonLinearMode ParabolicLinear {TIMING}",
+        "REAL Out BOOL HighAlarm LowAlarm REAL DeltaT",
+        "KpInv WldInv HighLowLimsInv ShapeKpPlusInv ShapeKpMinusInv KpInRangeInv ShapeWldPlusInv "
+        "ShapeWldMinusInv WldInRangeInv",
+        hidden="LREAL x1 exact",
+    ),
     "PIDE": block_structure(
         "PID_ENHANCED",
         "REAL PV BOOL PVFault REAL PVEUMax=100.0 PVEUMin SPProg SPOper SPCascade SPHLimit=100.0 SPLLimit "
@@ -213,6 +238,22 @@ PROCESS: Mapping[str, Structure] = {
         hidden="BOOL ran LREAL e1 e2 q1 q2 ff LINT sampled_ns LREAL sample",
         more="AtuneDataInv",
     ),
+    "PMUL": block_structure(
+        "PULSE_MULTIPLIER",
+        "DINT In BOOL Initialize DINT InitialValue BOOL Mode=1 DINT WordSize=14 Multiplier=100000",
+        "REAL Out",
+        "WordSizeInv OutOverflow LostPrecision MultiplierInv",
+        hidden="BOOL begun initializing DINT before LINT remainder",
+    ),
+    "POSP": block_structure(
+        "POSITION_PROP",
+        "REAL SP Position BOOL OpenedFB ClosedFB REAL PositionEUMax=100.0 PositionEUMin CycleTime OpenRate "
+        "CloseRate MaxOnTime MinOnTime Deadtime",
+        "OpenOut CloseOut REAL PositionPercent SPPercent OpenTime CloseTime",
+        "CycleTimeInv OpenRateInv CloseRateInv MaxOnTimeInv MinOnTimeInv DeadtimeInv PositionPctInv "
+        "SPPercentInv PositionSpanInv",
+        hidden=_CYCLE,
+    ),
     "RLIM": block_structure(
         "RATE_LIMITER",
         f"REAL In IncRate DecRate BOOL ByPass {TIMING}",
@@ -237,6 +278,29 @@ PROCESS: Mapping[str, Structure] = {
         "REAL Out BOOL MaxAlarm MinAlarm",
         "InRawRangeInv",
     ),
+    "SCRV": block_structure(
+        "S_CURVE",
+        "REAL In BOOL Initialize REAL InitialValue BOOL AbsAlgRamp=1 REAL AccelRate DecelRate JerkRate "
+        f"BOOL HoldMode HoldEnable {TIMING}",
+        "BOOL S_Mode REAL Out Rate DeltaT",
+        "AccelRateInv DecelRateInv JerkRateInv",
+        hidden="LREAL exact rate",
+    ),
+    "SOC": block_structure(
+        "SEC_ORDER_CONTROLLER",
+        f"{_INTEGRATES} REAL Gain=min WLag WLead ZetaLead {_BOUNDS} {TIMING}",
+        "REAL Out BOOL HighAlarm LowAlarm REAL DeltaT",
+        "GainInv WLagInv WLeadInv ZetaLeadInv HighLowLimsInv",
+        hidden="LREAL x1 y1 exact",
+    ),
+    "SRTP": block_structure(
+        "SPLIT_RANGE",
+        "REAL In CycleTime MaxHeatIn=100.0 MinHeatIn=50.0 MaxCoolIn MinCoolIn=50.0 MaxHeatTime MinHeatTime "
+        "MaxCoolTime MinCoolTime",
+        "HeatOut CoolOut REAL HeatTimePercent CoolTimePercent",
+        "CycleTimeInv MaxHeatTimeInv MinHeatTimeInv MaxCoolTimeInv MinCoolTimeInv HeatSpanInv CoolSpanInv",
+        hidden=_CYCLE,
+    ),
     "SSUM": block_structure(
         "SELECTED_SUMMER",
         " ".join(f"REAL In{n} Gain{n}=1.0 BOOL Select{n}" for n in range(1, 9)) + " REAL Bias",
@@ -257,6 +321,7 @@ PROCESS: Mapping[str, Structure] = {
 
 ARRAYS: Mapping[str, tuple[str, ...]] = {
     "DEDT": ("Storage",),
+    "FGEN": ("X1", "Y1", "X2", "Y2"),
     "MAVE": ("Storage", "Weight"),
     "MSTD": ("Storage",),
     "RMPS": ("RampValue", "SoakValue", "SoakTime"),

@@ -67,7 +67,7 @@ class TermCalls(TermSteps):
             self._line(line, inputs)
 
     def jump_to(self, power: T, label: str) -> T:
-        """Go on at a label further down where power holds."""
+        """Continue at a label further down where power holds."""
         if self._labels[label] <= self._number:
             raise UnmodelledError("a jump backwards")
         before = self._pending.get(label, FALSE)

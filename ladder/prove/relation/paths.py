@@ -126,7 +126,7 @@ def written_by(paths: list[Path]) -> dict[Key, None]:
 
 
 def merged(paths: list[Path], value: Callable[[Path], T]) -> T:
-    """Return the value of the path that is taken; a scan that faults may go on as any other."""
+    """Return the value of the path that is taken; a scan that faults may continue as any other."""
     return _merged([each for each in paths if not each.faulted] or paths[:1], value, 0)
 
 

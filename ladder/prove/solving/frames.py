@@ -1,4 +1,4 @@
-"""Scans one after the other in a solver: each gives every variable a term of its own."""
+"""Scans one after the other in a solver: each gives every variable its own term."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ class ProgramSystem(System):
         program: with or without monitors, see `monitors.monitored`.
         bounds: of the time between scans.
         free: tags whose numbers are free in each scan: `Recipe`, `Recipe.*`.
-        written_outside: tags that both the program and somebody outside write.
+        written_outside: tags that both the program and someone outside write.
         assume: bits that are true after each scan of a run in question.
         contracts: truths of inputs that hold in each scan.
         happenings: what may happen between two scans.
@@ -98,7 +98,7 @@ class ProgramSystem(System):
         beside: ProgramSystem | None = None,
     ) -> None:
         super().__init__()
-        self.open: dict[Key, int] = {}  # masks of the bits of numbers that somebody outside writes
+        self.open: dict[Key, int] = {}  # masks of the bits of numbers that someone outside writes
         if beside is None:
             terms.forget()
         self.program, self.bounds, self.assume = program, bounds, tuple(assume)
@@ -217,7 +217,7 @@ class ProgramSystem(System):
             if acts or (key not in written and machine.kinds[key].slot is not None):
                 raise LadderError(
                     f"a routine NEVER writes {shown(name_of(key))}, which the program uses: "
-                    "a monitor has tags of its own"
+                    "a monitor has its own tags"
                 )
 
     def _begin(self) -> None:
@@ -270,7 +270,7 @@ class ProgramSystem(System):
         return self._told(key, after, self.open.get(key, 0))
 
     def _told(self, key: Key, after: T, mask: int) -> T:
-        """Return a number after a scan with bits that somebody outside writes behind it."""
+        """Return a number after a scan with bits that someone outside writes behind it."""
         v = self.machine.vars[key]
         told = var(f"{TOLD}{v.val}", INT, v.lo, v.hi)
         width = self.machine.kinds[key].type.wraps
@@ -314,7 +314,7 @@ class ProgramSystem(System):
             self.held.add(v.val)
 
     def _is_given(self, path: str, leaf: Leaf) -> bool:
-        """Whether a value is free in each scan, even if rungs write it: inputs come anew with each scan."""
+        """Whether a value is free in each scan, even if rungs write it: inputs come again with each scan."""
         if leaf.slot is not None:
             return not leaf.output
         return path in self._free or self._is_written_beside(path) or INPUTS.match(path) is not None

@@ -19,7 +19,7 @@ DT = "~dt"
 """Name of the variable with the ms since the scan before."""
 
 TOLD = "~told:"
-"""Start of the name of a variable whose bits somebody outside writes into a number before the next scan."""
+"""Start of the name of a variable whose bits someone outside writes into a number before the next scan."""
 
 FIRST_SCAN = ("S:FS", 0)
 

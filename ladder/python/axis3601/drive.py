@@ -5,7 +5,7 @@
     PARAMETERS    the command without its command bits    when they have crossed the backplane (option)
     SENT          the command                             when the module moves, or has had time to answer
     UNDER_WAY     the command; 0 in word 0 where the      at its end, or with a newer command
-                  module goes on by itself
+                  module continues by itself
     YIELDING      what brings it to rest                  at rest
     RESETTING     RESET_ERRORS                            when COMMAND_ERROR is gone
     ZEROS         zeros, so that the next command is      when they have crossed the backplane

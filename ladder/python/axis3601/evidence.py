@@ -13,7 +13,7 @@ from ....io_images.amci3601.bits import StatusLsw, StatusMsw
 from .kinds import ABSOLUTE, GEAR, HOME, PRESET, RELATIVE, RUN_BLEND, CommandKind
 
 HOME_REST_NS = 3_000_000_000
-"""Maximum rest in a search for home: two seconds on an end limit [3601 manual, chapter 4, Find Home]."""
+"""Maximum rest in homing: two seconds on an end limit [3601 manual, chapter 4, Find Home]."""
 
 _INVALID = StatusMsw.POSITION_INVALID.value
 _STOPPED = StatusMsw.STOPPED.value

@@ -76,7 +76,7 @@ class Gear(Command):
 
 
 class Homing(Command):
-    """A search for home. A backplane proximity bit follows the program's in each scan."""
+    """Homing. A backplane proximity bit follows the program's in each scan."""
 
     __slots__ = ("_proximity", "attended")
 

@@ -147,7 +147,7 @@ class Axis3601(Device):
         deceleration: int,
         proximity: Callable[[], object] | None = None,
     ) -> Command:
-        """Search for home, where the position becomes 0; done at home [MC_Home].
+        """Home the axis; there the position becomes 0; done at home [MC_Home].
 
         Args:
             direction: first direction of the search.

@@ -1,14 +1,14 @@
 """An edit of a class of logic between two scans: fields keep their values, sequences continue.
 
-The instance stays and takes the edited class; a wait, a command and a lambda that refer to it go on.
+The instance stays and takes the edited class; a wait, a command and a lambda that refer to it continue.
 What an edit does to each name:
 
 | name | |
 |---|---|
-| a field, which a method assigns | keeps its value; a new one, or one of another type, begins anew |
+| a field, which a method assigns | keeps its value; a new one, or one of another type, restarts |
 | a constant of class or module | has its new value from the next scan on |
 | a part with the same declaration, a timer or counter with another preset | keeps its state |
-| a part with another declaration | begins anew; a sequence that waits for it is refused |
+| a part with another declaration | restarts; a sequence that waits for it is refused |
 | a sequence that waits | continues at the matching `await`, or is refused; it may be restarted instead |
 | a new sequence | begins |
 | a sequence that is gone | is closed: its `finally` runs without further awaits |
@@ -39,7 +39,7 @@ class LogicEdit:
     now_ns: int  # virtual time of the previous scan
     kept: tuple[str, ...]  # fields and parts that continue
     new: tuple[str, ...]
-    changed: tuple[str, ...]  # fields and parts that begin anew, constants with another value
+    changed: tuple[str, ...]  # fields and parts that restart, constants with another value
     dropped: tuple[str, ...]
     continued: tuple[str, ...]  # sequences, each with the line where it waits
     restarted: tuple[str, ...]
@@ -88,7 +88,7 @@ def edit_logic(logic: Logic, fresh: Logic, restart: Collection[str] = ()) -> Log
     Args:
         logic: the instance; it has had a scan.
         fresh: an instance of the edited class, loaded from the edited file.
-        restart: names of sequences that end, and begin anew in the edited program.
+        restart: names of sequences that end, and restart in the edited program.
 
     Raises:
         EditRefusal: it can't continue for certain; nothing has changed.
@@ -215,7 +215,7 @@ class PartPlan:
 
     parts: dict[str, Part]  # those from now on
     kept: tuple[str, ...]  # those that continue
-    changed: tuple[str, ...]  # those that begin anew, and new ones
+    changed: tuple[str, ...]  # those that restart, and new ones
 
 
 def _parts(logic: Logic, fresh: Logic) -> PartPlan:

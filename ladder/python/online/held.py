@@ -122,7 +122,7 @@ def entry_of(awaited: Any) -> Any:
 def keep_for_ever(work: object) -> None:
     """Keep a replaced coroutine, suspended, to the end of the process.
 
-    Python would close it when nobody refers to it, and run its `finally` blocks; they belong to the frame
+    Python would close it when no one refers to it, and run its `finally` blocks; they belong to the frame
     that has replaced it.
     """
     ctypes.pythonapi.Py_IncRef(ctypes.py_object(work))

@@ -201,7 +201,7 @@ def _point_of(frame: WaitingFrame, points: list[Point]) -> Point:
 
 
 def _check_staying(frame: WaitingFrame, context: EditContext) -> None:
-    """Check that what a frame that stays refers to goes on."""
+    """Check that what a frame that stays refers to continues."""
     for name, value in frame.values.items():
         _check_local(name, value, context)
 

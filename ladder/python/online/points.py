@@ -19,7 +19,7 @@ from .suspended import Hold, Range
 Function = ast.AsyncFunctionDef
 
 NESTED = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
-"""Nodes with a scope of their own."""
+"""Nodes with their own scope."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
     turn of a scan          the sequence
     an order is there       gets Abort at its await, once its branches are gone
     its wait does not hold  stays
-    its wait holds, fails   goes on to its next wait, which begins in this scan
+    its wait holds, fails   continues to its next wait, which begins in this scan
 
 `abort` and `restart` are orders for the next turn. A `finally` may await; ending then takes scans, and
 `restart` begins again in the scan of its end. A sequence that continues after a second Abort

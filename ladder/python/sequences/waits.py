@@ -111,7 +111,7 @@ def holds(condition: Condition) -> bool:
     """Evaluate a condition; a TypeError for a coroutine, which would count as true."""
     answer = condition()
     if inspect.iscoroutine(answer):
-        answer.close()  # lest Python warns that nobody awaits it
+        answer.close()  # lest Python warns that no one awaits it
         raise TypeError(_never_answers(answer.__name__))
     return bool(answer)
 

@@ -56,7 +56,7 @@ class Data:
 
     @property
     def element(self) -> Any:
-        """The element; parsed anew each time if it was cut out."""
+        """The element; parsed again each time if it was cut out."""
         if self._text is None or self._parse is None:
             return self._element
         return self._parse(self._text, self._element.sourceline)

@@ -1,31 +1,29 @@
-"""The XML reader. An L5X is untrusted: anything no export has is refused before or during parsing.
-
-| refused | why |
-|---|---|
-| more than 64 MiB, or `MOST_MARKS` tags, attributes and texts | memory |
-| a DOCTYPE | entities, external files; no export has one |
-| elements more than 256 deep | libxml2's limit without `huge_tree` |
-| bytes that are neither UTF-8 nor UTF-16, nor the encoding that the file declares | its text is unknown |
-"""
+"""From elements to records; `parsing` refuses what no export has."""
 
 from __future__ import annotations
 
-import codecs
-import re
 from collections.abc import Iterator, Sequence
-from functools import cache
 from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from lxml import etree
-
 from ....io_images.input_files import open_input
-from ....io_images.site import Site
 from ....ladder.lowering.addon import ROUTINES
-from ....ladder.model.errors import LadderError
 from ..edits import chosen_text
 from .data import Data, cut_out
+from .elements import (
+    NUMBER,
+    children,
+    defined,
+    defined_routines,
+    dims_in,
+    is_true,
+    line_of_text,
+    text_of,
+    whole_in,
+    wrong_dims,
+)
+from .parsing import MOST_BYTES, L5xError, checked, parsed
 from .records import (
     AddOnRecord,
     DataTypeRecord,
@@ -42,37 +40,7 @@ from .records import (
     TaskRecord,
 )
 
-MOST_BYTES = 64 << 20
-"""Maximum bytes of a file."""
-
-MOST_MARKS = 1_350_000
-"""Maximum tags, attributes and texts: libxml2 takes up to 260 bytes for each."""
-
 ROOT = "RSLogix5000Content"
-
-_BOMS = (
-    (codecs.BOM_UTF8, "utf-8"),
-    (codecs.BOM_UTF16_LE, "utf-16-le"),
-    (codecs.BOM_UTF16_BE, "utf-16-be"),
-)
-_DECLARED = re.compile(rb"""<\?xml[^>]{0,200}?encoding\s*=\s*["']([A-Za-z0-9._-]{1,40})["']""")
-_ENCODINGS = {"iso-8859-1": "latin-1", "windows-1252": "cp1252", "us-ascii": "ascii"}
-_PROLOG = re.compile(rb"\s+|<\?.*?\?>|<!--.*?-->", re.DOTALL)
-_TEXT = re.compile(rb">\s*+[^<\s]")
-_ZERO = re.compile(
-    rb'<Element Index="\[[0-9,]{1,30}\]" Value="(?:0|0\.0|0\.0{8}e\+0{3}|(?:2|8|16)#[0_]{1,100})"/>'
-)
-"""An array element equal to the default."""
-
-_NUMBER = re.compile(r"\d{1,9}")
-
-
-class L5xError(LadderError):
-    """An unusable L5X; the message has file and line."""
-
-    def __init__(self, file: str, line: int, text: str) -> None:
-        site = Site(file=file, line=line)
-        super().__init__(f"{site.spot}: {text}", site)
 
 
 def read_document(path: Path) -> L5xDocument:
@@ -87,160 +55,12 @@ def read_document(path: Path) -> L5xDocument:
 
 def parse_document(data: bytes, file: str) -> L5xDocument:
     """Read the bytes of an L5X file, see `read_document`."""
-    text, cut = cut_out(_checked(data, file))
+    text, cut = cut_out(checked(data, file))
     del data
-    root = _parsed(text, file)
+    root = parsed(text, file)
     if root.tag != ROOT:
         raise L5xError(file, root.sourceline or 1, f"its root is {root.tag}, that of an L5X is {ROOT}")
     return _L5xReader(file, cut).document(root)
-
-
-def whole_tree(data: bytes) -> Any:
-    """Return the root of an L5X that is to be written again: as it is, with its sections of character data.
-
-    Raises:
-        L5xError: it can't be read, or is larger than what can be imported.
-    """
-    _checked(data, "the L5X")
-    parser = etree.XMLParser(
-        strip_cdata=False, resolve_entities=False, load_dtd=False, no_network=True, huge_tree=False
-    )
-    try:
-        return etree.fromstring(data.removeprefix(codecs.BOM_UTF8).lstrip(), parser)  # blanks may lead
-    except etree.XMLSyntaxError as error:
-        raise L5xError("the L5X", error.lineno or 1, f"it is not XML: {error.msg}") from None
-
-
-def _checked(data: bytes, file: str) -> bytes:
-    """Return a document's bytes as UTF-8, or raise an L5xError for what no export has."""
-    if len(data) > MOST_BYTES:
-        raise L5xError(file, 0, f"it has more than {MOST_BYTES:,} bytes")
-    data = _as_utf8(data, file)
-    marks = _marks(data)
-    if marks > MOST_MARKS:
-        data = _ZERO.sub(b"", data)  # large controllers consist mostly of arrays of zeros
-        marks = _marks(data)
-    if marks > MOST_MARKS:
-        raise L5xError(file, 0, f"it has {marks:,} tags, attributes and texts; {MOST_MARKS:,} are allowed")
-    _refuse_doctype(data, file)
-    return data
-
-
-@cache
-def _parser() -> Any:
-    return etree.XMLParser(
-        encoding="utf-8", resolve_entities=False, load_dtd=False, no_network=True, huge_tree=False
-    )
-
-
-def _parsed(data: bytes, file: str, line: int = 1) -> Any:
-    """Return the root of a document, or of a part that begins on a line."""
-    try:
-        return etree.fromstring(data, _parser())
-    except etree.XMLSyntaxError as error:
-        raise L5xError(file, line - 1 + (error.lineno or 1), f"it is not XML: {error.msg}") from None
-    except ValueError as error:
-        raise L5xError(file, line, f"it is not XML: {error}") from None
-
-
-def _marks(data: bytes) -> int:
-    """Count tags, attributes and texts; more than the limit only if there are more."""
-    tags, attributes = data.count(b"<"), data.count(b"=")
-    if 2 * tags + attributes <= MOST_MARKS:  # at most one text behind each tag
-        return tags + attributes
-    return tags + attributes + sum(1 for _ in _TEXT.finditer(data))
-
-
-def _as_utf8(data: bytes, file: str) -> bytes:
-    """Decode: by byte order mark, UTF-16 zeros or the declaration, else UTF-8."""
-    encoding = next((name for mark, name in _BOMS if data.startswith(mark)), None)
-    if encoding is None and data[:2] in (b"<\0", b"\0<"):
-        encoding = "utf-16-le" if data[:1] == b"<" else "utf-16-be"
-    if encoding is None:
-        declared = _DECLARED.match(data.lstrip()[:300])
-        name = declared.group(1).decode("ascii").lower() if declared else ""
-        encoding = _ENCODINGS.get(name, "utf-8")
-    try:
-        text = data.decode(encoding)
-    except UnicodeDecodeError as error:
-        line = data.count(b"\n", 0, error.start) + 1
-        raise L5xError(file, line, f"it is not {encoding.upper()} text: {error.reason}") from None
-    if encoding == "utf-8":
-        return data.removeprefix(codecs.BOM_UTF8).lstrip()
-    return text.removeprefix("\ufeff").lstrip().encode("utf-8")
-
-
-def _refuse_doctype(data: bytes, file: str) -> None:
-    at = 0
-    while found := _PROLOG.match(data, at):
-        at = found.end()
-    if data.startswith(b"<!", at):
-        line = data.count(b"\n", 0, at) + 1
-        raise L5xError(file, line, "it has a DOCTYPE; no export of an L5X has one")
-
-
-# --- elements
-
-
-def _text(element: Any) -> str:
-    """Return the text of an element, the first language's if there are several."""
-    if element is None:
-        return ""
-    inner = next(iter(element), None)
-    chosen = inner if inner is not None and isinstance(inner.tag, str) else element
-    return "".join(chosen.itertext()).strip()
-
-
-_DIMS = re.compile(r"\d{1,9}(?:[\s,]+\d{1,9})*")
-
-
-def _dims(text: str) -> tuple[int, ...]:
-    """Return dimensions: `4 3 2`, `4,3,2`; `0` and "" mean none."""
-    lengths = tuple(map(int, _NUMBER.findall(text))) if _DIMS.fullmatch(text) else ()
-    return lengths if any(lengths) else ()
-
-
-def _wrong_dims(text: str) -> str:
-    """Return a text that is no list of dimensions, else ""."""
-    return "" if not text or _DIMS.fullmatch(text) else text
-
-
-def _is_true(text: str) -> bool:
-    return text.lower() in ("true", "1")
-
-
-def _whole(text: str) -> int:
-    return int(text) if _NUMBER.fullmatch(text) else 0
-
-
-def _children(element: Any, *path: str) -> Iterator[Any]:
-    """Yield the children at the end of a path of names."""
-    if element is None:
-        return
-    *outer, name = path
-    for each in element.iterchildren(outer[0] if outer else name):
-        if outer:
-            yield from _children(each, *path[1:])
-        else:
-            yield each
-
-
-def _defined(element: Any, *path: str) -> Iterator[Any]:
-    """Yield the children of an element that a partial export defines."""
-    yield from (each for each in _children(element, *path) if each.get("Use") != "Reference")
-
-
-def _defined_routines(program: Any) -> Iterator[Any]:
-    """Yield the routines that a partial export defines: what is context without a content is only named."""
-    for each in _defined(program, "Routines", "Routine"):
-        if each.get("Use") != "Context" or any(str(part.tag).endswith("Content") for part in each):
-            yield each
-
-
-def _line_of_text(element: Any) -> int:
-    """Return the line of an element's text, after white space."""
-    text = element.text or ""
-    return int(element.sourceline or 0) + text[: len(text) - len(text.lstrip())].count("\n")
 
 
 _READ = frozenset(
@@ -264,7 +84,7 @@ class _L5xReader:
         return Data(element, self._cut, self._part)
 
     def _part(self, text: bytes, line: int) -> Any:
-        return _parsed(text, self._file, line)
+        return parsed(text, self._file, line)
 
     def document(self, root: Any) -> L5xDocument:
         controller = root.find("Controller")
@@ -291,12 +111,12 @@ class _L5xReader:
             target,
             get("Name") or root.get("TargetName") or "controller",
             get("ProcessorType", ""),
-            tuple(map(self._data_type, _defined(controller, "DataTypes", "DataType"))),
+            tuple(map(self._data_type, defined(controller, "DataTypes", "DataType"))),
             tuple(add_ons),
-            tuple(map(self._tag, _defined(controller, "Tags", "Tag"))),
-            tuple(map(self._program, _children(controller, "Programs", "Program"))),
-            tuple(map(self._task, _defined(controller, "Tasks", "Task"))),
-            tuple(map(self._module, _children(controller, "Modules", "Module"))),
+            tuple(map(self._tag, defined(controller, "Tags", "Tag"))),
+            tuple(map(self._program, children(controller, "Programs", "Program"))),
+            tuple(map(self._task, defined(controller, "Tasks", "Task"))),
+            tuple(map(self._module, children(controller, "Modules", "Module"))),
             tuple(others),
             (get("SFCExecutionControl", ""), get("SFCRestartPosition", ""), get("SFCLastScan", "")),
         )
@@ -307,8 +127,8 @@ class _L5xReader:
         return DataTypeRecord(
             element.get("Name", ""),
             element.get("Family", ""),
-            tuple(map(self._member, _children(element, "Members", "Member"))),
-            _text(element.find("Description")),
+            tuple(map(self._member, children(element, "Members", "Member"))),
+            text_of(element.find("Description")),
             element.sourceline,
         )
 
@@ -318,12 +138,12 @@ class _L5xReader:
         return MemberRecord(
             get("Name", ""),
             get("DataType", ""),
-            _dims(dims),
-            _is_true(get("Hidden", "")),
+            dims_in(dims),
+            is_true(get("Hidden", "")),
             get("Target", ""),
-            _whole(get("BitNumber", "")),
+            whole_in(get("BitNumber", "")),
             element.sourceline,
-            _wrong_dims(dims),
+            wrong_dims(dims),
         )
 
     def _tag(self, element: Any) -> TagRecord:
@@ -340,7 +160,7 @@ class _L5xReader:
             elif each.tag == "ForceData":
                 forced.append(self._data(each))
             elif each.tag == "Description":
-                comment = _text(each)
+                comment = text_of(each)
             elif each.tag == "Comments":
                 comments = _comments(each)
             elif each.tag == "ConsumeInfo":
@@ -349,15 +169,15 @@ class _L5xReader:
             get("Name", ""),
             get("TagType", "Base"),
             get("DataType", ""),
-            _dims(dims),
+            dims_in(dims),
             get("AliasFor", ""),
             get("Usage", ""),
-            _is_true(get("Required", "")),
+            is_true(get("Required", "")),
             comment,
             comments,
             data,
             element.sourceline,
-            _wrong_dims(dims),
+            wrong_dims(dims),
             remote,
             rpi,
             forced + [each for each in data if each.shows_forces],
@@ -370,10 +190,10 @@ class _L5xReader:
         encoded = element.tag == "EncodedData"
         return AddOnRecord(
             element.get("Name", ""),
-            tuple(map(self._tag, _children(element, "Parameters", "Parameter"))),
-            tuple(map(self._tag, _children(element, "LocalTags", "LocalTag"))),
-            tuple(map(self._routine, _children(element, "Routines", "Routine"))),
-            _text(element.find("Description")),
+            tuple(map(self._tag, children(element, "Parameters", "Parameter"))),
+            tuple(map(self._tag, children(element, "LocalTags", "LocalTag"))),
+            tuple(map(self._routine, children(element, "Routines", "Routine"))),
+            text_of(element.find("Description")),
             encoded or element.find("Routines/EncodedData") is not None,
             frozenset(each for each in ROUTINES if element.get(f"Execute{each}", "").lower() == "false"),
             element.sourceline,
@@ -381,23 +201,23 @@ class _L5xReader:
 
     def _program(self, element: Any) -> ProgramRecord:
         get = element.get
-        tested = _is_true(get("TestEdits", ""))
+        tested = is_true(get("TestEdits", ""))
         return ProgramRecord(
             get("Name", ""),
             get("MainRoutineName") or get("PreStateRoutineName", ""),
             get("FaultRoutineName", ""),
-            _is_true(get("Disabled", "")),
+            is_true(get("Disabled", "")),
             get("Type") == "EquipmentPhase",
-            tuple(map(self._tag, _defined(element, "Tags", "Tag"))),
-            tuple(self._routine(each, tested=tested) for each in _defined_routines(element)),
-            tuple(map(_encoded, _children(element, "Routines", "EncodedData"))),
-            _text(element.find("Description")),
+            tuple(map(self._tag, defined(element, "Tags", "Tag"))),
+            tuple(self._routine(each, tested=tested) for each in defined_routines(element)),
+            tuple(map(_encoded, children(element, "Routines", "EncodedData"))),
+            text_of(element.find("Description")),
             element.sourceline,
         )
 
     def _routine(self, element: Any, *, tested: bool = False) -> RoutineRecord:
         rungs = [
-            self._rung(each, place) for place, each in enumerate(_children(element, "RLLContent", "Rung"))
+            self._rung(each, place) for place, each in enumerate(children(element, "RLLContent", "Rung"))
         ]
         contents = list(element.iterchildren("STContent"))
         types = [each.get("OnlineEditType", "") for each in contents]
@@ -406,7 +226,7 @@ class _L5xReader:
         charts = list(element.iterchildren("SFCContent", "FBDContent"))
         edits = [each.get("OnlineEditType", "") for each in charts]
         chart = charts[chosen_text(edits, tested=tested)] if charts else None
-        lines = [("".join(each.itertext()), int(each.sourceline)) for each in _children(content, "Line")]
+        lines = [("".join(each.itertext()), int(each.sourceline)) for each in children(content, "Line")]
         if content is not None and not lines:  # by other programs than Studio 5000
             lines = [(content.text or "", int(content.sourceline))]
         if chart is not None:
@@ -416,7 +236,7 @@ class _L5xReader:
         return RoutineRecord(
             element.get("Name", ""),
             element.get("Type") or found,
-            _text(element.find("Description")),
+            text_of(element.find("Description")),
             tuple(rungs),
             tuple(lines),
             element.sourceline,
@@ -431,11 +251,11 @@ class _L5xReader:
         text = texts[0] if texts else None
         number = element.get("Number", "")
         return L5xRungRecord(
-            int(number) if _NUMBER.fullmatch(number) else place,
+            int(number) if NUMBER.fullmatch(number) else place,
             element.get("Type", "N"),
-            _text(text),
-            _text(element.find("Comment")),
-            element.sourceline if text is None else _line_of_text(text),
+            text_of(text),
+            text_of(element.find("Comment")),
+            element.sourceline if text is None else line_of_text(text),
             len(texts),
         )
 
@@ -447,10 +267,10 @@ class _L5xReader:
             get("Rate", ""),
             get("Priority", ""),
             tuple(
-                each.get("Name", "") for each in _children(element, "ScheduledPrograms", "ScheduledProgram")
+                each.get("Name", "") for each in children(element, "ScheduledPrograms", "ScheduledProgram")
             ),
-            _is_true(get("InhibitTask", "")),
-            _text(element.find("Description")),
+            is_true(get("InhibitTask", "")),
+            text_of(element.find("Description")),
             element.sourceline,
         )
 
@@ -458,9 +278,9 @@ class _L5xReader:
 
     def _module(self, element: Any) -> ModuleRecord:
         get = element.get
-        ports = list(_children(element, "Ports", "Port"))
-        upstream = next((each for each in ports if _is_true(each.get("Upstream", ""))), None)
-        rates = [_whole(each.get("RPI", "")) for each in element.iter("Connection")]
+        ports = list(children(element, "Ports", "Port"))
+        upstream = next((each for each in ports if is_true(each.get("Upstream", ""))), None)
+        rates = [whole_in(each.get("RPI", "")) for each in element.iter("Connection")]
         return ModuleRecord(
             get("Name", ""),
             get("CatalogNumber", ""),
@@ -472,7 +292,7 @@ class _L5xReader:
             "" if upstream is None else upstream.get("Type", ""),
             min(filter(None, rates), default=0),
             tuple(self._module_tags(element)),
-            _is_true(get("Inhibited", "")),
+            is_true(get("Inhibited", "")),
             element.sourceline,
         )
 
@@ -496,7 +316,7 @@ class _L5xReader:
             element.tag,
             _comments(element.find("Comments")),
             data,
-            _whole(size),
+            whole_in(size),
             element.sourceline,
             forced + [each for each in data if each.shows_forces],
         )
@@ -508,13 +328,13 @@ DEEPEST = 8
 
 def _element_record(element: Any, depth: int = 0) -> ElementRecord:
     inner = [each for each in element.iterchildren() if isinstance(each.tag, str)] if depth < DEEPEST else []
-    text = _text(element.find("Text")) if element.tag == "TextBox" else (element.text or "")
+    text = text_of(element.find("Text")) if element.tag == "TextBox" else (element.text or "")
     children = tuple(_element_record(each, depth + 1) for each in inner)
     return ElementRecord(element.tag, dict(element.attrib), text, children, int(element.sourceline or 0))
 
 
 def _comments(element: Any) -> tuple[tuple[str, str], ...]:
-    return tuple((each.get("Operand", ""), _text(each)) for each in _children(element, "Comment"))
+    return tuple((each.get("Operand", ""), text_of(each)) for each in children(element, "Comment"))
 
 
 def _encoded(element: Any) -> EncodedRecord:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from .document import L5xError
+from .parsing import L5xError
 from .records import L5xDocument, RoutineRecord
 
 MOST_IN_RUNG = 5_000

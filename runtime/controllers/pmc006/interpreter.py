@@ -7,9 +7,9 @@ grid; while the condition is false, nothing is due.
     start   |CNTC|ROT |WAIT......(motor moves)......|CNT1|
     ms      0    1    2    3    4 ...          n    n+1
 
-After the last line the program ends; the motor goes on. The reset key stays
+After the last line the program ends; the motor continues. The reset key stays
 bound ("done once in the program to take effect globally" [5.1.2.7]): it stops the
-motor then, too, and the program goes on at the key's line.
+motor then, too, and the program continues at the key's line.
 """
 
 from __future__ import annotations

@@ -91,7 +91,7 @@ class Link(Protocol):
         """Return `count` bytes as soon as they have arrived, or fewer when the time is up."""
 
     def follow(self, line_format: LineFormat) -> None:
-        """Send and receive in a format from now on; a link with a format of its own ignores it."""
+        """Send and receive in a format from now on; a link with its own format ignores it."""
 
     def pause(self, seconds: float) -> None:
         """Wait."""

@@ -166,7 +166,7 @@ def no_blend(controller: str) -> CommandRow[Any]:
 
 
 def no_speed_change(controller: str) -> CommandRow[Any]:
-    """Refuse changes of speed, unless a motion starts anew."""
+    """Refuse changes of speed, unless a motion restarts."""
     reason = f"the {controller} can't change speed in motion; option respeed = restart stops in between"
     return CommandRow(Feature.SPEED_CHANGE, "speed change", unless(respeed="restart"), PROFILE, reason)
 

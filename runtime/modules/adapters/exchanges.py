@@ -55,7 +55,7 @@ class Exchanges(Generic[Drive]):
         self.setup = False  # a configuration is requested or in progress
         self.rebased = 0  # steps by which the counter was set without motion
         self.findings = Findings()  # those that the adapter has not processed yet
-        self.unfit = False  # the controller reports a failure of its own: MODULE_OK is clear meanwhile
+        self.unfit = False  # the controller reports its own failure: MODULE_OK is clear meanwhile
         self.captures: bool | None = None  # level of the capture input at which it captures, or None
         self._was_ready = False
         self._failed = 0

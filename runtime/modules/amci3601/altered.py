@@ -50,7 +50,7 @@ class Alteration:
         during: the kind of motion in which, and after which, bits are hidden; "" for always.
         hears: from the output words to those that count.
         shows: from the input words to those that are shown.
-        layer: rules of its own.
+        layer: its own rules.
         scales: factors on the rates and speeds of its motions.
     """
 

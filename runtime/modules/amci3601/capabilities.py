@@ -50,7 +50,7 @@ class Refusal:
 
 
 class AxisHoming(Enum):
-    """The part of a search for home that an axis does itself."""
+    """The part of homing that an axis does itself."""
 
     NONE = "nothing"
     LEAVES_SWITCH = "it stops on leaving the home switch"

@@ -304,7 +304,7 @@ class CommandLayer(Host):
 
     @override
     def abort_homing(self, now_ns: int, rule_id: str) -> None:
-        """End a search for home at end limits; it does not set STOPPED [chapter 6, Stopped 4]."""
+        """End homing at end limits; it does not set STOPPED [chapter 6, Stopped 4]."""
         self.axis.cut(now_ns)
         self.fire(now_ns, rule_id)
         self.finish(now_ns, 0, "found no home")

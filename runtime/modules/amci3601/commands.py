@@ -96,7 +96,7 @@ def manual(host: Host, now_ns: int, command: CommandWords) -> None:
 
 
 def find_home(host: Host, now_ns: int, command: CommandWords) -> None:
-    """Search for home in the direction of the bit."""
+    """Home in the direction of the bit."""
     if refused(host, now_ns, command) or host.unable(now_ns, Feature.HOME, command):
         return
     direction = 1 if command.msw & FIND_HOME_CW else -1

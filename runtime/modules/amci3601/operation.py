@@ -90,7 +90,7 @@ class Host(Protocol):
         """End any motion without a ramp."""
 
     def abort_homing(self, now_ns: int, rule_id: str) -> None:
-        """End a search for home that end limits have stopped."""
+        """End homing that end limits have stopped."""
 
     def settle(self, now_ns: int) -> None:
         """Finish an operation whose motion has ended."""
@@ -109,7 +109,7 @@ class Operation:
         self.state = host.state
         self.started_ns = now_ns
         self.started_at = self.axis.position
-        self.shown_direction = 0  # direction of the motion bits while the axis runs no motion of its own
+        self.shown_direction = 0  # direction of the motion bits while the axis runs no own motion
         self.shown_ramp = 0
 
     @property

@@ -134,7 +134,7 @@ def test_a_changed_program_is_told_by_the_scan_in_which_it_decides_otherwise(fol
     with open_trace(trace) as opened:
         started = next(scan.scan for scan in opened.scans() if scan.outputs(1)[0] == 1)
     assert f"first in scan {started} at" in result.output
-    assert f"note: stopped after {started + 1} of 400 scans; --to-the-end goes on\n" in result.stderr
+    assert f"note: stopped after {started + 1} of 400 scans; --to-the-end continues\n" in result.stderr
     assert "of 400 scans differ" in scanrack(
         "replay", trace, "--into", "program", "--program", "other.py", "--to-the-end"
     ).output  # fmt: skip

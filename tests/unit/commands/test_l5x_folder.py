@@ -25,7 +25,7 @@ def folder(tmp_path):
             document(target=target, tags=tags, programs=[main], tasks=[task("T", "Main")]), encoding="utf-8"
         )
 
-    diagram = sheets("Blocks", block("POSP", 0, "Loop"))
+    diagram = sheets("Blocks", block("IMC", 0, "Loop"))
     write("good.L5X", "OTE(Lamp);", "MOV(1,Secret);")
     write("bad/lacks.l5x", "XIC(Gone)OTL(Lamp);", "MOV(Away,Secret);", "NOP();")
     write("bad/more.L5X", "ADD(Lamp,1,Secret);", "THRS(Secret,Lamp);", "Valve(Secret);", routines=[diagram])
@@ -57,7 +57,7 @@ def test_the_sums_of_a_folder(folder):
         LACKS: (2, 3),
         "an operand of ADD": (1, 1),
         "an instruction without an implementation: THRS": (1, 1),
-        "blocks without an implementation: POSP": (1, 1),
+        "blocks without an implementation: IMC": (1, 1),
     }
     assert not any(name in output for name in ("Secret", "Gone", "Away", "Valve", "Loop"))
 

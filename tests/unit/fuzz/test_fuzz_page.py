@@ -46,7 +46,7 @@ def test_five_minutes_end_with_a_failure_that_can_be_looked_at_and_mended(folder
     assert page is not None
     assert told(first.stdout) == told(page[0].replace("\n" + page[1], "\n"))
     found = folder / "line-fuzz" / "command_error"
-    table = TEXT[TEXT.index("## What comes out") : TEXT.index("The summary shows")]
+    table = TEXT[TEXT.index("## What comes out") : TEXT.index("The program's output is shown")]
     assert {path.name for path in found.iterdir()} == set(
         re.findall(r"^\| `([a-z0-9.-]+)`", table, re.MULTILINE)
     )

@@ -98,7 +98,7 @@ def test_a_read_of_all_words_and_a_write_behind_it(tmp_path: Path) -> None:
     ]
     code, said = imported(tmp_path, talk)
     assert code == 0
-    assert "output words that nobody reads or writes, 0 in the trace: 0, 1, 2, 4, 5, 6, 7" in said
+    assert "output words that no client reads or writes, 0 in the trace: 0, 1, 2, 4, 5, 6, 7" in said
     assert "input words" not in said
     times, outputs, inputs = images_in(tmp_path)
     assert times == [1 * MS, 5 * MS]

@@ -11,6 +11,7 @@ from conform_scenes import MOVE, STOPPED_MOVE, played
 from scanrack.io_images.amci3601 import RULES
 from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.conform.branch import explained
+from scanrack.jobs.conform.findings import ConformVerdict
 from scanrack.jobs.conform.hypotheses import search
 from scanrack.jobs.conform.moments import (
     Moment,
@@ -26,7 +27,7 @@ from scanrack.jobs.conform.plan import BUILT_IN, load_plan, parse_plan
 from scanrack.jobs.conform.report import lines
 from scanrack.jobs.conform.rules_apart.rivals import RIVALS
 from scanrack.jobs.conform.rules_apart.without import STATEMENTS, without
-from scanrack.jobs.conform.verdicts import ConformVerdict, Judge
+from scanrack.jobs.conform.verdicts import Judge
 from scanrack.runtime.modules.amci3601.altered import Alteration
 from scanrack.runtime.modules.amci3601.module import Amci3601
 

@@ -6,12 +6,13 @@ from pathlib import Path
 
 import pytest
 from scanrack.io_images.amci3601 import RULES
+from scanrack.jobs.conform.findings import ConformVerdict, Difference, SceneVerdict
 from scanrack.jobs.conform.moments import PlayedScene, Timing
 from scanrack.jobs.conform.page import MOST_DIFFERENCES, save_report
 from scanrack.jobs.conform.plan import load_plan
 from scanrack.jobs.conform.report import PlayedPlan, fitted_scales, lines, next_steps
 from scanrack.jobs.conform.rules_apart.scales import FittedScale
-from scanrack.jobs.conform.verdicts import ConformVerdict, Difference, Judge, SceneVerdict
+from scanrack.jobs.conform.verdicts import Judge
 
 READ, SHOWN = (0x4401, 0, 0, 7, 0, 0, 0, 0), (0x4421, 0, 0, 9, 0, 0, 0, 0)
 DIFFERENCE = Difference(12_300_000, (2, 0, 1, 500, 2, 500, 5, 5), READ, (SHOWN, SHOWN))

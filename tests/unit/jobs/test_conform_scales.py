@@ -15,13 +15,14 @@ from unittest import mock
 
 import pytest
 from conform_scenes import MS, plan_of
+from scanrack.jobs.conform.findings import ConformVerdict, SceneVerdict
 from scanrack.jobs.conform.hypotheses import search
 from scanrack.jobs.conform.moments import PlayedScene, Timing
 from scanrack.jobs.conform.playing import play
 from scanrack.jobs.conform.report import factor_sentences, lines
 from scanrack.jobs.conform.rules_apart.scales import SCALED, FittedScale, fitted, without_lesser
 from scanrack.jobs.conform.rules_apart.without import STATEMENTS
-from scanrack.jobs.conform.verdicts import ConformVerdict, Judge, SceneVerdict
+from scanrack.jobs.conform.verdicts import Judge
 from scanrack.runtime.modules.amci3601 import step_generator
 from scanrack.runtime.modules.amci3601.altered import Altered3601
 from scanrack.runtime.modules.amci3601.module import Amci3601

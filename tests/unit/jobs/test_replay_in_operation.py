@@ -19,10 +19,10 @@ from scanrack.jobs.replay.resumed import (
     NO_CONFIGURATION,
     NOT_AT_REST,
     ResumedModule,
-    ResumedOperation,
     configuration_in,
     words_of,
 )
+from scanrack.jobs.replay.resumed_operation import ResumedOperation
 from scanrack.jobs.replay.targets import ReplayTarget, Stimuli
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.traces.compare import EXACT, Comparison

@@ -54,12 +54,12 @@ def test_the_page_has_every_instruction_and_every_missing_one():
 
 def test_an_instruction_that_the_page_lacks_is_named():
     page = written(PAGE.read_text(encoding="utf-8"))
-    added = replace(BY_NAME["TON"], name="POSP", other="PIE")
+    added = replace(BY_NAME["TON"], name="IMC", other="PIE")
     assert missing(page, [*SPECS, added]) == [
-        "missing: POSP of no family",
+        "missing: IMC of no family",
         "missing: PIE of newer names",
-        "missing: POSP of newer names",
-        "in no file: POSP of missing",
+        "missing: IMC of newer names",
+        "in no file: IMC of missing",
     ]
 
 

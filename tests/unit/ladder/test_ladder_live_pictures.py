@@ -64,10 +64,24 @@ def test_every_element_has_a_group_that_names_its_tag():
     assert live.names == ("Start", "Run", "Stop")
 
 
+def places_of(live):
+    return sorted(filter(None, (each.get("data-name") for each in tree_of(live).iter(f"{SVG}text"))))
+
+
+def letters_of(live):
+    return [each.text for each in tree_of(live).iter(f"{SVG}text") if each.text and each.text.strip()]
+
+
+def test_a_call_without_parameters_shows_none():
+    assert letters_of(drawn("JSR(Fill,0);")) == ["JSR", "Routine", "Fill"]
+    assert letters_of(drawn("JSR(Fill,0);", operands=True)) == ["JSR", "Routine", "Fill", "Inputs", "0"]
+    assert "Inputs" in letters_of(drawn("JSR(Fill,1,N);"))
+
+
 def test_there_is_a_place_for_each_value():
-    live = drawn("XIC(Go)TON(Fill,5000,0)EQU(Step,7)OTE(Done);")
-    values = [each.get("data-name") for each in tree_of(live).iter(f"{SVG}text") if each.get("data-name")]
-    assert sorted(values) == ["Done", "Fill", "Fill.ACC", "Fill.PRE", "Go", "Step"]
+    text = "XIC(Go)TON(Fill,5000,0)EQU(Step,7)OTE(Done);"
+    assert places_of(drawn(text, operands=True)) == ["Done", "Fill", "Fill.ACC", "Fill.PRE", "Go", "Step"]
+    assert places_of(drawn(text)) == ["Done", "Go", "Step"]  # the timer's title says its time
     without = drawn("XIC(Go)TON(Fill,5000,0);", name_of=lambda address: None)
     assert without.names == ()
     assert "5000" in [each.text for each in tree_of(without).iter(f"{SVG}text")]
@@ -141,6 +155,25 @@ def test_a_block_says_what_it_does_with_values_of_its_tags_and_constants():
     assert {"Out.Done", "Feed.Position", "Fast"} <= set(live.names)
     assert "Velocity" not in live.svg
     assert "Velocity" in live_rung(rung, "R.0", 60, captions, operands=True).svg
+
+
+@pytest.mark.parametrize(
+    ("text", "states", "operand"),
+    [
+        ("MOV(5,N);", [["*", "moves 5"], ["", "idle"]], "N"),
+        ("ADD(A,3,N);", [["*", "gives {N}"], ["", "idle"]], "A"),
+        ("CLR(N);", [["*", "clears it"], ["", "idle"]], "N"),
+        ("COP(A[2],B[0],N);", [["*", "copies, length {N}"], ["", "idle"]], "A[2]"),
+        ("CPT(N,A*(B+2));", [["*", "gives {N}"], ["", "idle"]], "A*(B+2)"),
+        ("FFL(N,A[0],Queue,10,0);", [["", "{Queue.POS} of {Queue.LEN}"]], "A[0]"),
+        ("SQO(A[0],16#FF,N,Turn,4,0);", [["", "{Turn.POS} of {Turn.LEN}"]], "16#FF"),
+    ],
+)
+def test_an_instruction_says_beside_its_title_what_it_does_with_power(text, states, operand):
+    live = drawn(text)
+    assert states_of(live) == [states]
+    assert "*" not in live.names  # power is no tag
+    assert f">{operand}</text>" in live.svg  # operands stay in view
 
 
 def test_a_state_that_the_program_cannot_tell_is_left_out():

@@ -1,13 +1,16 @@
 """A name of an input or output is its address: forced and released as its address, and never written."""
 
 from pathlib import Path
+from typing import cast
 
 import pytest
 from live_sessions import LiveSession
 from recordings import opened
 from scanrack import open_bench
 from scanrack.commands import build
-from scanrack.watch.history.catalog import tag_hits
+from scanrack.jobs import load_job
+from scanrack.ladder import LadderLogic
+from scanrack.watch.history.catalog import Catalog, tag_hits
 from scanrack.watch.monitors.questions import ask
 from typer.testing import CliRunner
 
@@ -51,6 +54,70 @@ class _Noted:
 
     def close(self):
         pass
+
+
+ALIASED = """\
+PROGRAM Line
+TAG N : DINT
+TAG Row : DINT[4]
+TAG Fill : TIMER
+ALIAS Copy : N
+ALIAS Again : Copy
+ALIAS Bit : Again.3
+ALIAS Third : Row[2]
+ALIAS Full : Fill.DN
+ROUTINE Main
+ADD(N,1,N)MOV(Third,Row[0])TON(Fill,1000,0);
+END
+"""
+TWINS = [
+    ("Copy", "N", 7),
+    ("again", "N", 7),
+    ("Bit", "N.3", True),
+    ("Third", "Row[2]", 5),
+    ("Full", "Fill.DN", True),
+]
+"""Aliases, their tags, and a value."""
+
+
+@pytest.fixture
+def aliased(tmp_path):
+    (tmp_path / "line.rung").write_text(ALIASED, encoding="utf-8")
+    slot = '[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n'
+    text = f'name = "line"\nprogram = "line.rung"\nscan_ms = 2\nwatchdog_ms = 0\n{slot}'
+    (tmp_path / "line.toml").write_text(text, encoding="utf-8")
+    return tmp_path / "line.toml"
+
+
+@pytest.mark.parametrize(("alias", "tag", "value"), TWINS)
+def test_an_alias_of_a_tag_is_forced_and_released_as_the_tag(aliased, alias, tag, value):
+    def force(name, value):
+        return {"do": "force", "tag": name, "value": value}
+
+    orders = [(5, force(alias, value)), (10, force(tag, value)), (15, {"do": "unforce", "tag": alias})]
+    orders += [(20, force(tag, value)), (25, {"do": "unforce", "tag": alias})]
+    session = LiveSession(orders, rack=aliased)
+    program = session.program
+    assert program is not None
+    forces: list[object] = []
+    values: list[object] = []
+
+    class Noted(_Noted):
+        def scan(self, *_told):
+            forces.append(program.forces)
+            values.append(program.tags[alias])
+
+    session.run.cpu.add_listener(Noted(session.run.cpu, []))
+    assert session.play(30).refusals == []
+    assert [forces[at] for at in (3, 7, 12, 17, 22, 27)] == [{}, *[{tag: value}] * 2, {}, {tag: value}, {}]
+    assert values[7] == values[12] == values[22] == value
+    assert program.tags[tag] == program.tags[alias]
+
+
+def test_a_page_shows_a_forced_tag_at_its_alias(aliased):
+    catalog = Catalog(cast(LadderLogic, load_job(str(aliased)).logic))
+    names = [name for alias, tag, _value in TWINS for name in (alias, tag)]
+    assert catalog.addresses([*names, "Nowhere"]) == {alias: tag for alias, tag, _value in TWINS}
 
 
 @pytest.mark.parametrize("name", [*IDS, "card.I.Data"])

@@ -1,10 +1,12 @@
 """Steps with edited rungs between scans, without a monitor: what is refused, and what runs afterwards.
 
-Broken on purpose: an error of our own that ends the editor, a Save over another program's file, a stage that
-a refused Save drops, an answer before the exchange, a step that is judged by the program before; a copy that
-follows a link, a file that takes the place of its link.
+Broken on purpose: a step with an edit that its page has not seen, an edit of nothing that is accepted, a Save
+without the file, a state that no new monitor hears, an error of our own that ends the editor, a Save over
+another program's file, a stage that a refused Save drops, an answer before the exchange, a step that is
+judged by the program before; a copy that follows a link, a file that takes the place of its link.
 """
 
+import json
 import sys
 import time
 from collections.abc import Callable
@@ -16,9 +18,10 @@ from live_sessions import LiveSession
 from scanrack.jobs import load_job
 from scanrack.jobs.record.program_versions import ProgramVersions, version_of
 from scanrack.runtime.live.actions import Online, Source
-from scanrack.watch import editor as editor_module
+from scanrack.watch import edited_programs, online
+from scanrack.watch.edited_programs import EditedPrograms
 from scanrack.watch.editor import EditManner, Editor
-from scanrack.watch.history.program_file import digest, save
+from scanrack.watch.history.program_file import digest, save, why_not
 
 RACK = 'name = "small"\nprogram = "line.rung"\nscan_ms = 2\nwatchdog_ms = 0\n'
 RACK += '[[slot]]\nnumber = 1\nmodule = "1769-IQ16"\n'
@@ -96,11 +99,11 @@ def test_an_error_of_our_own_is_refused_and_the_editor_goes_on(session, monkeypa
         raise SyntaxError("on purpose")
 
     with monkeypatch.context() as patched:
-        patched.setattr(editor_module, "why_not", breaks)
+        patched.setattr(online, "why_not", breaks)
         assert session.step("test") == "it can't be carried out: SyntaxError: on purpose"
     assert "on purpose" in capsys.readouterr().err
     with monkeypatch.context() as patched:
-        patched.setattr(Editor, "_loaded", breaks)
+        patched.setattr(EditedPrograms, "from_disk", breaks)
         session.editor.load_soon()
         session.until_told("mistake")
     assert session.ask(Source())["text"] == RUNGS
@@ -125,7 +128,7 @@ def test_a_refused_save_leaves_the_edit_assembled(session, monkeypatch):
     session.accept()
     session.step("assemble")
     with monkeypatch.context() as patched:
-        patched.setattr(editor_module, "save", full)
+        patched.setattr(edited_programs, "save", full)
         assert "No space left" in session.step("save")
     assert session.step("reopen") == "testing"
 
@@ -153,6 +156,68 @@ def test_a_step_waits_for_the_exchange_before_it(session):
     assert "being exchanged" in cancelled[0]["refused"]
     assert session.step("cancel") == ""
     assert session.runs == RUNGS
+
+
+def test_the_accepted_edit_has_its_page_and_another_page_does_not_test_it_unseen(session):
+    base, others = digest(session.runs.encode()), (("Main", 0, ("ADD(N,3,N);",)),)
+    mine = session.ask(Online("accept", base, ADDS_TWO, by="page 1"))
+    assert (mine["by"], mine["rungs"], mine["of"], mine["base"]) == ("page 1", ADDS_TWO, base, base)
+    theirs = session.ask(Online("accept", base, others, by="page 2"))
+    assert (theirs["by"], theirs["rungs"]) == ("page 2", others)
+    assert theirs["edit"] == digest(RUNGS.replace("N,1", "N,3").encode()) != mine["edit"]
+    for step in ("test", "assemble", "cancel"):
+        refused = session.ask(Online(step, mine["edit"]))["refused"]
+        assert "page 2 has accepted another edit" in refused
+    assert session.ask(Online("test", theirs["edit"]))["stage"] == "testing"
+    assert "N,3" in session.runs
+
+
+def test_an_edit_that_changes_nothing_is_not_accepted(session):
+    base = digest(session.runs.encode())
+    same = session.ask(Online("accept", base, (("Main", 0, ("ADD(N, 1, N);",)),)))
+    assert "are those that run" in same["refused"]
+    assert session.step("test") == "test: no edit has been accepted"
+
+
+@pytest.mark.parametrize(
+    ("file", "why"),
+    [
+        ("a.rung", ""),
+        ("a.L5X", ""),
+        ("a.slc", ""),
+        ("a.py", "since Python makes them: edit that"),
+        ("a.st", "a .st file"),
+    ],
+)
+def test_a_page_says_why_rungs_are_not_edited_in_their_picture(file, why):
+    said = why_not(Path(file))
+    assert why in said
+    assert bool(why) == bool(said)
+
+
+def test_save_writes_a_file_that_is_gone(session):
+    session.accept()
+    session.step("assemble")
+    session.file.unlink()
+    assert session.step("save") == ""
+    assert session.file.read_text(encoding="utf-8") == RUNGS.replace("N,1", "N,2")
+
+
+def test_a_new_monitor_is_told_the_state_of_the_edit(session):
+    session.until_told("online")
+    assert session.live.told[-1]["online"] == {
+        "stage": "", "base": digest(RUNGS.encode()), "unsaved": False
+    }  # fmt: skip
+    session.accept()
+    live = session.live
+    live.tap.lasting = session.editor.lasting
+    at = live.ring.messages.read(0)[1]
+    live.ring.asked += 1
+    live.tap.attend()
+    told = [json.loads(each) for each in live.ring.messages.read(at)[0]]
+    assert [each["online"]["stage"] for each in told if "online" in each] == ["accepted"]
+    live.tap.give()  # asked for once, told once
+    assert not any("online" in json.loads(each) for each in live.ring.messages.read(at)[0][len(told) :])
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no such modes, and seldom links")

@@ -4,8 +4,8 @@ import pytest
 from scanrack.runtime.live.actions import RECORDED, Store, action_of, parsed, text_of
 from scanrack.runtime.live.operator_actions import sentence
 from scanrack.runtime.loop.faults import Cause, Fault
-from scanrack.watch.history.catalog import PythonSource
 from scanrack.watch.history.event_log import FIRST, KEPT, STATES, EventLog
+from scanrack.watch.history.python_source import PythonSource
 
 
 def event(scan, topic="/events", **fields):

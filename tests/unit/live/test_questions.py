@@ -7,11 +7,12 @@ import pytest
 from recordings import opened, recorded
 from scanrack.commands import build
 from scanrack.jobs import load_job
-from scanrack.watch.editor import _effects
+from scanrack.watch.monitors.comparison import recordings
 from scanrack.watch.monitors.hello import machine_of, slot_of
 from scanrack.watch.monitors.page import Page
-from scanrack.watch.monitors.questions import ask, recordings
+from scanrack.watch.monitors.questions import ask
 from scanrack.watch.play import Play
+from scanrack.watch.typed_text import effects_between
 from typer.testing import CliRunner
 
 
@@ -104,7 +105,11 @@ def test_only_an_edit_of_rungs_has_effects_that_are_proved(tmp_path):
         'program = "line.py"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n', encoding="utf-8"
     )
     python = load_job(str(tmp_path / "line.toml"))
-    assert [_effects(*each) for each in ((python, rungs), (rungs, python), (python, python))] == [(), (), ()]
+    assert [effects_between(*each) for each in ((python, rungs), (rungs, python), (python, python))] == [
+        (),
+        (),
+        (),
+    ]
 
 
 def test_a_machine_is_shown_of_a_simulated_module_only(tmp_path):

@@ -1,4 +1,4 @@
-"""Edited rungs over the socket: checked, bounded, tried on the last scans, tested and untested; who may edit.
+"""Edited rungs over the socket: checked, bounded, tried on the last scans, tested and untested; who edits.
 
 Broken on purpose: a draft of another program that is taken, a read-only session that answers, effects of the
 running program on itself, an untest that leaves the edited program.
@@ -52,6 +52,16 @@ async def until_edited(page, heard, *, new="", dropped=""):
             await page.hear()
 
 
+async def until_online(page, heard, edit, stage="accepted"):
+    async with asyncio.timeout(PATIENCE_S):
+        while not any(
+            (each["online"].get("edit"), each["online"]["stage"]) == (edit, stage)
+            for each in heard
+            if "online" in each
+        ):
+            await page.hear()
+
+
 def test_rungs_are_checked_tried_tested_and_untested(rack):
     async def work(session):
         async with page_of(session) as page:
@@ -92,6 +102,50 @@ def test_rungs_are_checked_tried_tested_and_untested(rack):
             assert (await page.ask("words"))["base"] == words["base"]
             assert (await page.ask("online", step="cancel"))["stage"] == ""
             assert (rack.parent / "line.rung").read_text(encoding="utf-8") == RUNGS
+
+    with watched(rack=rack) as session:
+        asyncio.run(work(session))
+
+
+def test_two_pages_know_whose_edit_is_accepted_and_keep_their_drafts(rack):
+    async def work(session):
+        async with page_of(session) as one, page_of(session) as other:
+            base = (await one.ask("words"))["base"]
+            mine = {"base": base, "rungs": [["Main", 0, ["ADD(N,2,N);"]]], "tags": [["Spare", "BOOL", ""]]}
+            theirs = {"base": base, "rungs": [["Main", 1, ["TON(Fill,2000,?);", "XIC(Lamp)OTL(Lamp);"]]]}
+            accepted = await one.ask("online", step="accept", **mine)
+            assert (accepted["by"], accepted["rungs"]) == ("page 1", mine["rungs"])
+            heard = noting(one)
+            taken = await other.ask("online", step="accept", **theirs)
+            await until_online(one, heard, taken["edit"])
+            told = next(each["online"] for each in heard if "online" in each)
+            assert (told["by"], told["rungs"], told["tags"]) == ("page 2", theirs["rungs"], [])
+            wrong = await one.ask("online", step="assemble", base=accepted["edit"])
+            assert "page 2 has accepted another edit" in wrong["refused"]
+            done = await other.ask("online", step="assemble", base=taken["edit"])
+            await until_online(one, heard, taken["edit"], stage="assembled")
+            assert "edited meanwhile" in (await one.ask("online", step="accept", **mine))["refused"]
+            moved = await one.ask("rebase", **mine)
+            assert (moved["base"], moved["rungs"], moved["tags"]) == (
+                done["base"],
+                mine["rungs"],
+                mine["tags"],
+            )
+            assert moved["conflicts"] == 0
+            both = {"base": base, "rungs": [["Main", 1, ["TON(Fill,3000,?);"]]]}
+            assert (await one.ask("rebase", **both))["conflicts"] == 1
+            assert "not known" in (await one.ask("rebase", **{**mine, "base": "another"}))["refused"]
+            del moved["id"], moved["ok"], moved["conflicts"]
+            accepted = await one.ask("online", step="accept", **moved)
+            assert accepted["of"] == done["base"]
+            assert (await one.ask("online", step="test", base=accepted["edit"]))["stage"] == "testing"
+            heard = noting(other)
+            assert (await one.ask("branch", scan=0))["ok"]  # there no edit has been accepted, in no page
+            await until_online(other, heard, None, stage="")
+            assert (
+                next(each["online"]["base"] for each in heard if each.get("online", {}).get("stage") == "")
+                == base
+            )
 
     with watched(rack=rack) as session:
         asyncio.run(work(session))

@@ -160,7 +160,7 @@ def test_a_monitor_that_dies_three_times_comes_back_each_time():
         assert session.end() == 130
         said = session.process.stderr.read()
     assert scans == sorted(scans)
-    assert said.count("the monitor has died and is started again; the scans go on") == 3
+    assert said.count("the monitor has died and is started again; the scans continue") == 3
 
 
 @pytest.mark.slow

@@ -1,4 +1,4 @@
-"""The clients that docs/hmi.md lists are those that tests try."""
+"""The clients that docs/hmi-clients.md lists are those that tests try."""
 
 from __future__ import annotations
 

@@ -102,15 +102,15 @@ ADD = block("ADD", 0, "Sum") + block("SUB", 1, "Difference", x=100)
 LOOP = wire("0.Dest", "1.SourceA") + wire("1.Dest", "0.SourceA")
 WRONG = {
     "an unknown block": (
-        block("POSP", 0, "Loop"),
-        "sheet 1, POSP Loop: function block diagrams have no POSP here",
+        block("IMC", 0, "Loop"),
+        "sheet 1, IMC Loop: function block diagrams have no IMC here",
     ),
     "two unknown blocks": (
-        block("POSP", 0, "Loop")
+        block("IMC", 0, "Loop")
         + block("ADD", 1, "Sum")
-        + block("SCRV", 2, "Alarm", x=5)
-        + block("POSP", 3, "Two", x=9),
-        "sheet 1, POSP Loop; sheet 1, SCRV Alarm; sheet 1, POSP Two: function block diagrams have no POSP, S",
+        + block("CC", 2, "Alarm", x=5)
+        + block("IMC", 3, "Two", x=9),
+        "sheet 1, IMC Loop; sheet 1, CC Alarm; sheet 1, IMC Two: function block diagrams have no IMC, C",
     ),
     "an unknown function": (
         block("FOO__F", 7),
@@ -208,7 +208,7 @@ def test_a_diagram_that_can_not_be_is_refused_with_its_element(imported, content
 
 def test_a_refused_diagram_may_do_nothing(imported, tmp_path):
     path = tmp_path / "machine.L5X"
-    path.write_text(machine(block("POSP", 0, "Loop")), encoding="utf-8")
+    path.write_text(machine(block("IMC", 0, "Loop")), encoding="utf-8")
     answer = CliRunner().invoke(build(), ["l5x", str(path), "--print-rack"])
     assert 'Blocks = "false"' in answer.output
 

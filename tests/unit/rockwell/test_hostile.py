@@ -22,7 +22,8 @@ from scanrack.ladder import LadderError
 from scanrack.rockwell.l5x import L5xError, import_l5x
 from scanrack.rockwell.l5x.importer import Importer
 from scanrack.rockwell.l5x.trial import run_trial
-from scanrack.rockwell.l5x.xml.document import MOST_BYTES, MOST_MARKS, parse_document
+from scanrack.rockwell.l5x.xml.document import parse_document
+from scanrack.rockwell.l5x.xml.parsing import MOST_BYTES, MOST_MARKS
 
 BOMB = (
     """<!DOCTYPE lolz [<!ENTITY a "ha"><!ENTITY b "&a;&a;&a;&a;&a;&a;"><!ENTITY c "&b;&b;&b;&b;&b;&b;">]>"""

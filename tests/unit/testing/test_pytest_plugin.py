@@ -275,7 +275,7 @@ def test_the_page_of_a_failure_says_where_it_first_differs_from_the_run_that_pas
             line.slot[1].set_input("start", True)
             line.scan(8 - dark)
     failure = Failure("test_line.py::test_lit", "assert 0 == 1", "Lamp", traces[1])
-    data, _ = shared(traces[0], ShareOptions(7), trust=True, failure=failure)
+    data, _ = shared(traces[0], ShareOptions(7, trust=True, failure=failure))
     told = data["hello"]["failure"]
     assert (told["test"], told["message"], told["tag"], told["scan"]) == (
         "test_line.py::test_lit",
@@ -289,7 +289,7 @@ def test_the_page_of_a_failure_says_where_it_first_differs_from_the_run_that_pas
     assert set(against["rungs"]) == {"Main.0", "Main.1"}
     assert against["others"] == ["slot 1 inputs"]
     alike = Failure("test_line.py::test_lit", "", None, traces[0])
-    same, _ = shared(traces[0], ShareOptions(7), trust=True, failure=alike)
+    same, _ = shared(traces[0], ShareOptions(7, trust=True, failure=alike))
     assert same["hello"]["failure"]["against"] == {"equal_to": 7}
 
 

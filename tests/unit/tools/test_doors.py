@@ -23,8 +23,8 @@ DOORS = {
     "json.load": set(),
     "json.loads": {"io_images/doors.py"},
     "json.JSONDecoder": set(),
-    "lxml.etree.XMLParser": {"rockwell/l5x/xml/document.py"},
-    "lxml.etree.fromstring": {"rockwell/l5x/xml/document.py"},
+    "lxml.etree.XMLParser": {"rockwell/l5x/xml/parsing.py"},
+    "lxml.etree.fromstring": {"rockwell/l5x/xml/parsing.py"},
     **{f"lxml.etree.{each}": set() for each in ("parse", "XML", "iterparse", "HTML")},
     "mcap.reader.make_reader": {"traces/repair.py"},
     "mcap.data_stream.ReadDataStream": {"traces/format/records.py"},
@@ -47,7 +47,6 @@ OF_OUR_OWN = {
     "front/jobs/prove/checking.py": "the certificate that was just written; the checker stands alone",
     "front/lsp/findings.py": "a helper of this process answers on a pipe",
     "front/watch/monitors/question_process.py": "a helper of this process answers on a pipe",
-    "front/watch/monitors/want_process.py": "a word of the process that began this one",
     "front/watch/monitors/session_monitor.py": "our own messages to a page, read again",
 }
 """Files that read JSON of our own processes only."""

@@ -22,9 +22,9 @@ from scanrack.runtime.loop.faults import CpuFault
 from scanrack.runtime.modules.amci3601.latches import Latches
 from scanrack.traces import open_trace
 from scanrack.traces.repair import repair
-from scanrack.watch.editor import mistake_of
 from scanrack.watch.history.catalog import Catalog
 from scanrack.watch.history.event_log import EventLog
+from scanrack.watch.preview import mistake_of
 
 RACK = """\
 program = "{program}"

@@ -9,7 +9,7 @@ const headHeight = panel => panel.marks.length ? MARKS : HEAD;
 const rows = panel => panel.lanes.length + panel.bands.length + (panel.ramp ? 1 : 0) + (panel.unchanged.length ? 1 : 0);
 const panelHeight = panel => headHeight(panel) + curvesHeight(panel) + LANE * rows(panel) + AXIS;
 
-// The scheme of colours: as light, or dark with every colour of the chart made lighter.
+// The scheme of colors: as light, or dark with every color of the chart made lighter.
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
 const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const ink = () => style("--ink"), soft = () => style("--soft"), paper = () => style("--paper");

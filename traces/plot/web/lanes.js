@@ -45,7 +45,7 @@ function drawRamp(lane, top) {
   }));
 }
 
-// Steps and texts: a colour for each value, and what it stands for where there is room.
+// Steps and texts: a color for each value, and what it stands for where there is room.
 function drawBand(band, top) {
   pen.font = NAME_FONT;
   text(fitted(band.name, LEFT - 12, true), LEFT - 6, top + LANE - 4, shade(data.colours.lanes.tag), NAME_FONT, "right");

@@ -1,4 +1,4 @@
-// Tells the scan under the pointer, and what the colours mean.
+// Tells the scan under the pointer, and what the colors mean.
 
 function tell() {
   const row = rowAt(cursor === null ? view.start : cursor);

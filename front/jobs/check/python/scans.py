@@ -228,7 +228,7 @@ def _fields(kind: ast.ClassDef) -> Iterator[str]:
 
 
 def missing(text: str, name: str, names: Collection[str]) -> str:
-    """Return that there is no such attribute, with the closest name."""
+    """Return that the attribute does not exist, with the closest name."""
     near = difflib.get_close_matches(name, [each for each in names if not each.startswith("_")], n=1)
     return f"no {text}" + (f"; did you mean {near[0]}?" if near else "")
 

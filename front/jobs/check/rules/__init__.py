@@ -23,7 +23,7 @@ class Rule(NamedTuple):
         id: its name on the command line, in JSON and in suppressions; it never changes.
         words: what it finds.
         remedy: what to do.
-        level: "error": it can't work; "warning": it is likely a mistake; "note": somebody may rely on it.
+        level: "error": it can't work; "warning": it is likely a mistake; "note": someone may rely on it.
         check: finds it in the table of facts, beside the remarks of the collectors.
     """
 
@@ -192,7 +192,7 @@ RULES = (
     Rule(
         "block-twice",
         "an instance of a block that is called twice in a scan",
-        "give each call an instance of its own",
+        "give each call its own instance",
     ),
     Rule(
         "control-mixed",

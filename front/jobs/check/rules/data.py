@@ -119,7 +119,7 @@ def _zero(variable: Variable) -> str:
 
 
 INTERNAL = ("TIMER", "FBD_TIMER")
-"""Types of blocks whose result somebody has to read."""
+"""Types of blocks whose result someone has to read."""
 
 
 def never_read(subject: Subject) -> Iterator[Violation]:

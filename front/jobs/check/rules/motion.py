@@ -155,7 +155,7 @@ def is_open(subject: Subject, command: Command) -> bool:
 
 
 def without_position(subject: Subject) -> Iterator[Violation]:
-    """Find absolute moves of axes that never search for home, and whose position nothing sets."""
+    """Find absolute moves of axes that never home, and whose position nothing sets."""
     for commands in subject.by_axis():
         first = next((each for each in commands if each.kind == "move_to"), None)
         knows = any(each.kind in ("home", "set_position") for each in commands)

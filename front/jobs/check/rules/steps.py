@@ -18,7 +18,7 @@ class _Machine:
         self.motions = [each for each in self._own if each.kind in MOTIONS and each.steps is not None]
 
     def onward(self, step: Step) -> Iterator[StepAction]:
-        """Yield what goes on from a step."""
+        """Yield what continues from a step."""
         return (each for each in self._goes if each.steps == frozenset((step,)) and each.goes != step)
 
     def onward_with(self, motion: StepAction, step: Step) -> Iterator[StepAction]:

@@ -40,7 +40,7 @@ _WORD = 0xFFFF
 ELSEWHERE = (
     StatusMsw.MODE_CONFIG | StatusMsw.CONFIG_ERROR | StatusMsw.COMMAND_ERROR | StatusMsw.POSITION_INVALID
 ).value
-"""Status bits of start-up and trouble: a rung that needs one of them does not clear a command in operation.
+"""Status bits of start-up and faults: a rung that needs one of them does not clear a command in operation.
 """
 
 

@@ -20,7 +20,8 @@ from ....traces.read.reader import open_trace
 from ....traces.replay import PackedTrace
 from ...captures.words import CAPTURED_AT, SAMPLED, is_sampled
 from ...replay.replaying import forced_rows, score_of
-from ...replay.resumed import ResumedModule, ResumedOperation, configuration_in, words_of
+from ...replay.resumed import ResumedModule, configuration_in, words_of
+from ...replay.resumed_operation import ResumedOperation
 from ..moments import ImageWords, KnownState, PlayedScene, SeenImage, Timing, Transmission, Window
 
 MODE_CONFIG, CONFIG_ERROR = StatusMsw.MODE_CONFIG.value, StatusMsw.CONFIG_ERROR.value
@@ -92,7 +93,7 @@ class _Scenes:
     Args:
         module: follows the recording and tells where the state is known; None = it was just powered up.
         since_last: output words that a scan shows first were sent since the one before: a client reads both.
-        until_next: they were sent before the next one, as a PLC does, or in a packet of their own.
+        until_next: they were sent before the next one, as a PLC does, or in their own packet.
         lag_ns: how old an image may be when it is read.
     """
 
@@ -186,7 +187,7 @@ class _Scenes:
         return scene
 
     def _is_refused(self, row: int) -> bool:
-        """Return whether the module refuses words and its images go on to show the configuration before."""
+        """Return whether the module refuses words and its images still show the configuration before."""
         entered = False
         for shown in map(words_of, self._inputs[row:] if any(self._configuration) else ()):
             if configuration_in(shown) is not None:

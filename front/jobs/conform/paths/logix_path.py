@@ -104,7 +104,7 @@ class LogixPath:
         self._origin: int | None = None
         self._last = 0
         probe = client.read(self._inputs)
-        if probe.error:  # the manufacturer's profile has words of their own
+        if probe.error:  # the manufacturer's profile has its own words
             self._parts: tuple[str, ...] = tuple(f"Local:{tags.slot}:I.Data{word}" for word in range(WORDS))
             answers = client.read(*self._parts)
             if any(each.error for each in answers):
@@ -164,7 +164,7 @@ class LogixPath:
         return self._at(_checked(self._client.read(self._tags.counter)))
 
     def _at(self, count: int) -> int:
-        """Return the time of a count; a counter that begins anew goes on."""
+        """Return the time of a count; a counter that restarts continues."""
         if self._origin is None:
             self._origin = count
         reached = self._last // self._tags.period_ns

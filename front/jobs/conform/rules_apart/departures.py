@@ -93,7 +93,7 @@ def also_clears(sentence: str, bits: int, *, at: int) -> Alteration:
 
 
 def ruled(sentence: str, layer: type[AlteredLayer]) -> Alteration:
-    """Return a module with rules of its own."""
+    """Return a module with its own rules."""
     return Alteration(sentence, layer=layer)
 
 

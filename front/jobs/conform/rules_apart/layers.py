@@ -1,4 +1,4 @@
-"""Command layers of a 3601 with rules of their own."""
+"""Command layers of a 3601 with their own rules."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ class StrictLsw(AlteredLayer):
 
 
 class ManualThroughSeveral(AlteredLayer):
-    """A manual move goes on when several command bits are set."""
+    """A manual move continues when several command bits are set."""
 
     @override
     def _refuse_several(self, now_ns: int, command: CommandWords, edges: int) -> None:

@@ -4,7 +4,7 @@
     reads      12    ...    310 |      all       | 301    ...      11   explained
 
 The nearer a factor is to the module's, the longer it explains what is read. From a coarse row the search
-goes on half-way between the best factors and their neighbors, to one that explains every read; the first ones
+continues between the best factors and their neighbors, to one that explains every read; the first ones
 below and above it that a read contradicts bound the module's own.
 """
 

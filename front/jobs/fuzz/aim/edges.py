@@ -140,4 +140,4 @@ def _tag(kind: Hashable) -> Hashable:
 
 
 NO_EDGES = Edges()
-"""Of a run that nobody has looked at."""
+"""Of a run that no one has looked at."""

@@ -115,7 +115,7 @@ class OnCluster(Executor):
         self._lost = True
         return CampaignError(
             f"the Dask scheduler at {self._address} has gone; what is known is kept: the same command, "
-            "with a scheduler that runs, goes on from here"
+            "with a scheduler that runs, continues from here"
         )
 
     def _look_for_workers(self, say: Say) -> None:

@@ -1,4 +1,4 @@
-"""Runs functions in processes of their own, without the modules that this one has loaded.
+"""Runs functions in their own processes, without the modules that this one has loaded.
 
     this process                                 the new one
     modules to load first     -> standard input       (pickled)

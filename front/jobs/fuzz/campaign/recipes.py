@@ -2,8 +2,8 @@
 
     {"scenario": {...}, "scans": 1000, "rack": HASH, "program": HASH, "version": "1.0"}
 
-A folder of recipes is the corpus of a campaign, or what its workers have found and nobody has shrunk yet. A
-file's name is the hash of its text, so a torn file and one of somebody else do not fit their names.
+A folder of recipes is the corpus of a campaign, or what its workers have found and no one has shrunk yet. A
+file's name is the hash of its text, so a torn file and one of someone else do not fit their names.
 """
 
 from __future__ import annotations
@@ -135,12 +135,12 @@ def read_recipe(file: Path) -> Recipe:
     """Return the recipe in a file whose name is its hash.
 
     Raises:
-        ValueError: it is torn, of somebody else, or not allowed; the message says why.
+        ValueError: it is torn, of someone else, or not allowed; the message says why.
         OSError: it can't be read.
     """
     data = read_input(file, MOST_BYTES)
     if file.name != f"{_hash(data)}{SUFFIX}":
-        raise ValueError("its name is not the hash of its text: it is torn, or of somebody else")
+        raise ValueError("its name is not the hash of its text: it is torn, or of someone else")
     return Recipe.from_text(data.decode("utf-8"))
 
 

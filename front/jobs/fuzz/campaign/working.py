@@ -63,7 +63,7 @@ def _processor_ns() -> int:
 
 @dataclass(frozen=True, slots=True)
 class OwnProcess:
-    """Runs a task in a process of its own.
+    """Runs a task in its own process.
 
     The worker of a cluster may run several tasks in threads of one process, which the modules of a program
     and its redirected output do not tolerate.

@@ -1,6 +1,6 @@
 """The instant from which on a failure is inevitable.
 
-The beginning of the failing run stays, and what people do behind it is drawn anew, again and again. The share
+The beginning of the failing run stays, and what people do behind it is drawn again and again. The share
 of these futures that fail too is asked for where it rises most, until the rise lies between two scans.
 
     scan          -1    2    4    5    6   12
@@ -58,7 +58,7 @@ class PointOfNoReturn:
         now_ns: its time, ns since power-up.
         few, many: how many of the futures fail behind them.
         first: how many fail behind nothing; if the instant is clear, `few`.
-        changes: what changed in that scan, as sentences without a subject of their own.
+        changes: what changed in that scan, as sentences without their own subject.
     """
 
     before: int

@@ -1,6 +1,6 @@
-"""The law of commands: no command is in progress while its axis rests for a second with a good link.
+"""The invariant of commands: no command is in progress while its axis rests for a second with a good link.
 
-A search for home may rest longer: two seconds on an end limit. A follower rests with its encoder. A blend is
+Homing may rest longer: two seconds on an end limit. A follower rests with its encoder. A blend is
 programmed at rest, in phases; each restarts the second. With a round trip of more than a third of a
 second the limit is three of them.
 """

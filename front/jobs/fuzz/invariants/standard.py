@@ -41,7 +41,7 @@ def _commands_end() -> Watch:
     rests: list[RestMeter] = []
 
     def watch(now: Snapshot) -> str | None:
-        if not rests or now.resting:  # the axes begin anew when the PLC runs again
+        if not rests or now.resting:  # the axes restart when the PLC runs again
             rests[:] = [RestMeter(now.axes)]
         return rests[0].too_long(now.ns, linked=all(slot.linked for slot in now.slot.values()))
 

@@ -27,7 +27,7 @@ NEAR = (0, -1, 1)
 
 @dataclass(frozen=True, slots=True)
 class PanelTag:
-    """A tag that somebody outside writes, and values to try."""
+    """A tag that someone outside writes, and values to try."""
 
     tag: str
     values: tuple[bool | int | float, ...]

@@ -1,4 +1,4 @@
-"""A scenario: the surroundings of a program in one run, added to the rack of its file.
+"""A scenario: the conditions of a program in one run, added to the rack of its file.
 
 It is data: the same scenario gives the same run, it can be written to a file and read again, and
 each part of it can be left out for shrinking.
@@ -162,7 +162,7 @@ Orders = Annotated[tuple[OperatorAction, ...], PlainValidator(_orders), PlainSer
 
 @dataclass(frozen=True, slots=True)
 class Scenario:
-    """The surroundings of a program in one run."""
+    """The conditions of a program in one run."""
 
     __pydantic_config__ = NO_MORE_KEYS
 

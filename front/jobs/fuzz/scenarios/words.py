@@ -27,7 +27,7 @@ HAPPENS = {
 
 
 def told(scenario: Scenario) -> list[str]:
-    """Return the surroundings of a program in a scenario, as sentences.
+    """Return the conditions of a program in a scenario, as sentences.
 
     >>> from ....io_images.amci3601 import InputBit
     >>> told(Scenario(presses=(Press(1, InputBit.ESTOP, True, 1_500_000_000, 20_000_000),)))

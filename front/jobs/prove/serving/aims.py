@@ -1,6 +1,6 @@
 """What a search asks: which rungs and contacts are dead, and a scenario that makes one of them on.
 
-Dead is proved for free inputs of all modules, in trouble, too: no scenario of any search makes it. A scenario
+Dead is proved for free inputs of all modules, in faults, too: no scenario of any search makes it. A scenario
 sets what an operator and a machine can: tags, inputs of cards, the six inputs of a 3601. Everything else that
 the prover supposes of a module, such as the end of a move, is left to the module: the run decides.
 """

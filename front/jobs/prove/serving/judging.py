@@ -68,7 +68,7 @@ def verdicts(job: LoadedRack, facts: Facts) -> Iterator[ProofFinding]:
 
 
 def set_outside(facts: Facts) -> Iterator[str]:
-    """Yield the names of variables that somebody outside sets, too: an operator's, and bits only cleared."""
+    """Yield the names of variables that someone outside sets, too: an operator's, and bits only cleared."""
     for variable, accesses in facts.by_variable():
         writes = [each for each in accesses if each.writes]
         only_cleared = all(each.use is Touch.UNLATCH and not each.part for each in writes)

@@ -35,7 +35,7 @@ PATIENCE = 200
 """Runs that bring nothing new before something is asked."""
 
 AT_ONCE = 4
-"""Instructions that are asked for before the search goes on, each of another rung: answers bring others."""
+"""Instructions that are asked for before the search continues, each of another rung: answers bring others."""
 
 NEAR, FAR, STATES = 0, 2, 3
 """Places of two ways of asking, all others are on; and the number of entries that are asked from."""

@@ -195,7 +195,7 @@ class TagService:
             if self._ending.wait(GRACE_S):
                 return
             self._died = True
-            self._say(f"the {self._title} server {how} and is started again; the scans go on")
+            self._say(f"the {self._title} server {how} and is started again; the scans continue")
             with self._changing:
                 if self._ending.is_set():
                     return
@@ -204,7 +204,7 @@ class TagService:
                 self._start()
         self._process.wait()
         if not self._ending.wait(GRACE_S):
-            self._say(f"the {self._title} server has died too often: the scans go on without it")
+            self._say(f"the {self._title} server has died too often: the scans continue without it")
 
     def _ended(self) -> str:
         """Wait until the server has ended, or end one that stands still; return what has happened."""

@@ -77,7 +77,7 @@ def _users(path: Path) -> dict[str, bytes]:
 
 
 def _secret(path: Path) -> bytes:
-    """Return the content of a file that nobody else may read."""
+    """Return the content of a file that no one else may read."""
     content = _content(path)
     if os.name == "posix" and path.stat().st_mode & 0o077:
         raise ValueError(f"{path}: other users may read or change it: chmod 600 {path}")

@@ -41,7 +41,7 @@ MARK_OUTPUT = 7
 """Wired to input 2: it sets the mark of a registration move."""
 
 PROXIMITY_OUTPUT = 6
-"""By option proximity wired to both soft limits: it slows a search for home down."""
+"""By option proximity wired to both soft limits: it slows homing down."""
 
 MARKS = {TaskKind.SLEW: MARK_OUTPUT, TaskKind.HOME: PROXIMITY_OUTPUT}
 """The output that is the mark of a motion."""
@@ -73,7 +73,7 @@ class Pcl601Driver(Driver[Drive]):
         self.clear_errors = False  # a request to clear the error bits
         self.clear_encoder = False  # a request to set the encoder to 0
         self.estop_on_limits = False  # an active input 4 also activates both hard limits
-        self.has_proximity = False  # the proximity's output slows a search for home, the switch ends it
+        self.has_proximity = False  # the proximity's output slows homing, the switch ends it
         self.captures_encoder = False  # capture the encoder's count instead of the position
         self._takes_over = options.takeover
         self.polls_marks = False  # a registration move stops after a read of its input, and indexes the rest
@@ -153,7 +153,7 @@ class Pcl601Driver(Driver[Drive]):
             if reply.refused is None:
                 self._maybe_on.discard(output)
 
-    # -- a program of its own -----------------------------------------------------------------
+    # -- its stored program --------------------------------------------------------------
 
     @override
     def admit(self) -> Generator[Step, Reply | None, bool]:
@@ -334,7 +334,7 @@ class Pcl601Driver(Driver[Drive]):
 
     @override
     def set_mark(self, task: Task[Drive]) -> Talk:
-        """Set the mark from which a registration move's steps count, or a search for home slows down."""
+        """Set the mark from which a registration move's steps count, or homing slows down."""
         if task.kind is TaskKind.SLEW and self.polls_marks:
             yield from self.stop_and_index(task)
             return

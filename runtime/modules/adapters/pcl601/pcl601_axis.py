@@ -95,7 +95,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
 
     @override
     def change_speed(self, now_ns: int, profile: Profile) -> None:
-        """Stop, and restart at the new speed; in a search for home the proximity slows down."""
+        """Stop, and restart at the new speed; in homing the proximity slows down."""
         task = self.task
         if task is not None and task.kind is TaskKind.HOME:
             task.marked = True

@@ -50,7 +50,7 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
     """A PMC006x3s as the link knows it.
 
     Args:
-        options: the longest search for home, and the current of the motor.
+        options: the longest homing, and the current of the motor.
     """
 
     def __init__(self, options: Pmc006Options, unit: int) -> None:

@@ -25,7 +25,7 @@ class Pmc006Options(Options):
     """Substitutions and wiring of the controller.
 
     Attributes:
-        home_stroke: longest search for home, steps; a configuration is refused without it.
+        home_stroke: longest homing, steps; a configuration is refused without it.
         strict: refuse motions with a slower ramp than programmed, or one of another shape.
         blend: "segmented" runs the segments of a blend move one by one, with a stop in between; else
             refused.

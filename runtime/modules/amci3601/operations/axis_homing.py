@@ -162,4 +162,4 @@ HOMINGS: dict[AxisHoming, type[Homing]] = {
     AxisHoming.MEETS_SWITCH: HomingOntoSwitch,
     AxisHoming.MEETS_SWITCH_SLOWLY: HomingSlowedByProximity,
 }
-"""The search for home, by the axis's own part of it."""
+"""Homing, by the axis's own part of it."""

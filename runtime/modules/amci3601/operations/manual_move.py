@@ -69,7 +69,7 @@ class ManualMove(Operation):
         if self.constant:
             self.host.fire(now_ns, "CMD-13")
             self.stopping = True
-            self.axis.cut(now_ns)  # at or below the starting speed there is no ramp (reading A-42)
+            self.axis.cut(now_ns)  # at or below the starting speed no ramp is made (reading A-42)
         elif speed_or_rates_out_of_range(self.host, command):
             self.host.fire(now_ns, "CMD-15")
             self._stop(now_ns)

@@ -1,0 +1,19 @@
+"""The process of a long question: it prints one line of JSON, the answer or `{"refused"}`."""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import sys
+from importlib import import_module
+
+MODESTY = 10
+"""Its lower priority than that of scans and frames, see nice(2)."""
+
+
+def main(module: str) -> None:
+    """Call `answer` of a module with the arguments that come pickled on the standard input."""
+    if hasattr(os, "nice"):
+        os.nice(MODESTY)
+    sys.stdout.write(json.dumps(import_module(module).answer(*pickle.load(sys.stdin.buffer))))

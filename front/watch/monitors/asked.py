@@ -1,0 +1,75 @@
+"""The parts of a page's questions; a ValueError has the mistake in one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ..history.stretch import Stretch
+from ..history.strip import piece_of
+from .monitor import Json, Monitor, Subject
+from .page import Page
+
+Said = Mapping[str, Any]
+"""A question."""
+
+SCANS_MOST = 50_000
+"""Most scans of a question about several."""
+
+ENVELOPE_STEPS = 500
+"""Points of a position in a past window."""
+
+
+def program_of(monitor: Monitor, page: Page) -> Stretch:
+    """Return the program that a page has received."""
+    return page.program or monitor.subject.programs.latest
+
+
+def own_name(monitor: Monitor, page: Page, tag: str) -> str:
+    """Return a tag as a ladder program can name it: in place of `slot1.status.IN_HOME` the address."""
+    catalog = program_of(monitor, page).catalog
+    if catalog is None or catalog.has(tag):
+        return tag
+    return addresses_in(monitor, page, [tag]).get(tag, tag)
+
+
+def addresses_in(monitor: Monitor, page: Page, tags: Sequence[str]) -> dict[str, str]:
+    """Return the addresses of those tags that mean a word or bit of an image."""
+    program = program_of(monitor, page)
+    places = {tag: program.address(tag) for tag in tags}
+    faults = {} if program.catalog is None else program.catalog.addresses(tags)
+    return faults | {tag: str(place) for tag, place in places.items() if place is not None}
+
+
+def text_in(said: Said, key: str) -> str:
+    """Return a text in a question."""
+    value = said.get(key)
+    if not _is_name(value):
+        raise ValueError(f"{key} is text of 1 to 400 characters")
+    return str(value)
+
+
+def names_in(said: Said, most: int) -> list[str]:
+    """Return the names of tags in a question."""
+    tags = said.get("tags")
+    if not isinstance(tags, list) or len(tags) > most or not all(map(_is_name, tags)):
+        raise ValueError(f"tags must be a list of up to {most} names")
+    return tags
+
+
+def _is_name(value: object) -> bool:
+    return isinstance(value, str) and 0 < len(value) <= 400
+
+
+def scans_in(said: Said) -> tuple[int, int]:
+    """Return the first and last scan of a question."""
+    first, last = said.get("from"), said.get("to")
+    if type(first) is not int or type(last) is not int or not 0 <= first <= last < first + SCANS_MOST:
+        raise ValueError(f"from and to must be scan numbers, at most {SCANS_MOST:,} scans apart")
+    return first, last
+
+
+def strip_in(subject: Subject, said: Said) -> Json:
+    """Return the strip of the scans in a question, as far as available."""
+    rows = subject.timeline.between(*scans_in(said))
+    return piece_of(rows, rows[:0], subject.signals, subject.spec.scan_ns, ENVELOPE_STEPS)

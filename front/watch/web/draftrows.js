@@ -1,0 +1,88 @@
+// The rungs of the routine that is shown, and the edited ones below them, as in Studio 5000: r is replaced, d
+// deleted, e edited, i inserted. A place is { key, index }: a running rung, and the text of those that replace it.
+
+import { button, drawing, el, setFlag } from "./dom.js";
+import { declare, draft, keyOf } from "./draft.js";
+import { shown } from "./format.js";
+import { place, unplace } from "./values.js";
+
+let sheet = null, routine = "", running = new Map(); // text of each running rung by key
+let rows = new Map(), drafts = new Map(); // of running rungs by key, and of edited ones by key and index: a large program has many
+let deleted = [];
+
+// Called when a routine has been drawn.
+export function lay(node, name, rungs = []) {
+  [sheet, routine] = [node, name];
+  running = new Map(rungs.map(each => [keyOf(name, each.number), each.text]));
+  rows = new Map();
+  for (const row of node.querySelectorAll(".rungs > .row[data-at]")) {
+    const key = keyOf(name, row.dataset.at.slice(row.dataset.at.lastIndexOf(".") + 1));
+    Object.assign(row.dataset, { key, index: 0 });
+    rows.set(key, row);
+  }
+  drafts = new Map();
+}
+
+export const runs = key => running.get(key);
+export const lastKey = () => [...running.keys()].at(-1);
+export const textsAt = key => [...(draft.rungs.get(key) ?? (running.has(key) ? [running.get(key)] : []))];
+export const textOf = where => where && (draft.rungs.get(where.key)?.[where.index] ?? (where.index === 0 ? running.get(where.key) : undefined));
+export const checkedOf = where => draft.checked.get(`${where.key}\n${where.index}`);
+export const rowAt = where => drafts.get(`${where.key}\n${where.index}`) ?? (where.index === 0 && !deleted.includes(where.key) ? rows.get(where.key) : undefined);
+
+// The place that is so many rows from another one.
+export function neighborOf(where, by) {
+  const all = [...sheet.querySelectorAll(".row[data-key]")].filter(row => row.classList.contains("draft") || !row.dataset.edited), row = all[all.indexOf(rowAt(where)) + by];
+  return row ? { key: row.dataset.key, index: Number(row.dataset.index) } : null;
+}
+
+// Draws the edited rungs of the routine, or takes them out.
+export function drawDrafts(isOpen) {
+  for (const row of drafts.values()) {
+    unplace(row);
+    row.remove();
+    if (rows.has(row.dataset.key)) delete rows.get(row.dataset.key).dataset.edited;
+  }
+  for (const key of deleted) delete rows.get(key)?.dataset.edited;
+  drafts = new Map();
+  deleted = [];
+  const list = sheet.querySelector(".rungs");
+  if (list && isOpen) for (const [key, texts] of draft.rungs) if (key.startsWith(`${routine}\n`)) rowsOf(list, key, texts);
+}
+
+function rowsOf(list, key, texts) {
+  const own = rows.get(key);
+  if (own && !texts.length) deleted.push(key);
+  if (own) own.dataset.edited = !texts.length ? "d" : texts[0] === running.get(key) ? "" : "r";
+  let behind = own;
+  texts.forEach((said, index) => {
+    if (own && index === 0 && said === running.get(key)) return;
+    const row = rowOf(key, index, said, own && index === 0 ? "e" : "i");
+    drafts.set(`${key}\n${index}`, row);
+    behind ? behind.after(row) : list.prepend(row);
+    behind = row;
+  });
+}
+
+function rowOf(key, index, said, letter) {
+  const found = checkedOf({ key, index }), says = { e: "Edited", i: "Inserted" }[letter];
+  const picture = found?.svg ? drawing(found.svg) : el("code", { class: "unread" }, said);
+  if (found?.svg) {
+    picture.querySelectorAll("[data-name]").forEach(node => place(node, node.dataset.name, shown));
+    picture.querySelectorAll("[data-element]").forEach((group, number) => setFlag(group, "data-mistake", found.mistakes.some(each => each.element === number)));
+  }
+  const notes = [...(found?.mistakes ?? []).filter(each => !isMissing(each)).map(each => noteOf(each.text, "mistake")), ...(found?.warnings ?? []).map(each => noteOf(each.text, "finding")), ...asked(said)];
+  return el("li", { class: "row draft", "data-key": key, "data-index": index, "aria-label": `${says} rung` }, el("span", { class: "letter", title: says }, letter), el("div", { class: "body" }, picture, ...notes));
+}
+
+const isMissing = ({ text: said }) => draft.missing.some(({ name }) => said.includes(`: no tag ${name} (`) || said.includes(`: no tag ${name};`));
+const noteOf = (said, kind) => el("p", { class: "note", "data-kind": kind }, said);
+
+// Asks for the types of new tags, in the line of the rung that uses them; says what has been declared.
+function asked(said) {
+  const uses = name => new RegExp(`(?<!\\w)${name}(?!\\w)`, "i").test(said);
+  const open = draft.missing.filter(({ name, types }) => types.length > 1 && uses(name)).map(({ name, types, program }) =>
+    el("p", { class: "note asks", role: "group", "aria-label": `Type of ${name}` }, `New tag ${name}: `, ...types.map(type => button(`${name} is a ${type}`, () => declare(name, type, program), { text: type }))));
+  const told = draft.tags.filter(([name]) => uses(name)).map(([name, type]) => el("p", { class: "note new" }, `New tag ${name} : ${type}`));
+  return [...open, ...told];
+}

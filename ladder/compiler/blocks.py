@@ -1,0 +1,32 @@
+"""Function blocks of process control in Python text: a call with the values of all members.
+
+__1 = fetched(7, (Loop_EnableIn, Loop_PV, ...))       the step of the block computes with these
+Loop_PV = __1[1]                                      and returns them, in the same order
+"""
+
+from __future__ import annotations
+
+from ..model.operands import Group, Resolved, can_fault
+from ..model.types import Structure
+from .files import MemberText
+from .rungs import RungWriter
+
+
+def write_block(rungs: RungWriter, group: Group, *arrays: Resolved) -> None:
+    """Write a call of a block; one of an array with a computed subscript is left to the interpreter."""
+    kind = group.type
+    assert isinstance(kind, Structure)
+    if any(map(can_fault, (group, *arrays))):
+        rungs.interpret()
+        return
+    block, frame = MemberText(rungs, group), rungs.values.stores() if arrays else ""
+    names = names_of(kind)
+    given = f"({', '.join(block[name] for name in names)})"
+    call = ", ".join([str(rungs.values.site), given, *([f"frame={frame}"] if frame else [])])
+    found = rungs.values.keep(f"fetched({call})")
+    block.set(**{name: f"{found}[{place}]" for place, name in enumerate(names)})
+
+
+def names_of(kind: Structure) -> tuple[str, ...]:
+    """Return the names of all members of a block's structure, hidden ones too."""
+    return (*(each.name for each in kind.members), *(f"~{each.name}" for each in kind.hidden))

@@ -1,0 +1,218 @@
+r"""Blocks of drives [1756-RM006K p. 270-304, where pages of PI, PMUL and SOC were at hand].
+
+| block | function |
+|---|---|
+| PI | Out = ITerm + Kp In, ITerm = ITerm before + Kp Wld (In + In before)/2 DeltaT |
+| SOC | Gain (1 + 2 ZetaLead s/WLead + (s/WLead)^2) / (s (1 + s/WLag)) |
+| PMUL | Out = the change of In, or In itself, x Multiplier/100,000; the remainder is kept |
+| SCRV | follows In, with Out's rate limited by AccelRate and DecelRate, the rate's change by JerkRate |
+
+                      ___________ In
+    SCRV  Out      _/             Rate rises by JerkRate DeltaT a call up to AccelRate, and falls
+          ________/               in time to arrive with Rate 0
+
+The integral of PI and SOC stays as it was while a HoldHigh or HoldLow, or Out at its limit, would wind it up.
+Non-linear gains of PI: Kp becomes Kp ((Shape - 1) r + 1), with r = |In|/KpInRange up to 1 and its square with
+ParabolicLinear; Wld likewise. SOC is the sum of an integral and a lag, by the bilinear transform: with
+b = 1/WLead^2 and a = 2 ZetaLead/WLead - 1/WLag its transfer function is Gain (1/s + (a + b s)/(1 + s/WLag)).
+The steps of SCRV are an interpretation, as are first scans of PMUL and SCRV. Without a jerk rate Out stays.
+"""
+
+from __future__ import annotations
+
+import math
+
+from ...model.predefined.process_types import MIN_REAL
+from ...model.types import DINT
+from .filters import frequency
+from .function_block import FunctionBlock, block_row
+
+_PARTS = 100_000
+_MOST_PARTS = 10 * _PARTS
+_MOST_EXACT = 1 << 24
+_MOST_SHAPE = 10.0
+
+
+def _initial(block: FunctionBlock) -> float:
+    """Return InitialValue within the limits of Out."""
+    low, high = block.real("LowLimit"), block.real("HighLimit")
+    return min(max(block.real("InitialValue"), low), high)
+
+
+def _with_limits(block: FunctionBlock, integral: float, before: float, other: float) -> tuple[float, float]:
+    """Limit an integral, and Out, which is its sum with another term [p. 302-303].
+
+    Returns:
+        (integral, out)
+    """
+    low, high = block.real("LowLimit"), block.real("HighLimit")
+    crossed = block.wrong(HighLowLimsInv=not low < high)
+    if not math.isfinite(integral + other):
+        return integral, integral + other
+    if (integral > before and block["HoldHigh"]) or (integral < before and block["HoldLow"]):
+        integral = before
+    above, below = crossed or integral + other >= high, crossed or integral + other <= low
+    block.set(HighAlarm=above, LowAlarm=below)
+    if crossed:
+        return low - other, low
+    if above or below:
+        return before, high if above else low
+    return integral, integral + other
+
+
+def _keep(block: FunctionBlock, out: float, **internal: float) -> float:
+    """Set Out; remember internal values unless Out, or one of them, is invalid."""
+    block.set(Out=out)
+    if all(map(math.isfinite, (block.rounded(out), *internal.values()))):
+        block.set(**{f"~{name}": value for name, value in internal.items()})
+    return block.rounded(out)
+
+
+# --- PI
+
+
+def _shaped(block: FunctionBlock, name: str, gain: float, value: float) -> float:
+    """Return a gain of the non-linear mode for a value of In."""
+    shapes = {
+        sign: block.limited(f"Shape{name}{sign}", 0.1, _MOST_SHAPE, f"Shape{name}{sign}Inv")
+        for sign in ("Plus", "Minus")
+    }
+    ratio = min(abs(value) / block.limited(f"{name}InRange", MIN_REAL, math.inf), 1.0)
+    if block["ParabolicLinear"]:
+        ratio *= ratio
+    return gain * ((shapes["Minus" if value < 0 else "Plus"] - 1) * ratio + 1)
+
+
+def _proportional_integral(block: FunctionBlock) -> float:
+    first = block.begins()
+    seconds = block.seconds(first=first)
+    if first:
+        block.set(Out=0.0, **{"~x1": 0.0, "~exact": 0.0})
+    value, before = block.real("In"), block.real("~exact")
+    gain = block.limited("Kp", MIN_REAL, math.inf)
+    lead = block.limited("Wld", MIN_REAL, 0.7 * math.pi / seconds if seconds > 0 else math.inf)
+    if block["Initialize"]:
+        initial = _initial(block)
+        return _keep(block, initial, x1=value, exact=initial)
+    if seconds <= 0:
+        return block.real("Out")
+    if block["NonLinearMode"]:
+        gain, lead = _shaped(block, "Kp", gain, value), _shaped(block, "Wld", lead, value)
+    integral = before + gain * lead * (value + block.real("~x1")) / 2 * seconds
+    integral, out = _with_limits(block, integral, before, gain * value)
+    return _keep(block, out, x1=value, exact=integral)
+
+
+# --- SOC
+
+
+def _second_order(block: FunctionBlock) -> float:
+    first = block.begins()
+    seconds = block.seconds(first=first)
+    if first:
+        block.set(Out=0.0, **{"~x1": 0.0, "~y1": 0.0, "~exact": 0.0})
+    value, last, before = block.real("In"), block.real("~x1"), block.real("~exact")
+    gain = block.limited("Gain", MIN_REAL, math.inf)
+    lead, lag = (frequency(block, name, seconds) for name in ("WLead", "WLag"))
+    zeta = block.limited("ZetaLead", 0.0, 10.0)
+    if block["Initialize"]:
+        initial = _initial(block)
+        return _keep(block, initial, x1=value, y1=0.0, exact=initial)
+    if seconds <= 0:
+        return block.real("Out")
+    b = 1 / (lead * lead)
+    a, slope, pole = 2 * zeta / lead - 1 / lag, 2 * b / seconds, 2 / (lag * seconds)
+    part = gain * ((a + slope) * value + (a - slope) * last) - (1 - pole) * block.real("~y1")
+    part /= 1 + pole
+    integral = before + gain * (value + last) / 2 * seconds
+    integral, out = _with_limits(block, integral, before, part)
+    return _keep(block, out, x1=value, y1=part, exact=integral)
+
+
+# --- PMUL
+
+
+def _pulses(block: FunctionBlock) -> float:
+    first = block.begins()
+    value = int(block["In"])
+    size = int(block.limited("WordSize", 2, 32))
+    parts = int(block.limited("Multiplier", -_MOST_PARTS, _MOST_PARTS))
+    held, initialize = block.on("~initializing"), block.on("Initialize")
+    block.set(**{"~initializing": initialize})
+    if initialize:
+        block.set(Out=0.0, **{"~before": 0, "~remainder": 0})
+        return 0.0
+    before = int(block["InitialValue"]) if held else value if first else int(block["~before"])
+    rest = 0 if first else int(block["~remainder"])
+    half = 1 << (size - 1)
+    difference = (value - before + half) % (2 * half) - half if block["Mode"] else value
+    total = difference * parts + rest
+    out = abs(total) // _PARTS * (1 if total >= 0 else -1)
+    rest = total - out * _PARTS
+    within = min(max(out, DINT.lowest), DINT.highest)
+    block.wrong(OutOverflow=out != within, LostPrecision=abs(within) > _MOST_EXACT)
+    block.set(Out=float(within), **{"~before": value, "~remainder": rest})
+    return float(within)
+
+
+# --- SCRV
+
+
+def _quickest(rate: float, left: float, most: float, jerk: float, seconds: float) -> float:
+    """Return the highest rate from which Out can still arrive with rate 0, within the limits of its change.
+
+    The next step is (rate + found)/2 seconds, the way to rest after it found^2/(2 jerk).
+    """
+    change = jerk * seconds
+    root = seconds * seconds / 4 + 2 * (left - rate * seconds / 2) / jerk
+    found = jerk * (math.sqrt(root) - seconds / 2) if root > 0 else -math.inf
+    return max(min(found, most, rate + change), rate - change)
+
+
+def _s_curve(block: FunctionBlock) -> float:
+    first = block.begins()
+    seconds = block.seconds(first=first)
+    target = block.real("In")
+    up, down, jerk = (block.limited(f"{name}Rate", 0.0, math.inf) for name in ("Accel", "Decel", "Jerk"))
+    if first:
+        out = block.real("Out")
+        block.set(**{"~exact": out if math.isfinite(out) else 0.0, "~rate": 0.0})
+    if block["Initialize"]:
+        return _moved(block, block.real("InitialValue"), 0.0)
+    if seconds <= 0:
+        return block.real("Out")
+    out, rate = block.real("~exact"), block.real("~rate")
+    if not math.isfinite(target):
+        return _keep(block, target)
+    held = block.on("HoldEnable")
+    if jerk <= 0 or (held and block["HoldMode"]):
+        return _moved(block, out, 0.0)
+    sign = math.copysign(1, rate if held else target - out)
+    speeds_up = out * sign >= 0 if block["AbsAlgRamp"] else sign > 0
+    most, left, along, change = up if speeds_up else down, abs(target - out), rate * sign, jerk * seconds
+    curved = change < most
+    if curved and held:
+        new = max(along - change, 0.0)
+        step = (along + new) / 2 * seconds
+    elif curved:
+        new = _quickest(along, left, most, jerk, seconds)
+        step = (along + new) / 2 * seconds
+        if new <= 0 <= along <= change:
+            new, step = 0.0, left
+    else:
+        step = 0.0 if held else min(most * seconds, left)
+        new = most if step < left and not held else 0.0
+    block.set(S_Mode=curved and 0 < new < most)
+    return _moved(block, target if step == left and not held else out + sign * step, new * sign)
+
+
+def _moved(block: FunctionBlock, out: float, rate: float) -> float:
+    """Set Out and Rate; return Out."""
+    block.set(Rate=rate)
+    return _keep(block, out, exact=out, rate=rate)
+
+
+PI = block_row("PI", _proportional_integral)
+PMUL = block_row("PMUL", _pulses)
+SCRV = block_row("SCRV", _s_curve)
+SOC = block_row("SOC", _second_order)

@@ -1,0 +1,112 @@
+"""POSP and SRTP: an analog value as pulses of contacts, one in each cycle [1756-RM006K p. 104-108, 131-133].
+
+    POSP  timer     0 _/|_/|_/|      CycleTime
+          OpenOut   |‾|_|‾‾‾|__      for OpenTime = (SP% - Position%)/OpenRate, computed at the cycle's begin
+    SRTP  HeatOut   |‾‾|_|‾|___      for HeatTime = (In - MinHeatIn)/(MaxHeatIn - MinHeatIn) CycleTime
+
+POSP: Deadtime is added to a pulse if the one before was shorter than the cycle. A time above its maximum is
+limited, one below its minimum is none.
+
+The manual's equations are pictures, and these are interpretations. The timers count whole ms, and keep what
+is over at the end of a cycle; they start in the first scan, and POSP pulses from its second cycle on. With a
+span of 0 the percentages of POSP stay, and there is no pulse. A maximum of 0 is CycleTime.
+"""
+
+from __future__ import annotations
+
+import math
+
+from .function_block import MS_PER_S, FunctionBlock, block_row
+
+_MOST_S = 1e12
+
+
+def _ms(seconds: float) -> int:
+    return round(min(seconds, _MOST_S) * MS_PER_S) if seconds > 0 else 0
+
+
+def _time(block: FunctionBlock, name: str, most: float) -> float:
+    """Return a time in s of 0 to a maximum; another one is invalid, and a maximum is the cycle then."""
+    value = block.real(name)
+    wrong = block.wrong(**{f"{name}Inv": not 0 <= value <= most})
+    if name.startswith("Max"):
+        return most if wrong or value == 0 else value
+    return 0.0 if wrong else value
+
+
+def _cycle(block: FunctionBlock, *, first: bool) -> tuple[float, int, bool]:
+    """Advance the timer of the cycles.
+
+    Returns:
+        (CycleTime in s, the timer in ms, whether it has begun a cycle)
+    """
+    cycle = block.limited("CycleTime", 0.0, math.inf)
+    elapsed = block.elapsed_ms(first=first)
+    passed = 0 if first or cycle <= 0 else int(block["~timer"]) + elapsed
+    period = max(_ms(cycle), 1)
+    block.set(**{"~timer": passed % period})
+    return cycle, passed % period, passed >= period
+
+
+# --- POSP
+
+
+def _percents(block: FunctionBlock) -> bool:
+    """Set the percentages of the span; return whether that of SP is valid."""
+    low, high = block.real("PositionEUMin"), block.real("PositionEUMax")
+    if block.wrong(PositionSpanInv=low == high):
+        return False
+    for name, percent in (("Position", "PositionPercent"), ("SP", "SPPercent")):
+        block.set(**{percent: (block.real(name) - low) / (high - low) * 100})
+    block.wrong(PositionPctInv=not 0 <= block.real("PositionPercent") <= 100)
+    return not block.wrong(SPPercentInv=not 0 <= block.real("SPPercent") <= 100)
+
+
+def _position(block: FunctionBlock) -> float:
+    first = block.begins()
+    if first:
+        block.set(OpenTime=0.0, CloseTime=0.0)
+    cycle, timer, begins = _cycle(block, first=first)
+    valid = _percents(block)
+    most = _time(block, "MaxOnTime", cycle)
+    least, dead = (_time(block, name, most) for name in ("MinOnTime", "Deadtime"))
+    at, wanted = block.real("PositionPercent"), block.real("SPPercent")
+    for side, way, ended in (
+        ("Open", wanted - at, block.on("OpenedFB") or at >= 100),
+        ("Close", at - wanted, block.on("ClosedFB") or at <= 0),
+    ):
+        rate = block.limited(f"{side}Rate", 0.0, math.inf)
+        before = block.real(f"{side}Time")
+        pulse = before
+        if ended or cycle <= 0 or rate <= 0 or not valid:
+            pulse = 0.0
+        elif begins:
+            pulse = min(way / rate + (dead if before < cycle else 0.0), most) if way > 0 else 0.0
+            pulse = pulse if pulse >= least else 0.0
+        block.set(**{f"{side}Time": pulse, f"{side}Out": timer < _ms(pulse)})
+    return at
+
+
+# --- SRTP
+
+
+def _split_range(block: FunctionBlock) -> float:
+    first = block.begins()
+    cycle, timer, _ = _cycle(block, first=first)
+    value, total = block.real("In"), 0.0
+    for side in ("Heat", "Cool"):
+        most = _time(block, f"Max{side}Time", cycle)
+        least = _time(block, f"Min{side}Time", most)
+        full, none = block.real(f"Max{side}In"), block.real(f"Min{side}In")
+        pulse = 0.0
+        if not block.wrong(**{f"{side}SpanInv": full == none}):
+            pulse = (value - none) / (full - none) * cycle
+        pulse = 0.0 if pulse < least or pulse < 0 else min(pulse, most)
+        percent = pulse / cycle * 100 if cycle > 0 else 0.0
+        block.set(**{f"{side}TimePercent": percent, f"{side}Out": timer < _ms(pulse)})
+        total += percent
+    return total
+
+
+POSP = block_row("POSP", _position)
+SRTP = block_row("SRTP", _split_range)

@@ -1,0 +1,72 @@
+"""Texts, numbers and children of elements."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+NUMBER = re.compile(r"\d{1,9}")
+
+
+def text_of(element: Any) -> str:
+    """Return the text of an element, the first language's if there are several."""
+    if element is None:
+        return ""
+    inner = next(iter(element), None)
+    chosen = inner if inner is not None and isinstance(inner.tag, str) else element
+    return "".join(chosen.itertext()).strip()
+
+
+_DIMS = re.compile(r"\d{1,9}(?:[\s,]+\d{1,9})*")
+
+
+def dims_in(text: str) -> tuple[int, ...]:
+    """Return dimensions: `4 3 2`, `4,3,2`; `0` and "" mean none."""
+    lengths = tuple(map(int, NUMBER.findall(text))) if _DIMS.fullmatch(text) else ()
+    return lengths if any(lengths) else ()
+
+
+def wrong_dims(text: str) -> str:
+    """Return a text that is no list of dimensions, else ""."""
+    return "" if not text or _DIMS.fullmatch(text) else text
+
+
+def is_true(text: str) -> bool:
+    """Whether an attribute is true."""
+    return text.lower() in ("true", "1")
+
+
+def whole_in(text: str) -> int:
+    """Return a whole number in an attribute; 0 of any other text."""
+    return int(text) if NUMBER.fullmatch(text) else 0
+
+
+def children(element: Any, *path: str) -> Iterator[Any]:
+    """Yield the children at the end of a path of names."""
+    if element is None:
+        return
+    *outer, name = path
+    for each in element.iterchildren(outer[0] if outer else name):
+        if outer:
+            yield from children(each, *path[1:])
+        else:
+            yield each
+
+
+def defined(element: Any, *path: str) -> Iterator[Any]:
+    """Yield the children of an element that a partial export defines."""
+    yield from (each for each in children(element, *path) if each.get("Use") != "Reference")
+
+
+def defined_routines(program: Any) -> Iterator[Any]:
+    """Yield the routines that a partial export defines: what is context without a content is only named."""
+    for each in defined(program, "Routines", "Routine"):
+        if each.get("Use") != "Context" or any(str(part.tag).endswith("Content") for part in each):
+            yield each
+
+
+def line_of_text(element: Any) -> int:
+    """Return the line of an element's text, after white space."""
+    text = element.text or ""
+    return int(element.sourceline or 0) + text[: len(text) - len(text.lstrip())].count("\n")

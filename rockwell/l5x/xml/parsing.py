@@ -1,0 +1,133 @@
+"""From bytes to elements. An L5X is untrusted: anything no export has is refused before or during parsing.
+
+| refused | why |
+|---|---|
+| more than 64 MiB, or `MOST_MARKS` tags, attributes and texts | memory |
+| a DOCTYPE | entities, external files; no export has one |
+| elements more than 256 deep | libxml2's limit without `huge_tree` |
+| bytes that are neither UTF-8 nor UTF-16, nor the encoding that the file declares | its text is unknown |
+"""
+
+from __future__ import annotations
+
+import codecs
+import re
+from functools import cache
+from typing import Any
+
+from lxml import etree
+
+from ....io_images.site import Site
+from ....ladder.model.errors import LadderError
+
+MOST_BYTES = 64 << 20
+"""Maximum bytes of a file."""
+
+MOST_MARKS = 1_350_000
+"""Maximum tags, attributes and texts: libxml2 takes up to 260 bytes for each."""
+
+_BOMS = (
+    (codecs.BOM_UTF8, "utf-8"),
+    (codecs.BOM_UTF16_LE, "utf-16-le"),
+    (codecs.BOM_UTF16_BE, "utf-16-be"),
+)
+_DECLARED = re.compile(rb"""<\?xml[^>]{0,200}?encoding\s*=\s*["']([A-Za-z0-9._-]{1,40})["']""")
+_ENCODINGS = {"iso-8859-1": "latin-1", "windows-1252": "cp1252", "us-ascii": "ascii"}
+_PROLOG = re.compile(rb"\s+|<\?.*?\?>|<!--.*?-->", re.DOTALL)
+_TEXT = re.compile(rb">\s*+[^<\s]")
+_ZERO = re.compile(
+    rb'<Element Index="\[[0-9,]{1,30}\]" Value="(?:0|0\.0|0\.0{8}e\+0{3}|(?:2|8|16)#[0_]{1,100})"/>'
+)
+"""An array element equal to the default."""
+
+
+class L5xError(LadderError):
+    """An unusable L5X; the message has file and line."""
+
+    def __init__(self, file: str, line: int, text: str) -> None:
+        site = Site(file=file, line=line)
+        super().__init__(f"{site.spot}: {text}", site)
+
+
+def whole_tree(data: bytes) -> Any:
+    """Return the root of an L5X that is to be written again: as it is, with its sections of character data.
+
+    Raises:
+        L5xError: it can't be read, or is larger than what can be imported.
+    """
+    checked(data, "the L5X")
+    parser = etree.XMLParser(
+        strip_cdata=False, resolve_entities=False, load_dtd=False, no_network=True, huge_tree=False
+    )
+    try:
+        return etree.fromstring(data.removeprefix(codecs.BOM_UTF8).lstrip(), parser)  # blanks may lead
+    except etree.XMLSyntaxError as error:
+        raise L5xError("the L5X", error.lineno or 1, f"it is not XML: {error.msg}") from None
+
+
+def checked(data: bytes, file: str) -> bytes:
+    """Return a document's bytes as UTF-8, or raise an L5xError for what no export has."""
+    if len(data) > MOST_BYTES:
+        raise L5xError(file, 0, f"it has more than {MOST_BYTES:,} bytes")
+    data = _as_utf8(data, file)
+    marks = _marks(data)
+    if marks > MOST_MARKS:
+        data = _ZERO.sub(b"", data)  # large controllers consist mostly of arrays of zeros
+        marks = _marks(data)
+    if marks > MOST_MARKS:
+        raise L5xError(file, 0, f"it has {marks:,} tags, attributes and texts; {MOST_MARKS:,} are allowed")
+    _refuse_doctype(data, file)
+    return data
+
+
+@cache
+def _parser() -> Any:
+    return etree.XMLParser(
+        encoding="utf-8", resolve_entities=False, load_dtd=False, no_network=True, huge_tree=False
+    )
+
+
+def parsed(data: bytes, file: str, line: int = 1) -> Any:
+    """Return the root of a document, or of a part that begins on a line."""
+    try:
+        return etree.fromstring(data, _parser())
+    except etree.XMLSyntaxError as error:
+        raise L5xError(file, line - 1 + (error.lineno or 1), f"it is not XML: {error.msg}") from None
+    except ValueError as error:
+        raise L5xError(file, line, f"it is not XML: {error}") from None
+
+
+def _marks(data: bytes) -> int:
+    """Count tags, attributes and texts; more than the limit only if there are more."""
+    tags, attributes = data.count(b"<"), data.count(b"=")
+    if 2 * tags + attributes <= MOST_MARKS:  # at most one text behind each tag
+        return tags + attributes
+    return tags + attributes + sum(1 for _ in _TEXT.finditer(data))
+
+
+def _as_utf8(data: bytes, file: str) -> bytes:
+    """Decode: by byte order mark, UTF-16 zeros or the declaration, else UTF-8."""
+    encoding = next((name for mark, name in _BOMS if data.startswith(mark)), None)
+    if encoding is None and data[:2] in (b"<\0", b"\0<"):
+        encoding = "utf-16-le" if data[:1] == b"<" else "utf-16-be"
+    if encoding is None:
+        declared = _DECLARED.match(data.lstrip()[:300])
+        name = declared.group(1).decode("ascii").lower() if declared else ""
+        encoding = _ENCODINGS.get(name, "utf-8")
+    try:
+        text = data.decode(encoding)
+    except UnicodeDecodeError as error:
+        line = data.count(b"\n", 0, error.start) + 1
+        raise L5xError(file, line, f"it is not {encoding.upper()} text: {error.reason}") from None
+    if encoding == "utf-8":
+        return data.removeprefix(codecs.BOM_UTF8).lstrip()
+    return text.removeprefix("\ufeff").lstrip().encode("utf-8")
+
+
+def _refuse_doctype(data: bytes, file: str) -> None:
+    at = 0
+    while found := _PROLOG.match(data, at):
+        at = found.end()
+    if data.startswith(b"<!", at):
+        line = data.count(b"\n", 0, at) + 1
+        raise L5xError(file, line, "it has a DOCTYPE; no export of an L5X has one")

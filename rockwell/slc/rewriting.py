@@ -1,0 +1,165 @@
+"""Edited rungs in the text of an export; every other line stays as it is.
+
+A rung takes its lines, from SOR to EOR, the comments before it, and its description behind it.
+
+    % starts the pump %                        a comment of the rung below
+    SOR XIC I:1.0/0 OTE B3:0/0 EOR
+    % RUNG DESCRIPTION: ... %                  a description of the rung above
+
+A changed rung keeps its comments; a deleted one loses them.
+"""
+
+from __future__ import annotations
+
+import re
+from codecs import BOM_UTF8
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+from ...ladder.lowering.edited import BEFORE_FIRST, NewTag, RungEdit
+from ...ladder.lowering.text import parse_rung
+from ...ladder.model.errors import LadderError
+from ...ladder.model.spec import Spec, Use
+from .addresses import is_address, parse
+from .document import DESCRIPTION, parse_document
+from .lines import lines_of
+from .records import LadderRecord, SlcRungRecord
+from .rungs import FILES, ROUTINE, ROUTINE_WORD, read_operand, routine_name, rung_text
+
+_BEGIN = re.compile(r"([A-Z_]\w*)\(", re.IGNORECASE)
+_RUNG = re.compile(r"\bSOR\b.*\bEOR\b", re.IGNORECASE | re.DOTALL)
+
+
+def program_text(text: str, specs: Mapping[str, Spec]) -> str:
+    """Return a rung whose addresses may be those of RSLogix 500 in the notation of programs.
+
+    >>> from ...ladder.instructions.slc import SLC_SPECS
+    >>> program_text("XIC(B3/17)COP(#N7:0,#N7:[N7:9],5);", SLC_SPECS)
+    'XIC(B3:1/1)COP(N7:0,N7[N7:9],5);'
+    """
+    pieces, at = [], 0
+    while (found := _BEGIN.search(text, at)) is not None:
+        words, end = _operands(text, found.end())
+        spec = specs.get(found[1].upper())
+        uses = spec.operands if spec is not None and spec.operands else (Use.ANYTHING,)
+        read = [
+            _word(found[1].upper(), uses[min(place, len(uses) - 1)], each) for place, each in enumerate(words)
+        ]
+        pieces += [text[at : found.end()], ",".join(read)]
+        at = end
+    return "".join([*pieces, text[at:]])
+
+
+def _operands(text: str, at: int) -> tuple[list[str], int]:
+    """Return the operands of an instruction from a place on, and where they end."""
+    words, depth = [""], 0
+    while at < len(text) and (depth or text[at] != ")"):
+        depth += (text[at] in "([") - (text[at] in ")]")
+        if text[at] == "," and not depth:
+            words.append("")
+        else:
+            words[-1] += text[at]
+        at += 1
+    return words, at
+
+
+def _word(name: str, use: Use, word: str) -> str:
+    """Return an operand in the notation of programs; one that can't be read stays, with its mistake."""
+    word = word.strip()
+    if name == "JSR" and (found := ROUTINE_WORD.fullmatch(word)):
+        return routine_name(int(found[1]))
+    try:
+        if use in (Use.EXPRESSION, Use.CONDITION):
+            return str(read_operand(use, word))
+        return str(parse(word, file=use in FILES)) if is_address(word) else word
+    except LadderError:
+        return word
+
+
+def rewritten_slc(
+    data: bytes, edits: Iterable[RungEdit], tags: Sequence[NewTag], specs: Mapping[str, Spec]
+) -> bytes:
+    """Return an export with edited rungs.
+
+    Args:
+        data: an export that can be read, see `document`.
+        edits: their texts are in the program's notation, see `EditedProgram`.
+        tags: there are none: the export has data files.
+        specs: of the program's instructions.
+
+    Raises:
+        LadderError: the file has no such rung, or one in a line with another.
+    """
+    if tags:
+        raise LadderError(f"{tags[0].name} is no data file: create it in RSLogix 500")
+    encoding = "utf-8"
+    try:
+        text = data.removeprefix(BOM_UTF8).decode()
+    except UnicodeDecodeError:
+        encoding = "cp1252"
+        text = data.decode(encoding, errors="surrogateescape")
+    ladders = parse_document(text, "", "").ladders
+    lines, places = text.splitlines(keepends=True), dict(_places(text, ladders.values()))
+    newline = "\r\n" if "\r\n" in text else "\n"
+    changes: list[tuple[int, int, str]] = []
+    for edit in edits:
+        number = edit.routine[len(ROUTINE) :]
+        ladder = ladders.get(int(number)) if number.isdigit() else None
+        if ladder is None or not BEFORE_FIRST <= edit.rung < len(ladder.rungs):
+            raise LadderError(f"routine {edit.routine} has no rung {edit.rung} in the file")
+        texts = [f"SOR {rung_text(parse_rung(each, specs=specs).series, specs)} EOR" for each in edit.texts]
+        place = places.get((ladder.number, max(edit.rung, 0)))
+        at = ladder.line if place is None else place.begin
+        if place is not None and edit.rung != BEFORE_FIRST:
+            at = place.end
+            if texts:
+                whole = "".join(lines[place.first : place.last])
+                changes.append((place.first, place.last, _RUNG.sub(lambda _: texts[0], whole)))  # noqa: B023
+            else:
+                changes.append((place.begin, place.end, ""))
+            texts = texts[1:]
+        changes.append((at, at, "".join(f"{each}{newline}" for each in texts)))
+    for first, end, new in sorted(changes, key=lambda change: change[:2], reverse=True):
+        lines[first:end] = [new]
+    written = "".join(lines).encode(encoding, errors="surrogateescape")
+    return BOM_UTF8 + written if data.startswith(BOM_UTF8) else written
+
+
+class _Lines(NamedTuple):
+    """The lines of a rung, from 0: of its comments, of SOR, behind EOR, and behind its description."""
+
+    begin: int
+    first: int
+    last: int
+    end: int
+
+
+def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[int, int], _Lines]]:
+    """Yield the lines of rungs by the numbers of ladder file and rung; LadderError for two in a line."""
+    lines = list(lines_of(text))
+    ends = {each.number: after.number for each, after in pairwise(lines)}
+    known = {each.number: each for each in lines}
+    last = len(text.splitlines()) + 1
+
+    def behind(number: int, *, described: bool) -> int:
+        """Return the line behind the comments from a line on: those that describe the rung above, or not."""
+        while (line := known.get(number)) is not None and not line.words:
+            if any(map(DESCRIPTION.search, line.comments)) is not described:
+                break
+            number = ends.get(number, last)
+        return number
+
+    for ladder in ladders:
+        begin = ladder.line + 1
+        for number, rung in enumerate(ladder.rungs):
+            if not rung.whole or _shares(rung, ladder.rungs[number + 1 : number + 2]):
+                raise LadderError(f"line {rung.line}: give each rung lines of its own, from SOR to EOR")
+            end = behind(rung.end + 1, described=True)
+            start = begin if behind(begin, described=False) >= rung.line else rung.line
+            yield (ladder.number, number), _Lines(start - 1, rung.line - 1, rung.end, end - 1)
+            begin = end
+
+
+def _shares(rung: SlcRungRecord, after: Sequence[SlcRungRecord]) -> bool:
+    return any(each.line <= rung.end for each in after)
