@@ -125,6 +125,15 @@ class TraceMonitor(Monitor):
         self._look_for_lost_edits()
         return self._index() or more
 
+    def run_once(self) -> None:
+        """Leave the first run of the scans to a walk over all of them, where only images go into them."""
+        recorded, past = self._recorded, self.subject.programs.all[0].past
+        links = (each for slot in self.subject.words for each in recorded.links(slot, 0, self._last))
+        plain = all(each.good for each in links) and not recorded.orders(0, self._last)
+        if self._indexer is not None and past is not None and plain:
+            self._indexer = None
+            past.keep(0)
+
     def _look_for_lost_edits(self) -> None:
         """Show no program where the recording lacks the edited one."""
         first = min(self._recorded.edits - self._brought, default=LAST_SCAN)
