@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 
 from ....ladder.model.types import BOOL, DataType, Elementary, Member, Structure, count_of
 from ....ladder.state.named_parts import meant_by
-from ..xml.data import Data, Values
+from ..xml.data import Data, DecoratedValue
 from ..xml.records import Element
 from .datatypes import Types
 from .initials import ValueReading, nested, scalar
@@ -90,7 +90,7 @@ def _refuse_bytes(element: Element, raw: bytes | None, kind: DataType, *, known:
 # --- decorated
 
 
-def _decorated(values: Values, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
+def _decorated(values: DecoratedValue, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
     if dims:
         return _array(values, kind, dims, how)
     if isinstance(kind, Elementary):
@@ -110,7 +110,7 @@ class _Part(NamedTuple):
     wrong: str
 
 
-def _structure(values: Values, kind: Structure, how: ValueReading) -> Any:
+def _structure(values: DecoratedValue, kind: Structure, how: ValueReading) -> Any:
     parts, is_string = _parts(kind)
     if is_string and not _has_elements(values):
         text = next((each.text for each in values.inner if each.name == "DATA"), None)
@@ -134,7 +134,7 @@ def _structure(values: Values, kind: Structure, how: ValueReading) -> Any:
     return found or None
 
 
-def _has_elements(values: Values) -> bool:
+def _has_elements(values: DecoratedValue) -> bool:
     """Whether the characters of a string are elements, not a text."""
     return any(
         inner.tag == "Element" for each in values.inner if each.tag == "ArrayMember" for inner in each.inner
@@ -177,7 +177,7 @@ def _cut(text: str, kind: Structure) -> str:
     return text[: kind.members[1].dims[0]]
 
 
-def _array(values: Values, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
+def _array(values: DecoratedValue, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
     """Return nested lists, None if all elements have the type's initial value."""
     flat: list[Any] = [None] * count_of(dims)
     something = False

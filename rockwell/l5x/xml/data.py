@@ -24,14 +24,14 @@ _ONE_VALUE = re.compile(
 )
 
 
-class Values(NamedTuple):
+class DecoratedValue(NamedTuple):
     """An element of decorated data; what it does not have is ""."""
 
     tag: str
     name: str  # its Name; of an Element its Index
     value: str | None
     text: str
-    inner: list[Values]
+    inner: list[DecoratedValue]
 
 
 _BLANK = r"[ \t\r\n]"
@@ -57,16 +57,16 @@ _DEEPEST = 200
 """Levels of values; the XML parser allows 256 of elements."""
 
 
-def _read(text: str, marks: re.Pattern[str]) -> list[Values] | None:
+def _read(text: str, marks: re.Pattern[str]) -> list[DecoratedValue] | None:
     """Return the values in the text of decorated data, None if it has what Studio 5000 does not write."""
-    here: list[Values] = []
-    around: list[tuple[str, list[Values]]] = []
+    here: list[DecoratedValue] = []
+    around: list[tuple[str, list[DecoratedValue]]] = []
     for tag, name, value, ends, characters, closed, other in marks.findall(
         text, len(_HEAD), len(text) - len(_TAIL)
     ):
         if tag:
-            inner: list[Values] = []
-            here.append(Values(tag, name, value or None, characters, inner))
+            inner: list[DecoratedValue] = []
+            here.append(DecoratedValue(tag, name, value or None, characters, inner))
             if not ends:
                 around.append((tag, here))
                 here = inner
@@ -77,10 +77,10 @@ def _read(text: str, marks: re.Pattern[str]) -> list[Values] | None:
     return None if around else here
 
 
-def _of_element(element: Any) -> list[Values]:
+def _of_element(element: Any) -> list[DecoratedValue]:
     """Return the values inside of an element."""
     return [
-        Values(
+        DecoratedValue(
             each.tag,
             each.get("Index" if each.tag == "Element" else "Name", ""),
             each.get("Value"),
@@ -127,7 +127,7 @@ class Data:
             return self._element
         return self._parse(self._text, self._element.sourceline)
 
-    def values(self, *, zeros: bool) -> list[Values]:
+    def values(self, *, zeros: bool) -> list[DecoratedValue]:
         """Return the elements of its values; without `zeros`, members that are 0 may be missing."""
         read = None
         if self._text is not None:
