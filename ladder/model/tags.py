@@ -17,6 +17,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from ...io_images.enip.listing import ExternalAccess
+from ...io_images.records import record
 from .expressions import parse_address
 from .operators import CALLED
 from .stretches import Spot, spot_of, stretch_of
@@ -58,7 +59,7 @@ class SlotAlias:
 Declaration = Tag | Alias | SlotAlias
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Leaf:
     """An elementary value, or all of one path in arrays."""
 
