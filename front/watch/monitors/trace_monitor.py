@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 from typing_extensions import override
 
 from ...jobs.load.panels import panel_name
-from ...jobs.replay.replaying import lost_notes
 from ...jobs.trust.trust import address_name
 from ...ladder import LadderLogic
 from ...runtime.config.rackspec import RackSpec
@@ -138,6 +137,8 @@ class TraceMonitor(Monitor):
         """Show no program where the recording lacks the edited one."""
         first = min(self._recorded.edits - self._brought, default=LAST_SCAN)
         if first < self._lost:
+            from ...jobs.replay.replaying import lost_notes  # the first page does not wait for it
+
             self._lost, self._index_end = first, min(self._index_end, first - 1)
             self.subject.programs.lose(first)
             (note,) = lost_notes([first])
