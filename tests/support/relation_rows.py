@@ -145,7 +145,7 @@ BLOCKS: Texts = {
     **_each("JKFF", "@(Fj);"),
     **_each("UPDN", "@(Ud);"),
     **_each("SSUM", "@(Su);"),
-    **_each("BTDT", "Bt.SourceBit := 3; Bt.Length := 9; Bt.DestBit := 25; @(Bt);"),
+    **_each("BTDT", "Bt.SourceBit := 3; D0 := D0; Bt.Length := 9; D0 := D0; Bt.DestBit := 25; @(Bt);"),
 }
 """Statements of structured text of each function block that is computed."""
 
