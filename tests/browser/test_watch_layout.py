@@ -3,6 +3,8 @@
 Broken on purpose: `held` of scrub.js never set, the strip of a telephone not sticky, tabs of 26 px: red.
 """
 
+from functools import partial
+
 from watched_page import until, watching
 
 LEFT, RIGHT, UP = "\ue012", "\ue014", "\ue013"
@@ -158,9 +160,8 @@ def test_a_finger_drags_the_slider_back(page, paused):
     for part in (0.8, 0.6, 0.4, 0.2):
         seen = page.run("return scans.length")
         touch(page, "touchMove", (left + part * (right - left), middle))
-        until(
-            lambda seen=seen: page.run("return scans.length") > seen
-        )  # a frame came, and left it where it is
+        # a frame came, and left it where it is
+        until(partial(page.run, "return scans.length > arguments[0]", seen))
     touch(page, "touchEnd")
     page.until_handle("state", "past")
     assert 300 < int(page.handle("scan")) < 900  # about a fifth of 3,000

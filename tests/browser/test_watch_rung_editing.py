@@ -51,6 +51,11 @@ const verdict = document.querySelector(".rungbar .verdict");
 window.kinds = [];
 new MutationObserver(() => kinds.push(verdict.dataset.kind)).observe(verdict, { attributes: true });
 """
+NOTE_NOTICES = """
+const notice = document.getElementById("notice");
+window.notices = [];
+new MutationObserver(() => notices.push(notice.textContent)).observe(notice, { childList: true });
+"""
 MARK = """
 return document.querySelector(".marks [data-line='5']")?.textContent.includes("Missing")
 """
@@ -98,10 +103,6 @@ def can(page):
 
 def until_can(page, step):
     until(lambda: step in can(page))
-
-
-def notice(page):
-    return page.run("return document.getElementById('notice').textContent")
 
 
 @pytest.fixture
@@ -223,20 +224,19 @@ def test_rungs_come_and_go_and_a_mistake_has_its_place(page, rack):
 
 def test_another_page_accepts_over_an_edit_and_the_draft_is_kept(page, rack):
     """The other page is a socket."""
+    mine = "XIC(Go)XIO(Lamp)OTE(Lamp);"
+
+    def is_told():
+        says = any("in place of yours" in each for each in page.run("return notices"))
+        says = says and "is accepted, not this one." in verdict(page)
+        return says and drawn(page) == [mine] and can(page) == ["Accept", "Cancel"]
 
     async def accept_and_assemble(session):
         async with page_of(Watched(session.process, session.link)) as other:
-            base, rungs = (
-                (await other.ask("words"))["base"],
-                [["Main", 0, ["XIC(Lamp)OTL(Go);", "ADD(N,2,N);"]]],
-            )
+            base = (await other.ask("words"))["base"]
+            rungs = [["Main", 0, ["XIC(Lamp)OTL(Go);", "ADD(N,2,N);"]]]
             taken = await other.ask("online", step="accept", base=base, rungs=rungs)
-            says = "The edit of page 2 is accepted, not this one."
-            await asyncio.to_thread(
-                until, lambda: says in verdict(page) and can(page) == ["Accept", "Cancel"]
-            )
-            assert drawn(page) == ["XIC(Go)XIO(Lamp)OTE(Lamp);"]
-            assert "in place of yours" in notice(page)
+            await asyncio.to_thread(until, is_told)
             await other.ask("online", step="assemble", base=taken["edit"])
 
     with watching(rack) as session:
@@ -249,14 +249,14 @@ def test_another_page_accepts_over_an_edit_and_the_draft_is_kept(page, rack):
         until_can(page, "Accept")
         page.press("Accept edits")
         until(lambda: can(page) == ["Test", "Assemble", "Cancel"])
+        page.run(NOTE_NOTICES)
         asyncio.run(accept_and_assemble(session))
         until(lambda: in_use(page)[:2] == ["XIC(Lamp)OTL(Go);", "ADD(N,2,N);"])
-        until(lambda: verdict(page).startswith("1 place edited, no mistake."))
-        assert drawn(page) == ["XIC(Go)XIO(Lamp)OTE(Lamp);"]
+        until(lambda: verdict(page).startswith("1 place edited, no mistake.") and drawn(page) == [mine])
         for step in ("Accept", "Test"):
             until_can(page, step)
             page.press(f"{step} edits")
-        until(lambda: in_use(page) == ["XIC(Lamp)OTL(Go);", "ADD(N,2,N);", "XIC(Go)XIO(Lamp)OTE(Lamp);"])
+        until(lambda: in_use(page) == ["XIC(Lamp)OTL(Go);", "ADD(N,2,N);", mine])
 
 
 def test_an_l5x_is_saved_with_its_edited_rungs(page, tmp_path):

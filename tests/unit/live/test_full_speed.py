@@ -49,7 +49,12 @@ def rows_of(at_once=None):
     session, batches = LiveSession(orders), []
     ring, put_all = session.ring, session.ring.put_all
     ring.at_once = at_once or ring.at_once
-    ring.put_all = lambda *row, **steps: batches.append(len(row[-1])) or put_all(*row, **steps)
+
+    def noted(*row, **steps):
+        batches.append(len(row[-1]))
+        put_all(*row, **steps)
+
+    ring.put_all = noted  # type: ignore[method-assign]
     session.play(SCANS)
     return ring.take(0).rows, batches
 
