@@ -172,7 +172,6 @@ class EventLog:
                 self._pressed.put(scan, f"{slot}.input.{name}", [on, by])
             case Write(tag, value, by):
                 self._pressed.put(scan, tag, [value, by])
-                self._stored.drop(scan, tag)
             case Store(tag=tag, client=client, part=part):
                 where = self._pressed if tag + part in self._pressed.latest else self._stored
                 where.put(scan, tag + part, [None, client])
@@ -262,11 +261,6 @@ class _StateHistory:
             if self._names_most is not None and len(found) > self._names_most:
                 del found[next(iter(found))]
             self.note(scan, found)
-
-    def drop(self, scan: int, name: str) -> None:
-        """Note that a name has no value."""
-        if name in self.latest:
-            self.note(scan, {key: value for key, value in self.latest.items() if key != name})
 
     def told(self, scan: int) -> Json | None:
         place = bisect_right(self._scans, scan) - 1
