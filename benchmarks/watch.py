@@ -231,7 +231,9 @@ class Apart:
 
     def __init__(self, way: str, speed: str) -> None:
         command = [sys.executable, __file__, "--way", way, "--speed", speed]
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8"
+        )
 
     def turn(self, scans: int) -> dict[str, float]:
         """Do a number of scans; return the figures."""

@@ -112,6 +112,7 @@ class RungWriter:
         return power
 
     def _write(self, step: LoweredStep, *power: str) -> str:
+        self.writer.instructions += 1
         if step.spec.write is not None:
             return step.spec.write(self, *power, *step.operands) or ""
         call = self._interpretation(*power)
@@ -123,6 +124,10 @@ class RungWriter:
     def interpret(self, *power: str) -> None:
         """Write code that has the interpreter run the current instruction, by default as on a true rung."""
         self.writer.line(self._interpretation(*power))
+
+    def interpreted(self) -> str:
+        """Write the same for an input; return the power after it."""
+        return self.values.keep(self._interpretation())
 
     def _interpretation(self, *power: str) -> str:
         frame = self.values.stores()

@@ -16,6 +16,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from ..compiler.edges import write_once
 from ..compiler.files import elements_left, subscripts_kept
 from ..compiler.passes import write_fal, write_fsc
 from ..compiler.rungs import RungWriter
@@ -212,7 +213,8 @@ def _clear_control(machine: Interpreter, *operands: Resolved) -> None:
 
 
 def _on_dimension(name: str, *uses: Use, **parts: Any) -> Spec:
-    return on_control(name, *uses, check=_check_numbers, prescan=_clear_control, **parts)
+    both = {"write": write_once, "partly": True}
+    return on_control(name, *uses, **both, check=_check_numbers, prescan=_clear_control, **parts)
 
 
 # --- the rows

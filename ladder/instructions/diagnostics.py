@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from functools import partial
 
+from ..compiler.edges import write_comparison
 from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
 from ..model.operands import Group, Place, Resolved
@@ -115,7 +116,8 @@ _FILES = (
 
 
 def _row(name: str, *, updates: bool) -> Spec:
-    return always(name, *_FILES, run=partial(_compare, updates=updates), prescan=_prescan)
+    run = partial(_compare, updates=updates)
+    return always(name, *_FILES, run=run, write=write_comparison, partly=True, prescan=_prescan)
 
 
 FBC = _row("FBC", updates=False)

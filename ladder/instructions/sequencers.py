@@ -5,6 +5,7 @@ LEN is the last step; step 0 is where a program starts, and after the last step 
 
 from __future__ import annotations
 
+from ..compiler.sequencers import write_sqi, write_sql, write_sqo
 from ..interpreter import Interpreter
 from ..interpreter.files import Control, Elements
 from ..model.operands import Group, Place, Resolved
@@ -69,7 +70,14 @@ def _sql(machine: Interpreter, power: bool, table: Resolved, source: Resolved, g
 # --- the rows
 
 SQI = condition(
-    "SQI", Use.TABLE, Use.INTEGER, Use.INTEGER, *WITH_CONTROL, optional=2, check=check_dints, run=_sqi
+    "SQI",
+    *(Use.TABLE, Use.INTEGER, Use.INTEGER, *WITH_CONTROL),
+    optional=2,
+    check=check_dints,
+    run=_sqi,
+    write=write_sqi,
+    partly=True,
+    inline=lambda *_operands: False,
 )
 SQO = on_control(
     "SQO",
@@ -78,9 +86,19 @@ SQO = on_control(
     Use.INTEGER_TARGET,
     check=check_dints,
     run=_sqo,
+    write=write_sqo,
+    partly=True,
     prescan=set_enable(),
     instead="write CASE",
 )
 SQL = on_control(
-    "SQL", Use.ARRAY, Use.INTEGER, check=check_dints, run=_sql, prescan=set_enable(), instead="write CASE"
+    "SQL",
+    Use.ARRAY,
+    Use.INTEGER,
+    check=check_dints,
+    run=_sql,
+    write=write_sql,
+    partly=True,
+    prescan=set_enable(),
+    instead="write CASE",
 )

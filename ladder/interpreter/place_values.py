@@ -55,6 +55,8 @@ class PlaceValues:
         self.memory.write(self.memory.layout.leaf(path), 0, value)
 
     def _index(self, place: Place) -> int:
+        if not place.indices:
+            return 0
         flat = 0
         for index, length in zip(place.indices, self.dims_of(place.leaf), strict=True):
             flat = flat * length + self.subscript(index, length, place.text)
@@ -123,6 +125,10 @@ class PlaceValues:
     def least(self, value: int, most: int) -> int:
         """Return the smaller of a number and a limit."""
         return min(value, most)
+
+    def chosen(self, truth: Value, one: Value, other: Value) -> Value:
+        """Return one of two numbers."""
+        return one if truth else other
 
     def converted(self, kind: Elementary, value: Value) -> Value:
         """Return a number converted to a type, without flags and faults."""

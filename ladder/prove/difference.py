@@ -12,7 +12,6 @@ done by both compiled programs, or none was found within the limits.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
@@ -21,6 +20,7 @@ from .algebra.terms import FALSE, T, and_, mk, not_, reach, var, variables
 from .differing_runs import differs, random_runs
 from .induction import Limits, prove
 from .replaying import ScanOf
+from .sharing import Occasions, found_alike, occasions_of, reached, root_of, roots_of, unlike_roots
 from .solving.frames import Frame
 from .solving.solver import UNSAT, Solver
 from .system import RUN_ONLY, HeldNumber, Key, ProgramSystem, Runnable, ScanBounds, System, shown
@@ -112,6 +112,8 @@ class _Comparison:
     Attributes:
         own: terms for variables of the new program that are not those of the old one.
         havocs: text of the instruction for each variable of what is not modeled.
+        occasions: what such instructions found, of the old and the new program.
+        unlike: tags that they name which may differ although no value of a scan's end does.
     """
 
     old: ProgramSystem
@@ -122,6 +124,8 @@ class _Comparison:
     havocs: dict[str, str] = field(default_factory=dict)
     memo: dict[int, T] = field(default_factory=dict)
     runs: dict[Key, tuple[ScanOf, ...]] = field(default_factory=dict)  # found by chance
+    occasions: tuple[Occasions, Occasions] = ({}, {})
+    unlike: set[str] = field(default_factory=set)
 
     def difference(self) -> Difference:
         """Compare."""
@@ -165,14 +169,33 @@ class _Comparison:
     def _match_havocs(self) -> None:
         """Share what is not modeled between instructions of the same text: equal operands, equal results."""
         old, new = _by_instruction(self.old), _by_instruction(self.new)
+        ours, theirs = self.occasions = occasions_of(self.old), occasions_of(self.new)
+        apart = {
+            text
+            for text, variables_ in new.items()
+            if [(v.kind, v.lo, v.hi) for v in old.get(text, [])] != [(v.kind, v.lo, v.hi) for v in variables_]
+        }
+        while True:
+            self.memo.clear()
+            for text, variables_ in new.items():
+                pairs = zip(variables_, variables_ if text in apart else old[text], strict=True)
+                self.own.update((v.val, _own(v) if text in apart else before) for v, before in pairs)
+            texts = ours.keys() | theirs.keys()
+            more = {
+                text
+                for text in texts - apart
+                if not found_alike(ours.get(text, []), theirs.get(text, []), self._in_new)
+            }
+            if not more:
+                break
+            apart |= more
         for text, variables_ in new.items():
-            before = old.get(text, [])
-            alike = [(v.kind, v.lo, v.hi) for v in before] == [(v.kind, v.lo, v.hi) for v in variables_]
-            for number, v in enumerate(variables_):
-                self.own[v.val] = before[number] if alike else _own(v)
-                self.havocs[self.own[v.val].val] = text
+            self.havocs.update((self.own[v.val].val, text) for v in variables_)
         for text, before in old.items():
             self.havocs.update((v.val, text) for v in before)
+        given = [each for found in self.occasions for listed in found.values() for each in listed]
+        self.unlike = unlike_roots(self.old, self.new, given)
+        self.unlike |= roots_of(each for each in given if each.text in apart)
 
     def _in_new(self, t: T) -> T:
         """Return a term of the new program with its own variables."""
@@ -229,12 +252,9 @@ class _Comparison:
 
     def _dirty_havocs(self, dirty: set[Key]) -> set[str]:
         """Return what instructions compute that name a tag with a value that can differ."""
-        tags = {_ROOT.match(key[0]).group() for key in dirty}  # type: ignore[union-attr]
-        return {
-            name
-            for name, text in self.havocs.items()
-            if name.startswith(NEW) or tags.intersection(_NAME.findall(text.upper()))
-        }
+        own = {root_of(name) for name in self.own if name not in self.havocs}
+        texts = reached({root_of(key[0]) for key in dirty} | own | self.unlike, self.occasions)
+        return {name for name, text in self.havocs.items() if name.startswith(NEW) or text in texts}
 
     def _held(self, system: System, both: Iterable[Key]) -> list[HeldNumber]:
         """Return what is held and decides whether some values differ."""
@@ -318,9 +338,3 @@ def _name(key: Key) -> str:
 
 def _own(v: T) -> T:
     return var(NEW + v.val, v.kind, v.lo, v.hi)
-
-
-_NAME = re.compile(r"[A-Z_~][\w:]*")
-"""A name in the text of an instruction; of a path the first."""
-
-_ROOT = re.compile(r"[^.\[]*")

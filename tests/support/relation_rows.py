@@ -19,7 +19,15 @@ MORE_TAGS = (
     *("K2 : CONTROL", "Sorts : INT[8]", "Rs : REAL[5]", "FO : FBD_ONESHOT", "Sc : SCALE", "Hl : HL_LIMIT"),
     *("Se : SELECT", "Sn : SELECTABLE_NEGATE", "Mx : MAXIMUM_CAPTURE", "Mn : MINIMUM_CAPTURE"),
     *("Ds : DOMINANT_SET", "Dr : DOMINANT_RESET", "Fd : FLIP_FLOP_D", "Fj : FLIP_FLOP_JK"),
-    *("Ud : UP_DOWN_ACCUM", "Rl : RATE_LIMITER", "Pd : PID", "Al : ALARM_DIGITAL", "Aa : ALARM_ANALOG"),
+    *(
+        "Ud : UP_DOWN_ACCUM",
+        "Rl : RATE_LIMITER",
+        "Su : SELECTED_SUMMER",
+        "Bt : FBD_BIT_FIELD_DISTRIBUTE",
+        "Pd : PID",
+        "Al : ALARM_DIGITAL",
+        "Aa : ALARM_ANALOG",
+    ),
 )
 ROUTINES = """ROUTINE Sub
 SBR(D1)NOP();
@@ -136,6 +144,8 @@ BLOCKS: Texts = {
     **_each("DFF", "@(Fd);"),
     **_each("JKFF", "@(Fj);"),
     **_each("UPDN", "@(Ud);"),
+    **_each("SSUM", "@(Su);"),
+    **_each("BTDT", "Bt.SourceBit := 3; D0 := D0; Bt.Length := 9; D0 := D0; Bt.DestBit := 25; @(Bt);"),
 }
 """Statements of structured text of each function block that is computed."""
 
@@ -160,8 +170,8 @@ HAVOCKED: Texts = {
 _OUT = (
     "EVENT SSV SFR SFP EOT MSG IOT HMIBC RLIM DCS CROUT ABL ACB ACL AHL ARD ARL AWA AWT PCMD PCLF PXRQ",
     "PRNP PPD PATT PDET PFL POVR SATT SDET SCMD SCLF SOVR SASI",
-    "ALM BTDT D2SD D3SD DEDT DERV ESEL FGEN HPF INTG LDL2 LDLG LPF MAVE MSTD NTCH PI PIDE PMUL POSP RMPS",
-    "SCRV SOC SRTP SSUM TOT",
+    "ALM D2SD D3SD DEDT DERV ESEL FGEN HPF INTG LDL2 LDLG LPF MAVE MSTD NTCH PI PIDE PMUL POSP RMPS",
+    "SCRV SOC SRTP TOT",
 )
 OUT = frozenset(" ".join(_OUT).split())
 """What needs tasks, charts, ports, phases, messages or a history: havocked, or without effect on tags."""

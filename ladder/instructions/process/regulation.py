@@ -60,8 +60,8 @@ def _negate(block: FunctionBlock) -> None:
 def _add_selected(block: FunctionBlock) -> Any:
     total = block["Bias"]
     for number in range(1, 9):
-        if block[f"Select{number}"]:
-            total += block[f"In{number}"] * block[f"Gain{number}"]
+        sum_ = total + block[f"In{number}"] * block[f"Gain{number}"]
+        total = block.machine.chosen(block[f"Select{number}"], sum_, total)
     block.set(Out=total)
     return block["Out"]
 
@@ -126,7 +126,7 @@ def _follow(block: FunctionBlock) -> float:
 
 def _distribute(block: FunctionBlock) -> None:
     source, first, length, place, target = (
-        int(block[name]) for name in ("Source", "SourceBit", "Length", "DestBit", "Target")
+        block.machine.whole(block[name]) for name in ("Source", "SourceBit", "Length", "DestBit", "Target")
     )
     bits = DINT.bits
     if 0 <= first < bits and 0 <= place < bits and 1 <= length <= bits:

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
+from ...compiler.edges import write_message
 from ...interpreter import Interpreter
 from ...model.arithmetic import wrap
 from ...model.operands import Constant, Group
@@ -152,4 +153,4 @@ def _end_if_over(
     memory.write(tag.error, index, wrap(error, 16))
 
 
-MSG = always("MSG", Use.MESSAGE, run=_msg)
+MSG = always("MSG", Use.MESSAGE, run=_msg, write=write_message, partly=True)

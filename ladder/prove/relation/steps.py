@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 from ....io_images.site import Site
@@ -23,6 +24,7 @@ from ...state.lowered import LoweredStep, Node, Parallel
 from ..algebra.meaning import BOOL
 from ..algebra.terms import FALSE, TRUE, T, and_, not_, or_
 from .places import Key
+from .stored import Lost
 from .symbols import UnmodelledError
 from .term_values import TermValues
 
@@ -64,6 +66,23 @@ Answer = tuple[T, tuple[Any, ...]]
 """Results of a routine, and where it returns them."""
 
 
+@dataclass(frozen=True, slots=True)
+class UnmodeledStep:
+    """What an instruction found that is not modeled.
+
+    Attributes:
+        text: the instruction.
+        paths: the leaves that it names, in capitals.
+        values: the terms of their places that are not as the scan found them.
+        lost: where these leaves have become unknown in the scan before.
+    """
+
+    text: str
+    paths: tuple[str, ...]
+    values: Mapping[Key, T]
+    lost: Mapping[str, tuple[Lost, ...]]
+
+
 class TermSteps(TermValues):
     """Runs instructions, one after the other."""
 
@@ -72,6 +91,9 @@ class TermSteps(TermValues):
         self.deep: T = FALSE
         self.selected: Any = None  # selector of the current CASE; None if it is not modeled
         self.cut: list[tuple[Site, str, str]] = []
+        self.given: list[UnmodeledStep] = []  # of the instructions that are not modeled, or not in all
+        self._running: LoweredStep | None = None
+        self._noted = False  # whether `given` has what that instruction found
         self._ended: T = FALSE  # where the scan has ended
         self._exits: T = FALSE  # where the innermost loop is left
         self._labels: Mapping[str, int] = {}
@@ -94,6 +116,20 @@ class TermSteps(TermValues):
 
     def execute(self, step: LoweredStep, power: Any) -> Any:
         """Run an instruction; return the power after it."""
+        outer = self._running, self._noted
+        self._running, self._noted = step, False
+        try:
+            return self._executed(step, power)
+        finally:
+            self._running, self._noted = outer
+
+    def note_unknown(self) -> None:
+        """Note what the current instruction has found."""
+        if self._running is not None and not self._noted:
+            self._noted = True
+            self.log.add(self.given, self._found_by(self._running))
+
+    def _executed(self, step: LoweredStep, power: Any) -> Any:
         if self.paths.path is not None:
             raise UnmodelledError("an instruction that runs others")
         self.site = step.site
@@ -167,6 +203,8 @@ class TermSteps(TermValues):
             moved: whether it had led the scan elsewhere.
         """
         self.log.add(self.cut, (self.lowered.sites[step.site], step.name, str(why)))
+        self._noted = False  # what the row has noted is undone
+        self.note_unknown()
         freed = [*self._written_by(step), *self._flags(step)]
         beside = {path for path, _ in undone} - {leaf.path.upper() for leaf in freed}
         elsewhere = step.spec.leaves or step.name in _ELSEWHERE or not all(map(_is_plain, step.operands))
@@ -181,6 +219,14 @@ class TermSteps(TermValues):
         if step.spec.decides:
             return self.unknown(BOOL)
         return and_(power, self.unknown(BOOL)) if step.spec.kind is InstructionKind.INPUT else power
+
+    def _found_by(self, step: LoweredStep) -> UnmodeledStep:
+        leaves = [leaf for operand in step.operands for leaf in _named_by(operand)]
+        paths = tuple(self._in_program(leaf).path.upper() for leaf in leaves)
+        keys = [(path, index) for path in paths for index in self._asked.get(path, ())]
+        values = {key: self._kept[key] for key in keys if self._kept[key] is not self.vars.get(key)}
+        lost = {path: tuple(self._lost[path]) for path in paths if path in self._lost}
+        return UnmodeledStep(self.lowered.sites[step.site].instruction, paths, values, lost)
 
     def _written_by(self, step: LoweredStep) -> Iterator[Leaf]:
         """Yield the leaves that a step may write by its operands."""
@@ -206,6 +252,19 @@ class TermSteps(TermValues):
         if not leaf.root:
             return leaf
         return self.lowered.layout.leaf(self.frame[leaf.root].path + leaf.rest)  # type: ignore[attr-defined]
+
+
+def _named_by(operand: object) -> Iterator[Leaf]:
+    """Yield all leaves that an operand names, hidden ones and those of subscripts too."""
+    if isinstance(operand, (Place, Group)):
+        yield from leaves_in(operand)
+        yield from hidden_in(operand)
+        bit = operand.bit if isinstance(operand, Place) else None
+        for each in (*operand.indices, bit):
+            yield from _named_by(each)
+    elif isinstance(operand, Calculation):
+        for each in operand.operands:
+            yield from _named_by(each)
 
 
 def _acts_without_power(step: LoweredStep) -> bool:

@@ -148,6 +148,10 @@ class TermPlaces(Interpreter):
             self.poke(leaf, index, self.unknown_of(leaf))
         self.log.append_at(self._lost, path, (self.active, self.lowered.sites[self.site]))
 
+    def lost_at(self, path: str) -> list[Lost]:
+        """Return where all of a leaf has become unknown, by its path in capitals."""
+        return self._lost.get(path, [])
+
     def poke(self, leaf: Leaf, index: int, t: T, guard: T = TRUE) -> None:
         """Set a place where the guard holds, to a value of its type."""
         key = leaf.path.upper(), index
@@ -214,6 +218,13 @@ class TermPlaces(Interpreter):
 
     def unknown(self, kind: str, lo: int = 0, hi: int = 0) -> T:
         """Return a variable for what is not modeled; see `Paths.unknown`."""
+        self.note_unknown()
+        return self._unknown(kind, lo, hi)
+
+    def note_unknown(self) -> None:
+        """Take note that the current instruction is not modeled, or not all of it."""
+
+    def _unknown(self, kind: str, lo: int, hi: int) -> T:
         found = self.paths.unknown((kind, lo, hi), lambda: var(f"?{next(self._unknowns)}", kind, lo, hi))
         self.log.put(self.havocs, found.val, self.lowered.sites[self.site])
         return found
@@ -221,7 +232,9 @@ class TermPlaces(Interpreter):
     def unknown_of(self, leaf: Leaf, site: Site | None = None) -> T:
         """Return a new variable for a leaf, with the instruction to blame, by default the current one."""
         is_clock = leaf.path.upper().endswith(CLOCK)
-        found = self.unknown(*((INT, 0, AGE) if is_clock else kind_of(leaf.type)))
+        if site is None:
+            self.note_unknown()
+        found = self._unknown(*((INT, 0, AGE) if is_clock else kind_of(leaf.type)))
         if site is not None:
             self.log.put(self.havocs, found.val, site)
         return found

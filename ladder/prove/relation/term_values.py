@@ -30,7 +30,7 @@ from .operations import DIVISIONS, FACTORS, FAR_AWAY, REAL, TRUTH, UNKNOWN, WHOL
 from .patterns import Byte, constant_bytes, unpack
 from .places import kind_of
 from .stored import TermPlaces
-from .symbols import FLOATS, TermSymbol, UnmodelledError, term_of, truth_of, whole_of
+from .symbols import FLOATS, TermSymbol, UnmodelledError, alike, term_of, truth_of, whole_of
 from .texts import TermText, digits, number_in
 
 _LARGEST = {F32: 1 << 128, F64: 1 << 1024}
@@ -89,6 +89,10 @@ class TermValues(TermPlaces):
     def least(self, value: Any, most: int) -> Any:
         """Return the smaller of a number and a limit."""
         return self.symbol(least(term_of(value, INT), most))
+
+    def chosen(self, truth: Any, one: Any, other: Any) -> Any:
+        """Return one of two numbers, without a path for each."""
+        return self.symbol(ite(term_of(truth, BOOL), *alike(one, other)))
 
     def converted(self, kind: Elementary, value: Any) -> Any:
         """Return a number converted to a type, without flags and faults."""

@@ -54,7 +54,7 @@ def test_values_that_the_disk_has_no_room_for_are_left_out(monkeypatch):
     assert file is not None
 
     class Full:
-        seek, read = file.seek, file.read
+        seek, read = file.seek, file.read  # type: ignore[union-attr]
 
         def write(self, data):
             raise OSError(ENOSPC, "no space left on device")

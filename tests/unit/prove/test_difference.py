@@ -125,6 +125,43 @@ def told_apart(seed: int, scans: int) -> bool:
     return bool(seen)
 
 
+SINE = """INSTRUCTION Sine
+INPUT X : REAL REQUIRED
+OUTPUT Y : REAL REQUIRED
+ROUTINE Logic
+SIN(X,Y);
+END
+END INSTRUCTION
+TAG S : Sine
+TAG M : DINT[3] := [%s, 1, 2]
+TAG K : CONTROL := {"LEN": 3}
+TAG R : REAL := %s"""
+AVERAGED = ("XIC(A)AVE(M,0,G,K,?,?);", "GRT(G,2)OTE(X);")
+
+
+@pytest.mark.parametrize(
+    ("rungs", "old", "new"),
+    [
+        (("XIC(A)MOV(2,F);", "@", "SIN(F,G);", "CLR(F);", "GRT(G,0)OTE(X);"), "ADD(F,1,F);", "ADD(F,2,F);"),
+        (("XIC(A)MOV(2,F);", "@", "GRT(G,0)OTE(X);"), "Sine(S,F,G);", "ADD(F,1,F);\nSine(S,F,G);\nCLR(F);"),
+        (("XIC(A)MOV(@,M[0]);", *AVERAGED, "CLR(M[0]);"), "5", "600"),
+        (("XIC(A)SIN(R,G);", "GRT(G,0)OTE(X);"), "1", "-1"),
+        (AVERAGED, "1", "900"),
+    ],
+)
+def test_instructions_that_are_not_modelled_differ_with_what_they_find(rungs, old, new) -> None:
+    """The value that differs is overwritten before the scan ends, or is an initial value of any element."""
+
+    def made(text: str) -> object:
+        initial = text if text[-1].isdigit() else "0"
+        lines = [*HEAD, SINE % (initial, initial), "ROUTINE Main", *rungs, "END", ""]
+        return parse_program("\n".join(lines).replace("@", text))
+
+    names = {each.name for each in compare(made(old), made(new)).changed}  # type: ignore[arg-type]
+    assert names >= {"X", "G"}
+    assert compare(made(old), made(old)).changed == []  # type: ignore[arg-type]
+
+
 @pytest.mark.slow
 def test_whatever_random_scans_tell_apart_is_named() -> None:
     assert sum(told_apart(seed, 100) for seed in range(amount(5))) >= 2

@@ -1,0 +1,61 @@
+"""Instructions that act when their rung becomes true: the text decides when, the interpreter does the rest.
+
+So a rung that stays as it is costs no more than other outputs; `Spec.partly`.
+"""
+
+from __future__ import annotations
+
+from ..model.operands import Group, Resolved
+from ..model.types import MESSAGE_BITS
+from .files import ControlText, MemberText
+from .rungs import RungWriter
+
+
+def write_once(rungs: RungWriter, power: str, *operands: Resolved) -> None:
+    """Write AVE, STD or SRT."""
+    control = _control(rungs, operands[-1])
+
+    def when_true() -> None:
+        with rungs.writer.block(f"if not ({control['EN']} or {control['ER']}):"):
+            rungs.interpret("True")
+
+    def when_false() -> None:
+        _begin_again(rungs, control)
+        control.set(EN=False, ER=False)
+
+    rungs.either(power, when_true, when_false)
+
+
+def write_comparison(rungs: RungWriter, power: str, *operands: Resolved) -> None:
+    """Write FBC or DDT."""
+    search, results = (_control(rungs, each) for each in operands[-2:])
+
+    def when_true() -> None:
+        with rungs.writer.block(f"if not {search['EN']}:"):
+            rungs.interpret("True")
+
+    def when_false() -> None:
+        search.set(EN=False, ER=False, FD=False)
+        for each in (search, results):
+            _begin_again(rungs, each)
+
+    rungs.either(power, when_true, when_false)
+
+
+def write_message(rungs: RungWriter, power: str, group: Group) -> None:
+    """Write MSG, which has something to do unless it is idle or over, and the rung is as it was."""
+    flags = rungs.values.keep(MemberText(rungs, group)["FLAGS"])
+    power = rungs.kept(power)
+    enabled, over = (sum(1 << MESSAGE_BITS[name] for name in names) for names in (("EN",), ("DN", "ER")))
+    with rungs.writer.block(f"if not {power} or not {flags} & {over} if {flags} & {enabled} else {power}:"):
+        rungs.interpret(power)
+
+
+def _control(rungs: RungWriter, operand: Resolved) -> ControlText:
+    assert isinstance(operand, Group)
+    return ControlText(rungs, operand)
+
+
+def _begin_again(rungs: RungWriter, control: ControlText) -> None:
+    with rungs.writer.block(f"if {control['DN']}:"):
+        control.set(DN=False, POS=0)

@@ -1,0 +1,96 @@
+"""SQI, SQO and SQL in Python text; `instructions.sequencers` says what they do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ..model.operands import Group, Place, Resolved
+from ..model.types import DINT
+from .files import ControlText, ElementText, converted_text, has_elements
+from .rungs import RungWriter
+
+
+def _integer(rungs: RungWriter, operand: Resolved) -> str:
+    """Return a variable of an integer operand."""
+    return rungs.values.keep(rungs.values.term(operand, DINT.bits).text)
+
+
+def _element(rungs: RungWriter, table: Resolved, number: str) -> str:
+    """Write the check of an element; return text for it."""
+    elements = ElementText(rungs, table)
+    elements.check(number)
+    return elements[number]
+
+
+def write_sqi(rungs: RungWriter, table: Resolved, mask: Resolved, source: Resolved, group: Group) -> str:
+    """Write SQI; return text for whether the input is as the step says."""
+    if not has_elements(rungs, table):
+        return rungs.interpreted()
+    control, keep = ControlText(rungs, group), rungs.values.keep
+    position, length = keep(control["POS"]), keep(control["LEN"])
+    wrong = keep(f"{length} <= 0 or not 0 <= {position} <= {length}")
+    control.set(ER=wrong)
+    found = keep("False")
+    with rungs.writer.block(f"if not {wrong}:"):
+        wanted = keep(_element(rungs, table, position))
+        value, bits = _integer(rungs, source), _integer(rungs, mask)
+        rungs.writer.line(f"{found} = ({value} ^ {wanted}) & {bits} == 0")
+    return found
+
+
+def _write_step(rungs: RungWriter, control: ControlText) -> str:
+    """Write the step further; return a variable that says whether LEN and POS are valid."""
+    block = rungs.writer.block
+    valid = rungs.values.keep("False")
+    with block(f"if {control['LEN']} <= 0 or {control['POS']} < 0:"):
+        control.set(ER=True)
+    with block("else:"):
+        with block(f"if not {control['EN']}:"):
+            control.set(EN=True, ER=False, DN=False)
+            control.set(POS=f"1 if {control['POS']} >= {control['LEN']} else {control['POS']} + 1")
+        with block(f"if {control['POS']} > {control['LEN']}:"):
+            control.set(ER=True)
+        with block("else:"):
+            control.set(DN=f"{control['DN']} or {control['POS']} == {control['LEN']}")
+            rungs.writer.line(f"{valid} = True")
+    return valid
+
+
+def _either(rungs: RungWriter, power: str, control: ControlText, when_true: Callable[[], None]) -> None:
+    rungs.either(power, when_true, lambda: control.set(EN=False))
+
+
+def write_sqo(
+    rungs: RungWriter, power: str, table: Resolved, mask: Resolved, target: Place, group: Group
+) -> None:
+    """Write SQO."""
+    if not has_elements(rungs, table):
+        rungs.interpret(power)
+        return
+    control, values = ControlText(rungs, group), rungs.values
+
+    def when_true() -> None:
+        with rungs.writer.block(f"if {_write_step(rungs, control)}:"):
+            bits = _integer(rungs, mask)
+            wanted = values.keep(_element(rungs, table, values.keep(control["POS"])))
+            value = f"{values.read(target)} & ~{bits} | {wanted} & {bits}"
+            values.assign(target, f"converted(types[{target.type.name!r}], {value})")
+
+    _either(rungs, power, control, when_true)
+
+
+def write_sql(rungs: RungWriter, power: str, table: Resolved, source: Resolved, group: Group) -> None:
+    """Write SQL."""
+    if not has_elements(rungs, table):
+        rungs.interpret(power)
+        return
+    control, values = ControlText(rungs, group), rungs.values
+
+    def when_true() -> None:
+        rises = values.keep(f"not {control['EN']}")
+        with rungs.writer.block(f"if {_write_step(rungs, control)} and {rises}:"):
+            value = values.keep(converted_text(values.term(source, DINT.bits), DINT))
+            element = _element(rungs, table, values.keep(control["POS"]))
+            rungs.writer.line(f"{element} = {value}")
+
+    _either(rungs, power, control, when_true)
