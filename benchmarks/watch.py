@@ -231,7 +231,9 @@ class Apart:
 
     def __init__(self, way: str, speed: str) -> None:
         command = [sys.executable, __file__, "--way", way, "--speed", speed]
-        self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, encoding="utf-8"
+        )
 
     def turn(self, scans: int) -> dict[str, float]:
         """Do a number of scans; return the figures."""
@@ -254,7 +256,7 @@ def be_apart(way: str, speed: float | None) -> None:
 
 
 def in_turns(ways: Sequence[str], turns: int, scans: int) -> dict[str, list[dict[str, float]]]:
-    """Measure some ways at full speed in turns; the first turn of each is not counted: it loads and learns."""
+    """Measure some ways at full speed in turns; the first turn of each loads and learns."""
     with ExitStack() as stack:
         all_ways = {way: stack.enter_context(closing(Apart(way, "max"))) for way in ways}
         found = [{way: each.turn(scans) for way, each in all_ways.items()} for _ in range(turns + 1)]
@@ -304,9 +306,8 @@ def main() -> None:
     for way in WAYS[:3]:
         shares = [run["scan_us"] / own["scan_us"] for run, own in zip(fast[RUN], fast[way], strict=True)]
         low, middle, high = statistics.quantiles(shares, n=4) if len(shares) > 1 else shares * 3
-        print(
-            f"  {way:<8} run's processor time is {middle:.2f} of it ({low:.2f} to {high:.2f} in half of the turns)"
-        )
+        half = f"half of the turns {low:.2f} to {high:.2f}"
+        print(f"  {way:<8} run's processor time is {middle:.2f} of it, {half}")
 
 
 if __name__ == "__main__":

@@ -12,6 +12,8 @@ The feeder in real time, scans of 2 ms, one page of 1600 by 1000:
     processor  share of a core: the monitor with the page and without, the scan process, Chromium; in turns,
                medians of three
     far        from the slider to the picture of any of 300,000 scans, in a session at full speed that pauses
+    recording  as `opens`, of the recording of that session; 1 s in all is wanted of 60 minutes: --trace FILE
+    share      processor time of `scanrack share` for 20,000 scans, 2 s are wanted; its first picture, 0.5 s
     edit       from a changed rung of a program of 1,000 to its verdict and its picture; 50 ms are wanted
 
 What is shown is checked: each click has its picture, each scrub shows its scan, each edit its
@@ -25,6 +27,7 @@ import asyncio
 import json
 import os
 import statistics
+import subprocess
 import sys
 import tempfile
 import time
@@ -163,6 +166,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--clicks", type=int, default=50)
     parser.add_argument("--scrubs", type=int, default=50)
     parser.add_argument("--scans", type=int, default=300_000, help="scans of the session at full speed")
+    parser.add_argument("--trace", type=Path, help="recording to open instead of that of the session")
     parser.add_argument("--smoke", action="store_true", help="a quick run that checks, and measures little")
     given = parser.parse_args(arguments)
     missing = why_not()
@@ -175,7 +179,8 @@ def main(arguments: list[str]) -> int:
         try:
             measure(Look(browser), seconds, clicks, scrubs)
             measure_edits(Look(browser), 1_000, 6 if given.smoke else 40)
-            measure_far(Look(browser), 2_000 if given.smoke else given.scans, scrubs)
+            measure_far(Look(browser), 2_000 if given.smoke else given.scans, scrubs, given.trace)
+            measure_share(Look(browser), 500 if given.smoke else 20_000)
         finally:
             browser.quit()
     return 0
@@ -207,14 +212,10 @@ def measure_edits(look: Look, rungs: int, edits: int) -> None:
 
 
 def measure(look: Look, seconds: float, clicks: int, scrubs: int) -> None:
+    look.look(1600, 1000)
     start = time.monotonic()
     with watching(FEEDER) as session:
-        linked = time.monotonic()
-        look.look(1600, 1000)
-        look.open(session.link)
-        for selector in READY:
-            look.until_there(selector)
-        print(f"opens      {linked - start:8.2f} {time.monotonic() - linked:8.2f}  s: link, page")
+        first_picture("opens", look, session.link, start)
         print("             median     95 %")
         windows = [frames(look, seconds) for _ in range(3)]
         rate = statistics.median(len(each) / seconds for each in windows)
@@ -255,8 +256,35 @@ def in_turns(look: Look, session: Session, seconds: float) -> tuple[list[float],
     ]
 
 
-def measure_far(look: Look, scans: int, scrubs: int) -> None:
-    """Scrub through a whole session of many scans."""
+def first_picture(row: str, look: Look, link: str, start: float) -> None:
+    """Open a link; print the time from the start to the link, and from there to the first picture."""
+    linked = time.monotonic()
+    look.open(link)
+    for selector in READY:
+        look.until_there(selector)
+    print(f"{row:10} {linked - start:8.2f} {time.monotonic() - linked:8.2f}  s: link, page")
+
+
+def measure_share(look: Look, scans: int) -> None:
+    """Share a recording, and open the page."""
+    with tempfile.TemporaryDirectory() as folder:
+        trace = Path(folder) / "run.mcap"
+        for words in ("run", FEEDER, "--scans", scans, "--record", trace, "-q"), ("share", trace):
+            before = os.times()
+            command = [sys.executable, "-m", "scanrack", *map(str, words)]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+            after = os.times()
+        used = after.children_user + after.children_system - before.children_user - before.children_system
+        page, start = trace.with_suffix(".html"), time.monotonic()
+        look.browser.get(page.as_uri())
+        look.until_there(READY[0])
+        took = time.monotonic() - start
+        assert look.handle("scan") == str(scans - 1)
+        print(f"share      {used:8.2f} {took:8.2f}  s: processor, page of {page.stat().st_size:,} bytes")
+
+
+def measure_far(look: Look, scans: int, scrubs: int, trace: Path | None) -> None:
+    """Scrub through a whole session of many scans; open its recording, or another one."""
     with tempfile.TemporaryDirectory() as folder:
         record = Path(folder) / "session.mcap"
         with watching(FEEDER, "--time-scale", "max", "--record", record) as session:
@@ -268,6 +296,9 @@ def measure_far(look: Look, scans: int, scrubs: int) -> None:
             assert len(took) == scrubs
             last = look.run("return document.querySelector(arguments[0]).max", SLIDER)
             said("far", took, f"ms, any of {int(last):,} scans")
+        start = time.monotonic()
+        with watching(trace or record) as session:
+            first_picture("recording", look, session.link, start)
 
 
 if __name__ == "__main__":

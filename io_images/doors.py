@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Callable
-from decimal import Decimal
+from decimal import Decimal, InvalidOperation
 from typing import Any
 
 from .text_limits import TextKind, check_text
@@ -25,7 +25,15 @@ def toml_tables(text: str, kind: TextKind = TextKind.TOML) -> dict[str, Any]:
         tomllib.TOMLDecodeError: it is not TOML.
     """
     check_text(text, kind)
-    return tomllib.loads(text, parse_float=Decimal)
+    return tomllib.loads(text, parse_float=_fraction)
+
+
+def _fraction(text: str) -> Decimal:
+    """Return a number; NaN, which nothing takes, for one whose exponent no Decimal has."""
+    try:
+        return Decimal(text)
+    except InvalidOperation:
+        return Decimal("NaN")
 
 
 def json_value(

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Self
 
+from .records import record
 
-@dataclass(frozen=True, slots=True)
+
+@record
 class Site:
     """A place in a program or a file; what is not known is empty or None."""
 

@@ -31,13 +31,7 @@ def _watch_command(
     options: WatchArguments,
 ) -> None:
     from ..jobs.load.loading import forces_to_hold, load_job, recording_of, runs, scans_to_run
-    from ..jobs.run.build import check_ports
-    from ..jobs.run.servers.kinds import addresses
-    from ..jobs.trust.owned import check_recording
     from ..terminal.complaints import reported_mistakes
-    from .play import watch_job
-    from .recorded_session import place_of, watch_trace
-    from .share.page_file import is_page, recording_beside
 
     if not runs(options.rack.partition("#")[0]):
         of_racks = {
@@ -61,6 +55,9 @@ def _watch_command(
             "--opc-ua-users": options.ua_users is not None,
         }
         given = [option for option, is_given in of_racks.items() if is_given]
+        from .recorded_session import place_of, watch_trace
+        from .share.page_file import is_page, recording_beside
+
         with reported_mistakes():
             place = place_of(recording_of(options.rack))
             if given and place.path.exists():  # opening it says what is missing
@@ -69,6 +66,11 @@ def _watch_command(
                 place = place._replace(path=recording_beside(place.path))
             status = watch_trace(place, port=options.port, trust=options.trust, opened=options.opened)
         raise typer.Exit(status)
+    from ..jobs.run.build import check_ports
+    from ..jobs.run.servers.kinds import addresses
+    from ..jobs.trust.owned import check_recording
+    from .play import watch_job
+
     try:
         factor = _speed(options.speed)
         job = load_job(options.rack)

@@ -34,7 +34,7 @@ class EditedPrograms:
         self._has_recorded_tags = bool(job.spec.tags)
         self._folders: set[Path] = set()  # of copies that were loaded
         self._known: tuple[int, LoadedRack, list[Json]] | None = None
-        self.note_disk()
+        self._note(self.on_disk)
 
     @property
     def running(self) -> ProgramVersion:
@@ -67,10 +67,9 @@ class EditedPrograms:
         """The text of the program that runs."""
         return self.running.files[self.name].decode(errors="replace")
 
-    def note_disk(self) -> None:
-        """Note that the file is as this session has loaded or written it."""
+    def _note(self, data: bytes | None) -> None:
+        """Note the contents of the file that this session has loaded or written."""
         self.look()
-        data = self.on_disk
         self.seen = "" if data is None else digest(data)
 
     def look(self) -> None:
@@ -91,7 +90,7 @@ class EditedPrograms:
     def write(self, data: bytes) -> None:
         """Write the file in place of the old one; OSError if it can't be written."""
         write(self.file, data)
-        self.note_disk()
+        self._note(data)
 
     def save_running(self) -> str:
         """Write the file of the program that runs; return what became of the old one.
@@ -109,7 +108,7 @@ class EditedPrograms:
         if data == old:
             return f"{self.file.name} has these rungs already."
         kept = save(self.file, data)
-        self.note_disk()
+        self._note(data)
         return f"Saved in {self.file.name}; the old file is {kept.name}."
 
     # --- versions

@@ -11,10 +11,14 @@ No cookie: cookies don't know ports.
 from __future__ import annotations
 
 import hmac
+import os
+import socket
 from collections.abc import Mapping
 from importlib.resources import files
 from typing import NamedTuple
 
+HOST = "127.0.0.1"
+KEY_BYTES = 16
 SOCKET = "/socket"
 
 TYPES = {
@@ -42,6 +46,15 @@ HEADERS = {
 }
 
 
+def listen(port: int) -> socket.socket:
+    """Listen for pages; ValueError if the port is in use, or not allowed."""
+    try:
+        return socket.create_server((HOST, port))
+    except OSError as error:
+        text = os.strerror(error.errno) if error.errno else str(error)
+        raise ValueError(f"--port {port}: {text}: choose another one, or none for a free one") from error
+
+
 class Answer(NamedTuple):
     """An answer to a request for a file."""
 
@@ -61,6 +74,8 @@ class Gate:
         self._origins = [f"http://{each}" for each in self._hosts]
         self._key = key.encode()
         self._files = {f"/{each.name}": each for each in files(__package__).joinpath("web").iterdir()}
+        modules = sorted(name for name in self._files if name.endswith(".js") and name != _OF_SHARED_PAGES)
+        self._preloads = "".join(f'\n<link rel="modulepreload" href="{each}">' for each in modules).encode()
 
     def answer(self, path: str, host: str | None, origin: str | None) -> Answer | None:
         """Answer a request; None lets it become a socket."""
@@ -79,6 +94,8 @@ class Gate:
         if file is None or kind is None:
             return _refusal(404, "no such file")
         body = file.read_bytes()
+        if path == "/index.html":
+            body = body.replace(_LAST_LINK, _LAST_LINK + self._preloads)
         return Answer(200, {"Content-Type": kind, "Content-Length": str(len(body)), **HEADERS}, body)
 
     def fits(self, key: object) -> bool:
@@ -86,6 +103,10 @@ class Gate:
         return isinstance(key, str) and hmac.compare_digest(key.encode("utf-8", "replace"), self._key)
 
 
+_LAST_LINK = b'<link rel="stylesheet" href="watch.css">'
+"""What the names of all modules stand behind: a browser loads them at once, not import by import."""
+
+_OF_SHARED_PAGES = "/embedded.js"
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
 
 

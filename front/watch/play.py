@@ -8,7 +8,6 @@ The ring, the link and the monitor outlive a branch; rack, program and recording
 
 from __future__ import annotations
 
-import os
 import secrets
 import socket
 import tempfile
@@ -35,6 +34,7 @@ from ..terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, NO_HELPER, complain
 from ..terminal.terminal import say
 from .announcing import Announcer, programs_of
 from .editor import EditManner, Editor, Takeover
+from .gate import HOST, KEY_BYTES, listen
 from .history.watched_machines import PER_SLOT, MachineFigures
 from .history.watched_program import LadderNotes
 from .history.watched_python import PythonNotes
@@ -44,18 +44,6 @@ from .monitors.session_monitor import Setup
 from .options import WatchOptions
 from .prepared_run import PreparedRun, Start
 from .text import TextView
-
-HOST = "127.0.0.1"
-KEY_BYTES = 16
-
-
-def listen(port: int) -> socket.socket:
-    """Listen for pages; ValueError if the port is in use, or not allowed."""
-    try:
-        return socket.create_server((HOST, port))
-    except OSError as error:
-        text = os.strerror(error.errno) if error.errno else str(error)
-        raise ValueError(f"--port {port}: {text}: choose another one, or none for a free one") from error
 
 
 def watch_job(job: LoadedRack, wanted: WatchOptions) -> int:

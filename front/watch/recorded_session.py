@@ -10,7 +10,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from importlib.metadata import version
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 from urllib.parse import parse_qs, quote
 
 from ..jobs.load.loading import LoadedRack
@@ -28,12 +28,14 @@ from ..traces.format.topics import ORDERS
 from ..traces.read.arrays import extent, read_columns
 from ..traces.read.columns import Selection
 from ..traces.read.reader import Trace, open_trace
-from .gate import Gate
+from .gate import HOST, KEY_BYTES, Gate, listen
 from .monitors.comparison import OpenedBeside
 from .monitors.monitor import SessionFacts
 from .monitors.trace_monitor import Source, TraceMonitor
 from .options import WatchArguments, WatchOptions
-from .play import HOST, KEY_BYTES, Play, listen
+
+if TYPE_CHECKING:
+    from .play import Play
 
 Prepare = Callable[..., None]
 """Prepares branches: `Play.prepare_branch`."""
@@ -79,11 +81,17 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory(prefix="scanrack")))
         listening = stack.enter_context(listen(port))
         key, number = secrets.token_hex(KEY_BYTES), listening.getsockname()[1]
-        asked = WatchArguments(rack=str(place.path), port=port, record=place.path)
-        wanted = WatchOptions(asked, editable=False)
-        play = Play(wanted, listening, folder, stack, key)
+        begun: list[Play] = []
+
+        def prepare(*words: Any, **more: Any) -> None:
+            from .play import Play  # its imports take longer than the first page
+
+            asked = WatchArguments(rack=str(place.path), port=port, record=place.path)
+            begun[:] = [Play(WatchOptions(asked, editable=False), listening, folder, stack, key)]
+            begun[0].prepare_branch(*words, **more)
+
         recording = OpenedRecording(trace, place, folder, trust=trust)
-        monitor = recording.monitor(play.prepare_branch)
+        monitor = recording.monitor(prepare)
         for note in trace.notes:
             complain(f"note: {note}")
         monitor.opener = open_beside
@@ -96,7 +104,7 @@ def watch_trace(place: TracePlace, *, port: int, trust: bool, opened: bool) -> i
         except KeyboardInterrupt:
             return complain(f"stopped by {interrupted_by()}", INTERRUPTED)
         assert recording.job is not None
-        return play.go_on(recording.job)
+        return begun[0].go_on(recording.job)
 
 
 def _fragment(place: TracePlace) -> str:

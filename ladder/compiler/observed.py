@@ -36,6 +36,7 @@ class Observation:
 
     held: frozenset[tuple[str, bool]] = frozenset()  # forced variables; True: only some of its bits
     noted: tuple[LineKey, ...] = ()  # noted lines in list order
+    forced: bool = False  # whether anything is forced, in a list or in bytes, too
 
 
 UNOBSERVED = Observation()
@@ -66,12 +67,14 @@ class Notes:
 
     places: Mapping[int, int]
     listed: NoteList
+    forced: bool = False  # see `Observation.forced`
 
     @staticmethod
     def of(observation: Observation, listed: NoteList, routine: str) -> Notes:
         """Return the notes of a routine, in capitals."""
         noted = enumerate(observation.noted)
-        return Notes({number: place for place, (name, number) in noted if name == routine}, listed)
+        places = {number: place for place, (name, number) in noted if name == routine}
+        return Notes(places, listed, observation.forced)
 
     def place(self, number: int) -> str | None:
         """Return text for the place of a line, None if the line is not noted."""

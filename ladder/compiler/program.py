@@ -29,7 +29,7 @@ class FunctionText:
 
     def used(self) -> set[str]:
         """Return all names in it."""
-        return {name for text, _ in self.lines for name in _NAMES.findall(text)}
+        return set(_NAMES.findall("\n".join([text for text, _ in self.lines])))
 
     def unit(self, idents: Set[str]) -> tuple[str, list[int]]:
         """Return the text to compile, without comments, and the source line of each line."""

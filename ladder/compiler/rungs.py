@@ -112,6 +112,7 @@ class RungWriter:
         return power
 
     def _write(self, step: LoweredStep, *power: str) -> str:
+        self.writer.instructions += 1
         if step.spec.write is not None:
             return step.spec.write(self, *power, *step.operands) or ""
         call = self._interpretation(*power)

@@ -38,6 +38,9 @@ class Writer:
         self.inputs: set[str] = set()  # input images that are read
         self.origin = 1  # source line of the current rung
         self.flags = lowered.flags  # whether the status flags are enabled
+        self.instructions = 0  # number of the current instruction
+        self._texts: dict[str, str] = {}
+        self._texts_of = 0  # the instruction that they are valid after
         self._depth = 1
         self._temporaries = 0
         self._lasting = 0
@@ -60,11 +63,25 @@ class Writer:
         yield
         self.fill(start)
         self._depth -= 1
+        self._texts.clear()
 
     def fill(self, start: int = 0) -> None:
         """Write `pass` if there are only comments since `start`."""
         if all(text.lstrip().startswith("#") for text, _ in self.lines[start:]):
             self.line("pass")
+
+    def texts(self) -> dict[str, str]:
+        """Return the strings that the string instructions just before have stored: variables by place.
+
+        They are valid inside of the present block; a variable is None where its instruction stored nothing.
+        """
+        if self._texts_of != self.instructions - 1:
+            self._texts.clear()
+        return dict(self._texts)
+
+    def keep_texts(self, texts: dict[str, str]) -> None:
+        """Set what `texts` returns to the next instruction."""
+        self._texts, self._texts_of = texts, self.instructions
 
     def temporary(self) -> str:
         """Return a new name."""
@@ -79,6 +96,7 @@ class Writer:
     def next_rung(self) -> None:
         """Release the temporaries of the previous rung; a TooLongError if the function has too many lines."""
         self._temporaries = 0
+        self._texts.clear()
         if len(self.lines) > MOST_LINES:
             reason = f"routine {self._routine} compiles to more than {MOST_LINES:,} lines of Python"
             raise TooLongError(reason, "divide it", Site(routine=self._routine))

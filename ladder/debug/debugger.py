@@ -181,13 +181,11 @@ class Debugger:
 
     def __call__(self, scan: Any) -> None:
         """Do one scan of a rack, see `Engine`; its number is that of the rack's scan."""
-        self._engine.attach(scan)
-        if scan.number > self._engine.scans:
+        engine = self._engine
+        engine.attach(scan)
+        if scan.number > engine.scans:
             self._rest_until(scan.number)
-        if self._plain and not self._outside:
-            self._do_plainly(self._engine, scan.now_ns, scan.first)
-        else:
-            self._do_noted(self._engine, scan.now_ns, first=scan.first)
+        self._do(scan.now_ns, scan.first)
 
     def _rest_until(self, scan: int) -> None:
         """Count the scans without the program: the key was at program, or a recording begins late."""
@@ -241,19 +239,17 @@ class Debugger:
         """Do at most `scans` scans without a rack, `ms` apart; return the breakpoints met."""
         for _ in range(scans):
             first = self.scans == 0
-            self._do(0 if first else self.now_ns + round(ms * 1_000_000), first=first)
+            self._do(0 if first else self.now_ns + round(ms * 1_000_000), first)
             if self.stops:
                 break
         return self.stops
 
-    def _do(self, now_ns: int, *, first: bool) -> None:
-        if self._plain and not self._outside:
-            self._do_plainly(self._engine, now_ns, first)
-        else:
-            self._do_noted(self._engine, now_ns, first=first)
-
-    def _do_plainly(self, engine: WatchedEngine, now_ns: int, first: bool) -> None:
-        memory, outside = engine.memory, self._outside
+    def _do(self, now_ns: int, first: bool) -> None:
+        engine, outside = self._engine, self._outside
+        if outside or not self._plain:
+            self._do_noted(engine, now_ns, first=first)
+            return
+        memory = engine.memory
         self.latest, self.stops, memory.outside = None, (), None
         try:
             engine.do(now_ns, first)

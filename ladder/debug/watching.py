@@ -111,7 +111,7 @@ class WatchedEngine(Engine):
         """Return the compiled program with the present notes and forces."""
         if self._bound is None:
             held = frozenset((each.leaf.ident, each.left is not None) for each in self._variables)
-            observation = Observation(held, self.noted)
+            observation = Observation(held, self.noted, bool(self.memory.forces))
             self._bound, self._calling = self._compiled, self._calling_compiled
             if observation != UNOBSERVED:
                 variant = self.variants.get(observation)

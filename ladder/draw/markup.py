@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from xml.sax.saxutils import escape, quoteattr
 
 from .shapes import BoxFrame, Curve, Form, Letters, Line
 
@@ -17,12 +16,15 @@ _NO_XML = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 def plain(text: str) -> str:
     """Escape a text for an element's content."""
-    return escape(_NO_XML.sub("\ufffd", text))
+    return _NO_XML.sub("\ufffd", text).replace("&", "&amp;").replace(">", "&gt;").replace("<", "&lt;")
 
 
 def attribute(text: str) -> str:
     """Quote a text as an attribute's value."""
-    return quoteattr(_NO_XML.sub("\ufffd", text), {"\n": "&#10;", "\t": "&#9;", "\r": "&#13;"})
+    quoted = plain(text).replace("\n", "&#10;").replace("\t", "&#9;").replace("\r", "&#13;")
+    if '"' in quoted and "'" not in quoted:
+        return f"'{quoted}'"
+    return '"' + quoted.replace('"', "&quot;") + '"'
 
 
 def units(value: float) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from typing import Any
@@ -75,19 +75,30 @@ def _row(
             rungs.interpret()
             return
         *sources, target = operands
-        given = [_write_value(rungs, each, width) for each in sources]
+        texts = {} if rungs.notes.forced else rungs.writer.texts()
+        given = [_write_value(rungs, each, width, texts) for each in sources]
         read = [text for text, each in zip(given, sources, strict=True) if isinstance(each, Group)]
         call = f"string_{name}(faults, {', '.join([str(rungs.values.site), *given])}"
         if typed and isinstance(target, Place):
             call += f", types[{target.type.name!r}], {target.text!r}"
-        inline = _INLINE.get(name) if name != "DTOS" or is_integer(sources[0]) else None
+        inline = _INLINE.get(name) if _is_inline(name, sources[0], target) else None
         with _if_all(rungs, read):
             text = inline.format(*given, call=f"{call})") if inline else f"{call})"
             result = rungs.values.keep(text)
             with nullcontext() if name in _NEVER_NONE else _if_all(rungs, [result]):
-                _write_result(rungs, target, result, code)
+                stored = _write_result(rungs, target, result, code)
+        if read and stored:
+            rungs.writer.line(f"else: {result} = None")
+        rungs.writer.keep_texts(_left(rungs, texts, target, stored, result))
 
     return action(name, *uses, run=run, write=write)
+
+
+def _is_inline(name: str, source: Resolved, target: Resolved) -> bool:
+    """Whether the text in `_INLINE` is the instruction for these operands."""
+    if name == "STOD":
+        return isinstance(target, Place) and target.type.is_integer and target.type.bits >= DINT.bits
+    return name != "DTOS" or is_integer(source)
 
 
 def _if_all(rungs: RungWriter, texts: list[str]) -> AbstractContextManager[None]:
@@ -96,12 +107,24 @@ def _if_all(rungs: RungWriter, texts: list[str]) -> AbstractContextManager[None]
     return rungs.writer.block(f"if {' and '.join(values)}:") if values else nullcontext()
 
 
-def _write_value(rungs: RungWriter, operand: Resolved, width: int | None) -> str:
+def _left(
+    rungs: RungWriter, texts: dict[str, str], target: Resolved, stored: StringPlace | None, result: str
+) -> dict[str, str]:
+    """Return the strings in variables behind an instruction that had `texts`."""
+    if stored is not None:
+        return {**texts, str(stored): result} if stored.at.isdigit() else {}
+    assert isinstance(target, Place)
+    return texts if rungs.writer.layout.spot(target.leaf) is None else {}
+
+
+def _write_value(rungs: RungWriter, operand: Resolved, width: int | None, texts: Mapping[str, str]) -> str:
     values = rungs.values
     if isinstance(operand, Group):
         place = _place(rungs, operand)
         otherwise = f"read_string(faults, {values.site}, {place}, {operand.text!r})"
-        return values.keep(place.read(rungs.writer.temporary(), otherwise))
+        read = place.read(rungs.writer.temporary(), otherwise)
+        known = texts.get(str(place))
+        return values.keep(f"{known} if {known} is not None else {read}" if known else read)
     if isinstance(operand, StringConstant):
         return values.characters(operand)
     text = values.term(operand, width_of(operand) if width is None else width).text
@@ -114,17 +137,20 @@ def _place(rungs: RungWriter, operand: Group) -> StringPlace:
     return place if place.is_fixed else replace(place, at=rungs.values.keep(place.at))
 
 
-def _write_result(rungs: RungWriter, target: Resolved, result: str, code: int) -> None:
+def _write_result(rungs: RungWriter, target: Resolved, result: str, code: int) -> StringPlace | None:
+    """Write the result to its target; return that of a string, which `result` is unless it is too long."""
     values = rungs.values
     if isinstance(target, Group):
         place = _place(rungs, target)
         stored = f"store_string(faults, {values.site}, {place}, {target.text!r}, {result}, {code})"
         length = rungs.writer.temporary()
         rungs.writer.line(f"if ({length} := len({result})) <= {place.room}: {place.store(result, length)}")
-        rungs.writer.line(f"else: {stored}")
-    elif isinstance(target, Place):
-        narrow = target.type.is_integer and target.type.bits < DINT.bits
-        values.assign(target, f"wrap({result}, {target.type.wraps})" if narrow else result)
+        rungs.writer.line(f"else: {stored}; {result} = None")
+        return place
+    assert isinstance(target, Place)
+    narrow = target.type.is_integer and target.type.bits < DINT.bits
+    values.assign(target, f"wrap({result}, {target.type.wraps})" if narrow else result)
+    return None
 
 
 _PART = "1 <= {2} <= len({0}) and 0 <= {1} <= len({0}) - {2} + 1"
@@ -138,8 +164,12 @@ _INLINE = {
     "FIND": "{0}.find({1}, {2} - 1) + 1 if 1 <= {2} <= len({0}) else {call}",
     "UPPER": "{}.upper()",
     "LOWER": "{}.lower()",
+    "STOD": "int({0}) if len({0}) < 10 and {0}.isdigit() else {call}",
 }
-"""Text of what is one expression; DTOS for integers; `call` records the fault of a place out of range."""
+"""Text of what is one expression; DTOS for integers, STOD to a DINT or a longer type.
+
+`call` records the fault of a place out of range, and reads numbers of other forms.
+"""
 
 _NEVER_NONE = {"CONCAT", "DTOS", "RTOS", "UPPER", "LOWER"}
 """Those that have a result whatever their operands are."""

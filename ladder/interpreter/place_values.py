@@ -55,6 +55,8 @@ class PlaceValues:
         self.memory.write(self.memory.layout.leaf(path), 0, value)
 
     def _index(self, place: Place) -> int:
+        if not place.indices:
+            return 0
         flat = 0
         for index, length in zip(place.indices, self.dims_of(place.leaf), strict=True):
             flat = flat * length + self.subscript(index, length, place.text)

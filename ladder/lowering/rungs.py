@@ -21,7 +21,7 @@ from ..model.resolver import AddressError, Resolver, missing_in
 from ..model.routine import Routine
 from ..model.spec import WITH_PRESETS, InstructionKind, Spec, Use
 from ..model.stubs import Stub
-from ..model.tags import OWN, FrameLayout, Layout, scoped
+from ..model.tags import OWN, FrameLayout, Layout, scoped, tag_in
 from ..model.tree import (
     Address,
     Branch,
@@ -347,7 +347,7 @@ class Lowering:
     def note_written(self, operand: Operand, resolved: Place | Group) -> None:
         """Note a written operand: an InOut of an add-on instruction, or an input of a module."""
         if self._frame is not None:
-            self._frame.written.update(leaf.root for leaf in leaves_in(resolved))
+            self._frame.written.add(first_leaf(resolved).root)
         elif is_input(resolved):
             self._note_input(resolved, f"{operand} is an input", self._site, self._rung_text)
 
@@ -489,6 +489,8 @@ def routine_name(definition: AddOn, role: str) -> str:
 
 def is_input(operand: Place | Group) -> bool:
     """Whether a module writes the operand."""
+    if isinstance(operand, Group) and tag_in(operand.path).upper() in operand.layout.declarations:
+        return False  # a tag has memory of its own
     return any(leaf.slot is not None and not leaf.output for leaf in leaves_in(operand))
 
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import lru_cache
 
+from ...io_images.records import record
 from .operators import BITWISE, FUNCTIONS, RELATIONS
 from .tags import Layout, Leaf
-from .types import BOOL, DINT, LINT, LREAL, REAL, UDINT, ULINT, DataType, Elementary, fields_of
+from .types import BOOL, DINT, HIDDEN, LINT, LREAL, REAL, UDINT, ULINT, DataType, Elementary, leaves_of
 
 SINGLE = 0
 """Width of a computation in REAL."""
@@ -18,7 +20,7 @@ FAULT = ":I.Fault"
 """Behind the slot in the address of a connection's fault, which is no word of an image."""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Constant:
     """A number in double precision with its type: DINT, LINT if needed, or REAL, rounded on use."""
 
@@ -26,7 +28,7 @@ class Constant:
     type: Elementary
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Place:
     """One elementary value."""
 
@@ -72,7 +74,7 @@ class Place:
         return f"{word}.{int(self.bit.value)}" if isinstance(self.bit, Constant) else word
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Group:
     """A structure, an array, or an array from one element on."""
 
@@ -141,19 +143,23 @@ def as_number(resolved: Resolved) -> Resolved:
 
 
 def leaves_in(resolved: Place | Group) -> list[Leaf]:
-    """Return the leaves of a place or group."""
+    """Return the leaves of a place or group, without hidden ones."""
     if isinstance(resolved, Place):
         return [resolved.leaf]
-    paths = [each.path for each in fields_of(resolved.type)]
-    return [resolved.layout.leaf(f"{resolved.path}.{path}" if path else resolved.path) for path in paths]
+    return [resolved.layout.leaf(f"{resolved.path}{rest}") for rest in _rests(resolved.type)]
 
 
 def first_leaf(resolved: Place | Group) -> Leaf:
     """Return the first leaf of a place or group."""
     if isinstance(resolved, Place):
         return resolved.leaf
-    path = fields_of(resolved.type)[0].path
-    return resolved.layout.leaf(f"{resolved.path}.{path}" if path else resolved.path)
+    return resolved.layout.leaf(f"{resolved.path}{_rests(resolved.type)[0]}")
+
+
+@lru_cache(maxsize=1024)
+def _rests(kind: DataType) -> tuple[str, ...]:
+    """Return what follows the path of a type's values in those of their leaves."""
+    return tuple(f".{path}" if path else "" for path, _, _ in leaves_of(kind) if HIDDEN not in path)
 
 
 def constant(value: int | float) -> Constant:

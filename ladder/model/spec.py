@@ -21,6 +21,8 @@ from .tree import Address, Instruction, Unknown
 class Use(Enum):
     """How an instruction uses an operand; `operand_checks` has the accepted operands."""
 
+    __hash__ = object.__hash__  # members are single, and frequent keys
+
     BIT = auto()  # reads a bit
     COIL = auto()  # writes a bit on a true and a false rung: once per bit
     LATCH = auto()  # writes a bit when true

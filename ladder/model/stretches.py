@@ -14,10 +14,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
+from ...io_images.records import record
 from .types import BOOL, HIDDEN, DataType, Elementary, Structure, count_of, members_at, size_of
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class StretchPart:
     """The values of one path in a stretch."""
 
@@ -81,7 +82,7 @@ BITS, HIDDEN_VALUES, STRUCTURES = "bits", "hidden", "B"
 _UNITS = {BITS: 1, "h": 16, "H": 16, "i": 32, "I": 32, "f": 32, "q": 64, "Q": 64, "d": 64}  # others are 8
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class BytePart:
     """The values, or the structures, of one path in bytes; all numbers count bits."""
 
@@ -155,7 +156,7 @@ def hidden_places(kind: DataType, count: int) -> Iterator[int]:
             yield from map(spot.at, range(count * count_of(part.dims)))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Spot:
     """The place of a leaf, or of structures, in a list or in bytes."""
 

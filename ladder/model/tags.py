@@ -17,6 +17,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from ...io_images.enip.listing import ExternalAccess
+from ...io_images.records import record
 from .expressions import parse_address
 from .operators import CALLED
 from .stretches import Spot, spot_of, stretch_of
@@ -58,7 +59,7 @@ class SlotAlias:
 Declaration = Tag | Alias | SlotAlias
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Leaf:
     """An elementary value, or all of one path in arrays."""
 
@@ -155,7 +156,7 @@ def tag_in(path: str) -> str:
     return path if end < 0 else path[:end]
 
 
-class Rest(NamedTuple):
+class SparseTag(NamedTuple):
     """A tag of a structure of which the program uses few values."""
 
     ident: str  # of its bytes, in which all others are
@@ -188,7 +189,7 @@ class Layout:
         self._folded: dict[str, Tag] = {}  # tags with leaves that nobody has asked for yet, in capitals
         self._asked: dict[str, list[str]] = {}  # leaves of such tags that were asked for, in capitals
         self.boxed: dict[str, str] = {}  # identifiers of lists and bytes, by tag in capitals
-        self.rests: dict[str, Rest] = {}  # by tag in capitals, see `fold_rest`
+        self.rests: dict[str, SparseTag] = {}  # by tag in capitals, see `fold_rest`
         self.in_bytes: set[str] = (
             set()
         )  # tags, or roots of an add-on instruction, that are bytes, in capitals
@@ -369,7 +370,7 @@ class Layout:
         """
         tag, asked = self._folded[name], self._asked[name]
         if len(asked) < len(_rows(tag.type)):
-            self.rests[name] = Rest(
+            self.rests[name] = SparseTag(
                 self._ident(f"{tag.name}.rest"), {each: self._leaves[each] for each in asked}
             )
             self._spots.clear()

@@ -11,13 +11,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
+from ...io_images.records import record
 from . import hooks
 from .quoting import quoted
 
 # --- operands
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Number:
     """A number as written. Numbers are equal when their texts are, so that a NaN equals itself."""
 
@@ -58,7 +59,7 @@ class Unknown:
         return "?"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class MemberStep:
     """`.ACC`."""
 
@@ -68,7 +69,7 @@ class MemberStep:
         return f".{self.name}"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class SubscriptStep:
     """`[i,j]`."""
 
@@ -78,7 +79,7 @@ class SubscriptStep:
         return f"[{','.join(map(str, self.indices))}]"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class BitStep:
     """`.5` or `.[expression]`."""
 
@@ -112,7 +113,7 @@ class SlashStep:
 Step = MemberStep | SubscriptStep | BitStep | WordStep | SlashStep
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Address:
     """A tag or a part of one; `Local:1:I`, `I:1` and `S:FS` are names, too."""
 
@@ -195,7 +196,7 @@ def _ends_in_file(node: Operand) -> bool:
 # --- rungs and statements
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Instruction:
     """An instruction with its operands, under its one name (EQU, not EQ)."""
 
@@ -206,7 +207,7 @@ class Instruction:
         return f"{self.name}({','.join(map(str, self.operands))})"
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Branch:
     """Parallel legs, each a series; an empty leg is a wire."""
 
@@ -225,7 +226,7 @@ def series_text(series: Series) -> str:
     return "".join(map(str, series))
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Origin:
     """File and line of a rung; "" and 0 if unknown."""
 
@@ -233,7 +234,7 @@ class Origin:
     line: int = 0
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Rung:
     """A series with its comment; its origin is not part of its identity."""
 

@@ -15,10 +15,12 @@ Structures have members of any type. The byte layout matters to COP and CPS only
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
+from ...io_images.records import record
 from .errors import LadderError
 
 MAX_DIMENSIONS = 3
@@ -324,7 +326,7 @@ TYPES: Mapping[str, DataType] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class Field:
     """The place of an elementary value in the bytes of its type."""
 
@@ -348,7 +350,27 @@ def size_of(kind: DataType) -> int:
 @lru_cache(maxsize=1024)
 def fields_of(kind: DataType) -> tuple[Field, ...]:
     """Elementary values in one element of a type."""
-    return tuple(_laid_out(kind).fields)
+    if isinstance(kind, Elementary):
+        return (Field("", kind, 0, 0 if kind.is_bool else None),)
+    return tuple(_fields_in(kind))
+
+
+def _fields_in(kind: Structure) -> Iterator[Field]:
+    for member, begin, bit in members_at(kind):
+        name = member.name
+        if member.type is BOOL:
+            first = 8 * begin + (bit or 0)
+            for index in range(count_of(member.dims)):
+                yield Field(name, BOOL, (first + index) // 8, (first + index) % 8, index)
+            continue
+        inner, size = fields_of(member.type), size_of(member.type)
+        counts = Counter(part.path for part in inner)
+        for item in range(count_of(member.dims)):
+            offset = begin + item * size
+            for part in inner:
+                path = f"{name}.{part.path}" if part.path else name
+                index = item * counts[part.path] + part.index
+                yield Field(path, part.type, offset + part.offset, part.bit, index)
 
 
 @lru_cache(maxsize=1024)
@@ -370,13 +392,11 @@ class _Layout:
     """Lays out a type once: adjacent BOOLs share bytes, other members are aligned to their size."""
 
     def __init__(self, kind: DataType) -> None:
-        self.fields: list[Field] = []
         self.places: list[tuple[Member, int, int | None]] = []
         self.size = 0
         self._open_byte: int | None = None
         self._bits_used = 0
         if isinstance(kind, Elementary):
-            self.fields.append(Field("", kind, 0, 0 if kind.is_bool else None))
             self.size = max(1, kind.bits // 8)
         else:
             self._structure(kind)
@@ -386,7 +406,6 @@ class _Layout:
             self.size = 4 if any((member.bit or 0) > 15 for member in kind.members) else 2
         for member in kind.own:
             if member.bit is not None:
-                self.fields.append(Field(member.name, BOOL, member.bit // 8, member.bit % 8))
                 self.places.append((member, member.bit // 8, member.bit % 8))
             elif member.type is BOOL and not member.dims:
                 self._packed_bool(member)
@@ -400,7 +419,6 @@ class _Layout:
         if self._open_byte is None or self._bits_used == 8:
             self._open_byte, self._bits_used = self.size, 0
             self.size += 1
-        self.fields.append(Field(member.name, BOOL, self._open_byte, self._bits_used))
         self.places.append((member, self._open_byte, self._bits_used))
         self._bits_used += 1
 
@@ -408,21 +426,8 @@ class _Layout:
         alignment = _alignment(member.type)
         self.size = -(-self.size // alignment) * alignment
         self.places.append((member, self.size, None))
-        inner = _laid_out(member.type)
-        repeats: dict[str, int] = {}
-        for item in range(count_of(member.dims)):
-            for part in inner.fields:
-                path = f"{member.name}.{part.path}" if part.path else member.name
-                index = repeats.get(path, 0)
-                repeats[path] = index + 1
-                offset, bit = self.size + part.offset, part.bit
-                if member.type is BOOL:
-                    offset, bit = self.size + item // 8, item % 8
-                self.fields.append(Field(path, part.type, offset, bit, index))
-            if member.type is not BOOL:
-                self.size += inner.size
-        if member.type is BOOL:
-            self.size += -(-count_of(member.dims) // 32) * 4
+        count = count_of(member.dims)
+        self.size += -(-count // 32) * 4 if member.type is BOOL else count * size_of(member.type)
 
 
 @lru_cache(maxsize=1024)

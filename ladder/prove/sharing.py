@@ -12,10 +12,10 @@ from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 
 from .algebra.terms import T
-from .relation.steps import Occasion
+from .relation.steps import UnmodeledStep
 from .system import ProgramSystem
 
-Occasions = Mapping[str, list[Occasion]]
+Occasions = Mapping[str, list[UnmodeledStep]]
 """What instructions found that are not modeled, in order, by their text."""
 
 InNew = Callable[[T], T]
@@ -34,25 +34,25 @@ def root_of(path: str) -> str:
 
 def occasions_of(problem: ProgramSystem) -> Occasions:
     """Return what a program's instructions found that are not modeled."""
-    found: dict[str, list[Occasion]] = defaultdict(list)
+    found: dict[str, list[UnmodeledStep]] = defaultdict(list)
     for each in problem.machine.given:
         found[each.text].append(each)
     return found
 
 
-def roots_of(given: Iterable[Occasion]) -> set[str]:
+def roots_of(given: Iterable[UnmodeledStep]) -> set[str]:
     """Return the tags that instructions name."""
     return {root_of(path) for each in given for path in each.paths}
 
 
-def found_alike(old: list[Occasion], new: list[Occasion], in_new: InNew) -> bool:
+def found_alike(old: list[UnmodeledStep], new: list[UnmodeledStep], in_new: InNew) -> bool:
     """Return whether instructions of one text found the same in this scan."""
     return len(old) == len(new) and all(
         a.paths == b.paths and _same(a, b, in_new) for a, b in zip(old, new, strict=True)
     )
 
 
-def _same(old: Occasion, new: Occasion, in_new: InNew) -> bool:
+def _same(old: UnmodeledStep, new: UnmodeledStep, in_new: InNew) -> bool:
     if old.values.keys() != new.values.keys() or old.lost.keys() != new.lost.keys():
         return False
     if any(t is not in_new(new.values[key]) for key, t in old.values.items()):
@@ -63,7 +63,7 @@ def _same(old: Occasion, new: Occasion, in_new: InNew) -> bool:
     )
 
 
-def unlike_roots(old: ProgramSystem, new: ProgramSystem, given: Iterable[Occasion]) -> set[str]:
+def unlike_roots(old: ProgramSystem, new: ProgramSystem, given: Iterable[UnmodeledStep]) -> set[str]:
     """Return the tags of instructions that begin with other values, or become unknown elsewhere."""
     found = set()
     for path in {path for each in given for path in each.paths}:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, Protocol
 
+from ...io_images.records import record
 from ...io_images.site import Site
 from ..model.chart import DEFAULT_OPTIONS, ChartOptions, Qualifier
 from ..model.operands import Constant, Group, Place, Resolved
@@ -97,7 +98,7 @@ class AddOnCall:
         return tuple(each for each in (self.logic, self.otherwise, self.prescan, self.postscan) if each)
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class LoweredStep:
     """An instruction, ready to run."""
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
+from ...io_images.records import record
 from ..model.arithmetic import real, whole, wrap
 from ..model.operands import Constant, Group, Place, Resolved
 from ..model.tags import OWN, Leaf
@@ -17,7 +18,7 @@ from ..model.types import DINT, DataType, Elementary, Field, Structure, count_of
 from .memory import BytesAt, Column, Store, Value
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class FieldSlice:
     """A field of an element, and its leaf."""
 
@@ -26,7 +27,7 @@ class FieldSlice:
     per_element: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class ArrayRegion:
     """The start of a copy, and its limits."""
 

@@ -126,7 +126,7 @@ def rewritten_slc(
     return BOM_UTF8 + written if data.startswith(BOM_UTF8) else written
 
 
-class _Lines(NamedTuple):
+class _RungLines(NamedTuple):
     """The lines of a rung, from 0: of its comments, of SOR, behind EOR, and behind its description."""
 
     begin: int
@@ -135,7 +135,7 @@ class _Lines(NamedTuple):
     end: int
 
 
-def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[int, int], _Lines]]:
+def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[int, int], _RungLines]]:
     """Yield the lines of rungs by the numbers of ladder file and rung; LadderError for two in a line."""
     lines = list(lines_of(text))
     ends = {each.number: after.number for each, after in pairwise(lines)}
@@ -154,10 +154,10 @@ def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[
         begin = ladder.line + 1
         for number, rung in enumerate(ladder.rungs):
             if not rung.whole or _shares(rung, ladder.rungs[number + 1 : number + 2]):
-                raise LadderError(f"line {rung.line}: give each rung lines of its own, from SOR to EOR")
+                raise LadderError(f"line {rung.line}: give each rung its own lines, from SOR to EOR")
             end = behind(rung.end + 1, described=True)
             start = begin if behind(begin, described=False) >= rung.line else rung.line
-            yield (ladder.number, number), _Lines(start - 1, rung.line - 1, rung.end, end - 1)
+            yield (ladder.number, number), _RungLines(start - 1, rung.line - 1, rung.end, end - 1)
             begin = end
 
 

@@ -88,6 +88,7 @@ class Session:
         prepare: prepares a branch from a scan, ValueError if it can't; None without branches.
 
     Attributes:
+        inbox: the source of orders.
         over: whether the session has been ended.
         branch: the scan from which another session is to begin, or None.
         attend: serves the monitor during a pause.
@@ -113,7 +114,7 @@ class Session:
         prepare: Callable[[int, bool], None] | None = None,
     ) -> None:
         self._cpu, self._hands, self._pacer = cpu, hands, pacer
-        self._inbox, self._tell, self._stops = inbox, tell, stops
+        self.inbox, self._tell, self._stops = inbox, tell, stops
         self._live, self._reload, self._prepare = live, reload, prepare
         self.state = SessionState(speed=pacer.speed)
         self.over = False
@@ -209,15 +210,14 @@ class Session:
     def _rest(self) -> None:
         """Wait for orders, and carry them out."""
         self.attend()
-        self._inbox.wait(WAIT_S)
+        self.inbox.wait(WAIT_S)
         self.obey_all(self._cpu.now_ns, self._cpu.scan)
 
     def attend_scan(self, at_ns: int, scan: int) -> None:
-        """Check the breakpoints, and carry out orders; called after every scan."""
+        """Check the breakpoints, and carry out orders; called after a scan if there are any."""
         if self.state.breakpoints:
             self._look()
-        if self._inbox.pending() or self.takeovers:
-            self.obey_all(at_ns, scan)
+        self.obey_all(at_ns, scan)
 
     def _look(self) -> None:
         stops = self._stops.stops if self._stops is not None else ()
@@ -235,10 +235,10 @@ class Session:
         """
         while self.takeovers and not self._repeats:
             self._take_over(self.takeovers.popleft(), at_ns, scan)
-        while not self._repeats and not self.over and self._inbox.pending():
+        while not self._repeats and not self.over and self.inbox.pending():
             number: object = None
             try:
-                said = parsed(self._inbox.take())
+                said = parsed(self.inbox.take())
                 number = said["id"]
                 order = action_of(said["order"], GIVEN)
                 if isinstance(order, actions.ToEditor):

@@ -106,7 +106,9 @@ class Tap(QuietListener):
             self.notes.note(scan)
         if len(self._images) >= self._room:
             self._end_batch()
-        self.session.attend_scan(now_ns + self._period_ns, scan + 1)
+        session = self.session  # asked here: a call more would cost a scan 1 %
+        if session.inbox.pending() or session.takeovers or session.state.breakpoints:
+            session.attend_scan(now_ns + self._period_ns, scan + 1)
 
     def _end_batch(self) -> None:
         """Write the rows of a batch, and what is due with it."""

@@ -85,7 +85,8 @@ def test_a_page_follows_the_scans_at_an_error_and_stops_there_only_if_it_is_aske
     page.step(4100)  # the emergency stop comes at 8 s
     page.until_scan(4099, "paused")
     line = until(lambda: "IN_ESTOP" in (said := page.run(LINE)) and said)
-    assert line.startswith("!INPUT_ERROR came onslot1.status.IN_ESTOP on (8.002 s")
+    assert line.startswith("!INPUT_ERROR came onslot1.status.IN_ESTOP on: The emergency stop input")
+    assert page.run("return document.querySelector('.band .when').textContent") == "00:08.002"
     assert not page.run(SHOWN, "#causes")
     page.click(".alert button")
     until(lambda: page.run(CAUSES))
@@ -121,7 +122,7 @@ def test_late_scans_say_why_and_what_to_do(page, running_rack):
         page.open(session.link)
         until(lambda: "More than 5 % of scans begin late" in page.run(LINE))
         page.click(".alert button")
-        assert "Take a lower speed, or a slower scan (scan_ms)." in page.run(OPENED)
+        assert "Take a lower speed, or a slower scan (scan_ms): the scans need" in page.run(OPENED)
         page.choose("Speed", "max")  # nothing is late then
         until(lambda: not page.run(SHOWN, ".alert"))
 

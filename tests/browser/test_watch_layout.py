@@ -1,4 +1,9 @@
-"""Where the parts are: the program first, gutters that are kept, lists as tabs, the tag a narrow sheet."""
+"""Where the parts are: the program first, gutters that are kept, lists as tabs, the tag a narrow sheet.
+
+Broken on purpose: `held` of scrub.js never set, the strip of a telephone not sticky, tabs of 26 px: red.
+"""
+
+from functools import partial
 
 from watched_page import until, watching
 
@@ -114,3 +119,49 @@ def test_the_tag_is_a_sheet_in_view_on_a_telephone(page, paused):
         assert (left, right) == (0, page.run("return document.documentElement.clientWidth"))
         assert 0 < top < bottom <= 860
         assert page.run(BOX, ".row[aria-current]")[3] <= top  # the rung is above it
+
+
+SMALL = """
+const seen = [...document.querySelectorAll("button:not(.plain, .bit, .fold), select, summary, .stops")];
+const boxes = seen.filter(each => each.checkVisibility({ visibilityProperty: true }))
+  .map(each => [each.getAttribute("aria-label") ?? each.textContent, each.getBoundingClientRect()]);
+return boxes.filter(([, { width, height }]) => width < 40 || height < 40).map(([name]) => name);
+"""
+"""Gives what is too small for a finger."""
+
+
+def test_on_a_telephone_time_is_in_view_and_nothing_is_too_small_for_a_finger(page, paused):
+    page.look(400, 800)
+    page.open_at(paused, 3000)
+    for name in ("More controls", "Breakpoint on rung 0"):
+        page.press(name)
+    page.run("scrollTo(0, 0)")
+    assert page.run(SMALL) == []
+    _, top, _, bottom = page.run(BOX, "canvas.axis")
+    assert 400 < top < bottom <= 800
+    assert page.run(BOX, ".rungs .row")[3] < top  # beneath the first rung
+
+
+def touch(page, kind, *points):
+    given = {"type": kind, "touchPoints": [{"x": x, "y": y} for x, y in points]}
+    page.browser.execute_cdp_cmd("Input.dispatchTouchEvent", given)
+
+
+def test_a_finger_drags_the_slider_back(page, paused):
+    page.look(400, 800)
+    page.open_at(paused, 3000)
+    left, top, right, bottom = page.run(BOX, "[aria-label='Scan shown']")
+    middle = (top + bottom) / 2
+    touch(page, "touchStart", (right - 8, middle))
+    page.run(
+        "window.scans = []; new MutationObserver(() => scans.push(document.documentElement.dataset.scan))"
+        ".observe(document.documentElement, { attributeFilter: ['data-scan'] })"
+    )
+    for part in (0.8, 0.6, 0.4, 0.2):
+        seen = page.run("return scans.length")
+        touch(page, "touchMove", (left + part * (right - left), middle))
+        # a frame came, and left it where it is
+        until(partial(page.run, "return scans.length > arguments[0]", seen))
+    touch(page, "touchEnd")
+    page.until_handle("state", "past")
+    assert 300 < int(page.handle("scan")) < 900  # about a fifth of 3,000

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -103,8 +104,8 @@ def test_pylogix_lists_all_tags_and_templates(controller: tuple[Listed, int]) ->
     layout, port = controller
     with pylogix_client(port) as plc:
         told = of_pylogix(plc)
-    kept = {"sizes": False, "dims": lambda dims: dims[:1]}
-    assert told.without(**kept) == layout.without(**kept)
+    first = itemgetter(slice(1))
+    assert told.without(sizes=False, dims=first) == layout.without(sizes=False, dims=first)
 
 
 @pytest.mark.peer("st-ethernet-ip")

@@ -16,7 +16,14 @@ from served_tags import write_rack
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 BENCH = "bench"
-CONTROLLERS = (BENCH, "hmi/feeder", "l5x/indexer", "l5x/mixer", "l5x/packer", "l5x/palletizer")
+CONTROLLERS: tuple[str, ...] = (
+    BENCH,
+    "hmi/feeder",
+    "l5x/indexer",
+    "l5x/mixer",
+    "l5x/packer",
+    "l5x/palletizer",
+)
 CONTROLLERS += ("feeder/feeder", "three_stations_ladder/line", "three_stations_panel/line", "own_module/line")
 CONTROLLERS += ("first/rack", "three_stations/line", "sequences/labeller", "sequences/jog_panel")
 """The bench and the examples; of those that differ in their adapter only, or have the same images, one."""
@@ -158,9 +165,11 @@ def of_libplctag(ask: Callable[..., Mapping[str, str]]) -> Listed:
     rows = list(_entries(bytes.fromhex(ask("@tags")["@tags"])))
     programs = [f"{name}.@tags" for name, code, _ in rows if code & (STRUCTURE | 0xFF) == PROGRAM]
     for name, data in (ask(*programs) if programs else {}).items():
-        rows += [(name.replace("@tags", each), *rest) for each, *rest in _entries(bytes.fromhex(data))]
+        inside = _entries(bytes.fromhex(data))
+        rows += [(name.replace("@tags", each), code, dims) for each, code, dims in inside]
     rows = [each for each in rows if each[1] & (STRUCTURE | 0xFF) != PROGRAM]
-    wanted, read = {code & 0xFFF for _, code, _ in rows if code & STRUCTURE}, {}
+    wanted = {code & 0xFFF for _, code, _ in rows if code & STRUCTURE}
+    read: dict[int, tuple[str, int, list[tuple[str, int, int, int]]]] = {}
     while missing := wanted - set(read):
         for name, data in ask(*(f"@udt/{number}" for number in missing)).items():
             read[int(name.partition("/")[2])] = _definition(bytes.fromhex(data))

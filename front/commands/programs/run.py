@@ -42,7 +42,7 @@ class RunArguments:
         int | None, typer.Option("--scans", metavar="N", help="Number of scans to run, instead.")
     ] = None
     realtime: Annotated[
-        bool, typer.Option("--realtime", help="Run in real time; without --for until Ctrl-C.")
+        bool, typer.Option("--realtime", help="Run in real time; until Ctrl-C without --for and run_for_s.")
     ] = False
     spin: Annotated[
         bool,

@@ -64,6 +64,8 @@ def run_job(
             return complain(f"the trace can't be written: {reason(error)}", CANNOT_WRITE)
         for each in () if quiet else job.warnings:
             complain(each)
+        if server and pacer.free and not quiet:
+            complain("without --realtime the run does not wait for clients, and the servers end with it")
         start_ns = wall_ns()
         observed = partial(shown_progress, quiet=quiet)
         with redirect_stdout(sys.stderr) if as_json else nullcontext():

@@ -44,6 +44,8 @@ def _tags_command(
     Example: scanrack tags line.toml "Hmi*" Position --for node-red > flow.json
     Example: scanrack tags line.toml --map >> line.toml
 
+    To serve them: scanrack watch line.toml --server ethernet-ip (or opc-ua, modbus-tcp)
+
     Exit status: 0 listed, 1 SOFTWARE has no place for some tags, 2 a file can't be used.
     """
     from .tags_job import tags

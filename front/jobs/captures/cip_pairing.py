@@ -211,7 +211,7 @@ def _reply_parts(service: int, message: bytes) -> tuple[int, bytes]:
 
 
 def _parts(batch: bytes) -> list[bytes]:
-    """Return the messages of a batch; none if its places go back: its bytes could repeat 32,000 times."""
+    """Return the messages of a batch; none if its places go back: its bytes could repeat 16,000 times."""
     (count,) = struct.unpack_from("<H", batch)
     places: Sequence[int] = (*struct.unpack_from(f"<{count}H", batch, 2), len(batch))
     if any(end < begin for begin, end in pairwise(places)):

@@ -17,6 +17,7 @@ NEXT = (
     ("scanrack watch {rack} --open", "see it run in the browser"),
     ("scanrack run {rack}", "run it as fast as it can, and record every scan"),
     ("scanrack check {rack}", "look for mistakes without a run"),
+    ("scanrack tags {rack}", "list the tags that an HMI sees; --help says how to serve them"),
     ("pip install pytest && pytest", "run the tests beside it, if there are some"),
     ("scanrack editor schema --write", "have an editor complete and check rack files"),
     ("scanrack doctor", "what this installation lacks, and how to fix it"),
@@ -67,7 +68,7 @@ def _next_steps(rack: str) -> str:
     commands = [(command.format(rack=rack), use) for command, use in NEXT]
     width = max(len(command) for command, _ in commands)
     steps = "\n".join(f"    {command:{width}}  {use}" for command, use in commands)
-    saved = "Edit the program while `scanrack watch` shows it: what is saved is taken over between two scans."
+    saved = "Edit the program while `scanrack watch` shows it: a saved file is used from the next scan."
     return f"# Next\n\n{steps}\n\n{saved}\n"
 
 

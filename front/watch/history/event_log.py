@@ -35,6 +35,9 @@ STATED = frozenset(topic.name for topic in TOPICS if topic.state)
 STATES = 10_000
 """Least number of kept changes of states: forces, lines, rules."""
 
+STORED, NAMES_MOST = 500, 100
+"""The same of tags that clients write, and most of those tags."""
+
 SEQUENCES, FORCES, FAULTS, INDICATORS = "/sequences", "/forces", "/faults", "/indicators"
 
 _NOT_FORCED = ("scan", "t", "topic", "tags")
@@ -83,6 +86,7 @@ class EventLog:
         self._forces = _StateHistory()
         self._lines = _StateHistory()
         self._pressed = _StateHistory()
+        self._stored = _StateHistory(STORED, NAMES_MOST)  # by clients, which write more often than people
         self._faults: list[Fault] = []
         self._stated: dict[str, Json] = {}
         self._rules: list[Json] = []
@@ -163,15 +167,14 @@ class EventLog:
             order = action_of(parsed(text), RECORDED)
         except ValueError:
             return  # of a recording that someone else has made
-        told: Json = {}
-        if isinstance(order, Press):
-            told = {f"{order.slot}.input.{order.name}": [order.on, order.by]}
-        elif isinstance(order, Write):
-            told = {order.tag: [order.value, order.by]}
-        elif isinstance(order, Store):
-            told = {order.tag + order.part: [None, order.client]}
-        if told:
-            self._pressed.note(scan, {**self._pressed.latest, **told})
+        match order:
+            case Press(slot, name, on, by):
+                self._pressed.put(scan, f"{slot}.input.{name}", [on, by])
+            case Write(tag, value, by):
+                self._pressed.put(scan, tag, [value, by])
+            case Store(tag=tag, client=client, part=part):
+                where = self._pressed if tag + part in self._pressed.latest else self._stored
+                where.put(scan, tag + part, [None, client])
 
     def _take_rule(self, event: Mapping[str, Any]) -> None:
         for bit in event.get("bits") or ():
@@ -220,7 +223,8 @@ class EventLog:
     def pressed_at(self, scan: int | None) -> Json:
         """Return what orders have set last up to a scan, and who."""
         earlier = {} if self.earlier is None else self.earlier.pressed_at(self._before(scan))
-        return earlier | (self._pressed.told(LAST_SCAN if scan is None else scan) or {})
+        at = LAST_SCAN if scan is None else scan
+        return earlier | (self._stored.told(at) or {}) | (self._pressed.told(at) or {})
 
     def rules_at(self, scan: int | None) -> list[Json]:
         """Return the rule that last set each bit, up to a scan."""
@@ -235,7 +239,8 @@ class EventLog:
 class _StateHistory:
     """States by the first scan in which they were in effect."""
 
-    def __init__(self) -> None:
+    def __init__(self, kept: int = STATES, names_most: int | None = None) -> None:
+        self._kept, self._names_most = kept, names_most
         self._scans: list[int] = []
         self._states: list[Json] = []
 
@@ -246,8 +251,16 @@ class _StateHistory:
     def note(self, scan: int, state: Json) -> None:
         self._scans.append(scan)
         self._states.append(state)
-        if len(self._scans) > 2 * STATES:
-            del self._scans[:STATES], self._states[:STATES]
+        if len(self._scans) > 2 * self._kept:
+            del self._scans[: self._kept], self._states[: self._kept]
+
+    def put(self, scan: int, name: str, value: Any) -> None:
+        """Note a name's value, if it has changed; of too many names the one that was set first gives way."""
+        if self.latest.get(name) != value:
+            found = {key: each for key, each in self.latest.items() if key != name} | {name: value}
+            if self._names_most is not None and len(found) > self._names_most:
+                del found[next(iter(found))]
+            self.note(scan, found)
 
     def told(self, scan: int) -> Json | None:
         place = bisect_right(self._scans, scan) - 1

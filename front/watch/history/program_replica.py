@@ -62,7 +62,7 @@ class ValueFile:
         data = len(data).to_bytes(_SIZE_BYTES, "little") + data
         with suppress(OSError):
             if self._file is None:
-                self._file = TemporaryFile(buffering=0)
+                self._file = TemporaryFile(buffering=0)  # noqa: SIM115 - closed with this object
                 finalize(self, self._file.close)
             at = self._file.seek(0, SEEK_END)
             if self._file.write(data) == len(data):

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 from typing_extensions import override
 
 from ...jobs.load.panels import panel_name
-from ...jobs.replay.replaying import lost_notes
 from ...jobs.trust.trust import address_name
 from ...ladder import LadderLogic
 from ...runtime.config.rackspec import RackSpec
@@ -125,10 +124,21 @@ class TraceMonitor(Monitor):
         self._look_for_lost_edits()
         return self._index() or more
 
+    def run_once(self) -> None:
+        """Leave the first run of the scans to a walk over all of them, where only images go into them."""
+        recorded, past = self._recorded, self.subject.programs.all[0].past
+        links = (each for slot in self.subject.words for each in recorded.links(slot, 0, self._last))
+        plain = all(each.good for each in links) and not recorded.orders(0, self._last)
+        if self._indexer is not None and past is not None and plain:
+            self._indexer = None
+            past.keep(0)
+
     def _look_for_lost_edits(self) -> None:
         """Show no program where the recording lacks the edited one."""
         first = min(self._recorded.edits - self._brought, default=LAST_SCAN)
         if first < self._lost:
+            from ...jobs.replay.replaying import lost_notes  # the first page does not wait for it
+
             self._lost, self._index_end = first, min(self._index_end, first - 1)
             self.subject.programs.lose(first)
             (note,) = lost_notes([first])

@@ -7,7 +7,6 @@ from ...ladder.debug.causes import Causes
 from ...ladder.debug.inquiry import Inquiry
 from ..history.timeline import columns_of
 from .asked import Said, own_name, text_in
-from .chain_answer import chain_of, chain_of_fault, links_of
 from .monitor import BACK, Json, Monitor
 from .page import Page
 
@@ -34,6 +33,8 @@ def why(monitor: Monitor, page: Page, said: Said, causes: Causes | None = None) 
         return None
     if not replica.show(scan):
         raise ValueError(f"scan {scan} can't be repeated yet: ask again in a moment")
+    from .chain_answer import chain_of, links_of  # the first page does not wait for it
+
     forced = monitor.states.forces_at(past)
     try:
         found = None if replica.is_impure else chain_of(monitor, causes or Causes(replica), tag, scan)
@@ -60,6 +61,8 @@ def _why_fault(monitor: Monitor, page: Page, said: Said, causes: Causes | None) 
         return None
     if not replica.show(fault.scan):
         raise ValueError(f"scan {fault.scan} can't be repeated yet: ask again in a moment")
+    from .chain_answer import chain_of_fault  # as above
+
     chain = [] if replica.is_impure else chain_of_fault(monitor, causes or Causes(replica), fault, tags)
     replica.show(fault.scan)
     return {"text": str(fault), "scan": fault.scan, "chain": chain}

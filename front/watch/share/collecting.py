@@ -97,10 +97,12 @@ class StretchValues(NamedTuple):
 
 def gathered(monitor: TraceMonitor, wanted: SharedStretch) -> StretchValues:
     """Return the values and programs of a stretch; the monitor is asked until it has read everything."""
-    while monitor.tick():
-        pass
     subject, lists = monitor.subject, ChangeLists()
     start = subject.timeline.extent[0] if subject.timeline.extent else 0
+    if wanted.first == 0:
+        monitor.run_once()
+    while monitor.tick():
+        pass
     lead = max(start, wanted.first - SPEED_SCANS)
     rows = subject.timeline.between(lead, wanted.last)
     take_words(lists, rows, subject.words)

@@ -5,6 +5,7 @@ import { el, setText } from "./dom.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { ask } from "./source.js";
+import { onHello } from "./state.js";
 
 const WOULD_MS = 700; // a draft is tried on the last scans when nothing has been changed for so long
 
@@ -126,6 +127,7 @@ async function rebase(mine) {
     told += moved.rungs.length ? ": your edit is kept." : " that has your edit already.";
     if (moved.conflicts) told += ` ${moved.conflicts === 1 ? "One of its rungs was" : `${moved.conflicts} of its rungs were`} changed there, too.`;
   } catch (refused) {
+    if (refused.lost) return false; // the next hello checks it
     told += `, and your edit is dropped: ${refused.message}.`;
   }
   if (mine !== asked) return false;
@@ -145,6 +147,9 @@ function take({ rungs }) {
     if (texts && each.svg) texts[index] = each.text;
   }
 }
+
+// What was typed while the connection was lost, or asked before that, has no answer yet.
+onHello(() => { if (draft.words) check(); });
 
 // Declares a missing tag whose type its use does not decide.
 export function declare(name, type, program) {

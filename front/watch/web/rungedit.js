@@ -49,6 +49,7 @@ export function decorate(node, name, { rungs, base }, columns) {
   lay(node, name, rungs);
   setColumns(columns);
   if (on && at && at.key.split("\n")[0] !== name) at = null;
+  wanted ||= on && Boolean(at) && document.activeElement === document.body; // the caret had it in the drawing before
   if (isOpen()) look(at?.key, textOf(at) ?? EMPTY);
   redraw();
   begins?.();

@@ -8,8 +8,9 @@ const SILENT_MS = 2000, GONE_MS = 10000; // without a message: ask whether it is
 const waiting = new Map(); // id -> [resolve, reject]
 let socket = null, next = 1, attempts = 0, listener = null, heard = 0, asks = false;
 
-// What the server refuses comes as this error; its message is the server's sentence.
+// What the server refuses comes as this error; its message is the server's sentence. `lost`: it was not asked, or has not answered.
 export class Refused extends Error {}
+const lost = text => Object.assign(new Refused(text), { lost: true });
 
 export function connect(key, listening) {
   listener = listening;
@@ -50,7 +51,7 @@ function answered(answer) {
 
 function closed(key, event) {
   socket = null;
-  for (const [, reject] of waiting.values()) reject(new Refused("The connection is lost."));
+  for (const [, reject] of waiting.values()) reject(lost("The connection is lost."));
   waiting.clear();
   listener({ lost: event.reason || "The connection to the rack is lost; trying again." });
   const wait = RETRY_MS[Math.min(attempts++, RETRY_MS.length - 1)];
@@ -62,7 +63,7 @@ export const unanswered = () => waiting.size;
 // Asks or orders something; the answer, or a Refused.
 export function ask(what, fields = {}) {
   return new Promise((resolve, reject) => {
-    if (socket?.readyState !== WebSocket.OPEN) return reject(new Refused("No connection to the rack."));
+    if (socket?.readyState !== WebSocket.OPEN) return reject(lost("No connection to the rack."));
     const id = next++;
     waiting.set(id, [resolve, reject]);
     socket.send(written({ id, do: what, ...fields }));

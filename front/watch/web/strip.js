@@ -163,10 +163,10 @@ function draw() {
   const shown = lanes(), alive = busy(shown), empty = drawn().filter(name => !alive.includes(name)), names = [...alive, ...(unfolded ? empty : [])];
   const tags = tagNames().map(name => ({ name, points: pointsOf(name) })), wide = canvas.clientWidth;
   const bitsHigh = Math.max(names.length + Math.sign(empty.length), room) * LANE;
-  const others = TOP + tags.reduce((sum, tag) => sum + highOf(tag.points), 0) + Math.max(bitsHigh, 3 * LANE);
+  const tagsHigh = tags.reduce((sum, tag) => sum + highOf(tag.points), 0), others = TOP + tagsHigh + Math.max(bitsHigh, 3 * LANE);
   if (!wide) return;
   tall = Math.max(CURVE, Math.min(MOST_CURVE, Math.floor((at("strip").clientHeight - BESIDE - others) / axes.length)));
-  const seen = at("strip").clientHeight - at("strip").firstChild.offsetHeight - AXIS - TOP - axes.length * CURVE, rest = seen % LANE;
+  const seen = at("strip").clientHeight - at("strip").firstChild.offsetHeight - AXIS - TOP - tagsHigh - axes.length * CURVE, rest = seen % LANE;
   if (tall === CURVE && seen > 0 && axes.length) tall += Math.floor(rest / axes.length); // no half lane above the times
   const high = others + axes.length * tall;
   const to = pen(canvas, wide, high), left = leftOf(wide), [from, end] = view();

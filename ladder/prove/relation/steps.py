@@ -67,7 +67,7 @@ Answer = tuple[T, tuple[Any, ...]]
 
 
 @dataclass(frozen=True, slots=True)
-class Occasion:
+class UnmodeledStep:
     """What an instruction found that is not modeled.
 
     Attributes:
@@ -91,7 +91,7 @@ class TermSteps(TermValues):
         self.deep: T = FALSE
         self.selected: Any = None  # selector of the current CASE; None if it is not modeled
         self.cut: list[tuple[Site, str, str]] = []
-        self.given: list[Occasion] = []  # of the instructions that are not modeled, or not in all
+        self.given: list[UnmodeledStep] = []  # of the instructions that are not modeled, or not in all
         self._running: LoweredStep | None = None
         self._noted = False  # whether `given` has what that instruction found
         self._ended: T = FALSE  # where the scan has ended
@@ -220,13 +220,13 @@ class TermSteps(TermValues):
             return self.unknown(BOOL)
         return and_(power, self.unknown(BOOL)) if step.spec.kind is InstructionKind.INPUT else power
 
-    def _found_by(self, step: LoweredStep) -> Occasion:
+    def _found_by(self, step: LoweredStep) -> UnmodeledStep:
         leaves = [leaf for operand in step.operands for leaf in _named_by(operand)]
         paths = tuple(self._in_program(leaf).path.upper() for leaf in leaves)
         keys = [(path, index) for path in paths for index in self._asked.get(path, ())]
         values = {key: self._kept[key] for key in keys if self._kept[key] is not self.vars.get(key)}
         lost = {path: tuple(self._lost[path]) for path in paths if path in self._lost}
-        return Occasion(self.lowered.sites[step.site].instruction, paths, values, lost)
+        return UnmodeledStep(self.lowered.sites[step.site].instruction, paths, values, lost)
 
     def _written_by(self, step: LoweredStep) -> Iterator[Leaf]:
         """Yield the leaves that a step may write by its operands."""

@@ -26,7 +26,7 @@ from typing import Any, NamedTuple
 
 from ....ladder.model.types import BOOL, DataType, Elementary, Member, Structure, count_of
 from ....ladder.state.named_parts import meant_by
-from ..xml.data import Data
+from ..xml.data import Data, DecoratedValue
 from ..xml.records import Element
 from .datatypes import Types
 from .initials import ValueReading, nested, scalar
@@ -50,8 +50,9 @@ def initial_of(
         if (one := only.get("Decorated")) is not None and "" not in only:
             return scalar(one, kind, ValueReading(say=say))
     how = ValueReading(types.has_initials(kind), say)
-    found = {each.form: each.element if how.keep else each.other_than_zero for each in data}
-    inner = next(found["Decorated"].iterchildren("*"), None) if "Decorated" in found else None
+    found = {each.form: each.element for each in data if each.form != "Decorated"}
+    shown = [each.values(zeros=how.keep) for each in data if each.form == "Decorated"]
+    inner = next(iter(shown[-1]), None) if shown else None
     raw = bytes_in(found[""]) if "" in found else None
     if raw and types.has_known_bytes(kind) and fits(raw, kind, dims) and (inner is None or is_certain(kind)):
         return from_bytes(raw, kind, dims)
@@ -61,7 +62,7 @@ def initial_of(
             raise ValueTextError(f"its data are of the form {inner.tag}, not {wanted}")
         return _decorated(inner, kind, dims, how)
     if "String" in found and isinstance(kind, Structure) and kind.is_string and not dims:
-        return _cut(_quoted(found["String"]), kind) or None
+        return _cut(_quoted(found["String"].text or ""), kind) or None
     for form in ("Message", "Alarm", "Axis", "CoordinateSystem"):
         if form in found:
             return None if dims else _parameters(found[form], kind)
@@ -69,8 +70,8 @@ def initial_of(
         return from_l5k("".join(found["L5K"].itertext()), kind, dims, how)
     if "String" in found and isinstance(kind, Structure) and kind.is_string:
         say("the file has its first text only")
-        return nested([_cut(_quoted(found["String"]), kind)], kind, ())
-    if found.keys() == {""}:
+        return nested([_cut(_quoted(found["String"].text or ""), kind)], kind, ())
+    if found.keys() == {""} and not shown:
         _refuse_bytes(found[""], raw, kind, known=types.has_known_bytes(kind))
     return None
 
@@ -89,12 +90,12 @@ def _refuse_bytes(element: Element, raw: bytes | None, kind: DataType, *, known:
 # --- decorated
 
 
-def _decorated(element: Element, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
+def _decorated(values: DecoratedValue, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
     if dims:
-        return _array(element, kind, dims, how)
+        return _array(values, kind, dims, how)
     if isinstance(kind, Elementary):
-        return scalar(element.get("Value"), kind, how)
-    return _structure(element, kind, how)
+        return scalar(values.value, kind, how)
+    return _structure(values, kind, how)
 
 
 _ZEROS = ("0", "0.0", "0.00000000e+000")
@@ -109,14 +110,14 @@ class _Part(NamedTuple):
     wrong: str
 
 
-def _structure(element: Element, kind: Structure, how: ValueReading) -> Any:
+def _structure(values: DecoratedValue, kind: Structure, how: ValueReading) -> Any:
     parts, is_string = _parts(kind)
-    if is_string and not _has_elements(element):
-        data = next((each for each in element.iterchildren("*") if each.get("Name") == "DATA"), None)
-        return None if data is None else _cut(_quoted(data), kind) or None
+    if is_string and not _has_elements(values):
+        text = next((each.text for each in values.inner if each.name == "DATA"), None)
+        return None if text is None else _cut(_quoted(text), kind) or None
     found = {}
-    for each in element.iterchildren("*"):
-        name = each.get("Name", "")
+    for each in values.inner:
+        _, name, text, _, _ = each
         part = parts.get(name) or parts.get(name.upper())
         if part is None:
             continue
@@ -124,7 +125,6 @@ def _structure(element: Element, kind: Structure, how: ValueReading) -> Any:
         if plain is None:
             value = _decorated(each, member.type, member.dims, how)
         else:
-            text = each.get("Value")
             value = None if text in _ZEROS and not how.keep else scalar(text, plain, how)
         if value is not None:
             if wrong:
@@ -134,10 +134,11 @@ def _structure(element: Element, kind: Structure, how: ValueReading) -> Any:
     return found or None
 
 
-def _has_elements(element: Element) -> bool:
+def _has_elements(values: DecoratedValue) -> bool:
     """Whether the characters of a string are elements, not a text."""
-    arrays = element.iterchildren("ArrayMember")
-    return any(next(each.iterchildren("Element"), None) is not None for each in arrays)
+    return any(
+        inner.tag == "Element" for each in values.inner if each.tag == "ArrayMember" for inner in each.inner
+    )
 
 
 @lru_cache(maxsize=1024)
@@ -165,8 +166,8 @@ def _wrong_alias(kind: Structure, member: Member) -> str:
     return f"{member.name} of {kind.name} is a {member.type.name}, and at {member.at}, a {there.type.name}"
 
 
-def _quoted(element: Element) -> str:
-    text = (element.text or "").strip()
+def _quoted(text: str) -> str:
+    text = text.strip()
     if text[:1] == "'" == text[-1:] and len(text) > 1:
         text = text[1:-1]
     return unquoted_or_raise(text)
@@ -176,26 +177,28 @@ def _cut(text: str, kind: Structure) -> str:
     return text[: kind.members[1].dims[0]]
 
 
-def _array(element: Element, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
+def _array(values: DecoratedValue, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
     """Return nested lists, None if all elements have the type's initial value."""
-    values: list[Any] = [None] * count_of(dims)
+    flat: list[Any] = [None] * count_of(dims)
     something = False
     row = dims[0] if len(dims) == 1 else 0
-    for position, each in enumerate(element.iterchildren("Element")):
-        index = each.get("Index", "")
+    position = -1
+    for tag, index, text, _, inner in values.inner:
+        if tag != "Element":
+            continue
+        position += 1
         at = position if position < row and index == f"[{position}]" else _flat(index, dims)
         if at is None:
             how.say(f"no element {index}")
             continue
         if isinstance(kind, Elementary):
-            text = each.get("Value")
             value = None if text in _ZEROS and not how.keep else scalar(text, kind, how)
         else:
-            inner = next(each.iterchildren("Structure"), None)
-            value = None if inner is None else _structure(inner, kind, how)
-        values[at] = value
+            structure = next((each for each in inner if each.tag == "Structure"), None)
+            value = None if structure is None else _structure(structure, kind, how)
+        flat[at] = value
         something = something or value is not None
-    return nested(values, kind, dims) if something else None
+    return nested(flat, kind, dims) if something else None
 
 
 def _flat(index: str, dims: tuple[int, ...]) -> int | None:

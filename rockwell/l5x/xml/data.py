@@ -3,15 +3,18 @@
 As elements values take sixteen times the memory of their text.
 
     <Data Format="Decorated"> ... </Data>   becomes   <Data Format="Decorated" Cut="0"/>
+
+Values in the words of Studio 5000 are read by a regular expression, a third of the time that elements take;
+all others by the XML parser, which also says what is wrong with them.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
-_MARK = re.compile(rb"Cut\s*=")
+_CUT = re.compile(rb"Cut\s*=")
 _NEXT = re.compile(rb'<!\[CDATA\[|<!--|<Data Format="Decorated">')
 _END = re.compile(rb"<!\[CDATA\[|<!--|</Data>")
 _CLOSING = {b"<![CDATA[": b"]]>", b"<!--": b"-->"}
@@ -21,8 +24,71 @@ _ONE_VALUE = re.compile(
 )
 
 
-_ZERO = re.compile(rb'<DataValueMember Name="\w+" DataType="\w+"(?: Radix="[\w/ ]+")? Value="(?:0|0\.0)"/>')
+class DecoratedValue(NamedTuple):
+    """An element of decorated data; what it does not have is ""."""
+
+    tag: str
+    name: str  # its Name; of an Element its Index
+    value: str | None
+    text: str
+    inner: list[DecoratedValue]
+
+
+_BLANK = r"[ \t\r\n]"
+_PARENT = "(?:DataValue|Structure|Array)"
+_TAG = rf"{_PARENT}Member(?= Name=)|Element(?= Index=)|{_PARENT}(?= DataType=)"
+_NAME = r'(?: (?:Name|Index)="(\w+|\[[\d,]{1,30}\])")?'
+_TYPE = r'(?: DataType="[\w:]+")?(?: Dimensions="[\d,]+")?(?: Radix="[\w/ ]+")?'
+_VALUE = r"""(?: Value="([\w.+#:$'-]+)")?"""
+_CHARACTERS = rf"(?:{_BLANK}*<!\[CDATA\[([^\x00-\x1f\ufffe\uffff]*?)\]\]>{_BLANK}*(?=</DataValueMember>))?"
+_MARK = rf"<({_TAG}){_NAME}{_TYPE}{_VALUE}(/)?>{_CHARACTERS}|</(\w+)>|([^ \t\r\n])"
+_ZERO = r'<DataValueMember Name="\w+" DataType="\w+"(?: Radix="[\w/ ]+")? Value="(?:0|0\.0)"/>'
 """A member that is 0: half of the members of an export."""
+
+_MARKS = {
+    True: re.compile(rf"{_BLANK}*+(?:{_MARK})", re.ASCII),
+    False: re.compile(rf"(?:{_BLANK}|{_ZERO})*+(?:{_MARK})", re.ASCII),
+}
+"""The marks of values, by whether members that are 0 are among them."""
+
+_HEAD, _TAIL = '<Data Format="Decorated">', "</Data>"
+
+_DEEPEST = 200
+"""Levels of values; the XML parser allows 256 of elements."""
+
+
+def _read(text: str, marks: re.Pattern[str]) -> list[DecoratedValue] | None:
+    """Return the values in the text of decorated data, None if it has what Studio 5000 does not write."""
+    here: list[DecoratedValue] = []
+    around: list[tuple[str, list[DecoratedValue]]] = []
+    for tag, name, value, ends, characters, closed, other in marks.findall(
+        text, len(_HEAD), len(text) - len(_TAIL)
+    ):
+        if tag:
+            inner: list[DecoratedValue] = []
+            here.append(DecoratedValue(tag, name, value or None, characters, inner))
+            if not ends:
+                around.append((tag, here))
+                here = inner
+        elif other or not around or around[-1][0] != closed or len(around) > _DEEPEST:
+            return None
+        else:
+            here = around.pop()[1]
+    return None if around else here
+
+
+def _of_element(element: Any) -> list[DecoratedValue]:
+    """Return the values inside of an element."""
+    return [
+        DecoratedValue(
+            each.tag,
+            each.get("Index" if each.tag == "Element" else "Name", ""),
+            each.get("Value"),
+            (each.text or "").strip(),
+            _of_element(each),
+        )
+        for each in element.iterchildren("*")
+    ]
 
 
 class Data:
@@ -61,17 +127,17 @@ class Data:
             return self._element
         return self._parse(self._text, self._element.sourceline)
 
-    @property
-    def other_than_zero(self) -> Any:
-        """The element without those members that are 0, as far as it was cut out."""
-        if self._text is None or self._parse is None:
-            return self._element
-        return self._parse(_ZERO.sub(b"", self._text), self._element.sourceline)
+    def values(self, *, zeros: bool) -> list[DecoratedValue]:
+        """Return the elements of its values; without `zeros`, members that are 0 may be missing."""
+        read = None
+        if self._text is not None:
+            read = _read(self._text.decode(), _MARKS[zeros])
+        return _of_element(self.element) if read is None else read
 
 
 def cut_out(data: bytes) -> tuple[bytes, list[bytes]]:
     """Return a document with as many lines but without values, and its values."""
-    if _MARK.search(data):
+    if _CUT.search(data):
         return data, []
     kept: list[bytes] = []
     cut: list[bytes] = []

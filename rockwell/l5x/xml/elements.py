@@ -13,6 +13,8 @@ def text_of(element: Any) -> str:
     """Return the text of an element, the first language's if there are several."""
     if element is None:
         return ""
+    if not len(element):
+        return (element.text or "").strip()
     inner = next(iter(element), None)
     chosen = inner if inner is not None and isinstance(inner.tag, str) else element
     return "".join(chosen.itertext()).strip()

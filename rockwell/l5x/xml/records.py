@@ -13,6 +13,7 @@ from typing import TypeAlias
 
 from lxml.etree import _Element
 
+from ....io_images.records import record
 from .data import Data
 
 Element: TypeAlias = _Element
@@ -26,7 +27,7 @@ def number_of(text: str) -> int | None:
     return int(text) if _NUMBER.fullmatch(text) else None
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class MemberRecord:
     """A member of a data type."""
 
@@ -51,7 +52,7 @@ class DataTypeRecord:
     line: int
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class TagRecord:
     """A tag, or a parameter or local tag of an add-on instruction."""
 
@@ -73,7 +74,7 @@ class TagRecord:
     access: str = ""  # `Read/Write`, `Read Only`, `None` or ""
 
 
-@dataclass(frozen=True, slots=True)
+@record
 class L5xRungRecord:
     """A rung."""
 

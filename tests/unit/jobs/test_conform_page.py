@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
@@ -53,6 +55,34 @@ def test_the_page_has_the_first_read_the_rule_and_the_reason(tmp_path: Path) -> 
         "Play the plan hour",
     ):
         assert part in page, part
+
+
+class Elements(HTMLParser):
+    """The names of a page's elements."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: set[str] = set()
+
+    def handle_starttag(self, tag: str, attrs: object) -> None:
+        self.found.add(tag)
+
+
+EVIL = """</pre><script src=//evil></script><img src=x onerror="alert('1')">&amp;"""
+
+
+def test_names_of_a_foreign_plan_and_controller_are_text(tmp_path: Path) -> None:
+    """A plan and a capture may come from strangers, and the page goes to others."""
+    judge = judged(differing(EVIL), SceneVerdict(EVIL, ConformVerdict.OPEN, 3, 9, EVIL))
+    rule = judge.result.rules["PRO-03"]
+    rule.verdict, rule.why = ConformVerdict.DIFFERS, EVIL
+    plan = replace(recorded(EVIL, EVIL), controller=EVIL, date=EVIL, firmware=EVIL)
+    save_report(tmp_path / "r.html", plan, judge.result, {}, name=EVIL)
+    page, reader = (tmp_path / "r.html").read_text("utf-8"), Elements()
+    reader.feed(page)
+    assert "section" in reader.found
+    assert not reader.found & {"script", "img"}
+    assert page.count("&lt;script src=//evil&gt;") >= 7
 
 
 def test_a_page_of_many_differences_shows_the_first_ones(tmp_path: Path) -> None:

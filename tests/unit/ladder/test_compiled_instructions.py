@@ -1,5 +1,7 @@
 """Instructions with state are written as Python, in programs and add-ons; the interpreter runs the rest."""
 
+from typing import Any
+
 import pytest
 from ladder_lockstep import differences, outcome
 from scanrack.ladder.compiler import source_of
@@ -171,12 +173,17 @@ ON_AN_EDGE = (
 
 
 @pytest.mark.parametrize("instruction", ON_AN_EDGE)
-def test_the_interpreter_is_not_asked_while_a_rung_stays_as_it_is(instruction):
+def test_the_interpreter_is_not_asked_while_a_rung_stays_as_it_is(instruction, monkeypatch):
     before = "STUB MSG : done after 0 ms\nTAG Note : MESSAGE"
     ours = parse_program(text_of(f"XIC(Go){instruction};", before=before)).compile()
-    asked = []
+    asked: list[object] = []
     execute = ours.interpreter.execute
-    ours.interpreter.execute = lambda *given: asked.append(given) or execute(*given)
+
+    def noted(*given: Any) -> Any:
+        asked.append(given)
+        return execute(*given)
+
+    monkeypatch.setattr(ours.interpreter, "execute", noted)
     counts = []
     for go in (False, False, True, True, True, True, False, False):
         ours.tags.Go = go

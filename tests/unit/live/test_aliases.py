@@ -1,6 +1,7 @@
 """A name of an input or output is its address: forced and released as its address, and never written."""
 
 from pathlib import Path
+from typing import Any, cast
 
 import pytest
 from live_sessions import LiveSession
@@ -8,6 +9,7 @@ from recordings import opened
 from scanrack import open_bench
 from scanrack.commands import build
 from scanrack.jobs import load_job
+from scanrack.ladder import LadderLogic
 from scanrack.watch.history.catalog import Catalog, tag_hits
 from scanrack.watch.monitors.questions import ask
 from typer.testing import CliRunner
@@ -95,23 +97,24 @@ def test_an_alias_of_a_tag_is_forced_and_released_as_the_tag(aliased, alias, tag
     orders = [(5, force(alias, value)), (10, force(tag, value)), (15, {"do": "unforce", "tag": alias})]
     orders += [(20, force(tag, value)), (25, {"do": "unforce", "tag": alias})]
     session = LiveSession(orders, rack=aliased)
+    program: Any = session.program
     forces: list[object] = []
     values: list[object] = []
 
     class Noted(_Noted):
         def scan(self, *_told):
-            forces.append(session.program.forces)
-            values.append(session.program.tags[alias])
+            forces.append(program.forces)
+            values.append(program.tags[alias])
 
     session.run.cpu.add_listener(Noted(session.run.cpu, []))
     assert session.play(30).refusals == []
     assert [forces[at] for at in (3, 7, 12, 17, 22, 27)] == [{}, *[{tag: value}] * 2, {}, {tag: value}, {}]
     assert values[7] == values[12] == values[22] == value
-    assert session.program.tags[tag] == session.program.tags[alias]
+    assert program.tags[tag] == program.tags[alias]
 
 
 def test_a_page_shows_a_forced_tag_at_its_alias(aliased):
-    catalog = Catalog(load_job(str(aliased)).logic)
+    catalog = Catalog(cast(LadderLogic, load_job(str(aliased)).logic))
     names = [name for alias, tag, _value in TWINS for name in (alias, tag)]
     assert catalog.addresses([*names, "Nowhere"]) == {alias: tag for alias, tag, _value in TWINS}
 

@@ -4,7 +4,7 @@ import pytest
 from scanrack.runtime.live.actions import RECORDED, Store, action_of, parsed, text_of
 from scanrack.runtime.live.operator_actions import sentence
 from scanrack.runtime.loop.faults import Cause, Fault
-from scanrack.watch.history.event_log import FIRST, KEPT, STATES, EventLog
+from scanrack.watch.history.event_log import FIRST, KEPT, NAMES_MOST, STATES, STORED, EventLog
 from scanrack.watch.history.python_source import PythonSource
 
 
@@ -56,6 +56,35 @@ def test_who_has_written_a_tag_is_known_of_clients_too():
     assert log.up_to(3, 1)[0]["text"] == "ann (127.0.0.1:5000) writes Recipe.Steps[2].Valve."
     assert log.pressed_at(4) == {"Recipe.Steps[2].Valve": [None, "ann (127.0.0.1:5000)"]}
     assert log.pressed_at(5) == log.pressed_at(4) | {"Run": [1, "x"]}
+
+
+def test_clients_that_write_a_lot_take_no_room():
+    """A client that writes its tags again changes nothing; of many tags the latest are known; people stay."""
+    log, kept = EventLog(), []
+    log.take(
+        event(1, "/orders", kind="write", text="?", order='{"do":"write","tag":"Run","value":1,"by":"x"}')
+    )
+    for scan in range(2, 3 * STORED):
+        store = Store(f"Tag{scan % (NAMES_MOST + 5)}", 0, "00", client="here")
+        log.take(event(scan, "/orders", kind="store", text="?", order=text_of(store)))
+        kept.append(len(log.pressed_at(None)))
+    assert kept[:2] == [2, 3]
+    assert max(kept) == NAMES_MOST + 1
+    assert log.pressed_at(None)["Run"] == [1, "x"]
+    again = [Store("Run", 0, "00", client="here"), Store("Run", 0, "01", client="here")]
+    for store in again:
+        log.take(event(9000, "/orders", kind="store", text="?", order=text_of(store)))
+    assert log.pressed_at(None)["Run"] == [None, "here"]
+    log.take(
+        event(9001, "/orders", kind="write", text="?", order='{"do":"write","tag":"Tag7","value":1,"by":"x"}')
+    )
+    assert log.pressed_at(None)["Tag7"] == [1, "x"]
+    assert len(log._stored._states) <= 2 * STORED
+    once = EventLog()
+    for scan in range(50):
+        order = text_of(Store("Run", 0, f"{scan:02x}", client="here"))
+        once.take(event(scan, "/orders", kind="store", text="?", order=order))
+    assert len(once._stored._states) == 1
 
 
 @pytest.mark.parametrize(("file", "at"), [("/tmp/x/line.py", "line.py.62"), ("/tmp/x/other.py", None)])

@@ -1,15 +1,18 @@
 """A session at full speed does what a run does, and little more.
 
-Broken on purpose: a paced CPU that never runs its modules ahead, a journal of every scan: a test turns red.
+Broken on purpose: a paced CPU that never runs its modules ahead, a journal of every scan, a message before
+the rows of a batch, a batch with the times of another one: a test turns red.
 """
 
 from contextlib import ExitStack
 
+import numpy as np
 import pytest
 from live_sessions import FEEDER, LiveSession
 from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger
+from scanrack.runtime.loop.listeners import QuietListener
 from scanrack.traces import open_trace, read_columns
 
 SCANS = 3000
@@ -35,6 +38,55 @@ def test_modules_are_run_ahead_at_full_speed_and_the_images_are_those_of_a_run(t
     assert (one.scan == other.scan).all()
     assert (one.words == other.words).all()
     assert (one.flags == other.flags).all()
+
+
+def rows_of(at_once=None):
+    """Return the rows of a session, and how often several were written at once."""
+    orders = [
+        (700, {"do": "force", "tag": "Trouble", "value": False}),
+        (901, {"do": "unforce", "tag": "Trouble"}),
+    ]
+    session, batches = LiveSession(orders), []
+    ring, put_all = session.ring, session.ring.put_all
+    ring.at_once = at_once or ring.at_once
+
+    def noted(*row, **steps):
+        batches.append(len(row[-1]))
+        put_all(*row, **steps)
+
+    ring.put_all = noted  # type: ignore[method-assign]
+    session.play(SCANS)
+    return ring.take(0).rows, batches
+
+
+def test_rows_of_a_batch_are_those_of_scans_written_one_by_one():
+    (rows, batches), (single, none) = rows_of(), rows_of(at_once=1)
+    assert batches
+    assert not none
+    assert set(np.flatnonzero(np.diff(rows["flags"]))) == {
+        0,
+        700,
+        902,
+    }  # held from scan 701 on, released before scan 902
+    assert rows["scan"].tolist() == list(range(SCANS))
+    for name in ("scan", "again", "flags", "now_ns", "words"):
+        assert (rows[name] == single[name]).all(), name
+    assert (np.diff(rows["wall_ns"]) >= 0).all()
+
+
+def test_a_message_follows_the_rows_of_the_scans_before_it():
+    session, written = LiveSession(), {}
+
+    class Teller(QuietListener):
+        def scan(self, scan, now_ns, flags):
+            if scan in (0, 77, 1500):
+                session.tap.tell({"note": "here"})
+                written[scan] = session.ring.written
+
+    session.run.cpu.add_listener(Teller())
+    session.play(SCANS)
+    assert written == {0: 1, 77: 78, 1500: 1501}
+    assert session.ring.written == SCANS
 
 
 def test_another_speed_than_the_fullest_waits_for_the_clock_from_the_next_scan_on():

@@ -19,7 +19,9 @@ def stored(count):
     kept = SnapshotStore()
     for scan in range(0, 1024 * count, 1024):
         kept.take(Values(scan, {"a": [*range(scan, scan + 300)]}, 0))
-        kept.take(Inputs(scan, (), {}, None, 0))  # every value is followed by the forces, whether they changed
+        kept.take(
+            Inputs(scan, (), {}, None, 0)
+        )  # every value is followed by the forces, whether they changed
     taken = tracemalloc.get_traced_memory()[0]
     tracemalloc.stop()
     return kept, taken
@@ -51,7 +53,7 @@ def test_values_that_the_disk_has_no_room_for_are_left_out(monkeypatch):
     file = kept._file._file
 
     class Full:
-        seek, read = file.seek, file.read
+        seek, read = file.seek, file.read  # type: ignore[union-attr]
 
         def write(self, data):
             raise OSError(ENOSPC, "no space left on device")

@@ -43,8 +43,32 @@ def test_rows_that_were_overwritten_are_counted_as_lost(ring):
     for scan in range(40):
         put(ring, scan)
     taken = ring.take(10)
-    assert taken.rows["scan"].tolist() == list(range(25, 40))  # 16 rows, one of which is being written
-    assert taken.lost == 15
+    assert taken.rows["scan"].tolist() == list(range(28, 40))  # 16 rows, 4 of which may be being written
+    assert taken.lost == 18
+
+
+def test_rows_written_at_once_are_those_written_one_by_one(ring):
+    put(ring, 0)
+    other, place = [*ring.take(0).rows], 1
+    for last in range(ring.at_once, 10 * ring.at_once + 1, ring.at_once):  # over the end of the rows, too
+        scans = range(last - ring.at_once + 1, last + 1)
+        images = [scan.to_bytes(2, "little") * 32 for scan in scans]
+        row = last, 1, last * 2_000_000, last * 7, (5, -5, 1 << 40)
+        ring.put_all(*row, images, period_ns=2_000_000, wall_step_ns=7)
+        taken = ring.take(place)
+        place, other = taken.end, [*other, *taken.rows]
+        assert taken.lost == 0
+    assert [row["scan"] for row in other] == list(range(41))
+    for row in other[1:]:
+        scan = int(row["scan"])
+        assert (row["again"], row["flags"], row["now_ns"], row["wall_ns"]) == (
+            scan,
+            1,
+            scan * 2_000_000,
+            scan * 7,
+        )
+        assert row["figures"].tolist() == [5, -5, 1 << 40]
+        assert row["words"].tolist() == [scan] * 32
 
 
 def test_a_row_that_is_half_written_is_left_out(ring):

@@ -181,7 +181,7 @@ def test_a_host_that_others_reach_is_told(tmp_path: Path) -> None:
 def test_a_server_of_live_ports_takes_no_writes(tmp_path: Path) -> None:
     """`run --live`, and `watch --live` without `--control`."""
     job = load_job(str(write_rack(tmp_path)))
-    for writes, told in ((True, "clients write a*"), (False, "clients read")):
+    for writes, told in ((True, "clients write a*"), (False, "clients read; with --live only watch")):
         service = TagService(job, ServerAddress.parse("ethernet-ip:0"), print, writes=writes)
         assert told in service.said()[0]
         service.end()

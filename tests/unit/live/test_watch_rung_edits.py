@@ -136,7 +136,16 @@ def test_two_pages_know_whose_edit_is_accepted_and_keep_their_drafts(rack):
             assert (await one.ask("rebase", **both))["conflicts"] == 1
             assert "not known" in (await one.ask("rebase", **{**mine, "base": "another"}))["refused"]
             del moved["id"], moved["ok"], moved["conflicts"]
-            assert (await one.ask("online", step="accept", **moved))["of"] == done["base"]
+            accepted = await one.ask("online", step="accept", **moved)
+            assert accepted["of"] == done["base"]
+            assert (await one.ask("online", step="test", base=accepted["edit"]))["stage"] == "testing"
+            heard = noting(other)
+            assert (await one.ask("branch", scan=0))["ok"]  # there no edit has been accepted, in no page
+            await until_online(other, heard, None, stage="")
+            assert (
+                next(each["online"]["base"] for each in heard if each.get("online", {}).get("stage") == "")
+                == base
+            )
 
     with watched(rack=rack) as session:
         asyncio.run(work(session))

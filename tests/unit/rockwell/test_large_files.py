@@ -2,7 +2,7 @@
 
 import pytest
 from l5x_files import after, document, ladder, program, tag
-from scanrack.rockwell.l5x.xml import document as reading
+from scanrack.rockwell.l5x.xml import parsing as reading
 
 MANY = 300
 WHOLE, REALS = ("0", "2#0", "16#0000_0000", "8#000_000"), ("0.0", "0.00000000e+000", "0")

@@ -68,19 +68,24 @@ def rack_of(path):
 
 def test_why_leads_through_the_blocks_to_the_reference(written):
     (path,) = written(machine(LEVEL))
-    debugger = Debugger(import_l5x(path).controller)
+    controller = import_l5x(path).controller
+    assert controller is not None
+    debugger = Debugger(controller)
     debugger.tags["Scale.InRawMax"] = debugger.tags["Scale.InEUMax"] = 100.0
     debugger.scan(2)
     debugger.tags["Raw"] = 90.0
     debugger.scan(1)
     chain = debugger.chain("Horn")
+    assert chain is not None
     assert [each.name for each in chain.walk()] == [
         *("Horn", "Latch.Out", "Latch.Set", "Watch.HAlarm", "Watch.In", "Scale.Out", "Scale.In", "Raw"),
     ]
     assert "ALM(Watch)" in debugger.why("Watch.HAlarm")
     debugger.tags["Ack"] = True
     debugger.scan(1)
-    assert [each.name for each in debugger.chain("Horn").walk()][:3] == ["Horn", "Latch.Out", "Latch.Reset"]
+    chain = debugger.chain("Horn")
+    assert chain is not None
+    assert [each.name for each in chain.walk()][:3] == ["Horn", "Latch.Out", "Latch.Reset"]
 
 
 def test_xref_lists_a_block_and_its_wires(written):

@@ -102,7 +102,13 @@ class TagService:
         """Return the lines that tell of the server."""
         patterns = self._spec.server.writable if self._writes else ()
         there = join_address(self._where.host, self.port)
-        can = f"clients write {', '.join(patterns)}" if patterns else "clients read"
+        lists = self._spec.server.writable
+        none = (
+            "with --live only watch --allow-writes lets them write"
+            if lists
+            else "[server] writable lists nothing to write"
+        )
+        can = f"clients write {', '.join(patterns)}" if patterns else f"clients read; {none}"
         lines = [f"{self._title} server on {there}: {can}"]
         if self._security is not None:
             lines.append(_guarded_by(self._security))
