@@ -154,7 +154,7 @@ def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[
         begin = ladder.line + 1
         for number, rung in enumerate(ladder.rungs):
             if not rung.whole or _shares(rung, ladder.rungs[number + 1 : number + 2]):
-                raise LadderError(f"line {rung.line}: give each rung its own lines, from SOR to EOR")
+                raise LadderError(f"line {rung.line}: put each rung into its own lines, from SOR to EOR")
             end = behind(rung.end + 1, described=True)
             start = begin if behind(begin, described=False) >= rung.line else rung.line
             yield (ladder.number, number), _RungLines(start - 1, rung.line - 1, rung.end, end - 1)

@@ -60,7 +60,7 @@ class RingRows(NamedTuple):
     lost: int  # rows that were overwritten before they could be read
 
 
-Put = Callable[[int, int, int, int, tuple[int, ...], bytes], None]
+Put = Callable[[int, int, int, int, tuple[int, ...], bytes | bytearray], None]
 """Writes a row: scan, flags, now_ns, wall_ns, figures and the rack's memory."""
 
 
@@ -193,7 +193,7 @@ def _putter(head: memoryview, rows: memoryview, row: Struct, mask: int) -> Put:
     pack, stride = row.pack_into, row.size
 
     def put(
-        scan: int, flags: int, now_ns: int, wall_ns: int, figures: tuple[int, ...], memory: bytes
+        scan: int, flags: int, now_ns: int, wall_ns: int, figures: tuple[int, ...], memory: bytes | bytearray
     ) -> None:
         written = head[0]
         number = scan & SCAN_MASK

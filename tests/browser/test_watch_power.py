@@ -37,6 +37,8 @@ return arguments[0].map(each => [".sign", ".wire"].map(part => of(each, part) ==
 def test_twenty_paused_scans(page, paused):
     bench = open_bench("examples/feeder/feeder.toml", watched=True)
     page.open(paused.link, paused=True)
+    page.until_drawn()
+    page.press("Parameters")  # a timer says what it does in place of them
     for scans in SCANS:
         page.step(scans)
         bench.scan(scans)
@@ -50,6 +52,8 @@ def test_twenty_paused_scans(page, paused):
 
 def test_scans_of_the_past_are_shown_as_they_were(page, paused):
     page.open(paused.link, paused=True)
+    page.until_drawn()
+    page.press("Parameters")  # a timer says what it does in place of them
     page.step(1500)
     page.until_scan(1499, "paused")
     bench = open_bench("examples/feeder/feeder.toml", watched=True)

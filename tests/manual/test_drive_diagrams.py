@@ -19,9 +19,9 @@ def run(tmp_path):
 
 
 def test_pi_in_linear_mode(run):
-    """p. 274: ITerm + 2 x 0.5 (In + In before)/2, PTerm 2 In; the first scan starts at 0 [p. 303].
+    """p. 274: I + 2 x 0.5 (In + In before)/2, PTerm 2 In; the first scan starts at 0 [p. 303].
 
-    4: 2 + 8; 4: 6 + 8; 4: 10 + 8, above 15: 15, and ITerm stays 6; -2: 6 + 1 - 4 = 3; 2: 7 + 0 + 4 = 11;
+    4: 2 + 8; 4: 6 + 8; 4: 10 + 8, above 15: 15, and I stays 6; -2: 6 + 1 - 4 = 3; 2: 7 + 0 + 4 = 11;
     2 with HoldHigh: 7 + 4, not 9 + 4; InitialValue 20 is limited to 15; limits crossed: LowLimit.
     """
     diagram = around("PI", "Loop", {"In": "E", "Kp": "2", "Wld": "0.5", "HighLimit": "15"}, {"Out": "Out"})
@@ -45,7 +45,7 @@ def test_pi_in_linear_mode(run):
 
 
 def test_pi_in_non_linear_mode(run):
-    """Kp ((Shape - 1) r + 1), with r = |In|/10 and its square; Wld 1, and ITerm + Kp Wld (In + In before)/2.
+    """Kp ((Shape - 1) r + 1), with r = |In|/10 and its square; Wld 1, and I + Kp Wld (In + In before)/2.
 
     5: Kp 2: 5 + 10; -20: r 1, Kp 0.5: 5 - 3.75 - 10 = -8.75; 5, squared: Kp 1.5: 1.25 - 11.25 + 7.5 = -2.5;
     10, shape 20 is limited to 10: Kp 10: -10 + 75 + 100; 10, Wld shaped by 2: 65 + 20 + 10.
@@ -104,7 +104,7 @@ def test_soc_refuses_what_is_out_of_range(run):
 
 
 def test_pmul(run):
-    """p. 284: Ans = change x 50000 + remainder, Out = Ans/100000, with a word of 4 bits.
+    """p. 284: sum = change x 50000 + remainder, Out = sum/100000, with a word of 4 bits.
 
     3 to 6: 150000: 1, rest 50000; 7: 100000: 1; -7 is 9: 100000: 1; -8: -50000: 0; -9: -100000: -1. Absolute
     5: 250000, then 300000. From InitialValue 2 to 5: 150000. 2,000,000 is limited: 1,050,000. 10 x (2^31 - 1)

@@ -2,7 +2,7 @@ r"""Blocks of drives [1756-RM006K p. 270-304, where pages of PI, PMUL and SOC we
 
 | block | function |
 |---|---|
-| PI | Out = ITerm + Kp In, ITerm = ITerm before + Kp Wld (In + In before)/2 DeltaT |
+| PI | Out = I + Kp In, I = I before + Kp Wld (In + In before)/2 DeltaT |
 | SOC | Gain (1 + 2 ZetaLead s/WLead + (s/WLead)^2) / (s (1 + s/WLag)) |
 | PMUL | Out = the change of In, or In itself, x Multiplier/100,000; the remainder is kept |
 | SCRV | follows In, with Out's rate limited by AccelRate and DecelRate, the rate's change by JerkRate |

@@ -40,7 +40,7 @@ def test_modules_are_run_ahead_at_full_speed_and_the_images_are_those_of_a_run(t
     assert (one.flags == other.flags).all()
 
 
-def rows_of(at_once=None):
+def rows_of(monkeypatch, at_once=None):
     """Return the rows of a session, and how often several were written at once."""
     orders = [
         (700, {"do": "force", "tag": "Trouble", "value": False}),
@@ -50,17 +50,17 @@ def rows_of(at_once=None):
     ring, put_all = session.ring, session.ring.put_all
     ring.at_once = at_once or ring.at_once
 
-    def noted(*row, **steps):
+    def counted(*row, **steps):
         batches.append(len(row[-1]))
         put_all(*row, **steps)
 
-    ring.put_all = noted  # type: ignore[method-assign]
+    monkeypatch.setattr(ring, "put_all", counted)
     session.play(SCANS)
     return ring.take(0).rows, batches
 
 
-def test_rows_of_a_batch_are_those_of_scans_written_one_by_one():
-    (rows, batches), (single, none) = rows_of(), rows_of(at_once=1)
+def test_rows_of_a_batch_are_those_of_scans_written_one_by_one(monkeypatch):
+    (rows, batches), (single, none) = rows_of(monkeypatch), rows_of(monkeypatch, at_once=1)
     assert batches
     assert not none
     assert set(np.flatnonzero(np.diff(rows["flags"]))) == {

@@ -51,6 +51,7 @@ def test_values_that_the_disk_has_no_room_for_are_left_out(monkeypatch):
     kept = SnapshotStore()
     kept.take(Values(0, {"a": 1}, 0))
     file = kept._file._file
+    assert file is not None
 
     class Full:
         seek, read = file.seek, file.read  # type: ignore[union-attr]

@@ -86,16 +86,19 @@ def arrays_in(folder: Path) -> Path:
     return folder / "arrays.toml"
 
 
-def test_a_walk_from_the_first_scan_on_needs_no_run_before_it(tmp_path: Path) -> None:
+def test_a_walk_from_the_first_scan_on_needs_no_run_before_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     trace = recorded(arrays_in(tmp_path), tmp_path / "run.mcap", 140)
     pages, indexed = [], []
     for number in range(3):
         with opened(trace, tmp_path / f"files{number}") as seen:
             monitor = seen.monitor
             if number == 1:
-                monitor.run_once = lambda: None
+                monkeypatch.setattr(monitor, "run_once", lambda: None)
             if number == 2:
-                monitor._recorded.orders = lambda _first, _last: [SimpleNamespace(scan=1000, order=None)]
+                orders = [SimpleNamespace(scan=1000, order=None)]
+                monkeypatch.setattr(monitor._recorded, "orders", lambda _first, _last, told=orders: told)
             pages.append(page_of(collect(monitor, SharedStretch(0, 139, 130))))
             indexed.append(monitor._indexer is not None)
     assert indexed == [False, True, True]
