@@ -29,6 +29,10 @@ def moved(before: LadderLogic, after: LadderLogic, edits: Iterable[RungEdit]) ->
     for routine, number, given in sorted(edits, key=lambda each: each.rung):
         rungs, texts = new.get(routine.upper(), []), list(given)
         at, is_there, is_same = _place(old.get(routine.upper(), []), rungs, number)
+        if is_there and (end := _next(old.get(routine.upper(), []), rungs, number)) is not None:
+            first = 0 if number == BEFORE_FIRST else 1
+            if texts[first:] == rungs[at + 1 : end]:  # the same new rungs are there already
+                texts = texts[:first]
         keeps = number != BEFORE_FIRST and texts[:1] == [old[routine.upper()][number]]
         if keeps:  # its rung stays, and rungs are new behind it
             texts[:1] = [rungs[at]] if is_there else []
@@ -48,6 +52,14 @@ def moved(before: LadderLogic, after: LadderLogic, edits: Iterable[RungEdit]) ->
 
 def _texts(program: LadderLogic) -> dict[str, list[str]]:
     return {each.name.upper(): [str(rung) for rung in each.rungs] for each in program.routines}
+
+
+def _next(old: Sequence[str], new: Sequence[str], number: int) -> int | None:
+    """Return where the rung behind one is in a later routine; None if it is not there."""
+    if number + 1 >= len(old):
+        return len(new)
+    at, is_there, _ = _place(old, new, number + 1)
+    return at if is_there else None
 
 
 def _place(old: Sequence[str], new: Sequence[str], number: int) -> tuple[int, bool, bool]:

@@ -28,7 +28,9 @@ from .records import LadderRecord, SlcRungRecord
 from .rungs import FILES, ROUTINE, ROUTINE_WORD, read_operand, routine_name, rung_text
 
 _BEGIN = re.compile(r"([A-Z_]\w*)\(", re.IGNORECASE)
-_RUNG = re.compile(r"\bSOR\b.*\bEOR\b", re.IGNORECASE | re.DOTALL)
+_COMMENT = r"%[^%]*%"
+_RUNG = re.compile(rf"{_COMMENT}|\bSOR\b(?:{_COMMENT}|[^%])*?\bEOR\b", re.IGNORECASE)
+"""A rung, or a comment beside it."""
 
 
 def program_text(text: str, specs: Mapping[str, Spec]) -> str:
@@ -115,15 +117,22 @@ def rewritten_slc(
             at = place.end
             if texts:
                 whole = "".join(lines[place.first : place.last])
-                changes.append((place.first, place.last, _RUNG.sub(lambda _: texts[0], whole)))  # noqa: B023
+                changes.append((place.first, place.last, _with_rung(whole, texts[0])))
             else:
                 changes.append((place.begin, place.end, ""))
             texts = texts[1:]
-        changes.append((at, at, "".join(f"{each}{newline}" for each in texts)))
+        added = "".join(f"{each}{newline}" for each in texts)
+        ends = at < len(lines) or text.endswith("\n")  # the line before it
+        changes.append((at, at, added if ends or not added else newline + added))
     for first, end, new in sorted(changes, key=lambda change: change[:2], reverse=True):
         lines[first:end] = [new]
     written = "".join(lines).encode(encoding, errors="surrogateescape")
     return BOM_UTF8 + written if data.startswith(BOM_UTF8) else written
+
+
+def _with_rung(lines: str, rung: str) -> str:
+    """Return the lines of a rung with another one in its place; comments beside it stay."""
+    return _RUNG.sub(lambda found: found[0] if found[0].startswith("%") else rung, lines)
 
 
 class _RungLines(NamedTuple):
@@ -142,12 +151,18 @@ def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[
     known = {each.number: each for each in lines}
     last = len(text.splitlines()) + 1
 
+    def after(number: int) -> int:
+        """Return the first line from one on that is not empty."""
+        while (line := known.get(number)) is not None and not (line.words or line.comments):
+            number = ends.get(number, last)
+        return number
+
     def behind(number: int, *, described: bool) -> int:
         """Return the line behind the comments from a line on: those that describe the rung above, or not."""
-        while (line := known.get(number)) is not None and not line.words:
+        while (line := known.get(after(number))) is not None and not line.words:
             if any(map(DESCRIPTION.search, line.comments)) is not described:
                 break
-            number = ends.get(number, last)
+            number = ends.get(line.number, last)
         return number
 
     for ladder in ladders:
@@ -156,7 +171,7 @@ def _places(text: str, ladders: Iterable[LadderRecord]) -> Iterator[tuple[tuple[
             if not rung.whole or _shares(rung, ladder.rungs[number + 1 : number + 2]):
                 raise LadderError(f"line {rung.line}: put each rung into its own lines, from SOR to EOR")
             end = behind(rung.end + 1, described=True)
-            start = begin if behind(begin, described=False) >= rung.line else rung.line
+            start = begin if after(behind(begin, described=False)) >= rung.line else rung.line
             yield (ladder.number, number), _RungLines(start - 1, rung.line - 1, rung.end, end - 1)
             begin = end
 

@@ -23,7 +23,10 @@ FIGURES_SCANS = 2048
 """Least number of scans between them at full speed: a read ends the prediction of modules."""
 
 BATCH_NS = 8_000_000
-"""Time of the rows that are written at once at full speed."""
+"""Time of a batch of scans at full speed: their rows are written at once, and their notes are taken at its end."""
+
+LOOK = 16
+"""Scans of a batch after which its time is looked at: they may have become slow."""
 
 
 class Notes(Protocol):
@@ -84,7 +87,8 @@ class Tap(QuietListener):
         self._seen_asked = 0
         self._forces: Mapping[str, JsonValue] = {}
         self._images: list[bytes] = []  # of the latest scans, whose rows are not written yet
-        self._room = 1  # scans of a batch
+        self._batch, self._begun_ns = 1, 0  # scans of a batch at most, and when it began
+        self._done, self._left = 0, 1  # scans of the batch before `_left` began to count, and until it is looked at
         self._scan, self._now_ns, self._flags = -1, 0, 0  # of the latest scan
         self._wall_ns = 0  # of the latest written row
         self._rested = -1
@@ -104,11 +108,24 @@ class Tap(QuietListener):
         self._scan, self._now_ns = scan, now_ns
         if self.notes.news():
             self.notes.note(scan)
-        if len(self._images) >= self._room:
-            self._end_batch()
+        self._left -= 1
+        if not self._left:
+            self._look()
         session = self.session  # asked here: a call more would cost a scan 1 %
         if session.inbox.pending() or session.takeovers or session.state.breakpoints:
             session.attend_scan(now_ns + self._period_ns, scan + 1)
+
+    def _look(self) -> None:
+        """End the batch if it is full or its time is over. Rows that a message has written count, too."""
+        self._done += min(LOOK, self._batch - self._done)
+        took_ns = wall_ns() - self._begun_ns
+        is_paced = self.session.state.speed is not None
+        if self._done >= self._batch or took_ns >= BATCH_NS or is_paced:
+            self._end_batch()
+            fitting = self._done * BATCH_NS // max(1, took_ns)
+            self._batch = 1 if is_paced else max(1, min(2 * self._done, fitting, self._ring.at_once))
+            self._begun_ns, self._done = wall_ns(), 0
+        self._left = min(LOOK, self._batch - self._done)
 
     def _end_batch(self) -> None:
         """Write the rows of a batch, and what is due with it."""
@@ -131,11 +148,6 @@ class Tap(QuietListener):
         elif count:
             step_ns = took_ns // count
             self._ring.put_all(*row, images, period_ns=self._period_ns, wall_step_ns=step_ns)
-        if self.session.state.speed is not None:
-            self._room = 1
-        elif count >= self._room:
-            fitting = count * BATCH_NS // max(1, took_ns)
-            self._room = max(1, min(2 * count, fitting, self._ring.at_once))
         images.clear()
 
     def attend(self) -> None:

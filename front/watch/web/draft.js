@@ -11,8 +11,9 @@ const WOULD_MS = 700; // a draft is tried on the last scans when nothing has bee
 
 const NOTHING = { stage: "", base: "", unsaved: false, edit: "", of: "", by: "", rungs: [], tags: [] };
 
-// `base` is the program that is edited; `own` says that the draft is this page's, not the accepted one of another.
-export const draft = { rungs: new Map(), tags: [], base: "", own: false, right: false, words: null, checked: new Map(), missing: [], mistakes: [] };
+// `base` is the program that is edited; `own` says that the draft is this page's, not the accepted one of another;
+// `moved` that its rungs have other numbers now.
+export const draft = { rungs: new Map(), tags: [], base: "", own: false, moved: false, right: false, words: null, checked: new Map(), missing: [], mistakes: [] };
 // What the session has told last: the stage, the program that runs, and the edit that is accepted, of which program and by whom.
 export const session = { ...NOTHING };
 export const verdict = el("p", { class: "verdict", role: "status" });
@@ -61,6 +62,7 @@ export function change(make, { tags = draft.tags } = {}) {
 }
 
 function restore(state) {
+  if (isLocked()) return tell("The edit is in test: untest it to change it."), null;
   Object.assign(draft, structuredClone(state), { own: true });
   return check();
 }
@@ -70,15 +72,13 @@ function remember(entry) {
   undone = [];
 }
 
-export async function undo() {
-  const entry = done.pop();
-  if (entry && await entry.undo() !== false) undone.push(entry);
-  changed();
-}
+export const undo = () => repeat("undo", done, undone);
+export const redo = () => repeat("redo", undone, done);
 
-export async function redo() {
-  const entry = undone.pop();
-  if (entry && await entry.redo() !== false) done.push(entry);
+// One that is refused for good is gone; one that waits, null, stays where it is.
+async function repeat(way, from, to) {
+  const entry = from.pop(), taken = entry && await entry[way]();
+  if (entry && taken !== false) (taken === null ? from : to).push(entry);
   changed();
 }
 
@@ -127,12 +127,13 @@ async function rebase(mine) {
     told += moved.rungs.length ? ": your edit is kept." : " that has your edit already.";
     if (moved.conflicts) told += ` ${moved.conflicts === 1 ? "One of its rungs was" : `${moved.conflicts} of its rungs were`} changed there, too.`;
   } catch (refused) {
-    if (refused.lost) return false; // the next hello checks it
-    told += `, and your edit is dropped: ${refused.message}.`;
+    if (mine === asked && !refused.lost) say("mistake", `Another program runs now, and your edit can't be moved to it: ${refused.message}. Cancel drops it.`);
+    return false; // what was lost is asked again with the next hello
   }
   if (mine !== asked) return false;
   if (draft.rungs.size) tell(told, "told");
-  Object.assign(draft, { rungs: mapOf(moved.rungs), tags: moved.tags, base: moved.base });
+  const rungs = mapOf(moved.rungs), keys = map => [...map.keys()].join();
+  Object.assign(draft, { rungs, tags: moved.tags, base: moved.base, moved: keys(rungs) !== keys(draft.rungs) });
   return true;
 }
 

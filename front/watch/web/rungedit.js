@@ -45,10 +45,12 @@ export function decorate(node, name, { rungs, base }, columns) {
     node.addEventListener("click", clicked, true);
     node.addEventListener("keydown", entered, true);
   }
+  const said = program === base ? null : textOf(at);
   [sheet, routine, program] = [node, name, base];
   lay(node, name, rungs);
   setColumns(columns);
   if (on && at && at.key.split("\n")[0] !== name) at = null;
+  if (at && said !== null && textOf(at) !== said) leave(); // another rung has its number now
   wanted ||= on && Boolean(at) && document.activeElement === document.body; // the caret had it in the drawing before
   if (isOpen()) look(at?.key, textOf(at) ?? EMPTY);
   redraw();
@@ -62,6 +64,7 @@ onDraft(redraw);
 
 function redraw() {
   if (!sheet) return;
+  if (draft.moved) leave();
   const focused = [input, text].find(each => each === document.activeElement);
   setFlag(sheet, "data-editing", on);
   drawDrafts(isOpen());
@@ -69,6 +72,11 @@ function redraw() {
 }
 
 // --- the caret
+
+// Keys that follow would edit another rung than the one that was looked at.
+function leave() {
+  [at, draft.moved, input.value] = [null, false, ""];
+}
 
 function go(key, index, where, anchor = where) {
   const far = !at || at.key !== key || at.index !== index;

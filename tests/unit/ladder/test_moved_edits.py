@@ -45,6 +45,10 @@ def applied(letters, edits):
         ("ABC", "AXC", {1: ""}, "AC", 1),  # deleted here, changed there
         ("ABC", "AYC", {1: "Y", 2: "Z"}, "AYZ", 0),  # the same change
         ("ABC", "XBC", {BEFORE_FIRST: "Y"}, "YXBC", 0),
+        ("AB", "AXB", {0: "AX", 1: "Y"}, "AXY", 0),  # the same new rung
+        ("AB", "ABXY", {1: "BXY"}, "ABXY", 0),
+        ("AB", "XAB", {BEFORE_FIRST: "X"}, "XAB", 0),
+        ("AB", "AXB", {0: "AXY"}, "AXYXB", 0),  # another one
     ],
 )
 def test_an_edit_follows_its_rung(before, after, changes, wanted, conflicts):

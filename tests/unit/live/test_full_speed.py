@@ -89,6 +89,44 @@ def test_a_message_follows_the_rows_of_the_scans_before_it():
     assert session.ring.written == SCANS
 
 
+def ends_of_batches(monkeypatch, *, telling=False, wall_of=None):
+    """Return the scans that ended a batch."""
+    session, ends = LiveSession(), []
+    end_batch = session.tap._end_batch
+
+    def noted():
+        ends.append(session.tap._scan)
+        end_batch()
+
+    class Teller(QuietListener):
+        def scan(self, scan, now_ns, flags):
+            if telling and scan % 3 == 0:
+                session.tap.tell({"note": "here"})
+
+    session.run.cpu.add_listener(Teller())
+    monkeypatch.setattr(session.tap, "_end_batch", noted)
+    if wall_of is not None:
+        monkeypatch.setattr("scanrack.runtime.live.tap.wall_ns", lambda: wall_of(max(session.tap._scan, 0)))
+    session.play(SCANS)
+    return np.array(ends)
+
+
+def test_a_batch_ends_however_many_messages_write_its_rows(monkeypatch):
+    ends = ends_of_batches(monkeypatch, telling=True, wall_of=lambda scan: 1000 * scan)
+    assert SCANS // 256 <= len(ends) < SCANS // 32  # 1, 2, 4 ... 256 scans long
+    assert np.diff(ends).max() == 256
+
+
+def test_a_batch_of_scans_that_have_become_slow_ends_by_its_time(monkeypatch):
+    slow = 1000
+    ends = ends_of_batches(monkeypatch, wall_of=lambda scan: 1000 * scan + 5_000_000 * max(0, scan - slow))
+    assert np.diff(ends[ends <= slow]).max() == 256
+    assert ends[ends > slow][0] <= slow + 16  # looked at
+    first, *rest = np.diff(ends[ends > slow])
+    assert first <= 16
+    assert set(rest) == {1}  # of 8 ms; a scan takes 5
+
+
 def test_another_speed_than_the_fullest_waits_for_the_clock_from_the_next_scan_on():
     session = LiveSession([(100, {"do": "speed", "factor": 1000})])
     session.play(300)

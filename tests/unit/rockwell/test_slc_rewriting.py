@@ -66,6 +66,36 @@ def test_a_deleted_rung_takes_its_comments_with_it():
     assert text == TEXT.replace(TEXT[TEXT.index("% first") : TEXT.index("% second")], "")
 
 
+def test_a_description_below_an_empty_line_stays_with_its_rung():
+    described = TEXT.replace("% RUNG DESCRIPTION", "\n% RUNG DESCRIPTION")
+    text, rungs = rewritten(RungEdit("U2", 0, ()), text=described)
+    assert rungs[0] == ("XIC(B3:0/1)OTE(B3:0/2);", "second")
+    assert text == TEXT.replace(TEXT[TEXT.index("% first") : TEXT.index("% second")], "")
+    _, rungs = rewritten(
+        RungEdit("U2", 0, ("XIC(I:1.0/0)OTE(B3:0/0);", "XIC(B3:0/5)RES(T4:0);")), text=described
+    )
+    assert rungs[0][1].endswith("describes the first")
+    assert rungs[1] == ("XIC(B3:0/5)RES(T4:0);", "")
+
+
+def test_comments_beside_a_rung_stay_whatever_they_say():
+    text = TEXT.replace("% inside %", "% up to EOR %").replace("% behind %", "% not SOR, not EOR here %")
+    text, rungs = rewritten(RungEdit("U2", 0, ("XIO(I:1.0/1)OTE(B3:0/0);",)), text=text)
+    assert rungs[0][0] == "XIO(I:1.0/1)OTE(B3:0/0);"
+    assert "SOR XIO I:1.0/1 OTE B3:0/0 EOR % not SOR, not EOR here %\n" in text
+
+
+def test_a_rung_is_added_behind_a_last_line_without_an_end():
+    text = TEXT[: TEXT.index("LADDER 3")].rstrip("\n")
+    written = rewritten_slc(
+        text.encode(),
+        [RungEdit("U2", 2, ("XIC(B3:0/3)TON(T4:0,1.0,7,0);", "XIC(B3:0/5)RES(T4:0);"))],
+        (),
+        SLC_SPECS,
+    ).decode()
+    assert written.endswith(" 7 0 EOR\nSOR XIC B3:0/5 RES T4:0 EOR\n")
+
+
 def test_new_rungs_stand_behind_descriptions_and_before_the_first_comment():
     _, rungs = rewritten(
         RungEdit("U2", 0, ("XIC(I:1.0/0)OTE(B3:0/0);", "XIC(B3:0/5)RES(T4:0);")),
