@@ -1,8 +1,9 @@
 """The cyclic garbage collector, paused while large trees are built.
 
 Each collection visits all live objects. While a program of thousands of rungs is read and compiled, nothing
-becomes garbage, and collections take a third of the time. What was made counts as old afterwards, as if it
-had survived them: else the next collection visits all of it at once.
+becomes garbage, and collections take a third of the time. What a large one leaves counts as old afterwards,
+as if it had survived them: else the next collection visits all of it at once. The collector does not count
+that, and old garbage would stay: after some of these it collects all.
 """
 
 from __future__ import annotations
@@ -10,6 +11,15 @@ from __future__ import annotations
 import gc
 from collections.abc import Iterator
 from contextlib import contextmanager
+from itertools import count
+
+LARGE = 100_000
+"""Objects that are left by a tree whose visit takes long: tens of ms."""
+
+COLLECTED = 8
+"""Large trees after which all garbage is collected."""
+
+_large = count(1)
 
 
 @contextmanager
@@ -21,7 +31,12 @@ def collector_paused() -> Iterator[None]:
         yield
     finally:
         if was_on:
-            if not gc.get_freeze_count():  # what others have frozen stays frozen
-                gc.freeze()
-                gc.unfreeze()
+            if (
+                gc.get_count()[0] > LARGE and not gc.get_freeze_count()
+            ):  # what others have frozen stays frozen
+                if next(_large) % COLLECTED:
+                    gc.freeze()
+                    gc.unfreeze()
+                else:
+                    gc.collect()
             gc.enable()

@@ -23,7 +23,7 @@ FIGURES_SCANS = 2048
 """Least number of scans between them at full speed: a read ends the prediction of modules."""
 
 BATCH_NS = 8_000_000
-"""Time of a batch of scans at full speed: their rows are written at once, and their notes are taken at its end."""
+"""Time of a batch of scans at full speed: rows are written at once, and notes are taken at its end."""
 
 LOOK = 16
 """Scans of a batch after which its time is looked at: they may have become slow."""
@@ -88,7 +88,7 @@ class Tap(QuietListener):
         self._forces: Mapping[str, JsonValue] = {}
         self._images: list[bytes] = []  # of the latest scans, whose rows are not written yet
         self._batch, self._begun_ns = 1, 0  # scans of a batch at most, and when it began
-        self._done, self._left = 0, 1  # scans of the batch before `_left` began to count, and until it is looked at
+        self._done, self._left = 0, 1  # scans of the batch up to the latest look, and until the next one
         self._scan, self._now_ns, self._flags = -1, 0, 0  # of the latest scan
         self._wall_ns = 0  # of the latest written row
         self._rested = -1

@@ -20,7 +20,7 @@ from ...model.operands import Calculation, Constant, Group, Place, StringConstan
 from ...model.spec import InstructionKind, Use
 from ...model.tags import OVERRIDE, Leaf
 from ...model.types import HIDDEN, leaves_of
-from ...state.lowered import LoweredStep, Node, Parallel
+from ...state.lowered import AddOnCall, Call, LoweredStep, Node, Parallel
 from ..algebra.meaning import BOOL
 from ..algebra.terms import FALSE, TRUE, T, and_, not_, or_
 from .places import Key
@@ -264,6 +264,12 @@ def _named_by(operand: object) -> Iterator[Leaf]:
             yield from _named_by(each)
     elif isinstance(operand, Calculation):
         for each in operand.operands:
+            yield from _named_by(each)
+    elif isinstance(operand, Call):
+        for each in (*operand.inputs, *operand.returns):
+            yield from _named_by(each)
+    elif isinstance(operand, AddOnCall):
+        for each in (operand.instance, *operand.handed.values()):
             yield from _named_by(each)
 
 

@@ -40,7 +40,8 @@ _TAG = rf"{_PARENT}Member(?= Name=)|Element(?= Index=)|{_PARENT}(?= DataType=)"
 _NAME = r'(?: (?:Name|Index)="(\w+|\[[\d,]{1,30}\])")?'
 _TYPE = r'(?: DataType="[\w:]+")?(?: Dimensions="[\d,]+")?(?: Radix="[\w/ ]+")?'
 _VALUE = r"""(?: Value="([\w.+#:$'-]+)")?"""
-_CHARACTERS = rf"(?:{_BLANK}*<!\[CDATA\[([^\x00-\x1f\ufffe\uffff]*?)\]\]>{_BLANK}*(?=</DataValueMember>))?"
+_TEXT = r"((?:(?!\]\]>)[^\x00-\x1f\ufffe\uffff])*+)"
+_CHARACTERS = rf"(?:{_BLANK}*<!\[CDATA\[{_TEXT}\]\]>{_BLANK}*(?=</DataValueMember>))?"
 _MARK = rf"<({_TAG}){_NAME}{_TYPE}{_VALUE}(/)?>{_CHARACTERS}|</(\w+)>|([^ \t\r\n])"
 _ZERO = r'<DataValueMember Name="\w+" DataType="\w+"(?: Radix="[\w/ ]+")? Value="(?:0|0\.0)"/>'
 """A member that is 0: half of the members of an export."""

@@ -1,11 +1,12 @@
 """A large structure takes variables for the members that the program uses; all others are in bytes."""
 
 import gc
+from weakref import ref
 
 from ladder_lockstep import differences, outcome
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program
-from scanrack.ladder.model.collector import collector_paused
+from scanrack.ladder.model.collector import COLLECTED, LARGE, collector_paused
 from scanrack.ladder.state.snapshots import restore, snapshot
 
 TEXT = """PROGRAM p
@@ -105,7 +106,7 @@ def test_a_value_of_the_rest_can_be_forced():
 
 def made_in_a_pause():
     with collector_paused():
-        made = [[each] for each in range(2_000)]
+        made = [[each] for each in range(LARGE + 2_000)]
     assert gc.isenabled()
     young = {id(each) for generation in (0, 1) for each in gc.get_objects(generation)}
     return sum(id(each) in young for each in made)
@@ -121,6 +122,25 @@ def test_what_was_made_in_a_pause_counts_as_old():
     finally:
         if frozen:
             gc.freeze()
+
+
+def test_garbage_of_large_trees_does_not_stay():
+    class Tree(list[object]):
+        pass
+
+    tree = Tree()
+    tree.append(tree)
+    seen = ref(tree)
+    del tree
+    gc.disable()  # outside of pauses nothing collects it
+    try:
+        for _ in range(COLLECTED):
+            gc.enable()
+            made_in_a_pause()
+            gc.disable()
+    finally:
+        gc.enable()
+    assert seen() is None
 
 
 def test_a_pause_thaws_nothing():

@@ -42,6 +42,7 @@ BROKEN = (
     f'<Structure DataType="R">{MEMBER}',
     "</Structure>",
     f'<Structure DataType="R">{TEXT.replace("é", chr(1))}</Structure>',
+    f'<Structure DataType="R">{TEXT.replace("é", "]]>")}</Structure>',
     f'<Structure DataType="R">\f{MEMBER}</Structure>',
     '<Structure DataType="R">' * 300 + "</Structure>" * 300,
 )
