@@ -26,7 +26,7 @@ def root_of(path: str) -> str:
     r"""Return the tag of a path, with its program.
 
     >>> root_of(r"\P.LOOP.OUT"), root_of("ROW[3]")
-    ('\\\\P.LOOP', 'ROW')
+    ('\\P.LOOP', 'ROW')
     """
     names = 2 if path.startswith("\\") else 1
     return ".".join(path.split(".")[:names]).partition("[")[0]
