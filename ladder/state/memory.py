@@ -186,7 +186,9 @@ class Memory:
     def bytes_at(self, leaf: Leaf, index: int) -> BytesAt | None:
         """Return the place of a value in bytes, see `Store`."""
         spot = self.layout.spot(leaf)
-        if spot is None or not spot.view or tag_in(leaf.path).upper() in self.layout.rests:
+        if spot is None or not spot.view:
+            return None
+        if self.layout.rests and tag_in(leaf.path).upper() in self.layout.rests:
             return None
         return self._lists[spot.ident], spot.at(index) * spot.unit // 8
 
