@@ -264,6 +264,12 @@ def logic(scan):
         module.outputs[at] = word - 65536 if word > 32767 else word
 """
 
+RESET = """\
+    elif status.COMMAND_ERROR:  # an answer that a busy machine gave too late
+        words = (2048, 0, 0, 0, 0, 0, 0, 0)
+    else:
+"""
+
 
 def rack_file(folder: Path, rest: str, module: str = "pcl601-adapter") -> str:
     (folder / "logic.py").write_text(LOGIC, encoding="utf-8")
@@ -358,6 +364,7 @@ def test_a_line_follows_the_format_of_what_is_sent(monkeypatch: pytest.MonkeyPat
 def test_a_run_in_real_time_moves_the_controller_of_another_process(path: str, tmp_path: Path) -> None:
     """The logic makes one move over 2000 steps; the counter began at B = 1,000,000."""
     rack = rack_file(tmp_path, f'port = "{path}"')
+    (tmp_path / "logic.py").write_text(LOGIC.replace("    else:\n", RESET), encoding="utf-8")
     trace = str(tmp_path / "live.mcap")
     arguments = ["run", rack, "--realtime", "--live", "--for", "2 s", "--record", trace]
     result = CliRunner().invoke(build(), arguments)
@@ -370,11 +377,6 @@ def test_a_run_in_real_time_moves_the_controller_of_another_process(path: str, t
     assert len(again.stderr.splitlines()) == 1
 
 
-RESET = """\
-    elif status.COMMAND_ERROR:  # an answer that a busy machine gave too late
-        words = (2048, 0, 0, 0, 0, 0, 0, 0)
-    else:
-"""
 SLEWING = (
     LOGIC.replace("(2, 0, 2, 0, 5, 0, 50, 50)", "(128, 0, 0, 0, 2, 0, 50, 50)").replace("    else:\n", RESET)
     + """

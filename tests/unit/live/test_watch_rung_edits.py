@@ -134,7 +134,7 @@ def test_two_pages_know_whose_edit_is_accepted_and_keep_their_drafts(rack):
             assert moved["conflicts"] == 0
             both = {"base": base, "rungs": [["Main", 1, ["TON(Fill,3000,?);"]]]}
             assert (await one.ask("rebase", **both))["conflicts"] == 1
-            assert "not known" in (await one.ask("rebase", **{**mine, "base": "another"}))["refused"]
+            assert "no longer known" in (await one.ask("rebase", **{**mine, "base": "another"}))["refused"]
             del moved["id"], moved["ok"], moved["conflicts"]
             accepted = await one.ask("online", step="accept", **moved)
             assert accepted["of"] == done["base"]
