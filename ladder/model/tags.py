@@ -186,7 +186,7 @@ class Layout:
         self.declarations: dict[str, Declaration] = {}  # by full name in capitals, see `scoped`
         self._leaves: dict[str, Leaf] = {}  # by path in capitals, without those of `_folded`
         self._ordered = False
-        self._folded: dict[str, Tag] = {}  # tags with leaves that nobody has asked for yet, in capitals
+        self._folded: dict[str, Tag] = {}  # tags with leaves not asked for yet, in capitals
         self._asked: dict[str, list[str]] = {}  # leaves of such tags that were asked for, in capitals
         self.boxed: dict[str, str] = {}  # identifiers of lists and bytes, by tag in capitals
         self.rests: dict[str, SparseTag] = {}  # by tag in capitals, see `fold_rest`
@@ -364,7 +364,7 @@ class Layout:
         self._spots.clear()
 
     def fold_rest(self, name: str) -> None:
-        """Lay out as bytes what nobody has asked for in a tag, in capitals; what was asked for is variables.
+        """Lay out as bytes what was not asked for in a tag, in capitals; what was asked for is variables.
 
         A large structure of which the program uses some members then takes few variables.
         """

@@ -12,7 +12,7 @@
 
 DERV, INTG and DEDT are the derivative, the integral and a delay [1756-RM006K, the page of each]. The first
 scan, and Initialize, start a filter in its steady state. A value that is NaN or infinite is not kept: the
-next call of LDLG, DERV, INTG and DEDT goes on from the values before it [Function Block Responses to Overflow
+next call of LDLG, DERV, INTG and DEDT takes the values before it [Function Block Responses to Overflow
 Conditions], the other filters start again [p. 333, 345]. The manual has no difference equations, and these
 are interpretations; so is the range of a frequency, 1E-7/DeltaT to 0.7 pi/DeltaT. LDL2 limits WLag to
 40 WLead in order 1, to 10 WLead in order 2 [p. 345].
