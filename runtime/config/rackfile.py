@@ -77,7 +77,7 @@ def unread(named: Mapping[str, str], path: Path) -> Mapping[str, ModuleRecord]:
     return {name: ModuleRecord(name=name, make=_not_made, unread=True, **_ANYTHING) for name in named}
 
 
-def _not_made(**_: object) -> Any:
+def _not_made(*_: object, **__: object) -> Any:
     """Make nothing: the module of a rack that is only read."""
 
 
