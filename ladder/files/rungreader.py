@@ -104,7 +104,8 @@ _MEMBER = re.compile(
 
 _DIGITS = 9  # maximum digits of an array length
 
-_CODE = re.compile(r"""(?:'(?:[^'$]++|\$.)*+'|"(?:[^"\\]++|\\.)*+"|(?!//).)*+""")  # a line without its comment
+_CODE = re.compile(r"""(?:'(?:[^'$]++|\$.)*+'|"(?:[^"\\]++|\\.)*+"|(?!//).)*+""")
+"""A line without its comment."""
 
 _MARK = "\0"  # prefix of a number with a radix inside a JSON string
 
