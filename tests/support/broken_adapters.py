@@ -118,15 +118,15 @@ def parameters_believed_after_a_loss(right):
 @mistake(Adapter, "_return", "line_down")
 def return_not_told(right):
     """The link comes back, and nothing is said of it."""
-    return lambda self, now_ns: None
+    return lambda self, now_ns, given: None
 
 
 @mistake(Adapter, "_return", "line")
 def edges_count_at_once(right):
     """When the link comes back, a bit counts before all of them have been low."""
 
-    def returned(self, now_ns):
-        right(self, now_ns)
+    def returned(self, now_ns, given):
+        right(self, now_ns, given)
         self._locked_out = False
 
     return returned
@@ -164,8 +164,8 @@ def position_kept_over_loss_of_power(right):
 def position_trusted_after_a_loss(right):
     """The position stays valid when the link comes back."""
 
-    def returned(self, now_ns):
-        right(self, now_ns)
+    def returned(self, now_ns, given):
+        right(self, now_ns, given)
         self.layer.state.latches.clear(1 << 10)
 
     return returned
@@ -185,8 +185,8 @@ def loss_of_power_unnoticed(right):
 def origin_forgotten_after_a_loss(right):
     """Where the controller's counter was put is forgotten when the link comes back."""
 
-    def returned(self, now_ns):
-        right(self, now_ns)
+    def returned(self, now_ns, given):
+        right(self, now_ns, given)
         self.driver.rebased = 0
 
     return returned

@@ -19,8 +19,8 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
-from itertools import pairwise
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Generic
 
 from ....io_images.amci3601 import Firmware, InputBit, StatusMsw
@@ -56,7 +56,7 @@ STOPPED = StatusMsw.STOPPED.value
 CLEARED_BY_RETURN = MODE_CONFIG - 1 & ~(MODULE_OK | CONFIG_ERROR)
 COMMAND_BITS = 0x7FFF
 MOST_WAITING = 1000
-"""Images that wait for the end of a stop or a configuration; with more of them the axis does not come to rest."""
+"""Images that may wait for the end of a stop or a configuration."""
 ENDLESS = 1 << 62
 """More replies than there will ever be."""
 
