@@ -156,7 +156,7 @@ class AloneForAWhile(ABC):
         self.stay_locked_out(refuses=not loses_power)
 
     def stay_locked_out(self, refuses):
-        """As long as a command bit is set, every other is refused; with all of them low, the next one counts."""
+        """As long as a command bit is set, every other is refused; with all low, the next one counts."""
         another = A_MANUAL_MOVE if self.words[0] else NOTHING
         for words in (self.words, another, NOTHING):
             if refuses and words[0] & ~self.words[0]:

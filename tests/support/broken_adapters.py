@@ -326,6 +326,29 @@ def immediate_stop_ignored(right):
     return lambda self, now_ns: None
 
 
+@mistake(LinkedAxis, "moving", "stopped")
+def rest_claimed_with_the_command(right):
+    """A hard stop counts as carried out once it is commanded."""
+    return property(lambda self: not self._driver.cut and right.fget(self))
+
+
+@mistake(LinkedAxis, "moving", "stopped", "PMC006")
+def rest_claimed_with_the_command_over_a_pmc006(right):
+    """The same mistake, on the slower line."""
+    return property(lambda self: not self._driver.cut and right.fget(self))
+
+
+@mistake(Adapter, "_next_words", "pulses_after_a_stop")
+def only_the_last_words_wait(right):
+    """Of the words that come during a stop only those at its end are obeyed."""
+
+    def next_words(self, given):
+        self._waiting.clear()
+        return right(self, given)
+
+    return next_words
+
+
 @mistake(Pcl601Driver, "slow_down", "held")
 def creeps_on(right):
     """An index that is held is left creeping at its base speed."""

@@ -1,9 +1,9 @@
-"""Random sequences of an adapter: motions, what ends them, faults of the line, and pulses of one to five scans.
+"""Random sequences of an adapter: motions, their ends, faults of the line, and pulses of one to five scans.
 
 `violations(seed)` plays one sequence and returns what was false of it, as sentences:
 
-* an image claims rest (STOPPED, MOVE_COMPLETE, AT_HOME, HOLD_STATE) while the simulated motor turns, or without
-  a link;
+* an image claims rest (STOPPED, MOVE_COMPLETE, AT_HOME, HOLD_STATE) while the simulated motor turns, or
+  without a link;
 * a command edge, given in run mode while the image shows MODULE_OK, has neither an effect nor a bit.
 
 The motor is asked itself. An edge is followed into the command layer, where a set bit, another operation or
@@ -28,23 +28,28 @@ from scanrack.runtime.machine import Switch
 REST = (
     StatusMsw.STOPPED | StatusMsw.MOVE_COMPLETE | StatusMsw.AT_HOME | StatusMsw.HOLD_STATE
 ).value  # bits that claim rest
+MOVING = {"MOVING_CW", "MOVING_CCW"}
 MODULE_OK, MODE_CONFIG = StatusMsw.MODULE_OK.value, StatusMsw.MODE_CONFIG.value
-ERRORS = (StatusMsw.COMMAND_ERROR | StatusMsw.INVALID_PROFILE | StatusMsw.HOME_INVALID).value
+REFUSED = (
+    StatusMsw.COMMAND_ERROR | StatusMsw.INVALID_PROFILE | StatusMsw.HOME_INVALID | StatusMsw.INPUT_ERROR
+).value
+"""Bits of a refused command; an active emergency stop or limit refuses with INPUT_ERROR."""
 BITS = 0x7FFF
 STOP, HOLD, RESET = CommandMsw.IMMEDIATE_STOP.value, CommandMsw.HOLD_MOVE.value, CommandMsw.RESET_ERRORS.value
-HARMLESS = STOP | HOLD | RESET  # without motion or errors they have nothing to do
+HARMLESS = STOP | HOLD | RESET
+"""Commands that may have nothing to do: nothing moves, or slows down already, and there is no error."""
 
-SWITCHES = (
-    Switch(InputBit.HOME, -3000, -2500),
-    Switch(InputBit.CCW_LIMIT, None, -9000),
-    Switch(InputBit.CW_LIMIT, 14_000, None),
-)
+HOME = Switch(InputBit.HOME, -3000, -2500)
+LIMITS = (Switch(InputBit.CCW_LIMIT, None, -9000), Switch(InputBit.CW_LIMIT, 14_000, None))
 OPTIONS: dict[str, dict[str, Any]] = {
     "PCL601": {"blend": "segmented", "respeed": "restart"},
     "PMC006": {"hold": "immediate", "registration": "polled", "blend": "segmented", "respeed": "restart"},
 }
 Words = tuple[int, ...]
 NOTHING: Words = (0,) * 8
+LONG_MS = 1500
+"""Longer than an adapter takes to believe that the motor rests."""
+
 REFUSED_BY_ADAPTER = ("locked out", "missed")
 
 
@@ -94,7 +99,10 @@ def pulse_words(random: Random) -> Words:
 BLEND = [(0, 0x300, 2, 0, 0, 20), (0, 0x300, 1, 0, 3, 0, 20), (0, 0x300, 1, 500, 5, 0, 20)]
 """The blocks of a stored blend profile: 1,000 and 1,500 steps."""
 
-INTERRUPTIONS = ("stop", "program", "estop", "limit", "hold", "release", "configure", "nothing")
+INTERRUPTIONS = (
+    "stop", "stop", "stop", "program", "estop", "estop", "limit", "hold", "release", "configure", "configure",
+    "nothing",
+)  # fmt: skip
 FAULTS = ("none", "drop", "corrupt", "late", "down", "controller power")
 
 
@@ -129,7 +137,9 @@ class Sequence:
         self.controller = self.random.choice(("PCL601", "PMC006"))
         make = AdapterBench if self.controller == "PCL601" else AdapterBench006
         self.scan_ms = self.random.choice((1, 2, 2, 5, 10))
-        self.bench = make(*SWITCHES, scan_ms=self.scan_ms, **OPTIONS[self.controller])
+        self.has_limits = self.random.random() < 0.5
+        switches = (HOME, *(LIMITS if self.has_limits else ()))
+        self.bench = make(*switches, scan_ms=self.scan_ms, **OPTIONS[self.controller])
         self.bench.configured(*CONFIGURE_006)
         if self.random.random() < 0.3:
             for block in BLEND:
@@ -159,19 +169,14 @@ class Sequence:
 
         def commanded(now_ns: int, words: Any, edges: int) -> None:
             before = (layer.state.latches.bits, layer.operation, self.presets, layer.axis.encoder)
-            moves = layer.busy
             command(now_ns, words, edges)
             after = (layer.state.latches.bits, layer.operation, self.presets, layer.axis.encoder)
-            if not (before != after or after[0] & ERRORS or self.idle(words.msw, moves) or moves):
+            if before == after and not after[0] & REFUSED and not words.msw & HARMLESS:
                 self.wrong.append(f"scan {self.scans}: {words.msw:#06x} has neither an effect nor a bit")
             self.got(edges)
 
         layer._command = commanded  # type: ignore[method-assign]
         layer.axis.preset_position = presets  # type: ignore[method-assign]
-
-    def idle(self, msw: int, moves: bool) -> bool:
-        """Whether a command has nothing to do: a stop, a hold or a reset without anything to end."""
-        return bool(msw & HARMLESS) and not moves
 
     def got(self, edges: int) -> None:
         """Take the edges that the layer has got from those given."""
@@ -220,7 +225,8 @@ class Sequence:
         words = (*words, *NOTHING)[:8]
         signed = (words[0] - 0x10000 if words[0] > 0x7FFF else words[0], *words[1:])
         shown = self.bench.image[0] & 0xFFFF
-        risen = signed[0] & ~self.words[0] & BITS if signed[0] >= 0 and self.words[0] >= 0 else 0
+        before = self.bench.outputs[0]  # the words of the scan before
+        risen = signed[0] & ~before & BITS if signed[0] >= 0 else 0
         if self.running and shown & MODULE_OK and not shown & MODE_CONFIG:
             for at in range(15):
                 if risen >> at & 1:
@@ -290,8 +296,10 @@ class Sequence:
             self.run(random.choice((2, 10, 40, 300)))
             self.later(0, "plc", True)
         elif kind in ("estop", "limit"):
-            bit = InputBit.ESTOP if kind == "estop" else random.choice((InputBit.CW_LIMIT, InputBit.CCW_LIMIT))
-            if kind == "estop" or self.controller == "PCL601":
+            bit = (
+                InputBit.ESTOP if kind == "estop" else random.choice((InputBit.CW_LIMIT, InputBit.CCW_LIMIT))
+            )
+            if kind == "estop" or not self.has_limits:
                 self.later(0, "input", (bit, True))
                 self.later(random.choice((5, 25, 60, 200, 500)), "input", (bit, False))
         elif kind == "release":
@@ -323,7 +331,7 @@ class Sequence:
             self.run(random.randint(0, 100))
         self.interrupt(random.choice(INTERRUPTIONS))
         for _ in range(random.randint(0, 4)):
-            self.run(random.choice((0, 0, 4, 10, 30, 80, 250)))
+            self.run(random.choice((0, 0, 0, 4, 10, 20, 30, 80, 250)))
             if random.random() < 0.3:
                 self.fault()
             if self.words != NOTHING and random.random() < 0.5:
@@ -336,9 +344,13 @@ class Sequence:
     def settle(self) -> None:
         """Let everything come to its end; no edge may be left."""
         self.put(NOTHING)
-        self.run(1500)
-        if self.bench.device.motor_turns:
-            self.run(6000)
+        rested = 0
+        while rested * self.scan_ms < LONG_MS:
+            self.scan()
+            rested = 0 if self.bench.device.motor_turns else rested + 1
+        shown = self.bench.bits
+        if "MODULE_OK" in shown and not shown.isdisjoint(MOVING) and not self.bench.device.motor_turns:
+            self.wrong.append(f"scan {self.scans}: {sorted(shown)} while the motor rests for long")
         for edge in self.given:
             self.wrong.append(f"scan {edge.scan}: the edge of {edge.bit:#06x} was never obeyed or refused")
         self.given.clear()

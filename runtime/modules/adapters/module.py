@@ -393,7 +393,7 @@ class Adapter(Generic[Drive]):
         else:
             report(layer, words)
         if self.driver.unfit:
-            words[0] = signed_word(words[0] & 0xFFFF & ~MODULE_OK)
+            words[0] = signed_word(words[0] & 0xFFFF & ~(MODULE_OK | COMPLETION))
 
 
 class SimulatedAdapter(Adapter[Drive]):
