@@ -50,6 +50,9 @@ NOTHING: Words = (0,) * 8
 LONG_MS = 1500
 """Longer than an adapter takes to believe that the motor rests."""
 
+ENDLESS_MS = 5000
+"""Longer than a motion with an end takes."""
+
 REFUSED_BY_ADAPTER = ("locked out", "missed")
 
 
@@ -344,10 +347,15 @@ class Sequence:
     def settle(self) -> None:
         """Let everything come to its end; no edge may be left."""
         self.put(NOTHING)
-        rested = 0
+        rested = turned = 0
         while rested * self.scan_ms < LONG_MS:
             self.scan()
-            rested = 0 if self.bench.device.motor_turns else rested + 1
+            turns = self.bench.device.motor_turns
+            rested, turned = 0 if turns else rested + 1, turned + turns
+            if turned * self.scan_ms > ENDLESS_MS:  # a search without a switch in its way
+                turned = 0
+                self.pulse((RESET,))
+                self.pulse((STOP,))
         shown = self.bench.bits
         if "MODULE_OK" in shown and not shown.isdisjoint(MOVING) and not self.bench.device.motor_turns:
             self.wrong.append(f"scan {self.scans}: {sorted(shown)} while the motor rests for long")

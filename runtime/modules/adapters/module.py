@@ -285,8 +285,7 @@ class Adapter(Generic[Drive]):
 
     def _refuse_missed(self, now_ns: int) -> None:
         """Refuse commands that could not wait for their turn, once an error bit can show it."""
-        shows = self.axis.settled and not self.layer.state.in_configuration_mode
-        if self._missed and shows and not self._waiting:
+        if self._missed and self.axis.settled and not self.layer.state.in_configuration_mode:
             self._missed = False
             self._refuse(now_ns, "missed", "a command waited for a stop or a configuration for too long")
 
