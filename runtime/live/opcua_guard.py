@@ -32,10 +32,10 @@ PUBLIC = ("GetEndpointsRequest", "FindServersRequest")
 REFUSED = ("RegisterServerRequest", "RegisterServer2Request", "TransferSubscriptionsRequest")
 
 OWNED = (
-    *("modify_subscription", "delete_subscriptions", "set_publishing_mode", "publish", "republish"),
-    *("create_monitored_items", "modify_monitored_items", "delete_monitored_items", "set_monitoring_mode"),
+    *("modify_subscription", "delete_subscriptions", "set_publishing_mode"),
+    *("delete_monitored_items", "set_monitoring_mode"),
 )
-"""Services of a session that name subscriptions."""
+"""Services of a session that name subscriptions; `opcua_subscriptions.py` has the others."""
 
 NO_SUBSCRIPTION = 0
 """An identifier that no subscription has: asyncua answers *BadSubscriptionIdInvalid*."""
