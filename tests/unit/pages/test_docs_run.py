@@ -94,7 +94,7 @@ def clone(tmp_path_factory):
 
 
 READS = r"scanrack (?:show|run|watch|plot|query|export) \S+\.(?:mcap|toml)\b[^`]*"
-INLINE = re.compile(rf"^    (scanrack \S.*)$|`({READS})`", re.MULTILINE)
+INLINE = re.compile(rf"^    (?:python3 .* && \.venv/bin/)?(scanrack \S.*)$|`(?:\.venv/bin/)?({READS})`", re.MULTILINE)
 
 
 @pytest.mark.slow
