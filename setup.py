@@ -1,4 +1,4 @@
-"""The build of scanrack: its own folder is a temporary one, so that no file of an earlier build gets into a wheel.
+"""Builds scanrack in a temporary folder, so that no file of an earlier build gets into a wheel.
 
 Everything else is in pyproject.toml.
 """
@@ -15,6 +15,7 @@ class FreshBuild(build):
     """Builds in a folder that goes with the process."""
 
     def initialize_options(self) -> None:
+        """Choose the folder."""
         super().initialize_options()
         self.build_base = tempfile.mkdtemp(prefix="scanrack-build-")
         atexit.register(shutil.rmtree, self.build_base, ignore_errors=True)

@@ -43,7 +43,7 @@ def _to_the_repository(app: Any, page: str, source: list[str]) -> None:
 
 
 def _with_contents(app: Any, page: str, source: list[str]) -> None:
-    """The lists of links on the first page are the contents of the site; a page that they lack comes under "How to"."""
+    """Make the first page's lists of links the contents of the site; other pages come under "How to"."""
     if page != "index":
         return
     parts = re.split(r"^## (.*)$", source[0], flags=re.MULTILINE)

@@ -1,4 +1,4 @@
-"""A person at a panel: the timeline of the card no longer presses; all that the page draws is on the shaft's scale."""
+"""A person at a panel ends the card's timeline; the page draws positions on the shaft's scale."""
 
 from pathlib import Path
 from types import SimpleNamespace

@@ -34,7 +34,9 @@ def test_the_tests_run_on_each_system_with_the_first_and_the_last_python_and_on_
     }
 
 
-@pytest.mark.parametrize(("system", "begin"), [("runner.os != 'Windows'", "python3 "), ("runner.os == 'Windows'", "py ")])
+@pytest.mark.parametrize(
+    ("system", "begin"), [("runner.os != 'Windows'", "python3 "), ("runner.os == 'Windows'", "py ")]
+)
 def test_they_begin_with_the_two_commands_of_the_readme(system: str, begin: str) -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     commands = re.findall(rf"^    ({begin}.*)$", readme, re.MULTILINE)
