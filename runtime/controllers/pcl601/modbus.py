@@ -23,7 +23,7 @@ from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu import bit_message as bits
 from pymodbus.pdu import register_message as words
 
-from ....io_images.pcl601 import FIRMWARE, WORD_COUNT, WORDS, Code, Error, Register
+from ....io_images.pcl601 import FIRMWARE, ROWS, WORD_COUNT, WORDS, Code, Error, Register, with_word
 from ....io_images.pcl601.terminals import INPUT_COUNT, OUTPUT_BITS, OUTPUT_COUNT
 from ...line.modbus_pdus import (
     DEVICE_BUSY,
@@ -130,12 +130,24 @@ class Modbus:
             if row.words == 1 and not row.allows(value):
                 is_command = row.register is Register.COMMAND
                 self._refuse(ILLEGAL_VALUE, Error.COMMAND if is_command else Error.RANGE)
+        if not self._position_fits(first, values):
+            self._refuse(ILLEGAL_VALUE, Error.RANGE)
         for (row, word), value in zip(targets, values, strict=True):
             if row.register is not Register.COMMAND:
                 self._controller.values.set_word(row, word, value)
                 self._controller.written(row.register)
         if first == 0:
             self._controller.do(values[0])
+
+    def _position_fits(self, first: int, values: Sequence[int]) -> bool:
+        """Whether a position of which both words are written is in range; its write is its use."""
+        at = PLACES.index((Register.POSITION, 0)) - first
+        if not 0 <= at < len(values) - 1:
+            return True
+        row, position = ROWS[Register.POSITION], 0
+        for word in (0, 1):
+            position = with_word(row, position, word, values[at + word])
+        return row.allows(position)
 
     def _not_while_program_runs(self) -> None:
         if self._controller.program_running:
