@@ -6,7 +6,8 @@ timestamps, and knows neither ranges nor encodings. Here each row of the tables 
     Read, service       BadNothingToDo, BadTooManyOperations: `opcua_services.py`
                         BadMaxAgeInvalid, BadTimestampsToReturnInvalid
     Read, operation     BadNodeIdInvalid, BadNodeIdUnknown, BadAttributeIdInvalid, BadDataEncodingInvalid,
-                        BadDataEncodingUnsupported, BadNotReadable, BadIndexRangeInvalid, BadIndexRangeNoData
+                        BadDataEncodingUnsupported, BadIndexRangeInvalid, BadIndexRangeNoData; no node has a
+                        value that can't be read
     Write, operation    BadNodeIdInvalid, BadNodeIdUnknown, BadAttributeIdInvalid, BadIndexRangeInvalid,
                         BadNotWritable, BadWriteNotSupported, BadTypeMismatch, BadIndexRangeNoData,
                         BadIndexRangeDataMismatch, BadOutOfRange
@@ -86,7 +87,6 @@ class Attributes:
         try:
             self.check_named(wanted)
             self.check_encoding(wanted)
-            self._check_readable(wanted)
         except RefusedError as refused:
             return self._stamped(self._bad(refused.code), wanted, timestamps, now)
         value = self._space.read_attribute_value(wanted.NodeId, wanted.AttributeId)
@@ -160,13 +160,6 @@ class Attributes:
         if encoding.Name != BINARY:
             raise RefusedError("BadDataEncodingUnsupported")
 
-    def _check_readable(self, wanted: Any) -> None:
-        ids = self._ua.AttributeIds
-        if wanted.AttributeId == ids.Value and wanted.NodeId not in self._tags.nodes:
-            access = self._space.read_attribute_value(wanted.NodeId, ids.AccessLevel).Value
-            if access is not None and not access.Value & self._ua.AccessLevel.CurrentRead.mask:
-                raise RefusedError("BadNotReadable")
-
     # --- writing
 
     def changes(self, wanted: Any) -> list[Operation]:
@@ -203,7 +196,7 @@ class Attributes:
         kinds, variant = self._ua.VariantType, given.Value
         has_value = variant is not None and variant.VariantType != kinds.Null
         has_status = given.StatusCode is not None and given.StatusCode.value
-        # a source timestamp, which asyncua's client always sends, is dropped: values have the time of their scan
+        # asyncua's client always sends a source timestamp; it is dropped: values have the time of their scan
         if (
             has_status
             or _is_time(given.ServerTimestamp)

@@ -1,4 +1,4 @@
-"""What asyncua (2.1) lacks of services as a whole: limits of lists, BrowseNext, unknown values of enumerations.
+"""What asyncua (2.1) lacks of services as a whole: limits of lists, BrowseNext, unknown enumerators.
 
 BadNothingToDo          a request with an empty list
 BadTooManyOperations    one with more than the nodes of the server's OperationLimits say

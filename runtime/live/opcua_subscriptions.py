@@ -172,7 +172,6 @@ class _Shape:
 def _shape(service: Any, attributes: Attributes) -> _Shape:
     """Return what shapes the values of a subscription's items."""
     there = service.datachange_callback
-    if isinstance(there, _Shape):
-        return there
-    service.datachange_callback = _Shape(service, attributes)
-    return service.datachange_callback
+    if not isinstance(there, _Shape):
+        there = service.datachange_callback = _Shape(service, attributes)
+    return there
