@@ -87,6 +87,7 @@ class OpcUaServer:
         host, port = self._listening.getsockname()[:2]
         server.set_endpoint(f"opc.tcp://{join_address(host, port)}/scanrack")
         guard = UaGuard(setup.ua_security)
+        await server.set_application_uri(guard.uri)
         await guard.set_up(server)
         self._limit()
         namespace = await server.register_namespace(NAMESPACE)

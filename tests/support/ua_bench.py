@@ -63,10 +63,10 @@ class Bench:
 
 @contextmanager
 def served(
-    folder: Path, security: str | None = None, users: Path | None = None, port: int = 0
+    folder: Path, security: str | None = None, users: Path | None = None, port: int = 0, tags: str = ""
 ) -> Iterator[Bench]:
     """Serve the bench of `served_tags`; security, users and port are those of the command line."""
-    job = load_job(str(write_rack(folder)))
+    job = load_job(str(write_rack(folder, tags=tags)))
     ending = threading.Event()
     with ExitStack() as ports:
         run = JobRun(job, ports, RunOptions(handled=True))
