@@ -36,7 +36,12 @@ class Subscriber:
 
     def __init__(self, port: int) -> None:
         program = node_program("node-opcua-client")
-        words = [program, PEERS_FOLDER / "resubscribe_ua.cjs", f"opc.tcp://127.0.0.1:{port}/scanrack", "Scan"]
+        words = [
+            program,
+            str(PEERS_FOLDER / "resubscribe_ua.cjs"),
+            f"opc.tcp://127.0.0.1:{port}/scanrack",
+            "Scan",
+        ]
         pipe = subprocess.PIPE
         self._process = subprocess.Popen(words, stdin=pipe, stdout=pipe, encoding="utf-8")
         self._lines: Queue[dict[str, Any]] = Queue()

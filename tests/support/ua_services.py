@@ -138,7 +138,7 @@ class Services:
         variant = found.Value
         has_value = variant is not None and variant.VariantType.value
         dims = list(variant.Dimensions) if has_value and variant.Dimensions else None
-        flat = variant.Value if has_value else None
+        flat: Any = variant.Value if has_value else None
         for _ in (dims or ())[1:]:
             flat = list(itertools.chain.from_iterable(flat))
         return {
