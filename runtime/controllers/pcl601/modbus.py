@@ -30,8 +30,9 @@ from ...line.modbus_pdus import (
     ILLEGAL_ADDRESS,
     ILLEGAL_VALUE,
     ModbusRefusedError,
-    answer_to,
     bits_of,
+    carried_out,
+    encoded,
     number_of,
     request_of,
 )
@@ -61,7 +62,7 @@ class Modbus:
 
     def answer(self, request: bytes) -> bytes:
         """Carry out a request (function code and data); return the reply."""
-        return answer_to(request_of(request, self._functions), self._carry_out)
+        return encoded(carried_out(request_of(request, self._functions), self._carry_out))
 
     def _carry_out(self, request: ModbusPDU) -> ModbusPDU:
         return self._functions[request.function_code](request)
@@ -94,7 +95,7 @@ class Modbus:
 
     def _write_output(self, request: ModbusPDU) -> ModbusPDU:
         self._set_outputs(request.address, request.bits)
-        return bits.WriteSingleCoilResponse(address=request.address, bits=request.bits)
+        return request  # the reply repeats it
 
     def _write_outputs(self, request: ModbusPDU) -> ModbusPDU:
         self._set_outputs(request.address, request.bits)
@@ -108,7 +109,7 @@ class Modbus:
 
     def _write_register(self, request: ModbusPDU) -> ModbusPDU:
         self._write_words(request.address, request.registers)
-        return words.WriteSingleRegisterResponse(address=request.address, registers=request.registers)
+        return request
 
     def _write_registers(self, request: ModbusPDU) -> ModbusPDU:
         self._write_words(request.address, request.registers)
