@@ -10,6 +10,7 @@
 | `rules` | what a drive refuses or reports, a row for each rule, with its page |
 | `readings` | where the pages are silent: the choice, with its confidence |
 
-Sources by short names: "SMD" is the manual 940-0S15x of SMD23E2 and SMD24E2, "17" that of the SMD17E2, "SD" that
-of the SD17060E, "K" that of SD17060E-K, "EDS" the vendor's EDS file of the SMD23E2, version 1.6.
+Sources by short names: "SMD" is the manual 940-0S15x of SMD23E2 and SMD24E2, "17" that of the SMD17E2, "SD"
+that of the SD17060E, "SD2" that of SD17060E2 and SD31045E2, "K" that of SD17060E-K, "EDS" the vendor's EDS
+file of the SMD23E2, version 1.6.
 """

@@ -78,7 +78,7 @@ class Status(IntFlag):
 
 
 class Settings(IntFlag):
-    """Configuration word 0 in bits 0 to 15, word 1 from bit 16 [EDS; SMD p. 59, p. 67; readings R-02, R-06]."""
+    """Configuration word 0 in bits 0 to 15, word 1 from bit 16 [EDS; SMD p. 59, p. 67; reading R-02]."""
 
     USE_ENCODER = 1 << 10
     BACKPLANE_PROXIMITY = 1 << 11
@@ -90,8 +90,6 @@ class Settings(IntFlag):
     BINARY_OUTPUT_FORMAT = 1 << 24
     BINARY_INPUT_FORMAT = 1 << 25
     BINARY_ENDIAN = 1 << 26
-    READ_BACK = 1 << 27
-    SAVE_TO_FLASH = 1 << 30
 
 
 class InputFunction(IntEnum):

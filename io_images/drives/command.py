@@ -27,7 +27,9 @@ class DriveCommand:
     format: NumberFormat = NumberFormat.THOUSANDS
 
     @classmethod
-    def of(cls, words: Sequence[int], model: Model, format: NumberFormat = NumberFormat.THOUSANDS) -> DriveCommand:
+    def of(
+        cls, words: Sequence[int], model: Model, format: NumberFormat = NumberFormat.THOUSANDS
+    ) -> DriveCommand:
         """Return the command of ten words, signed or unsigned."""
         return cls(tuple(word & 0xFFFF for word in words), model, format)
 
@@ -80,7 +82,7 @@ class DriveCommand:
 
     @property
     def minimum_distance(self) -> int | None:
-        """Minimum distance of a registration move, words 8 and 9 [reading R-17]; None for words out of range."""
+        """Minimum distance of a registration move, words 8 and 9 [reading R-17]; None if out of range."""
         value = self.format.join(self.words[8], self.words[9])
         return value if value is not None and 0 <= value <= TARGET_MAX else None
 

@@ -42,12 +42,35 @@ ROLES: dict[InputFunction, int] = {
 }
 """The input of a 3601 that has the function, as a mask."""
 
-ANF2_ROLES = tuple(
-    bit.value
-    for bit in (InputBit.CAPTURE, InputBit.EXTERNAL, InputBit.HOME, InputBit.CW_LIMIT, InputBit.CCW_LIMIT)
-)
 ANF2_USED = (0b1, 0b10, 0b100, 0b1_1000, 0b110_0000)
 """Bits of an ANF2's configuration word 0 that use each input [driver of EPICS]."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Build:
+    """A unit: its encoder, and how it reads the bits of a configuration whose pages are not known.
+
+    Attributes:
+        encoder: whether it has an encoder.
+        input_codes: code of each of `InputFunction` [reading R-01].
+        low_word_first: whether Binary_Endian at 0 means the low word first [reading R-02].
+        save_bit: of configuration word 1: save to flash [reading R-06].
+        read_back_bit: of configuration word 1: show the present configuration [reading R-06].
+    """
+
+    encoder: bool = True
+    input_codes: tuple[int, ...] = (0, 1, 2, 3, 4, 5, 6, 7)
+    low_word_first: bool = False
+    save_bit: int = 14
+    read_back_bit: int = 11
+
+    def functions(self, words: Sequence[int]) -> tuple[InputFunction, InputFunction]:
+        """Return the functions of both inputs, in configuration word 0."""
+        first, second = (self.input_codes.index(words[0] >> shift & 7) for shift in (0, 3))
+        return InputFunction(first), InputFunction(second)
+
+
+USUAL = Build()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -111,19 +134,19 @@ class ConfigurationRule:
     """A row of the list of invalid configurations.
 
     Attributes:
-        broken: whether words of configuration mode, unsigned, break the rule on a model with, or without, an
-            encoder.
+        broken: whether words of configuration mode, unsigned, break the rule on a unit.
     """
 
     id: str
     section: str
     text: str
-    broken: Callable[[Sequence[int], Model, bool], bool]
+    broken: Callable[[Sequence[int], Model, Build], bool]
     reading: tuple[str, ...] = ()
 
 
-def _functions(words: Sequence[int]) -> tuple[int, int]:
-    return words[0] & 7, words[0] >> 3 & 7
+def _twice(words: Sequence[int], _model: Model, build: Build) -> bool:
+    first, second = build.functions(words)
+    return first is second and first is not InputFunction.GENERAL_PURPOSE
 
 
 def _start(words: Sequence[int], model: Model) -> int | None:
@@ -131,7 +154,7 @@ def _start(words: Sequence[int], model: Model) -> int | None:
     return (NumberFormat.BINARY if binary else NumberFormat.THOUSANDS).join(words[2], words[3])
 
 
-def _starts_badly(words: Sequence[int], model: Model, _encoder: bool) -> bool:
+def _starts_badly(words: Sequence[int], model: Model, _build: Build) -> bool:
     start = _start(words, model)
     return start is None or not 1 <= start <= model.limits.starting_speed
 
@@ -145,7 +168,7 @@ SMD_RULES: tuple[ConfigurationRule, ...] = (
         "CFG-01",
         "SD p. 55, Invalid Configurations 1; EDS",
         "A reserved bit of configuration word 0 is set.",
-        lambda words, model, encoder: bool(words[0] & RESERVED),
+        lambda words, model, build: bool(words[0] & RESERVED),
         ("R-07",),
     ),
     ConfigurationRule(
@@ -159,21 +182,21 @@ SMD_RULES: tuple[ConfigurationRule, ...] = (
         "CFG-03",
         "SD p. 55, Invalid Configurations 3",
         "Two inputs have one function.",
-        lambda words, model, encoder: _functions(words)[0] == _functions(words)[1] != 0,
+        _twice,
         ("R-01", "R-07"),
     ),
     ConfigurationRule(
         "CFG-04",
         "EDS Param4",
         "The motor steps per turn are outside their range.",
-        lambda words, model, encoder: _outside(words[4], model.limits.steps_per_turn),
+        lambda words, model, build: _outside(words[4], model.limits.steps_per_turn),
         ("R-07",),
     ),
     ConfigurationRule(
         "CFG-05",
         "SD p. 55, Invalid Configurations 5",
         "Stall detection is on without an encoder.",
-        lambda words, model, encoder: (
+        lambda words, model, build: (
             bool(words[0] & Settings.STALL_DETECTION) and not words[0] & Settings.USE_ENCODER
         ),
         ("R-07",),
@@ -182,28 +205,28 @@ SMD_RULES: tuple[ConfigurationRule, ...] = (
         "CFG-06",
         "SD p. 55",
         "The encoder is used on a unit without one.",
-        lambda words, model, encoder: bool(words[0] & Settings.USE_ENCODER) and not encoder,
+        lambda words, model, build: bool(words[0] & Settings.USE_ENCODER) and not build.encoder,
         ("R-07",),
     ),
     ConfigurationRule(
         "CFG-07",
         "EDS Param5",
         "The encoder counts per turn are outside their range.",
-        lambda words, model, encoder: _outside(words[6], (0, model.limits.counts_per_turn)),
+        lambda words, model, build: _outside(words[6], (0, model.limits.counts_per_turn)),
         ("R-07", "R-27"),
     ),
     ConfigurationRule(
         "CFG-08",
         "EDS Param6",
         "The idle current is outside its range.",
-        lambda words, model, encoder: _outside(words[7], (0, model.limits.idle_percent)),
+        lambda words, model, build: _outside(words[7], (0, model.limits.idle_percent)),
         ("R-07",),
     ),
     ConfigurationRule(
         "CFG-09",
         "EDS Param7",
         "The motor current is outside its range.",
-        lambda words, model, encoder: (
+        lambda words, model, build: (
             _outside(words[8], model.limits.current) or words[8] % model.limits.current_step != 0
         ),
         ("R-07",),
@@ -212,7 +235,7 @@ SMD_RULES: tuple[ConfigurationRule, ...] = (
         "CFG-10",
         "EDS Assem110",
         "Word 5 or word 9 is not 0.",
-        lambda words, model, encoder: bool(words[5] or words[9]),
+        lambda words, model, build: bool(words[5] or words[9]),
         ("R-05",),
     ),
 )
@@ -224,7 +247,7 @@ ANF2_RULES: tuple[ConfigurationRule, ...] = (
         "CFG-11",
         "ANF2 driver of EPICS",
         "The homing time-out exceeds 300 s.",
-        lambda words, model, encoder: words[4] > model.limits.homing_timeout_s,
+        lambda words, model, build: words[4] > model.limits.homing_timeout_s,
     ),
 )
 
@@ -232,18 +255,17 @@ RULES: tuple[ConfigurationRule, ...] = (*SMD_RULES, *ANF2_RULES[1:])
 """All rows."""
 
 
-def broken_rules(words: Sequence[int], model: Model, *, encoder: bool) -> list[ConfigurationRule]:
+def broken_rules(words: Sequence[int], model: Model, build: Build = USUAL) -> list[ConfigurationRule]:
     """Return the rules that words of configuration mode break; a valid configuration breaks none.
 
     Args:
         words: ten, unsigned.
-        encoder: whether the unit has an encoder.
     """
     rows = ANF2_RULES if model.layout is Layout.ANF2 else SMD_RULES
-    return [row for row in rows if row.broken(words, model, encoder)]
+    return [row for row in rows if row.broken(words, model, build)]
 
 
-def configuration_of(words: Sequence[int], model: Model) -> DriveConfiguration:
+def configuration_of(words: Sequence[int], model: Model, build: Build = USUAL) -> DriveConfiguration:
     """Return the configuration of valid words, see `broken_rules`.
 
     >>> from .models import SMD23E2
@@ -256,7 +278,10 @@ def configuration_of(words: Sequence[int], model: Model) -> DriveConfiguration:
     start = _start(words, model)
     assert start is not None
     if model.layout is Layout.ANF2:
-        used = [role if words[0] & bits else 0 for role, bits in zip(ANF2_ROLES, ANF2_USED, strict=True)]
+        used = [
+            role.value if words[0] & bits else 0
+            for role, bits in zip(model.terminals, ANF2_USED, strict=True)
+        ]
         return DriveConfiguration(
             words=words,
             roles=tuple(used),
@@ -268,10 +293,11 @@ def configuration_of(words: Sequence[int], model: Model) -> DriveConfiguration:
             starting_speed=start,
         )
     bits = Settings(words[0] | words[1] << 16)
-    binary = NumberFormat.BINARY_LOW if bits & Settings.BINARY_ENDIAN else NumberFormat.BINARY
+    low_first = bool(bits & Settings.BINARY_ENDIAN) is not build.low_word_first
+    binary = NumberFormat.BINARY_LOW if low_first else NumberFormat.BINARY
     return DriveConfiguration(
         words=words,
-        roles=tuple(ROLES[InputFunction(code)] for code in _functions(words)),
+        roles=tuple(ROLES[function] for function in build.functions(words)),
         active_high=(bool(bits & Settings.INPUT_1_ACTIVE_HIGH), bool(bits & Settings.INPUT_2_ACTIVE_HIGH)),
         encoder_counted=bool(bits & Settings.USE_ENCODER),
         backplane_proximity=bool(bits & Settings.BACKPLANE_PROXIMITY),
@@ -283,13 +309,12 @@ def configuration_of(words: Sequence[int], model: Model) -> DriveConfiguration:
         counts_per_turn=words[6],
         idle_percent=words[7],
         current=words[8],
-        saves=bool(bits & Settings.SAVE_TO_FLASH),
+        saves=bool(words[1] >> build.save_bit & 1),
     )
 
 
-def stored_words(words: Sequence[int]) -> tuple[int, ...]:
-    """Return ten words as they are stored: unsigned, with the mode bit, without the requests of word 1."""
-    kept = [word & 0xFFFF for word in words]
-    kept[0] |= Settings.MODE_CONFIG
-    kept[1] &= ~((Settings.SAVE_TO_FLASH | Settings.READ_BACK) >> 16)
-    return tuple(kept[:WORDS])
+def stored_words(words: Sequence[int], build: Build = USUAL) -> tuple[int, ...]:
+    """Return ten words as the flash keeps them: unsigned, without the requests of word 1."""
+    kept = [word & 0xFFFF for word in words[:WORDS]]
+    kept[1] &= ~(1 << build.save_bit | 1 << build.read_back_bit)
+    return tuple(kept)

@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import Enum
 
+from ..amci3601.bits import InputBit
 from ..module_words import BitPlace, ModuleWords
 from .bits import Command, Modifier, Status
 from .numbers import NumberFormat
@@ -43,6 +44,9 @@ class Limits:
     homing_timeout_s: int = 300  # ANF2 only
 
 
+NO_COMMAND = Command(0)
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
     """A model of the family.
@@ -53,7 +57,7 @@ class Model:
         layout: of the configuration words.
         axes: most axes in a stack.
         limits: ranges of its parameters.
-        inputs: names of its inputs.
+        terminals: the inputs of a machine that are wired to its inputs, in their order.
         moved_commands: bits of command word 0 that it has at another place than the SMD family.
         missing_commands: bits that it lacks; a command with one is refused.
         modifiers: bits of command word 1 that it knows; a command with another one is refused.
@@ -63,9 +67,7 @@ class Model:
         enable_bit: whether the driver needs its enable bit in every command.
         jerk: whether word 9 is the jerk of a move.
         flash: whether it keeps a configuration without power.
-        leaves_configuration: whether it returns to command mode by itself once it has accepted a configuration.
-        motion: the words of a move's acceleration and deceleration.
-        encoder: whether an encoder is mounted, or can be connected.
+        leaves_configuration: whether it returns to command mode by itself with a valid configuration.
         identity: vendor, device type, product code and revision of its EtherNet/IP identity, if known.
     """
 
@@ -74,9 +76,9 @@ class Model:
     layout: Layout = Layout.SMD
     axes: int = 1
     limits: Limits = field(default_factory=Limits)
-    inputs: tuple[str, ...] = ("in1", "in2")
+    terminals: tuple[InputBit, ...] = (InputBit.CAPTURE, InputBit.EXTERNAL)
     moved_commands: Mapping[Command, int] = field(default_factory=dict)
-    missing_commands: Command = Command(0)
+    missing_commands: Command = NO_COMMAND
     modifiers: Modifier = (
         Modifier.MOTOR_CURRENT
         | Modifier.ENCODER_MOVE
@@ -96,12 +98,18 @@ class Model:
     jerk: bool = True
     flash: bool = True
     leaves_configuration: bool = False
-    encoder: bool = True
     identity: tuple[int, int, int, int, int] | None = None
     words: ModuleWords = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "words", _words_of(self))
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """Names of its inputs, in the order of `terminals`."""
+        if self.layout is Layout.SMD:
+            return tuple(f"in{at + 1}" for at in range(len(self.terminals)))
+        return tuple(str(bit.name).lower() for bit in self.terminals)
 
     def command_bits(self, word_0: int) -> Command:
         """Return the commands of command word 0, at the places of the SMD family."""
@@ -153,7 +161,14 @@ _INPUTS = (
     "motor_current",
     "jerk",
 )
-_ERRORS = ("INPUT_ERROR", "COMMAND_ERROR", "CONFIG_ERROR", "DRIVER_FAULT", "CONNECTION_LOST", "STALL_DETECTED")
+_ERRORS = (
+    "INPUT_ERROR",
+    "COMMAND_ERROR",
+    "CONFIG_ERROR",
+    "DRIVER_FAULT",
+    "CONNECTION_LOST",
+    "STALL_DETECTED",
+)
 
 
 def _places(image: str, bits: Iterable[tuple[str, int]]) -> dict[str, BitPlace]:
@@ -198,7 +213,13 @@ ANF2 = Model(
     layout=Layout.ANF2,
     axes=12,
     limits=Limits(speed=1_000_000, starting_speed=1_000_000, rate=2_000),
-    inputs=("capture", "external", "home", "cw_limit", "ccw_limit"),
+    terminals=(
+        InputBit.CAPTURE,
+        InputBit.EXTERNAL,
+        InputBit.HOME,
+        InputBit.CW_LIMIT,
+        InputBit.CCW_LIMIT,
+    ),
     moved_commands={Command.PRESET_ENCODER: 1 << 10, Command.RESET_ERRORS: 1 << 11},
     missing_commands=Command.PROGRAM_ASSEMBLED | Command.READ_ASSEMBLED_DATA | Command.RUN_ASSEMBLED_MOVE,
     modifiers=Modifier(0),

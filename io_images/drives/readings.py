@@ -1,7 +1,7 @@
 """Readings: what the pages leave open about the drives, and the choice made.
 
-Confidence: A follows from two sources, B is an analogy with the 3601 or a neighbor model, C is a guess; a guess
-that changes what a drive does has an option to switch it.
+Confidence: A follows from two sources, B is an analogy with the 3601 or a neighbor model, C is a guess. An
+option switches a guess that another unit may settle otherwise.
 """
 
 from __future__ import annotations
@@ -67,8 +67,8 @@ READINGS: tuple[Reading, ...] = (
     Reading(
         "R-07",
         "The list of invalid configurations is that of the SD17060E (SD p. 55).",
-        "It applies to the whole SMD family. Two inputs may be general purpose. The encoder of a unit without one "
-        "is an error, and so is a starting speed above 1,999,999.",
+        "It applies to the whole SMD family. Two inputs may be general purpose. The encoder of a unit "
+        "without one is an error, and so is a starting speed above 1,999,999.",
         "B",
     ),
     Reading(
@@ -112,47 +112,48 @@ READINGS: tuple[Reading, ...] = (
     Reading(
         "R-15",
         "Hold in states that SD p. 23 does not describe.",
-        "An assembled move makes a controlled stop and can't be resumed. During a jog, a registration move or a "
-        "home search Hold is a command error, and the motion continues. At rest it is a command error, too.",
+        "An assembled move makes a controlled stop and can't be resumed. During a jog, a registration "
+        "move or a home search Hold is a command error, and the motion continues. At rest it is a command"
+        " error, too.",
         "C",
         ("hold_at_rest_refused",),
     ),
     Reading(
         "R-16",
         "A jog with invalid new values.",
-        "The jog continues with the old values. INVALID_JOG_CHANGE clears with the next good change or with Reset "
-        "Errors.",
+        "The jog continues with the old values. INVALID_JOG_CHANGE clears with the next good change or "
+        "with Reset Errors.",
         "C",
         ("jog_stops_on_bad_values",),
     ),
     Reading(
         "R-17",
         "Registration move: order of the words of its minimum distance, and checks.",
-        "Words 8 and 9 are in the order of the other numbers. The stopping distance must be at least that of the "
-        "ramp. The rest is as on a 3601.",
+        "Words 8 and 9 are in the order of the other numbers. The stopping distance must be at least that"
+        " of the ramp. The rest is as on a 3601.",
         "C",
         fixed_because=_NO_DEVICE,
     ),
     Reading(
         "R-18",
         "Indexed move.",
-        "The command is checked and stored, and the input's edge starts it. Removing the command bit before the "
-        "edge cancels it.",
+        "The command is checked and stored, and the input's edge starts it. Removing the command bit "
+        "before the edge cancels it.",
         "C",
         fixed_because=_NO_DEVICE,
     ),
     Reading(
         "R-19",
         "Sequence of a home search.",
-        "That of a 3601 with a home switch, its pause of 2 s at a limit included. Position and encoder are 0 at "
-        "its end.",
+        "That of a 3601 with a home switch, its pause of 2 s at a limit included. Position and encoder "
+        "are 0 at its end.",
         "B",
     ),
     Reading(
         "R-20",
         "Arithmetic of assembled moves.",
-        "Blend: each segment begins with a ramp to its speed at its own rate; the last one includes the final "
-        "ramp. Dwell: relative moves with a pause between them, at which no motion bit is on.",
+        "Blend: each segment begins with a ramp to its speed at its own rate; the last one includes the "
+        "final ramp. Dwell: relative moves with a pause between them, at which no motion bit is on.",
         "B",
     ),
     Reading(
@@ -165,8 +166,9 @@ READINGS: tuple[Reading, ...] = (
     Reading(
         "R-22",
         "Loss of the controlling connection.",
-        "A closed Modbus connection stops nothing. An EtherNet/IP time-out is an immediate stop, and the driver is "
-        "off. After the loss of the cable the position is invalid; its return sets CONNECTION_LOST and INPUT_ERROR.",
+        "A closed Modbus connection stops nothing. An EtherNet/IP time-out is an immediate stop, and the "
+        "driver is off. After the loss of the cable the position is invalid; its return sets "
+        "CONNECTION_LOST and INPUT_ERROR.",
         "C",
         ("timeout_stops",),
     ),
@@ -189,14 +191,24 @@ READINGS: tuple[Reading, ...] = (
         "COMMAND_ERROR; the running move continues.",
         "B",
     ),
-    Reading("R-26", "Program_Assembled is bit 12 in SMD p. 72, and bit 11 in 17 p. 72, p. 80 and EDS.", "Bit 11.", "A"),
+    Reading(
+        "R-26",
+        "Program_Assembled is bit 12 in SMD p. 72, and bit 11 in 17 p. 72, p. 80 and EDS.",
+        "Bit 11.",
+        "A",
+    ),
     Reading(
         "R-27",
         "SMD p. 120 shows 16,543 as the last coil; p. 13 has 4,069 counts.",
         "16 coils for each register; 4,096 counts.",
         "A",
     ),
-    Reading("R-28", "Parameters out of range.", "COMMAND_ERROR alone: there is no bit for an invalid profile.", "A"),
+    Reading(
+        "R-28",
+        "Parameters out of range.",
+        "COMMAND_ERROR alone: there is no bit for an invalid profile.",
+        "A",
+    ),
     Reading(
         "R-29",
         "A move with the driver disabled.",
@@ -211,7 +223,9 @@ READINGS: tuple[Reading, ...] = (
         "B",
     ),
     Reading("R-31", "A command bit that stays on.", "ACKNOWLEDGE stays on until word 0 loses the bit.", "A"),
-    Reading("R-32", "Enabling the driver without a valid configuration.", "The driver stays off (SD2 p. 59).", "A"),
+    Reading(
+        "R-32", "Enabling the driver without a valid configuration.", "The driver stays off (SD2 p. 59).", "A"
+    ),
     Reading(
         "R-33",
         "The enable bit is removed during a move.",
@@ -236,7 +250,8 @@ READINGS: tuple[Reading, ...] = (
     Reading("R-37", "A move of no distance.", "It is complete at once, as on a 3601.", "B"),
     Reading(
         "R-38",
-        "A jog command in the direction of a jog that still ramps down, as the client SMD_Control_Server sends it.",
+        "A jog command in the direction of a jog that still ramps down, as the client SMD_Control_Server "
+        "sends it.",
         "The jog continues with the new values.",
         "C",
         fixed_because="the client jogs that way",
@@ -244,8 +259,9 @@ READINGS: tuple[Reading, ...] = (
     Reading(
         "R-39",
         "A move that begins with an end limit active.",
-        "Toward the limit it is an input error, and nothing moves. Away from it the move runs: only a limit that "
-        "becomes active stops a move. An ANF2 leaves a limit by jogging only (README of its EPICS driver).",
+        "Toward the limit it is an input error, and nothing moves. Away from it the move runs: only a "
+        "limit that becomes active stops a move. An ANF2 leaves a limit by jogging only (README of its "
+        "EPICS driver).",
         "C",
         fixed_because="the EPICS driver of the ANG1 leaves a limit with a relative move",
     ),

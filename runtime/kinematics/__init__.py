@@ -16,7 +16,18 @@ from .motion import Motion
 from .plans import change_speed, creep, go_on, move, register, run, single_step, stop, takeover
 from .profile import Profile
 from .segment import FOREVER, Cruise, Quadratic, Segment
-from .shape import MILLI, NANO, PICO, AnyShape, Jerk, Rate, Shape, ramp_distance, ramp_time_ns, stopping_distance
+from .shape import (
+    MILLI,
+    NANO,
+    PICO,
+    AnyShape,
+    Jerk,
+    Rate,
+    Shape,
+    ramp_distance,
+    ramp_time_ns,
+    stopping_distance,
+)
 
 __all__ = [
     "FOREVER",

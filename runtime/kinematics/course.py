@@ -208,9 +208,7 @@ class Course:
             self.segments.append(segment(start_ns, until_ns, ramp, _in_ns(polynomial, scale, late)))
 
 
-def _polynomial(
-    phase: Phase, whole: int, travel: int, from_nsps: int, change: int, ticks: int
-) -> Polynomial:
+def _polynomial(phase: Phase, whole: int, travel: int, from_nsps: int, change: int, ticks: int) -> Polynomial:
     """Return the travel in a phase of a ramp, by the formula above, as a polynomial of its ticks."""
     gone, _, made, speed, rate, jerk = phase
     square = ticks * ticks
