@@ -8,7 +8,7 @@ A module with fewer words shows them in the first ones.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntFlag
 from typing import NamedTuple
@@ -23,6 +23,8 @@ class BitPlace(NamedTuple):
     word: int  # 0 to 7
     bit: int  # 0 to 15
 
+
+_IMAGES = {"I": "input", "O": "output"}
 
 Groups = Mapping[str, Mapping[str, BitPlace]]
 """Places of named bits, by group and name."""
@@ -45,6 +47,9 @@ class ModuleWords:
         terminals: of a card: mask of the terminals in each word of an image, from word 0 on.
         card: of a card: its catalog number, for its members in `cards`.
         errors: names of the bits of its input image that report an error.
+
+    Raises:
+        ValueError: a named bit that the images do not have, or two names of a group for one bit.
     """
 
     message: str
@@ -58,6 +63,10 @@ class ModuleWords:
     card: str = field(default="", compare=False)
     errors: tuple[str, ...] = field(default=(), compare=False)
 
+    def __post_init__(self) -> None:
+        for group, names in self.groups.items():
+            _refuse_clashes(f"{self.message}: {group}", names)
+
     def bits(self, image: str, word: int) -> Iterator[tuple[str, int]]:
         """Yield name and number of the named bits of a word."""
         for names in self.groups.values():
@@ -70,6 +79,31 @@ class ModuleWords:
             return ""
         kind = "inputs" if image == "I" else "outputs"
         return f"{kind} {numbers_of(masks)}" if any(masks) else f"no {kind}"
+
+
+def _refuse_clashes(where: str, names: Mapping[str, BitPlace]) -> None:
+    """Raise a ValueError for a bit that no image has, and for two names of one bit."""
+    taken: dict[BitPlace, str] = {}
+    for name, at in names.items():
+        if at.image not in _IMAGES or at.word not in range(WORDS) or at.bit not in range(16):
+            raise ValueError(f"{where}.{name}: {at}: must be of image I or O, word 0 to 7, bit 0 to 15")
+        other = taken.setdefault(at, name)
+        if other != name:
+            image = _IMAGES[at.image]
+            raise ValueError(
+                f"{where}: {other} and {name} are both bit {at.bit} of {image} word {at.word}; "
+                f"free bits: {_free_bits(at.image, names.values())}"
+            )
+
+
+def _free_bits(image: str, named: Collection[BitPlace]) -> str:
+    """Return the bits without a name in those words of an image that have names."""
+    masks: dict[int, int] = {}
+    for at in named:
+        if at.image == image:
+            masks[at.word] = masks.get(at.word, 0xFFFF) & ~(1 << at.bit)
+    free = [f"{numbers_of([mask])} of word {word}" for word, mask in sorted(masks.items()) if mask]
+    return "; ".join(free) or "none"
 
 
 def terminals_in(masks: Sequence[int]) -> list[int]:
