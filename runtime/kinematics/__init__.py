@@ -25,6 +25,7 @@ from .shape import (
     Rate,
     Shape,
     ramp_distance,
+    ramp_time,
     ramp_time_ns,
     stopping_distance,
 )
@@ -53,6 +54,7 @@ __all__ = [
     "go_on",
     "move",
     "ramp_distance",
+    "ramp_time",
     "ramp_time_ns",
     "register",
     "run",

@@ -1,70 +1,72 @@
 """The Modbus registers of a stack of drives, as requests and answers without transport [SMD p. 120, p. 121].
 
     inputs     input registers from 0, also holding registers from 0; discrete inputs from 0
-    outputs    holding registers from 1024; coils from 16,384, bit 0 of register n at 16,384 + 16 * (n - 1024)
+    outputs    holding registers from 1024; coils from 16,384: 16 for each register, bit 0 first
 
-Each axis has ten registers, the next one after the other. A write acts at once, register by register of one
-request together. Function 23 answers with the data from before its own write.
+Each axis has ten registers, the next one after the other. The registers of one request act together, at the
+instant of the request. Function 23 answers with the data from before its own write. A request is refused as a
+whole: 1 for another function, 2 for an address without a register, 3 for a count or value.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from struct import Struct, error, pack
+from collections.abc import Callable, Sequence
+from typing import TypeVar
+
+from pymodbus.pdu import ModbusPDU
+from pymodbus.pdu import bit_message as bits
+from pymodbus.pdu import register_message as words
 
 from ....io_images.drives.models import WORDS
+from ...line.modbus_pdus import (
+    ILLEGAL_ADDRESS,
+    ModbusRefusedError,
+    answer_to,
+    bits_of,
+    number_of,
+    request_of,
+)
 from .drive import Drive
+
+T = TypeVar("T")
 
 OUTPUTS = 1024
 """The first output register."""
 
-COILS = 16_384
+COILS = 16 * OUTPUTS
 """The coil of its bit 0."""
-
-ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE = 1, 2, 3
-EXCEPTION = 0x80
-READ_BITS_MOST, WRITE_BITS_MOST = 2000, 1968
-READ_WORDS_MOST, WRITE_WORDS_MOST, WRITE_AND_READ_MOST = 125, 123, 121
-COIL_VALUES: Mapping[int, int] = {0x0000: 0, 0xFF00: 1}
-
-_PAIR, _SEVERAL, _MASK, _BOTH = Struct(">HH"), Struct(">HHB"), Struct(">HHH"), Struct(">HHHHB")
-
-
-class RefusedError(Exception):
-    """A request is answered with an exception."""
-
-    def __init__(self, code: int) -> None:
-        super().__init__(f"exception {code}")
-        self.code = code
 
 
 class DriveRegisters:
-    """The registers of the axes of a stack, all advanced to the present instant.
+    """The registers of the axes of a stack.
 
     Args:
-        axes: 1 or more.
+        axes: 1 or more, all advanced to the instant of each request.
     """
 
     def __init__(self, axes: Sequence[Drive]) -> None:
         self.axes = axes
+        self._functions: dict[int, Callable[[ModbusPDU], ModbusPDU]] = {
+            1: self._read_coils,
+            2: self._read_discrete,
+            3: self._read_holding,
+            4: self._read_input,
+            5: self._write_coil,
+            6: self._write_register,
+            15: self._write_coils,
+            16: self._write_registers,
+            22: self._mask_write,
+            23: self._write_and_read,
+        }
 
-    def answer(self, pdu: bytes) -> bytes:
-        """Carry out a request; return the answer or exception.
+    def answer(self, request: bytes) -> bytes:
+        """Carry out a request (function code and data); return the answer or exception."""
+        return answer_to(request_of(request, self._functions), self._carry_out)
 
-        Args:
-            pdu: function code and data, at least one byte.
-        """
-        function = _FUNCTIONS.get(pdu[0])
-        try:
-            if function is None:
-                raise RefusedError(ILLEGAL_FUNCTION)
-            return pdu[:1] + function(self, pdu[1:])
-        except RefusedError as refused:
-            return bytes((pdu[0] | EXCEPTION, refused.code))
-        except error:  # the data are too short or too long
-            return bytes((pdu[0] | EXCEPTION, ILLEGAL_VALUE))
+    def _carry_out(self, request: ModbusPDU) -> ModbusPDU:
+        return self._functions[request.function_code](request)
 
-    # -- registers ----------------------------------------------------------------------------
+    # reading
 
     def _inputs(self) -> list[int]:
         return [word & 0xFFFF for axis in self.axes for word in axis.inputs()]
@@ -72,139 +74,80 @@ class DriveRegisters:
     def _outputs(self) -> list[int]:
         return [word for axis in self.axes for word in axis.words]
 
-    def _read(self, first: int, count: int, *, holding: bool) -> list[int]:
-        if holding and first >= OUTPUTS:
-            return _part(self._outputs(), first - OUTPUTS, count)
+    def _holding(self, first: int, count: int) -> list[int]:
+        return (
+            _part(self._outputs(), first - OUTPUTS, count) if first >= OUTPUTS else self._input(first, count)
+        )
+
+    def _input(self, first: int, count: int) -> list[int]:
         return _part(self._inputs(), first, count)
 
+    def _read_coils(self, request: ModbusPDU) -> ModbusPDU:
+        found = _part(_bits(self._outputs()), request.address - COILS, request.count)
+        return bits.ReadCoilsResponse(bits=found)
+
+    def _read_discrete(self, request: ModbusPDU) -> ModbusPDU:
+        return bits.ReadDiscreteInputsResponse(
+            bits=_part(_bits(self._inputs()), request.address, request.count)
+        )
+
+    def _read_holding(self, request: ModbusPDU) -> ModbusPDU:
+        return words.ReadHoldingRegistersResponse(registers=self._holding(request.address, request.count))
+
+    def _read_input(self, request: ModbusPDU) -> ModbusPDU:
+        return words.ReadInputRegistersResponse(registers=self._input(request.address, request.count))
+
+    # writing
+
     def _write(self, first: int, values: Sequence[int]) -> None:
-        words = self._outputs()
-        _part(words, first - OUTPUTS, len(values))
-        words[first - OUTPUTS : first - OUTPUTS + len(values)] = values
-        for at, axis in enumerate(self.axes):
-            axis.obey(words[WORDS * at : WORDS * at + WORDS])
+        outputs, at = self._outputs(), first - OUTPUTS
+        _part(outputs, at, len(values))
+        outputs[at : at + len(values)] = values
+        for number, axis in enumerate(self.axes):
+            axis.obey(outputs[WORDS * number : WORDS * number + WORDS])
 
-    # -- functions ----------------------------------------------------------------------------
+    def _write_bits(self, first: int, values: Sequence[bool]) -> None:
+        outputs, at = _bits(self._outputs()), first - COILS
+        _part(outputs, at, len(values))
+        outputs[at : at + len(values)] = values
+        self._write(OUTPUTS, [number_of(outputs[bit : bit + 16]) for bit in range(0, len(outputs), 16)])
 
-    def read_coils(self, data: bytes) -> bytes:
-        """Read bits of the outputs."""
-        return self._read_bits(data, self._outputs(), COILS)
+    def _write_coil(self, request: ModbusPDU) -> ModbusPDU:
+        self._write_bits(request.address, request.bits)
+        return bits.WriteSingleCoilResponse(address=request.address, bits=request.bits)
 
-    def read_discrete(self, data: bytes) -> bytes:
-        """Read bits of the inputs."""
-        return self._read_bits(data, self._inputs(), 0)
+    def _write_coils(self, request: ModbusPDU) -> ModbusPDU:
+        self._write_bits(request.address, request.bits)
+        return bits.WriteMultipleCoilsResponse(address=request.address, count=request.count)
 
-    @staticmethod
-    def _read_bits(data: bytes, words: Sequence[int], base: int) -> bytes:
-        first, count = _PAIR.unpack(data)
-        _check(count, READ_BITS_MOST)
-        bits = _part([word >> bit & 1 for word in words for bit in range(16)], first - base, count)
-        size = (count + 7) // 8
-        return bytes((size,)) + sum(bit << at for at, bit in enumerate(bits)).to_bytes(size, "little")
+    def _write_register(self, request: ModbusPDU) -> ModbusPDU:
+        self._write(request.address, request.registers)
+        return words.WriteSingleRegisterResponse(address=request.address, registers=request.registers)
 
-    def read_holding(self, data: bytes) -> bytes:
-        """Read inputs or outputs."""
-        return self._read_words(data, holding=True)
+    def _write_registers(self, request: ModbusPDU) -> ModbusPDU:
+        self._write(request.address, request.registers)
+        return words.WriteMultipleRegistersResponse(address=request.address, count=request.count)
 
-    def read_input(self, data: bytes) -> bytes:
-        """Read inputs."""
-        return self._read_words(data, holding=False)
+    def _mask_write(self, request: ModbusPDU) -> ModbusPDU:
+        assert isinstance(request, words.MaskWriteRegisterRequest)
+        kept, added = request.and_mask, request.or_mask
+        (word,) = _part(self._outputs(), request.address - OUTPUTS, 1)
+        self._write(request.address, (word & kept | added & ~kept & 0xFFFF,))
+        return words.MaskWriteRegisterResponse(address=request.address, and_mask=kept, or_mask=added)
 
-    def _read_words(self, data: bytes, *, holding: bool) -> bytes:
-        first, count = _PAIR.unpack(data)
-        _check(count, READ_WORDS_MOST)
-        return _counted(self._read(first, count, holding=holding))
-
-    def write_coil(self, data: bytes) -> bytes:
-        """Write a bit of the outputs."""
-        address, value = _PAIR.unpack(data)
-        if value not in COIL_VALUES:
-            raise RefusedError(ILLEGAL_VALUE)
-        self._write_bits(address, (COIL_VALUES[value],))
-        return data
-
-    def write_coils(self, data: bytes) -> bytes:
-        """Write bits of the outputs."""
-        first, count, size = _SEVERAL.unpack(data[: _SEVERAL.size])
-        _check(count, WRITE_BITS_MOST)
-        _check_size(data[_SEVERAL.size :], size, (count + 7) // 8)
-        values = int.from_bytes(data[_SEVERAL.size :], "little")
-        self._write_bits(first, [values >> at & 1 for at in range(count)])
-        return data[: _PAIR.size]
-
-    def _write_bits(self, first: int, values: Sequence[int]) -> None:
-        words = self._outputs()
-        _part(range(16 * len(words)), first - COILS, len(values))
-        for at, value in enumerate(values, start=first - COILS):
-            words[at // 16] = words[at // 16] & ~(1 << at % 16) | value << at % 16
-        self._write(OUTPUTS, words)
-
-    def write_register(self, data: bytes) -> bytes:
-        """Write an output."""
-        address, value = _PAIR.unpack(data)
-        self._write(address, (value,))
-        return data
-
-    def write_registers(self, data: bytes) -> bytes:
-        """Write outputs."""
-        first, count, size = _SEVERAL.unpack(data[: _SEVERAL.size])
-        _check(count, WRITE_WORDS_MOST)
-        self._write(first, _words(data[_SEVERAL.size :], size, count))
-        return data[: _PAIR.size]
-
-    def mask_write(self, data: bytes) -> bytes:
-        """Clear and set bits of an output."""
-        address, keep, set_bits = _MASK.unpack(data)
-        (word,) = _part(self._outputs(), address - OUTPUTS, 1)
-        self._write(address, (word & keep | set_bits & ~keep & 0xFFFF,))
-        return data
-
-    def write_and_read(self, data: bytes) -> bytes:
-        """Write outputs; answer with what was there before."""
-        read_at, reads, write_at, writes, size = _BOTH.unpack(data[: _BOTH.size])
-        _check(reads, READ_WORDS_MOST)
-        _check(writes, WRITE_AND_READ_MOST)
-        values = _words(data[_BOTH.size :], size, writes)
-        answer = _counted(self._read(read_at, reads, holding=True))
-        self._write(write_at, values)
-        return answer
+    def _write_and_read(self, request: ModbusPDU) -> ModbusPDU:
+        assert isinstance(request, words.ReadWriteMultipleRegistersRequest)
+        before = self._holding(request.read_address, request.read_count)
+        self._write(request.write_address, request.write_registers)
+        return words.ReadWriteMultipleRegistersResponse(registers=before)
 
 
-def _part(values: Sequence[int], first: int, count: int) -> list[int]:
-    """Return values by their place; an exception if there are none at one of them."""
+def _bits(registers: Sequence[int]) -> list[bool]:
+    return [bit for register in registers for bit in bits_of(register, 16)]
+
+
+def _part(values: Sequence[T], first: int, count: int) -> list[T]:
+    """Return values by their place; refuse places without any."""
     if first < 0 or first + count > len(values):
-        raise RefusedError(ILLEGAL_ADDRESS)
+        raise ModbusRefusedError(ILLEGAL_ADDRESS)
     return list(values[first : first + count])
-
-
-def _check(count: int, most: int) -> None:
-    if not 1 <= count <= most:
-        raise RefusedError(ILLEGAL_VALUE)
-
-
-def _check_size(data: bytes, size: int, needed: int) -> None:
-    if not size == needed == len(data):
-        raise RefusedError(ILLEGAL_VALUE)
-
-
-def _words(data: bytes, size: int, count: int) -> tuple[int, ...]:
-    _check_size(data, size, 2 * count)
-    return Struct(f">{count}H").unpack(data)
-
-
-def _counted(words: Sequence[int]) -> bytes:
-    return bytes((2 * len(words),)) + pack(f">{len(words)}H", *words)
-
-
-_FUNCTIONS: Mapping[int, Callable[[DriveRegisters, bytes], bytes]] = {
-    1: DriveRegisters.read_coils,
-    2: DriveRegisters.read_discrete,
-    3: DriveRegisters.read_holding,
-    4: DriveRegisters.read_input,
-    5: DriveRegisters.write_coil,
-    6: DriveRegisters.write_register,
-    15: DriveRegisters.write_coils,
-    16: DriveRegisters.write_registers,
-    22: DriveRegisters.mask_write,
-    23: DriveRegisters.write_and_read,
-}
