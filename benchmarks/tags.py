@@ -20,9 +20,10 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
+from scanrack.io_images.image import WORDS
 from scanrack.jobs.record.tag_source import tags_of
 from scanrack.ladder.files.rungfile import parse_program
-from scanrack.traces.format.layout import SLOT_BYTES, SlotInfo
+from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.arrays import read_columns
 from scanrack.traces.read.reader import open_trace
 from scanrack.traces.write.recorder import CHUNK_SCANS, ScanRecorder
@@ -70,7 +71,7 @@ class Line:
 
 def measure(folder: Path, scans: int) -> tuple[float, float]:
     """Return what a scan costs without tags and with them, us, less the loop that changes them."""
-    memory = bytearray(SLOT_BYTES)
+    memory = bytearray(4 * WORDS)
     line = Line(memory)
     plain, tagged = folder / "plain.mcap", folder / "tagged.mcap"
     recorders = {

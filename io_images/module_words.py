@@ -1,9 +1,9 @@
 """Names of a module's words and bits, for the rack, addresses and traces.
 
-    outputs, inputs    the eight words of each image, by name
+    outputs, inputs    the words of each image, by name; a module has as many words as names
     groups             bits by group and name, as in `slot1.status.MOVE_COMPLETE`
 
-A module with fewer words shows them in the first ones.
+A module's record says both, see `runtime.modules.record`.
 """
 
 from __future__ import annotations
@@ -13,16 +13,19 @@ from dataclasses import dataclass, field
 from enum import IntFlag
 from typing import NamedTuple
 
-from .image import WORDS
+from .image import WORDS, checked_size
 
 
 class BitPlace(NamedTuple):
     """The place of a named bit."""
 
     image: str  # "I" for the input image, "O" for the output image
-    word: int  # 0 to 7
+    word: int  # from 0
     bit: int  # 0 to 15
 
+
+INPUT = ("I", "in")
+"""What an input image is called in addresses and in traces; the output image is "O" and "out"."""
 
 Groups = Mapping[str, Mapping[str, BitPlace]]
 """Places of named bits, by group and name."""
@@ -34,8 +37,8 @@ class ModuleWords:
 
     Attributes:
         message: stem of its message types in a trace, letters and digits, the first one a capital.
-        outputs: names of the eight words from logic to module, lower case.
-        inputs: names of the eight words from module to logic.
+        outputs: names of the words from logic to module, lower case; as many as the module has.
+        inputs: names of the words from module to logic.
         groups: its named bits.
         profile: bits of input word 0 by the names of the module's add-on profile, as in
             `Local:1:I.ModuleOK`.
@@ -57,6 +60,10 @@ class ModuleWords:
     terminals: Mapping[str, Sequence[int]] = field(default_factory=dict, compare=False)
     card: str = field(default="", compare=False)
     errors: tuple[str, ...] = field(default=(), compare=False)
+
+    def named(self, image: str) -> tuple[str, ...]:
+        """Return the names of the words of an image, "I" or "in", "O" or "out"."""
+        return self.inputs if image in INPUT else self.outputs
 
     def bits(self, image: str, word: int) -> Iterator[tuple[str, int]]:
         """Yield name and number of the named bits of a word."""
@@ -101,7 +108,10 @@ def flag_places(image: str, *words: type[IntFlag]) -> Mapping[str, BitPlace]:
     }
 
 
-_NUMBERED = tuple(f"word{index}" for index in range(WORDS))
+def numbered(size: int) -> tuple[str, ...]:
+    """Return word0, word1, ...: names of words without their own; ValueError for an illegal number."""
+    return tuple(f"word{index}" for index in range(checked_size(size)))
 
-PLAIN_WORDS = ModuleWords("Plain", _NUMBERED, _NUMBERED)
-"""The words of a module without names."""
+
+PLAIN_WORDS = ModuleWords("Plain", numbered(WORDS), numbered(WORDS))
+"""The words of a module without names: eight of each image."""
