@@ -8,7 +8,7 @@ A module's record says both, see `runtime.modules.record`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntFlag
 from typing import NamedTuple
@@ -26,6 +26,8 @@ class BitPlace(NamedTuple):
 
 INPUT = ("I", "in")
 """What an input image is called in addresses and in traces; the output image is "O" and "out"."""
+
+_IMAGES = {"I": "input", "O": "output"}
 
 Groups = Mapping[str, Mapping[str, BitPlace]]
 """Places of named bits, by group and name."""
@@ -48,6 +50,9 @@ class ModuleWords:
         terminals: of a card: mask of the terminals in each word of an image, from word 0 on.
         card: of a card: its catalog number, for its members in `cards`.
         errors: names of the bits of its input image that report an error.
+
+    Raises:
+        ValueError: a named bit that the images do not have, or two names of a group for one bit.
     """
 
     message: str
@@ -60,6 +65,11 @@ class ModuleWords:
     terminals: Mapping[str, Sequence[int]] = field(default_factory=dict, compare=False)
     card: str = field(default="", compare=False)
     errors: tuple[str, ...] = field(default=(), compare=False)
+
+    def __post_init__(self) -> None:
+        sizes = {"I": len(self.inputs), "O": len(self.outputs)}
+        for group, names in self.groups.items():
+            _refuse_clashes(f"{self.message}: {group}", names, sizes)
 
     def named(self, image: str) -> tuple[str, ...]:
         """Return the names of the words of an image, "I" or "in", "O" or "out"."""
@@ -77,6 +87,32 @@ class ModuleWords:
             return ""
         kind = "inputs" if image == "I" else "outputs"
         return f"{kind} {numbers_of(masks)}" if any(masks) else f"no {kind}"
+
+
+def _refuse_clashes(where: str, names: Mapping[str, BitPlace], sizes: Mapping[str, int]) -> None:
+    """Raise a ValueError for a bit that no image has, and for two names of one bit."""
+    taken: dict[BitPlace, str] = {}
+    for name, at in names.items():
+        if at.word not in range(sizes.get(at.image, 0)) or at.bit not in range(16):
+            last = sizes.get(at.image, max(sizes.values())) - 1
+            raise ValueError(f"{where}.{name}: {at}: must be of image I or O, word 0 to {last}, bit 0 to 15")
+        other = taken.setdefault(at, name)
+        if other != name:
+            image = _IMAGES[at.image]
+            raise ValueError(
+                f"{where}: {other} and {name} are both bit {at.bit} of {image} word {at.word}; "
+                f"free bits: {_free_bits(at.image, names.values())}"
+            )
+
+
+def _free_bits(image: str, named: Collection[BitPlace]) -> str:
+    """Return the bits without a name in those words of an image that have names."""
+    masks: dict[int, int] = {}
+    for at in named:
+        if at.image == image:
+            masks[at.word] = masks.get(at.word, 0xFFFF) & ~(1 << at.bit)
+    free = [f"{numbers_of([mask])} of word {word}" for word, mask in sorted(masks.items()) if mask]
+    return "; ".join(free) or "none"
 
 
 def terminals_in(masks: Sequence[int]) -> list[int]:

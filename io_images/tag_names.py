@@ -30,7 +30,7 @@ _STEP = re.compile(
     r"""|/(?P<bit>\w+)|\.(?P<name>\w+)"""
 )
 _RANGE = re.compile(r"(\d+)\.\.(\d+)")
-_RANGES = re.compile(r"\[\d+\.\.\d+(?:,\d+\.\.\d+)*\]|:\d+\.\.\d+")
+_RANGES = re.compile(r"\[\d+\.\.\d+(?:,\d+\.\.\d+)*+\]|:\d+\.\.\d+")
 
 
 class AmbiguousNameError(ValueError):

@@ -478,7 +478,11 @@ class RackSpec(Table):
 
     def _check_cams(self) -> None:
         """Refuse a card whose inputs follow a slot without a simulated machine."""
-        bolted = [each.number for each in self.slot if each.has(Trait.MACHINE) and not each.is_live]
+        bolted = [
+            each.number
+            for each in self.slot
+            if (each.has(Trait.MACHINE) or each.record.unread) and not each.is_live
+        ]
         for index, slot in enumerate(self.slot):
             for number in sorted(slot.record.follows(slot.options)):
                 if number not in bolted:

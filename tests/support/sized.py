@@ -7,6 +7,9 @@ word is on, that counts milliseconds, up to 9,999.
     inputs     in0, in1, ..., counted    in0: bit 0 is LIT, as written
 """
 
+from functools import partial
+from typing import Any
+
 from scanrack.modules import BitPlace, Event, Image, ModuleRecord, ModuleWords, Options
 
 SIZES = {"small": (2, 2), "large": (31, 31), "mixed": (8, 4)}
@@ -64,14 +67,19 @@ class NoOptions(Options):
     owner = "repeater"
 
 
+def _made(name: str, *, options: Any, **_: Any) -> Repeater:
+    NoOptions.of(options)
+    return Repeater(*SIZES[name])
+
+
 def record_of(name: str) -> ModuleRecord:
     """Return the record of a module of `SIZES`."""
-    words, sizes = words_of(name), SIZES[name]
+    words = words_of(name)
     return ModuleRecord(
         name=name,
         words=lambda _: words,
         option_table=lambda: NoOptions,
-        make=lambda *, options, **_: NoOptions.of(options) and Repeater(*sizes),
+        make=partial(_made, name),
     )
 
 

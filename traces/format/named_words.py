@@ -36,7 +36,7 @@ def family_key(slot: int) -> str:
 def names_text(words: ModuleWords) -> str:
     """Return the named bits of a module in the form of the metadata.
 
-    >>> names_text(ModuleWords("Card", (), (), {"input": {"start": BitPlace("I", 0, 3)}}))
+    >>> names_text(ModuleWords("Card", ("data",), ("data",), {"input": {"start": BitPlace("I", 0, 3)}}))
     '{"input":{"start":["I",0,3]}}'
     """
     return json.dumps(words.groups, separators=(",", ":"))

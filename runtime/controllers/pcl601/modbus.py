@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from struct import pack, unpack
 
-from ....io_images.pcl601 import FIRMWARE, WORD_COUNT, WORDS, Code, Error, Register
+from ....io_images.pcl601 import FIRMWARE, ROWS, WORD_COUNT, WORDS, Code, Error, Register, with_word
 from ....io_images.pcl601.terminals import INPUT_COUNT, OUTPUT_BITS, OUTPUT_COUNT
 from .controller import Pcl601Controller
 
@@ -144,12 +144,24 @@ class Modbus:
             if row.words == 1 and not row.allows(value):
                 is_command = row.register is Register.COMMAND
                 self._refuse(ILLEGAL_VALUE, Error.COMMAND if is_command else Error.RANGE)
+        if not self._position_fits(first, words):
+            self._refuse(ILLEGAL_VALUE, Error.RANGE)
         for (row, word), value in zip(targets, words, strict=True):
             if row.register is not Register.COMMAND:
                 self._controller.values.set_word(row, word, value)
                 self._controller.written(row.register)
         if first == 0:
             self._controller.do(words[0])
+
+    def _position_fits(self, first: int, words: Sequence[int]) -> bool:
+        """Whether a position of which both words are written is in range; its write is its use."""
+        at = PLACES.index((Register.POSITION, 0)) - first
+        if not 0 <= at < len(words) - 1:
+            return True
+        row, position = ROWS[Register.POSITION], 0
+        for word in (0, 1):
+            position = with_word(row, position, word, words[at + word])
+        return row.allows(position)
 
     def _not_while_program_runs(self) -> None:
         if self._controller.program_running:
