@@ -10,7 +10,7 @@ chapter 6]. The classes' own `datastore_update` is not used: it answers function
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Container, Mapping, Sequence
 from struct import error
 from typing import Any
 
@@ -82,9 +82,23 @@ def encoded(pdu: ModbusPDU) -> bytes:
     return bytes((pdu.function_code,)) + pdu.encode()
 
 
+def bits_of(number: int, count: int) -> list[bool]:
+    """Return the lowest bits of a number, bit 0 first; the inverse of `number_of`."""
+    return [bool(number >> at & 1) for at in range(count)]
+
+
+def number_of(bits: Sequence[bool]) -> int:
+    """Return bits as a number, bit 0 first.
+
+    >>> number_of([True, False, True])
+    5
+    """
+    return sum(bit << at for at, bit in enumerate(bits))
+
+
 # --- requests
 
-_REQUESTS = GuardedDecoder(True)
+REQUESTS = GuardedDecoder(True)
 
 
 def request_of(data: bytes, functions: Container[int]) -> ModbusPDU:
@@ -104,7 +118,7 @@ def request_of(data: bytes, functions: Container[int]) -> ModbusPDU:
     """
     if data[0] not in functions:
         return ExceptionResponse(data[0], ILLEGAL_FUNCTION)
-    return _REQUESTS.decode(data) or ExceptionResponse(data[0], ILLEGAL_VALUE)
+    return REQUESTS.decode(data) or ExceptionResponse(data[0], ILLEGAL_VALUE)
 
 
 def answer_to(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> bytes:
@@ -123,11 +137,35 @@ def answer_to(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> byte
 
 # --- answers
 
-_WRITES = (0x05, 0x06, 0x0F, 0x10, 0x16)
-"""Functions whose answer repeats the request, or its begin."""
+_BITS_READ = (0x01, 0x02)
+_SEVERAL_WRITTEN = (0x0F, 0x10)
+_WRITES = (0x05, 0x06, *_SEVERAL_WRITTEN, 0x16)
+"""Functions whose answer repeats the request, or address and count of it."""
 
 _REGISTERS_READ: Mapping[int, str] = {0x03: "count", 0x04: "count", 0x17: "read_count"}
 """The request's number of registers."""
+
+
+def answer_bytes(request: ModbusPDU) -> int:
+    """Return the length of a good answer's PDU.
+
+    >>> from pymodbus.pdu import ReadCoilsRequest, ReadHoldingRegistersRequest
+    >>> answer_bytes(ReadHoldingRegistersRequest(count=2)), answer_bytes(ReadCoilsRequest(count=9))
+    (6, 4)
+    """
+    function = request.function_code
+    if function in _REGISTERS_READ:
+        return 2 + 2 * int(getattr(request, _REGISTERS_READ[function]))
+    if function in _BITS_READ:
+        return 2 + -(-request.count // 8)
+    return 5 if function in _SEVERAL_WRITTEN else len(encoded(request))
+
+
+def refusal(request: ModbusPDU, answer: ModbusPDU | None) -> int | None:
+    """Return the code of an exception that answers a request; None for anything else."""
+    if isinstance(answer, ExceptionResponse) and answer.function_code == request.function_code | EXCEPTION:
+        return answer.exception_code
+    return None
 
 
 def mismatch(request: ModbusPDU, answer: ModbusPDU) -> str:
@@ -138,7 +176,7 @@ def mismatch(request: ModbusPDU, answer: ModbusPDU) -> str:
     if function in _REGISTERS_READ:
         wrong = len(answer.registers) != getattr(request, _REGISTERS_READ[function])
     else:
-        wrong = function in (0x01, 0x02) and len(answer.bits) != -(-request.count // 8) * 8
+        wrong = function in _BITS_READ and len(answer.bits) != -(-request.count // 8) * 8
     if wrong:
         return "an answer with a wrong byte count"
     if function in _WRITES and not request.encode().startswith(answer.encode()):

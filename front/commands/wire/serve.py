@@ -261,7 +261,7 @@ class ServeOptions:
         typer.Option(
             "--gap-ms",
             metavar="MS",
-            help="PCL601: silence after which a frame may begin anew; 5, on a serial port 25.",
+            help="PCL601: silence after which another frame may begin; 5, on a serial port 25.",
         ),
     ] = None
     slot: Annotated[

@@ -7,10 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
+from pymodbus.pdu import ModbusPDU
 from typing_extensions import override
 
 from ...io_images.pmc006 import frame as pmc
-from ...runtime.line import pcl601_pdus as pdus
+from ...runtime.line.modbus_pdus import EXCEPTION, REQUESTS, mismatch
+from ...runtime.line.pcl601_pdus import ANSWERS
 from ...runtime.line.ports.modbustcp import HEADER, NotModbusError, split_frames
 from ...runtime.line.rtu import LONGEST, Framer, Timing, is_frame
 
@@ -19,8 +21,6 @@ OPEN_MAX = 256
 
 GAP_NS = 1_000_000_000
 """Silence after which unfinished bytes of a line are dropped."""
-
-AROUND = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,6 +58,13 @@ class Pairing(Protocol):
     def passed_over(self) -> str:
         """What else the connection has, a sentence; "" for nothing."""
         return ""
+
+
+def decoded(exchange: PairedExchange) -> tuple[ModbusPDU, ModbusPDU] | None:
+    """Return a Modbus request and its answer; None if there is none of it, or it is refused."""
+    request = REQUESTS.decode(exchange.request)
+    answer = ANSWERS.decode(exchange.reply or b"")
+    return None if request is None or answer is None or mismatch(request, answer) else (request, answer)
 
 
 def _unanswered(asked_ns: int, unit: int, request: bytes) -> PairedExchange:
@@ -134,7 +141,7 @@ class RtuPairing(Pairing):
             return
         asked_ns, request = self._asked
         self._heard += data[:LONGEST]
-        size = _reply_bytes(request, self._heard)
+        size = _reply_bytes(request, bytes(self._heard))
         if size is None or len(self._heard) < size:
             return
         reply = bytes(self._heard[:size])
@@ -144,13 +151,12 @@ class RtuPairing(Pairing):
         yield PairedExchange(asked_ns, at_ns, request[0], request[1:-2], reply[1:-2] if sound else None)
 
 
-def _reply_bytes(request: bytes, heard: bytearray) -> int | None:
-    """Return the length of the reply that begins with `heard`; None if it is not known yet."""
-    if len(heard) < 2:
+def _reply_bytes(request: bytes, heard: bytes) -> int | None:
+    """Return the length of the reply that begins with `heard`; None if it is not known (yet)."""
+    if len(heard) < 2 or heard[1] & ~EXCEPTION != request[1]:
         return None
-    if heard[1] & pdus.EXCEPTION:
-        return pdus.EXCEPTION_BYTES + AROUND
-    return pdus.answer_bytes(request[1:-2]) + AROUND
+    kind = ANSWERS.lookupPduClass(heard)
+    return kind.calculateRtuFrameSize(heard) or None if kind is not None else None
 
 
 class PmcPairing(Pairing):

@@ -89,7 +89,7 @@ def pcl601_units(
 ) -> list[Unit]:
     """Make PCL601s, one for each address, by default 1; a frame ends by its length and its CRC.
 
-    After silence of `gap_ms` of real time a frame may begin anew. A program goes to the unit that its
+    After silence of `gap_ms` of real time another frame may begin. A program goes to the unit that its
     `.axis` names; without that directive, to the only unit.
 
     Raises:

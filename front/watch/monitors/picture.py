@@ -100,7 +100,7 @@ class Places:
         figures = row["figures"].tolist()
         past = past or not row["wall_ns"]  # a row of a trace
         for place, slot in enumerate(self.machines):
-            shaft, encoder, levels = figures[PER_SLOT * place :][:PER_SLOT]
+            shaft, encoder, levels, zero = figures[PER_SLOT * place :][:PER_SLOT]
             configured = shown["words"][str(slot)][0] >= 0
             values = shown["values"].get(str(slot), {}) if configured else {}
             if past:
@@ -112,6 +112,7 @@ class Places:
                 "position": values.get("position"),
                 "shaft": shaft,
                 "encoder": encoder,
+                "zero": zero,  # 0 in a trace, which has no machine
                 "target": values.get("target") if commanded else None,
                 "speed": self._speed(slot, row, before),
                 "inputs": {

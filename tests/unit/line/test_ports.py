@@ -28,7 +28,6 @@ from scanrack.runtime.line.ports import (
     serve_until_interrupted,
 )
 from scanrack.runtime.line.ports.modbustcp import NotModbusError, split_frames
-from scanrack.runtime.line.rtu import frame
 
 FORMAT = LineFormat(38_400, "E")
 MS = 1_000_000
@@ -125,7 +124,7 @@ def test_raw_tcp_goes_on_when_its_client_has_gone(raw: tuple[LineServer, RawTcpP
 def test_raw_tcp_answers_a_frame_that_comes_in_two_pieces() -> None:
     """Four times the silence of `--gap-ms` passes between them, at any place of the frame."""
     port = RawTcpPort("127.0.0.1", 0)
-    request = frame(1, bytes.fromhex("03 00 05 00 01"))
+    request = bytes.fromhex("01 03 00 05 00 01 94 0b")
     with (
         closing(LineServer(Pcl601(timing=PORT_TIMING), port, Clock())) as server,
         connect(port.name) as client,
@@ -138,7 +137,7 @@ def test_raw_tcp_answers_a_frame_that_comes_in_two_pieces() -> None:
             until(server.step, lambda due=end_s: time.monotonic() >= due)  # type: ignore[misc]
             client.sendall(request[cut:])
             until(server.step, lambda due=7 * cut: port.traffic.sent == due)  # type: ignore[misc]
-            assert client.recv(100) == frame(1, bytes.fromhex("03 02 01 f4"))
+            assert client.recv(100) == bytes.fromhex("01 03 02 01 f4 b8 53")
 
 
 def tcp(transaction: int, unit: int, pdu: bytes, protocol: int = 0) -> bytes:
