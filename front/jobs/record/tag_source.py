@@ -127,7 +127,7 @@ class ProgramTags:
         call = f"__pack(__images(), {', '.join(sources)})"
         body = f"try:\n   return {call}\n  except __error:\n   return __slowly()"
         variables = {**cells, **{name: CellType(value) for name, value in own.items()}}
-        (self.take,) = _functions([body], variables, namespace)
+        self.take: Callable[[], bytes] = _functions([body], variables, namespace)[0]
         self._sources, self._variables, self._namespace = sources, variables, namespace
 
     @cached_property
