@@ -16,7 +16,7 @@ from scanrack.io_images.memory_layout import ALIGNED_TO, memory_layout
 from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
 from scanrack.runtime.loop.rack import Card, Rack
-from scanrack.runtime.modules.amci3601.module import Amci3601
+from scanrack.runtime.modules.amci3601 import Amci3601
 from scanrack.traces import open_trace
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.format.tagplan import Tag, plan_of
