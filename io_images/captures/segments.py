@@ -1,8 +1,8 @@
 """TCP segments in packets: link layer, IPv4 or IPv6, TCP.
 
-What is not TCP is no segment; nothing is refused. The segment in a frame that the capture cut has what its header
-says, and no data. Fragments of IP are no segments: Modbus and the frames of controllers are shorter than any
-path's limit.
+What is not TCP is no segment; nothing is refused. The segment in a frame that the capture cut has what its
+header says, and no data. Fragments of IP are no segments: Modbus and the frames of controllers are shorter
+than any path's limit.
 """
 
 from __future__ import annotations
