@@ -397,7 +397,7 @@ class RackChain:
         """Yield what a module answers to: its outputs just before, or the last start of a motion."""
         past = Past(self.recording, row)
         first = max(0, row - ANSWER)
-        for word in range(8):
+        for word in range(len(slot.words.outputs)):
             changed = past.last_change_between(slot.number, "out", word, first, row)
             if changed is not None:
                 before = past.words(slot.number, "out", changed - 1)[word] if changed else 0
