@@ -450,7 +450,7 @@ class RackChain:
     def _answered(self, slot: SlotInfo, row: int) -> CauseLink | None:
         """Return the chain of the outputs that changed just before a scan; None if none did."""
         past = Past(self.recording, row)
-        for word in range(8):
+        for word in range(len(slot.words.outputs)):
             changed = past.last_change_between(slot.number, "out", word, max(0, row - ANSWER), row)
             if changed is not None:
                 before = past.words(slot.number, "out", changed - 1)[word] if changed else 0
