@@ -38,7 +38,7 @@ SEEDS = st.integers(0, 2**32 - 1)
 
 
 def spoilt(draw: random.Random, pdu: bytes) -> bytes:
-    """Return a request that may no longer be valid, 1 to 253 bytes."""
+    """Return a request that may no longer be valid, 1 byte or more."""
     data = bytearray(pdu)
     match draw.randrange(7):
         case 0:
@@ -55,32 +55,30 @@ def spoilt(draw: random.Random, pdu: bytes) -> bytes:
             data[at] ^= 1 << draw.randrange(8)
         case _:
             return with_a_count_at_its_limit(draw)
-    return bytes(data[:253])
+    return bytes(data)
 
 
 def with_a_count_at_its_limit(draw: random.Random) -> bytes:
+    """Return a request whose count is the most that is allowed, or near it; address 0."""
     function = draw.choice((0x01, 0x02, 0x03, 0x04, 0x0F, 0x10, 0x17))
-    row = standard.REQUESTS[function]
-    counts = [most + draw.choice((-1, 0, 1, 2)) for _, most in row.counts]
-    if not row.data:
-        return standard.request(function, 0, draw.choice((0, *counts)))
-    data = (0,) * counts[-1]
-    fields = (0, draw.choice((1, counts[0])), 0) if function == 0x17 else (0,)
-    if function == 0x0F:
-        return standard.request(function, *fields, data=data[:1968])[:253]
-    size = (2 * len(data)) & 0xFF
-    head = standard.request(function, *fields, data=())[:-2]
-    return (head + bytes((len(data), size)) + bytes(2 * len(data)))[:253]
+    counts = [draw.choice((0, most - 1, most, most + 1)) for _, most in standard.REQUESTS[function].counts]
+    if function in (0x0F, 0x10):
+        return standard.request(function, 0, data=(0,) * counts[0])
+    if function == 0x17:
+        return standard.request(function, 0, draw.choice((1, counts[0])), 0, data=(0,) * counts[1])
+    return standard.request(function, 0, counts[0])
 
 
-def played(seed: int, make: Maker, answers: Callable[[bytes], tuple[bytes, bytes]]) -> None:
-    """Ask; each answer and the expected one are equal."""
+def played(
+    seed: int, make: Maker, answers: Callable[[bytes], tuple[bytes, bytes]], most: int | None = None
+) -> None:
+    """Ask, in at most so many bytes; each answer and the expected one are equal."""
     draw = random.Random(seed)
     for _ in range(REQUESTS_IN_A_ROW):
         pdu = make(draw)
         assert standard.said(pdu) is not None  # valid as made
         if draw.random() < 0.6:
-            pdu = spoilt(draw, pdu)
+            pdu = spoilt(draw, pdu)[:most]
         answer, expected = answers(pdu)
         assert answer.hex(" ") == expected.hex(" "), pdu.hex(" ")
 
@@ -328,11 +326,13 @@ class TagOracle:
         last = first + len(words)
         if not all(at in self.words for at in range(first, last)):
             return ILLEGAL_ADDRESS
-        for at, _, size, many, limits, _ in sorted((*HOLDING, (READ_ONLY_AT, "", 2, 1, "none", False))):
+        locked = READ_ONLY_AT, "Locked", READ_ONLY_WORDS, 1, None, False
+        for row in sorted((*HOLDING, locked), key=lambda each: each[0]):
+            at, _, size, many, limits, _ = row
             begin, end = max(first, at), min(last, at + size * many)
             if begin >= end:
                 continue
-            if limits == "none" or (begin - at) % size or (end - at) % size:
+            if row is locked or (begin - at) % size or (end - at) % size:
                 return ILLEGAL_ADDRESS
             if limits is not None:
                 least, most = limits
@@ -381,7 +381,7 @@ def registers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RegisterMap]
 
 @given(seed=SEEDS)
 def test_a_tag_server_answers_as_its_map_says(registers: RegisterMap, seed: int) -> None:
-    played(seed, tag_request, TagOracle(registers).answers)
+    played(seed, tag_request, TagOracle(registers).answers, 253)
 
 
 # --- remote words
@@ -472,6 +472,16 @@ def good_answer(draw: random.Random, asked: bytes) -> bytes:
     return standard.write_reply(asked)
 
 
+def other_count(draw: random.Random, asked: bytes) -> bytes:
+    """Return a whole answer of the same function, but to a request of another count, address or value."""
+    answer = bytearray(good_answer(draw, asked))
+    if asked[0] in (0x01, 0x02, 0x03, 0x04, 0x17):
+        size = draw.choice((answer[1] - 2, answer[1] - 1, answer[1] + 1, answer[1] + 2)) & 0xFF
+        return bytes((asked[0], size)) + draw.randbytes(size)
+    answer[draw.randrange(1, len(answer))] ^= 1 << draw.randrange(8)
+    return bytes(answer)
+
+
 def judged(request: ModbusPDU, data: bytes) -> str:
     try:
         answer = AnswerDecoder().decode(data)
@@ -492,7 +502,8 @@ def test_answers_are_judged_by_their_request(seed: int) -> None:
         request = REQUESTS.decode(asked)
         assert request is not None
         assert encoded(request) == asked  # in the other direction, too
-        answer = draw.choice((good_answer(draw, asked), exception(asked, draw.randrange(256))))
+        answers = good_answer(draw, asked), other_count(draw, asked), exception(asked, draw.randrange(256))
+        answer = draw.choice(answers)
         if draw.random() < 0.6:
             answer = spoilt(draw, answer)
         assert judged(request, answer) == standard.judged(asked, answer), (asked.hex(" "), answer.hex(" "))
@@ -526,7 +537,8 @@ def test_frames_are_judged_by_their_request(seed: int) -> None:
         asked = request.frame[1:-2]
         is_id = asked == b"\x11"
         identity = b"\x11\x05" + bytes((UNIT,)) + draw.randbytes(4)
-        pdu = draw.choice((identity if is_id else good_answer(draw, asked), exception(asked, 3)))
+        good = identity if is_id else good_answer(draw, asked)
+        pdu = draw.choice((good, exception(asked, 3), good if is_id else other_count(draw, asked)))
         if draw.random() < 0.6:
             pdu = spoilt(draw, pdu)
         data = frame(draw.choice((UNIT, UNIT, UNIT, UNIT + 1)), pdu)
