@@ -139,6 +139,11 @@ def carried_out(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> Mo
         return ExceptionResponse(request.function_code, refused.code)
 
 
+def answer_to(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> bytes:
+    """Carry out a request, see `carried_out`; return the reply or exception as bytes."""
+    return encoded(carried_out(request, carry_out))
+
+
 # --- answers
 
 _BITS_READ = (0x01, 0x02)

@@ -19,7 +19,7 @@ from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu import register_message as words
 from pymodbus.pdu.register_message import ReadWriteMultipleRegistersRequest
 
-from .modbus_pdus import ILLEGAL_ADDRESS, ModbusRefusedError, carried_out, encoded, request_of
+from .modbus_pdus import ILLEGAL_ADDRESS, ModbusRefusedError, answer_to, request_of
 
 WORDS = 8
 FACTS = 3
@@ -56,7 +56,7 @@ class RemoteWords:
             pdu: function code and data, at least one byte.
         """
         request = request_of(pdu, FUNCTIONS)
-        return encoded(carried_out(request, lambda asked: self._carry_out(now_ns, asked)))
+        return answer_to(request, lambda asked: self._carry_out(now_ns, asked))
 
     def _carry_out(self, now_ns: int, request: ModbusPDU) -> ModbusPDU:
         if request.function_code == READ_HOLDING:

@@ -30,9 +30,8 @@ from ...line.modbus_pdus import (
     ILLEGAL_ADDRESS,
     ILLEGAL_VALUE,
     ModbusRefusedError,
+    answer_to,
     bits_of,
-    carried_out,
-    encoded,
     number_of,
     request_of,
 )
@@ -62,7 +61,7 @@ class Modbus:
 
     def answer(self, request: bytes) -> bytes:
         """Carry out a request (function code and data); return the reply."""
-        return encoded(carried_out(request_of(request, self._functions), self._carry_out))
+        return answer_to(request_of(request, self._functions), self._carry_out)
 
     def _carry_out(self, request: ModbusPDU) -> ModbusPDU:
         return self._functions[request.function_code](request)
