@@ -12,20 +12,19 @@ from pathlib import Path
 
 import modbus_standard as standard
 import pytest
+from bench601 import Bench601
 from hypothesis import given
 from hypothesis import strategies as st
 from modbus_standard import BUSY, ILLEGAL_ADDRESS, ILLEGAL_FUNCTION, ILLEGAL_VALUE, exception
 from pymodbus.pdu import ModbusPDU
 from scanrack.io_images.pcl601 import MAP, WORDS, Code, Register
 from scanrack.runtime.config.server_table import ModbusTable
-from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
 from scanrack.runtime.line import pcl601_frames as frames
 from scanrack.runtime.line.clients.link import BadResponseError
 from scanrack.runtime.line.clients.modbus import AnswerDecoder, ModbusExceptionError, check
 from scanrack.runtime.line.master import LineRequest, Reply, Verdict
 from scanrack.runtime.line.modbus_pdus import REQUESTS, encoded
 from scanrack.runtime.line.remote_words import RemoteWords
-from scanrack.runtime.line.rtu import frame, is_frame
 from scanrack.runtime.tag_servers.database import Database
 from scanrack.runtime.tag_servers.modbus_session import ModbusSession
 from scanrack.runtime.tag_servers.register_map import RegisterMap
@@ -117,7 +116,7 @@ class Pcl601Oracle:
     """A PCL601, and the answers that its manual and the standard give."""
 
     def __init__(self) -> None:
-        self.unit = Pcl601(timing=PORT_TIMING)
+        self.unit = Bench601().unit
         self.now_ns = 0
 
     def answers(self, pdu: bytes) -> tuple[bytes, bytes]:
@@ -541,11 +540,11 @@ def test_frames_are_judged_by_their_request(seed: int) -> None:
         pdu = draw.choice((good, exception(asked, 3), good if is_id else other_count(draw, asked)))
         if draw.random() < 0.6:
             pdu = spoilt(draw, pdu)
-        data = frame(draw.choice((UNIT, UNIT, UNIT, UNIT + 1)), pdu)
+        data = standard.rtu(draw.choice((UNIT, UNIT, UNIT, UNIT + 1)), pdu)
         if draw.random() < 0.2:
             data = data[: draw.randrange(len(data))]
         expected = "bad"
-        if is_frame(data) and data[0] == UNIT:
+        if len(data) >= 4 and standard.rtu(UNIT, data[1:-2]) == data:
             expected = judged_id(pdu) if is_id else standard.judged(asked, pdu)
         found = request.read(data)
         if expected == "bad":

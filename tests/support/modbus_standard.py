@@ -118,3 +118,19 @@ def judged(asked: bytes, answer: bytes) -> str:
     else:
         return "good" if answer == write_reply(asked) else "bad"
     return "good" if len(answer) == 2 + size and answer[:2] == bytes((asked[0], size)) else "bad"
+
+
+def crc(data: bytes) -> bytes:
+    """Return the CRC, low byte first [Modbus over serial line V1.02, 6.2.2]."""
+    value = 0xFFFF
+    for byte in data:
+        value ^= byte
+        for _ in range(8):
+            value = value >> 1 ^ (0xA001 if value & 1 else 0)
+    return value.to_bytes(2, "little")
+
+
+def rtu(unit: int, pdu: bytes) -> bytes:
+    """Return the frame of a unit and a PDU."""
+    body = bytes((unit,)) + pdu
+    return body + crc(body)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
+from modbus_standard import rtu
 from pymodbus.pdu.register_message import WriteSingleRegisterRequest
 from scanrack.commands import build
 from scanrack.io_images.pcl601 import Code, Error
@@ -30,7 +31,6 @@ from scanrack.runtime.line.clients.pcl601 import READABLE, SETTABLE, Pcl601Clien
 from scanrack.runtime.line.clients.watching import MonitoringLostError
 from scanrack.runtime.line.modbus_pdus import REQUESTS
 from scanrack.runtime.line.ports import ModbusTcpPort, PduServer
-from scanrack.runtime.line.rtu import frame
 from scanrack.runtime.machine.contacts import GROUND
 from typer.testing import CliRunner, Result
 
@@ -320,7 +320,7 @@ def test_what_cannot_be_the_answer_is_not_taken_for_it(question: str, answer: st
     request = REQUESTS.decode(bytes.fromhex(question))
     assert request is not None
     with pytest.raises(BadResponseError):
-        RtuLine(SaidLink(frame(1, bytes.fromhex(answer)))).ask(1, request)
+        RtuLine(SaidLink(rtu(1, bytes.fromhex(answer)))).ask(1, request)
 
 
 class SaidLink(BusLink):
