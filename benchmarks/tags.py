@@ -24,11 +24,12 @@ from time import process_time
 
 import numpy as np
 from bars import Bars
+from scanrack.io_images.image import WORDS
 from scanrack.jobs.record.tag_source import tags_of
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.lowering.runnable import LadderLogic
-from scanrack.traces.format.layout import SLOT_BYTES, SlotInfo
+from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.arrays import read_columns
 from scanrack.traces.read.reader import open_trace
 from scanrack.traces.write.recorder import CHUNK_SCANS, ScanRecorder
@@ -79,7 +80,7 @@ class Line:
 
 def measure(folder: Path, scans: int) -> tuple[float, float]:
     """Return what a scan costs without tags and with them, us, less the loop that changes them."""
-    memory = bytearray(SLOT_BYTES)
+    memory = bytearray(4 * WORDS)
     line = Line(memory)
     plain, tagged = folder / "plain.mcap", folder / "tagged.mcap"
     recorders = {
@@ -132,13 +133,13 @@ def starts(count: int, rounds: int) -> tuple[float, float]:
     first = after = inf
     for value in range(2, 2 + rounds):
         begin = process_time()
-        source = tags_of(debugger, ["*"], bytearray(SLOT_BYTES))
+        source = tags_of(debugger, ["*"], bytearray(4 * WORDS))
         first = min(first, process_time() - begin)
         debugger.edit(with_tags(count, value))
         begin = process_time()
         scan = source.take()
         after = min(after, process_time() - begin)
-        assert len(scan) == SLOT_BYTES + 4 * count
+        assert len(scan) == 4 * WORDS + 4 * count
     return first, after
 
 

@@ -180,7 +180,9 @@ class OperatorActions:
         if not isinstance(module, ExposedModule):
             raise ValueError(f"slot {order.slot}: can't inject faults into real modules")
         what, for_ns = FaultKind(order.kind), exact_ns(order.for_ms, "ms", "for_ms")
-        module.happen(InjectedFault(at_ns, what, order.slot, for_ns, order.late_words))
+        incident = InjectedFault(at_ns, what, order.slot, for_ns, order.late_words)
+        incident.check_late_words(len(self.words[order.slot].outputs))
+        module.happen(incident)
 
     def _edit(self, order: actions.Edit, at_ns: int) -> None:
         if self._editing is None:

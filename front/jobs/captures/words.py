@@ -23,7 +23,7 @@ from ...runtime.line.remote_words import (
     WRITE_ONE,
     WRITE_SEVERAL,
 )
-from ...traces.format.layout import SLOT_BYTES, SlotInfo
+from ...traces.format.layout import SlotInfo, block_layout
 from ...traces.write.recorder import ScanRecorder
 from .pairing import PairedExchange, decoded
 from .recording import RUN_MODE, SCAN_PERIOD_NS
@@ -124,13 +124,13 @@ def record_words(
     Raises:
         OSError: it can't be written.
     """
-    memory = bytearray(SLOT_BYTES)
     facts = {"name": target.stem, "controller": "remote i/o", "source": "capture"}
     if sampled:
         facts["words"] = SAMPLED_APART if any(each.apart for each in scans) else SAMPLED
     if begin_ns > _YEAR_2000_NS:
         facts[CAPTURED_AT] = datetime.fromtimestamp(begin_ns // 10**9, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
     module = SlotInfo(slot, CATALOG, "4.1")
+    memory = bytearray(block_layout([module]).size)
     recorder = ScanRecorder(target, memory, [module], scan_period_ns=SCAN_PERIOD_NS, metadata=facts)
     with closing(recorder):
         for number, scan in enumerate(scans):
