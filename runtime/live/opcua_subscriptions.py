@@ -19,7 +19,7 @@ from ..tag_servers.index_ranges import parse_ranges
 from .opcua_attributes import Attributes, RefusedError
 
 KEEP_ALIVES = 3
-"""A subscription lives at least as long as so many keep-alives take."""
+"""A subscription lives at least as long as so many messages to keep it alive take."""
 
 
 class Subscriptions:
