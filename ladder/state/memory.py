@@ -1,7 +1,7 @@
 """A program's memory: one cell per leaf, shared by the compiled program and its readers.
 
 A cell is a cell of a Python closure: a variable of the compiled program, `cell_contents` for others. An array
-is one constant list; an image is the eight words of the rack; a tag of bytes is a `TagBytes`.
+is one constant list; an image is its words of the rack; a tag of bytes is a `TagBytes`.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ class Memory:
 
     def _blank(self, leaf: Leaf) -> Any:
         if leaf.is_image:
-            self._own[leaf] = Image()
+            self._own[leaf] = Image(size=leaf.size)
             return self._own[leaf].words
         return [leaf.type.zero] * leaf.size if leaf.dims else leaf.type.zero
 

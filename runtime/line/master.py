@@ -26,6 +26,7 @@ class Reply(NamedTuple):
 
     data: bytes
     refused: int | None = None  # the controller's reason for a refusal, None if it has obeyed
+    words: tuple[int, ...] = ()  # registers that Modbus has read
 
 
 class Verdict(Enum):

@@ -10,7 +10,7 @@ chapter 6]. The classes' own `datastore_update` is not used: it answers function
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Mapping
+from collections.abc import Callable, Container, Mapping, Sequence
 from struct import error
 from typing import Any
 
@@ -63,13 +63,17 @@ def _is_whole(pdu: ModbusPDU, data: bytes) -> bool:
     if isinstance(pdu, WriteMultipleCoilsRequest):  # the last byte may have more bits than are written
         size = -(-pdu.count // 8)
         return pdu.count <= WRITE_BITS_MOST and pdu.byte_count == size == pdu.data_byte_count
-    if isinstance(pdu, WriteMultipleRegistersRequest):  # encoded with the count that was received
-        counted, words, most = pdu.count, pdu.registers, WRITE_WORDS_MOST
+    # Registers are counted: encoded with the counts that were received, wrong ones are the same again.
+    if isinstance(pdu, WriteMultipleRegistersRequest):
+        pdu.count = len(pdu.registers)
+        in_range = 1 <= pdu.count <= WRITE_WORDS_MOST
     elif isinstance(pdu, ReadWriteMultipleRegistersRequest):
-        counted, words, most = pdu.write_count, pdu.write_registers, WRITE_AND_READ_MOST
+        pdu.write_count = len(pdu.write_registers)
+        pdu.write_byte_count = 2 * pdu.write_count
+        in_range = 1 <= pdu.write_count <= WRITE_AND_READ_MOST
     else:
-        return encoded(pdu) == data
-    return 1 <= counted == len(words) <= most and encoded(pdu) == data
+        in_range = True
+    return in_range and encoded(pdu) == data
 
 
 def encoded(pdu: ModbusPDU) -> bytes:
@@ -82,9 +86,23 @@ def encoded(pdu: ModbusPDU) -> bytes:
     return bytes((pdu.function_code,)) + pdu.encode()
 
 
+def bits_of(number: int, count: int) -> list[bool]:
+    """Return the lowest bits of a number, bit 0 first; the inverse of `number_of`."""
+    return [bool(number >> at & 1) for at in range(count)]
+
+
+def number_of(bits: Sequence[bool]) -> int:
+    """Return bits as a number, bit 0 first.
+
+    >>> number_of([True, False, True])
+    5
+    """
+    return sum(bit << at for at, bit in enumerate(bits))
+
+
 # --- requests
 
-_REQUESTS = GuardedDecoder(True)
+REQUESTS = GuardedDecoder(True)
 
 
 def request_of(data: bytes, functions: Container[int]) -> ModbusPDU:
@@ -104,30 +122,59 @@ def request_of(data: bytes, functions: Container[int]) -> ModbusPDU:
     """
     if data[0] not in functions:
         return ExceptionResponse(data[0], ILLEGAL_FUNCTION)
-    return _REQUESTS.decode(data) or ExceptionResponse(data[0], ILLEGAL_VALUE)
+    return REQUESTS.decode(data) or ExceptionResponse(data[0], ILLEGAL_VALUE)
 
 
-def answer_to(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> bytes:
+def carried_out(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> ModbusPDU:
     """Carry out a request of `request_of`; return the reply or exception.
 
     Args:
         carry_out: from a request to its reply; it may raise `ModbusRefusedError`.
     """
     if isinstance(request, ExceptionResponse):
-        return encoded(request)
+        return request
     try:
-        return encoded(carry_out(request))
+        return carry_out(request)
     except ModbusRefusedError as refused:
-        return encoded(ExceptionResponse(request.function_code, refused.code))
+        return ExceptionResponse(request.function_code, refused.code)
+
+
+def answer_to(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> bytes:
+    """Carry out a request, see `carried_out`; return the reply or exception as bytes."""
+    return encoded(carried_out(request, carry_out))
 
 
 # --- answers
 
-_WRITES = (0x05, 0x06, 0x0F, 0x10, 0x16)
-"""Functions whose answer repeats the request, or its begin."""
+_BITS_READ = (0x01, 0x02)
+_SEVERAL_WRITTEN = (0x0F, 0x10)
+_WRITES = (0x05, 0x06, *_SEVERAL_WRITTEN, 0x16)
+"""Functions whose answer repeats the request, or address and count of it."""
 
 _REGISTERS_READ: Mapping[int, str] = {0x03: "count", 0x04: "count", 0x17: "read_count"}
 """The request's number of registers."""
+
+
+def answer_bytes(request: ModbusPDU) -> int:
+    """Return the length of a good answer's PDU.
+
+    >>> from pymodbus.pdu import ReadCoilsRequest, ReadHoldingRegistersRequest
+    >>> answer_bytes(ReadHoldingRegistersRequest(count=2)), answer_bytes(ReadCoilsRequest(count=9))
+    (6, 4)
+    """
+    function = request.function_code
+    if function in _REGISTERS_READ:
+        return 2 + 2 * int(getattr(request, _REGISTERS_READ[function]))
+    if function in _BITS_READ:
+        return 2 + -(-request.count // 8)
+    return 5 if function in _SEVERAL_WRITTEN else len(encoded(request))
+
+
+def refusal(request: ModbusPDU, answer: ModbusPDU | None) -> int | None:
+    """Return the code of an exception that answers a request; None for anything else."""
+    if isinstance(answer, ExceptionResponse) and answer.function_code == request.function_code | EXCEPTION:
+        return answer.exception_code
+    return None
 
 
 def mismatch(request: ModbusPDU, answer: ModbusPDU) -> str:
@@ -138,7 +185,7 @@ def mismatch(request: ModbusPDU, answer: ModbusPDU) -> str:
     if function in _REGISTERS_READ:
         wrong = len(answer.registers) != getattr(request, _REGISTERS_READ[function])
     else:
-        wrong = function in (0x01, 0x02) and len(answer.bits) != -(-request.count // 8) * 8
+        wrong = function in _BITS_READ and len(answer.bits) != -(-request.count // 8) * 8
     if wrong:
         return "an answer with a wrong byte count"
     if function in _WRITES and not request.encode().startswith(answer.encode()):

@@ -13,64 +13,20 @@ from threading import Event
 
 from pymodbus.client import ModbusTcpClient
 from pymodbus.exceptions import ConnectionException, ModbusException
-from pymodbus.pdu import ExceptionResponse, ModbusPDU
+from pymodbus.pdu import ModbusPDU
 from typing_extensions import override
 
 from ..hosts import join_address
-from ..modbus_pdus import GuardedDecoder, encoded, mismatch
-from .link import ANSWER_S, BadResponseError, LinkError, NoAnswerError, RefusedError, checked_answer_s
+from .link import ANSWER_S, LinkError, NoAnswerError, checked_answer_s
+from .modbus import AnswerDecoder, ModbusExceptionError, ModbusLine, check
 
 CONNECT_S = 3.0
 """Longest wait for a connection."""
 
-MEANINGS = {
-    1: "illegal function",
-    2: "illegal data address",
-    3: "illegal data value",
-    4: "server device failure",
-    5: "acknowledge",
-    6: "server device busy",
-    8: "memory parity error",
-    10: "gateway path unavailable",
-    11: "gateway target device failed to respond",
-}
-"""Exceptions [Modbus V1.1b3, chapter 7]."""
-
 logging.getLogger("pymodbus").addHandler(logging.NullHandler())  # failures are raised, not printed
 
 
-class ModbusExceptionError(RefusedError):
-    """The device answered with an exception.
-
-    Attributes:
-        code: of the exception.
-    """
-
-    def __init__(self, function: int, code: int, meaning: str) -> None:
-        super().__init__(f"function {function:02x} is refused with exception {code}: {meaning}")
-        self.code = code
-
-
-def check(request: ModbusPDU, answer: ModbusPDU) -> ModbusPDU:
-    """Return an answer that is the request's: transaction, unit, function, count, address and value.
-
-    Raises:
-        BadResponseError: it does not match the request.
-        ModbusExceptionError: it is an exception.
-    """
-    numbers = (request.transaction_id, request.dev_id), (answer.transaction_id, answer.dev_id)
-    if numbers[0] != numbers[1]:
-        raise BadResponseError("a response to a different request", encoded(answer))
-    function = request.function_code
-    if isinstance(answer, ExceptionResponse) and answer.function_code == function | 0x80:
-        code = answer.exception_code
-        raise ModbusExceptionError(function, code, MEANINGS.get(code, "not one of the standard"))
-    if wrong := mismatch(request, answer):
-        raise BadResponseError(wrong, encoded(answer))
-    return answer
-
-
-class ModbusTcpLine:
+class ModbusTcpLine(ModbusLine):
     """A connection to a Modbus TCP device; one request at a time.
 
     It connects at the first request, and again at the next one after a failure: what a broken exchange left
@@ -87,8 +43,9 @@ class ModbusTcpLine:
         self._answer_s = checked_answer_s(answer_s)
         self._asked = ModbusPDU()
         self._client = _Client(host, port=port, timeout=answer_s, retries=0, trace_pdu=self._checked)
-        self._client.framer.decoder = _AnswerDecoder(False)
+        self._client.framer.decoder = AnswerDecoder()
 
+    @override
     def ask(self, unit: int, request: ModbusPDU) -> ModbusPDU:
         """Ask once; return the answer.
 
@@ -120,27 +77,18 @@ class ModbusTcpLine:
             self.close()
             raise NoAnswerError(f"unit {unit} does not answer within {self._answer_s:g} s") from error
 
+    @override
     def pause(self, seconds: float) -> None:
         """Wait."""
         Event().wait(seconds)
 
+    @override
     def close(self) -> None:
         """Close the connection."""
         self._client.close()  # type: ignore[no-untyped-call]
 
     def _checked(self, sending: bool, pdu: ModbusPDU) -> ModbusPDU:
         return pdu if sending else check(self._asked, pdu)
-
-
-class _AnswerDecoder(GuardedDecoder):
-    """Raises what pymodbus's client would report as a missing answer."""
-
-    @override
-    def decode(self, frame: bytes) -> ModbusPDU:
-        pdu = super().decode(frame)
-        if pdu is None:
-            raise BadResponseError("a damaged answer", frame)
-        return pdu
 
 
 class _Client(ModbusTcpClient):

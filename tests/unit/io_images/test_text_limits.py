@@ -8,16 +8,13 @@ the limits allow.
 from __future__ import annotations
 
 import json
-import sys
 import tomllib
-import tracemalloc
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from types import FrameType
-from typing import Any
 
 import pytest
+from costs import lines_executed, most_memory
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.text_limits import LIMITS, TextKind, TextLimitError, check_text
 from scanrack.ladder.files import parse_program, parse_structured
@@ -105,34 +102,6 @@ OVER: dict[str, tuple[Callable[[str], object], str]] = {
     "scenario: a number": (scenario, "1" * 4_097),
 }
 """What reads a text, and a text that is one step beyond a limit."""
-
-
-def lines_executed(work: Callable[[], object]) -> int:
-    """Return how many lines of Python some work executes."""
-    count = 0
-
-    def trace(frame: FrameType, event: str, argument: Any) -> Any:
-        nonlocal count
-        count += event == "line"
-        return trace
-
-    before = sys.gettrace()
-    sys.settrace(trace)
-    try:
-        work()
-    finally:
-        sys.settrace(before)
-    return count
-
-
-def most_memory(work: Callable[[], object]) -> int:
-    """Return the most bytes that some work takes at a time."""
-    tracemalloc.start()
-    try:
-        work()
-        return tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
 
 
 @pytest.mark.parametrize("name", CASES)

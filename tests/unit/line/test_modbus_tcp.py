@@ -23,7 +23,8 @@ from pymodbus.pdu.register_message import (
     WriteSingleRegisterRequest,
 )
 from scanrack.runtime.line.clients.link import BadResponseError, LinkError, NoAnswerError
-from scanrack.runtime.line.clients.modbus_tcp import ModbusExceptionError, ModbusTcpLine
+from scanrack.runtime.line.clients.modbus import ModbusExceptionError
+from scanrack.runtime.line.clients.modbus_tcp import ModbusTcpLine
 
 HEADER = struct.Struct(">HHHB")
 Answers = Callable[[int, bytes], list[bytes]]
