@@ -163,7 +163,7 @@ class Sequence:
         layer = self.bench.module.layer
         if getattr(layer, "listened", False):
             return
-        layer.listened = True  # type: ignore[attr-defined]
+        layer.listened = True
         command, preset = layer._command, layer.axis.preset_position
 
         def presets(value: int) -> None:
@@ -178,8 +178,8 @@ class Sequence:
                 self.wrong.append(f"scan {self.scans}: {words.msw:#06x} has neither an effect nor a bit")
             self.got(edges)
 
-        layer._command = commanded  # type: ignore[method-assign]
-        layer.axis.preset_position = presets  # type: ignore[method-assign]
+        layer._command = commanded
+        layer.axis.preset_position = presets
 
     def got(self, edges: int) -> None:
         """Take the edges that the layer has got from those given."""
