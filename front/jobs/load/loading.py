@@ -384,8 +384,7 @@ def _stubs(place: _RackPlace) -> Stubs:
     if REFUSED in spec.stubs and PurePath(str(spec.program)).suffix not in EXPORT_SUFFIXES:
         text = "only an export, an .L5X or an .SLC, has refused rungs"
         raise place.refusal("stubs", text, REFUSED)
-    modules = {slot.number: slot.words for slot in spec.slot}
-    return Stubs(read, MISSING_TAGS in spec.stubs, REFUSED in spec.stubs, modules)
+    return Stubs(read, MISSING_TAGS in spec.stubs, REFUSED in spec.stubs, spec.words)
 
 
 def racks_beside(spec: RackSpec) -> tuple[str, ...]:
