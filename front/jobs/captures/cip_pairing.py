@@ -95,7 +95,7 @@ class CipPairing(Pairing):
                 self._open.move_to_end(key)
                 if len(self._open) > OPEN_MAX:
                     self._open.popitem(last=False)
-            elif waiting := self._open.get(key):
+            elif (waiting := self._open.get(key)) and waiting[0][0] <= at_ns:
                 asked_ns, request = waiting.popleft()
                 if not waiting:
                     del self._open[key]

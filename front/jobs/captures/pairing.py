@@ -91,7 +91,7 @@ class ModbusTcpPairing(Pairing):
             pdu = frame[HEADER.size :]
             if asked:
                 yield from self._ask(transaction, (at_ns, unit, pdu))
-            elif transaction in self._open:
+            elif transaction in self._open and self._open[transaction][0] <= at_ns:
                 asked_ns, unit, request = self._open.pop(transaction)
                 yield PairedExchange(asked_ns, at_ns, unit, request, pdu)
 
@@ -137,7 +137,7 @@ class RtuPairing(Pairing):
         self._heard.clear()
 
     def _answer(self, at_ns: int, data: bytes) -> Iterator[PairedExchange]:
-        if self._asked is None:
+        if self._asked is None or at_ns < self._asked[0]:
             return
         asked_ns, request = self._asked
         self._heard += data[:LONGEST]
@@ -174,10 +174,17 @@ class PmcPairing(Pairing):
             if asked and frame.second != pmc.REPLY:
                 yield from self.finish()  # one at a time: without a reply before the next it has none
                 self._open.append((at_ns, frame))
-            elif self._open and frame.second == pmc.REPLY and frame.third == self._open[0][1].second:
+            elif self._answers(at_ns, frame):
                 asked_ns, request = self._open.popleft()
                 reply = _signed(frame.data)
                 yield PairedExchange(asked_ns, at_ns, request.second, _instruction(request), reply)
+
+    def _answers(self, at_ns: int, frame: pmc.Frame) -> bool:
+        """Whether a frame is the reply to the open request."""
+        if not self._open or frame.second != pmc.REPLY:
+            return False
+        asked_ns, request = self._open[0]
+        return frame.third == request.second and asked_ns <= at_ns
 
     @override
     def finish(self) -> Iterator[PairedExchange]:

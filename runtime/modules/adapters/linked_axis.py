@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import Any, Generic
 
 from ....io_images.amci3601 import Configuration, InputBit
-from ...kinematics import Profile, Rate, Shape
+from ...kinematics import AnyShape, Profile, Rate
 from ..amci3601 import Capabilities
 from ..amci3601.axis_protocol import BlendProgram
 from .capabilities import RowCapabilities
@@ -154,7 +154,7 @@ class LinkedAxis(Generic[Drive]):
             task.following = self.task_for(TaskKind.SLEW, task.direction, profile, task.steps)
             task.stopping = True
 
-    def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: Shape) -> None:
+    def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
         """Set the mark from which the controller counts its steps."""
         task = self.task
         if task is not None:
@@ -173,13 +173,13 @@ class LinkedAxis(Generic[Drive]):
         assert following is not None
         self._driver.tasks.append(following)
 
-    def stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> None:
+    def stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
         """Begin a controlled stop, at the rate of the motion."""
         task = self.task
         if task is not None:
             task.stopping, task.following = True, None
 
-    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
+    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
         """Return the steps that a controlled stop beginning now would still make."""
         raise NotImplementedError
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ....io_images.amci3601 import Configuration
-from ...kinematics import BlendLeg, Profile, Rate, Shape
+from ...kinematics import AnyShape, BlendLeg, Profile, Rate
 from .capabilities import Capabilities
 
 
@@ -21,7 +21,7 @@ class BlendProgram:
 
     segments: tuple[BlendLeg, ...]  # 2 to 16: steps, steps/s, steps/ms/s, acceleration type
     final_deceleration: int  # steps/ms/s
-    final_shape: Shape  # acceleration type of the ramp down at the end
+    final_shape: AnyShape  # acceleration type of the ramp down at the end
 
 
 class Axis(Protocol):
@@ -77,16 +77,16 @@ class Axis(Protocol):
     def change_speed(self, now_ns: int, profile: Profile) -> None:
         """Ramp from the present speed to the profile's, which may be below its starting speed."""
 
-    def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: Shape) -> None:
+    def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
         """End the motion after exactly `steps` more whole steps, deceleration included."""
 
     def blend(self, now_ns: int, direction: int, program: BlendProgram) -> None:
         """Start a blend move over all segments of a stored program."""
 
-    def stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> None:
+    def stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
         """Begin a controlled stop: ramp down to the starting speed, end on a whole step."""
 
-    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
+    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
         """Return the steps that a controlled stop beginning now would still make."""
 
     def cut(self, now_ns: int) -> None:
