@@ -19,7 +19,6 @@ from dataclasses import replace
 from functools import cache
 
 from ...io_images.amci3601.bits import PROFILE_BITS, CommandLsw, CommandMsw, ConfigMsw, StatusLsw, StatusMsw
-from ...io_images.amci3601.words import may_be_stepper
 from ...io_images.cards import MemberPlace, member_of
 from ...io_images.image import WORDS
 from ...io_images.module_words import PLAIN_WORDS, ModuleWords
@@ -93,7 +92,7 @@ MEANINGS: Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]] = {
 
 
 def meanings_of(words: ModuleWords) -> Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]]:
-    """Return the bits of a module by meaning: of a stepper, or of one without names, a 3601's and its own."""
+    """Return the bits of a module by meaning: its own names, and a 3601's where it has no such group."""
     own = {
         group.upper(): (
             any(at.image == "O" for at in names.values()),
@@ -101,7 +100,7 @@ def meanings_of(words: ModuleWords) -> Mapping[str, tuple[bool, Mapping[str, tup
         )
         for group, names in words.groups.items()
     }
-    return {**MEANINGS, **own} if may_be_stepper(words) else own
+    return {**MEANINGS, **own}
 
 
 _PROFILE_BITS = {name.upper(): bit for name, bit in PROFILE_BITS.items()}
@@ -382,9 +381,11 @@ class Resolver:
         indices = tuple(self._index(each, here.path) for each in given)
         for index, length in zip(indices, here.dims, strict=True):
             if isinstance(index, Constant) and not 0 <= index.value < length:
-                raise AddressError(
-                    f"index {index.value} is outside {here.path}[{length}]", f"must be 0 to {length - 1}"
-                )
+                slot = slot_of_image(here.path.rpartition(".")[0])
+                remedy = f"must be 0 to {length - 1}"
+                if slot is not None and slot not in self._layout.modules:
+                    remedy += ", without a rack file that has a module with more words there"
+                raise AddressError(f"index {index.value} is outside {here.path}[{length}]", remedy)
         return replace(here, indices=here.indices + indices, dims=(), array=here.dims)
 
     def _index(self, operand: Operand, path: str) -> Resolved:
