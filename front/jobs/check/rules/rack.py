@@ -8,6 +8,8 @@ from ....io_images.amci3601 import ALL_INPUTS, InputBit
 from ....io_images.module_words import BitPlace
 from ....runtime.config.rackspec import SlotSpec
 from ....runtime.loop.rack import SLOT_BYTES
+from ....runtime.machine import MachineSpec
+from ....runtime.machine.spec import input_name
 from ...record.tag_source import tags_of
 from ...run.hints import not_configured, wired_inputs
 from ..facts import FileLine
@@ -36,6 +38,41 @@ def _wiring(subject: Subject, index: int, slot: SlotSpec, bit: InputBit) -> File
             if part.input == bit:
                 return subject.place("slot", index, "machine", key, at)
     return subject.place("slot", index, "machine")
+
+
+LEVELS = (InputBit.HOME, InputBit.ESTOP, InputBit.CW_LIMIT, InputBit.CCW_LIMIT)
+"""Inputs that are active at a place or in an emergency: at rest they must not be."""
+
+
+def active_at_rest(subject: Subject) -> Iterator[Violation]:
+    """Find inputs that are active at rest: the contact and the configured level contradict each other."""
+    for index, slot in subject.steppers:
+        configurations = subject.configurations(slot.number)
+        for bit in LEVELS if configurations else ():
+            level = _level_at_rest(slot.machine, bit)
+            is_wired = wired_inputs(slot.machine) & bit.value
+            if not is_wired and bit is InputBit.HOME:
+                continue  # see search_without_switch
+            if all(
+                each.inputs_used & bit.value and bool(each.active_high & bit.value) == level
+                for each in configurations
+            ):
+                contact = ("normally closed" if level else "normally open") if is_wired else "not wired"
+                configured = "high" if level else "low"
+                text = (
+                    f"slot {slot.number}: {input_name(bit)} is {contact}, and its configured level is active "
+                    f"{configured}: it is active wherever its switch is not operated"
+                )
+                yield Violation(_wiring(subject, index, slot, bit), text)
+
+
+def _level_at_rest(machine: MachineSpec, bit: InputBit) -> bool:
+    """Return whether an input is energized while nothing operates its contact."""
+    switches = [each.normally_closed for each in machine.switches if each.input == bit]
+    if switches:
+        return switches[0]  # an input has one kind
+    first = [each.energised for each in machine.timeline if each.input == bit and each.at_ns == 0]
+    return bool(first and first[-1])
 
 
 def search_without_switch(subject: Subject) -> Iterator[Violation]:
