@@ -33,6 +33,7 @@ class Case(NamedTuple):
         return text
 
 
+Row = tuple[str, str, str, tuple[tuple[str, str], ...]]
 NAMES = """\
 ALIAS Start : Local:2:I.Data.0
 ALIAS Reset : Local:2:I.Data.1
@@ -529,7 +530,149 @@ zero                       for 10 ms
     ),
 ]
 
-CLASSES = {
+FRESH: dict[str, list[Row]] = {
+    "never-run": [
+        (
+            "pulse.rung",
+            rungs("Seen : BOOL; Wait : TIMER", "XIC(Start)ONS(Seen)TON(Wait,500,0);\nXIC(Wait.DN)OTE(Lamp);"),
+            "TON(Wait",
+            (("ONS(Seen)TON", "TON"), ("TAG Seen : BOOL\n", "")),
+        ),
+        (
+            "enable.rung",
+            text('Wait : FBD_TIMER := {"PRE": 500}', "TONR(Wait);\nLamp := Wait.DN;"),
+            "TONR(Wait)",
+            (("TONR(Wait)", "Wait.TimerEnable := Start;\nTONR(Wait)"),),
+        ),
+        (
+            "pulse.SLC",
+            slc(
+                "XIC I:1.0/2 ONS B3:0/0 TON T4:0 0.01 50 0",
+                "XIC T4:0/DN OTE O:2.0/1",
+                data="DATA T4:0 0 50 0\nDATA B3:0 0\n",
+            ),
+            "TON T4:0",
+            (("ONS B3:0/0 TON", "TON"),),
+        ),
+    ],
+    "real-equality": [
+        (
+            "time.rung",
+            rungs("Wait : TIMER", "XIC(Start)TON(Wait,1000,0);\nEQU(Wait.ACC,500)OTE(Lamp);"),
+            "EQU(Wait.ACC",
+            (("EQU(Wait", "GEQ(Wait"),),
+        ),
+        (
+            "zero.rung",
+            rungs(
+                "Wait : TIMER",
+                "XIC(Start)RTO(Wait,1000,0);\nXIC(Reset)RES(Wait);\nEQU(Wait.ACC,700)OTE(Lamp);",
+            ),
+            "EQU(Wait.ACC",
+            (("EQU(Wait.ACC,700)", "EQU(Wait.ACC,0)"),),
+        ),
+        (
+            "time.SLC",
+            slc("XIC I:1.0/2 TON T4:0 0.01 50 0", "EQU T4:0.ACC 25 OTE O:2.0/1", data="DATA T4:0 0 50 0\n"),
+            "EQU T4:0",
+            (("EQU T4", "GEQ T4"),),
+        ),
+    ],
+    "negative-preset": [
+        (
+            "rungs.rung",
+            rungs("Wait : TIMER", "XIC(Start)TON(Wait,-500,0);\nXIC(Wait.DN)OTE(Lamp);"),
+            "TON(Wait",
+            (("-500", "500"),),
+        ),
+        (
+            "moved.rung",
+            rungs(
+                "Wait : TIMER",
+                "XIC(Start)MOV(-1,Wait.PRE);\nXIO(Start)MOV(-20,Wait.PRE);\nXIC(Part)TOF(Wait,-20,0);\nXIC(Wait.DN)OTE(Lamp);",
+            ),
+            "TOF(Wait",
+            (("MOV(-1,", "MOV(100,"), ("MOV(-20,", "MOV(200,"), ("Wait,-20,0", "Wait,200,0")),
+        ),
+        (
+            "tag.rung",
+            rungs(
+                'Wait : TIMER := {"PRE": -5}',
+                "XIC(Start)RTO(Wait,?,?);\nXIC(Reset)RES(Wait);\nXIC(Wait.DN)OTE(Lamp);",
+            ),
+            "RTO(Wait",
+            (("-5", "500"),),
+        ),
+    ],
+    "latch-never-cleared": [
+        (
+            "case.rung",
+            text(
+                'Step : DINT; Wait : FBD_TIMER := {"PRE": 500}',
+                "CASE Step OF\n0: IF Start THEN Step := 10; END_IF;\n10: Wait.TimerEnable := 1;\n    TONR(Wait);\n    IF Wait.DN THEN Step := 0; END_IF;\nEND_CASE;\nLamp := Step = 10;",
+            ),
+            "TONR(Wait)",
+            (
+                ("    Wait.TimerEnable", "Wait.TimerEnable"),
+                ("10: Wait.TimerEnable := 1;\n    TONR(Wait);\n", "10: "),
+                ("CASE Step OF", "Wait.TimerEnable := Step = 10;\nTONR(Wait);\nCASE Step OF"),
+            )[1:],
+        ),
+        (
+            "seal.rung",
+            rungs("Run : BOOL", "[XIC(Start),XIC(Run)]OTE(Run);\nXIC(Run)OTE(Lamp);"),
+            "OTE(Run)",
+            (("OTE(Run)", "XIC(Reset)OTE(Run)"),),
+        ),
+        (
+            "seal_st.rung",
+            text("Run : BOOL", "Run := Start OR Run;\nLamp := Run;"),
+            "Run := Start",
+            (("Start OR Run", "(Start OR Run) AND NOT Reset"),),
+        ),
+    ],
+    "subscript": [
+        (
+            "one.rung",
+            rungs("Next : DINT; Buffer : DINT[10]", f"{BUFFER}\nGRT(Next,10)CLR(Next);"),
+            "Buffer[Next]",
+            (("GRT(Next,10)", "GRT(Next,9)"),),
+        ),
+        (
+            "copy.rung",
+            rungs(
+                "Full : DINT[10]; Half : DINT[5]",
+                "MOV(Local:2:I.Data[0],Full[9]);\nCOP(Full[5],Half[0],6);\nGRT(Half[4],5)OTE(Lamp);",
+            ),
+            "COP(Full[5]",
+            (("Half[0],6", "Half[0],5"),),
+        ),
+        (
+            "fill.rung",
+            rungs(
+                "Half : DINT[5]",
+                "XIC(Reset)FLL(0,Half[0],6);\nXIC(Part)MOV(9,Half[4]);\nGRT(Half[4],5)OTE(Lamp);",
+            ),
+            "FLL(0",
+            (("Half[0],6", "Half[0],5"),),
+        ),
+    ],
+    "step-without-exit": [
+        (
+            "typo.rung",
+            text(
+                "Step : DINT",
+                "CASE Step OF\n0: IF Start THEN Step := 10; END_IF;\n10: IF Part THEN Step := 25; END_IF;\n20: Lamp := Start; IF Reset THEN Step := 0; END_IF;\nEND_CASE;",
+            ),
+            "Step := 25",
+            (("25", "20"),),
+        ),
+    ],
+}
+"""Mistakes of programmers that the rules found when they were written, of other kinds than the classes."""
+
+
+CLASSES: dict[str, list[Row]] = {
     "repeated-coil": BOTH_WAYS,
     "real-equality": EQUAL,
     "never-run": NEVER_COUNTED,
@@ -539,7 +682,9 @@ CLASSES = {
     "no-blend": TOO_EARLY,
 }
 
-CASES_BY_RULE = [Case(rule, *row) for rule, rows in CLASSES.items() for row in rows]
+CASES_BY_RULE = [
+    Case(rule, *row) for table in (CLASSES, FRESH) for rule, rows in table.items() for row in rows
+]
 
 ALWAYS_ON = f"""\
 from scanrack import Axis3601, Configuration, Direction, InputBit, Logic, sequence

@@ -1012,6 +1012,7 @@ PLANTED = [
         "self.lamp = self.late(self.feeder.moving)",
         "self.lamp = self.feeder.moving and not self.late",
     ),
+    Planted("blocks.rung", "negative-preset", "TON(Blink,250,0)", "TON(Blink,-250,0)"),
     Planted("text.rung", "real-equality", "Mean > 2.5", "Mean = 2.5", "Mean = 2.5"),
     Planted(
         "blocks.rung", "real-equality", "LES(Rate,3)", "DIV(Rate,7.0,Average)EQU(Average,2.5)LES(Rate,3)"

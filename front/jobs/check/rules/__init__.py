@@ -46,8 +46,8 @@ RULES = (
     ),
     Rule(
         "search-without-switch",
-        "a home search on a machine without a home switch",
-        "wire a home switch, or set the position instead",
+        "a home search on a machine without a home switch, or with one that lies beyond a limit",
+        "wire a home switch between the limits, or set the position instead",
         "error",
         rack.search_without_switch,
     ),
@@ -104,8 +104,8 @@ RULES = (
     ),
     Rule(
         "never-run",
-        "a counter or timer whose result is read, and that nothing counts or times",
-        "add the instruction that runs it, or correct the name",
+        "a counter or timer that is read, and that nothing runs, or for one scan only",
+        "add the instruction that runs it, or what enables it",
     ),
     Rule(
         "never-read",
@@ -158,6 +158,12 @@ RULES = (
     Rule("recursion", "a routine or function that calls itself", "use a loop"),
     Rule("preset-zero", "a timer or counter that is done at once, since its preset is 0", "give it a preset"),
     Rule(
+        "negative-preset",
+        "a timer with a negative preset, which is a major fault",
+        "give it a preset of 0 or more",
+        "error",
+    ),
+    Rule(
         "no-interlock",
         "two outputs of opposite names, such as Up and Down, that inputs can switch on together",
         "let each one exclude the other, or add the other's contact",
@@ -177,7 +183,7 @@ RULES = (
     ),
     Rule(
         "real-equality",
-        "a calculated REAL that is compared for equality",
+        "a calculated REAL, a running time or an analog input that is compared for equality",
         "compare with a tolerance, or with >= or <=",
     ),
     Rule(

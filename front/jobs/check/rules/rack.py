@@ -9,7 +9,7 @@ from ....io_images.module_words import BitPlace
 from ....runtime.config.rackspec import SlotSpec
 from ....runtime.loop.rack import SLOT_BYTES
 from ....runtime.machine import MachineSpec
-from ....runtime.machine.spec import input_name
+from ....runtime.machine.spec import Switch, input_name
 from ...record.tag_source import tags_of
 from ...run.hints import not_configured, wired_inputs
 from ..facts import FileLine
@@ -82,6 +82,7 @@ def search_without_switch(subject: Subject) -> Iterator[Violation]:
         for _, slot in subject.steppers
         if not wired_inputs(slot.machine) & InputBit.HOME.value and slot.machine.encoder is None
     ]
+    yield from _beyond_limit(subject)
     numbers = [slot.number for _, slot in subject.steppers]
     for search in subject.facts.searches:
         if search.slot in without or (search.slot is None and without and without == numbers):
@@ -89,6 +90,27 @@ def search_without_switch(subject: Subject) -> Iterator[Violation]:
             yield Violation(
                 search.place, f"a home search starts here, but {where} has neither home switch nor encoder"
             )
+
+
+def _beyond_limit(subject: Subject) -> Iterator[Violation]:
+    """Find home switches that lie where a limit switch is operated: the limit ends the search before."""
+    for index, slot in subject.steppers:
+        searched = [each for each in subject.facts.searches if each.slot in (None, slot.number)]
+        switches = slot.machine.switches
+        limits = [each for each in switches if each.input in (InputBit.CW_LIMIT, InputBit.CCW_LIMIT)]
+        homes = [(at, each) for at, each in enumerate(switches) if each.input == InputBit.HOME]
+        for at, home in homes if searched else ():
+            limit = next((each for each in limits if _covers(each, home)), None)
+            if limit is not None and len(homes) == 1:
+                place = subject.place("slot", index, "machine", "switches", at)
+                text = f"slot {slot.number}: home lies where {input_name(limit.input)} is operated"
+                yield Violation(place, f"{text}: the limit ends the search before")
+
+
+def _covers(limit: Switch, home: Switch) -> bool:
+    """Whether a limit switch is operated wherever the home switch is."""
+    begins = limit.first is None or (home.first is not None and home.first >= limit.first)
+    return begins and (limit.last is None or (home.last is not None and home.last <= limit.last))
 
 
 def unused_terminals(subject: Subject) -> Iterator[Violation]:

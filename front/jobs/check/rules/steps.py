@@ -92,6 +92,8 @@ def without_way_out(subject: Subject) -> Iterator[Violation]:
     for machine, goes in machines.items():
         ways = {step: _ways(step, goes) for step in {each.goes for each in goes if each.goes is not None}}
         turns = any(step in _reached(step, ways) for step in ways)
+        left = {one for each in goes for one in each.steps or ()} - ways.keys()
+        is_missed = bool(left - subject.facts.first_steps(machine))  # another step is meant
         for step, onward in ways.items():
             if onward or (isinstance(step, str) and FINAL.search(step)) or use is None:
                 continue
@@ -103,7 +105,7 @@ def without_way_out(subject: Subject) -> Iterator[Violation]:
                 each.steps is not None and all(len(_ways(one, goes)) > 1 for one in each.steps)
                 for each in entered
             )
-            if (found.tested or turns) and (turns or not found.works) and not is_end:
+            if (found.tested or turns or is_missed) and (turns or not found.works) and not is_end:
                 tag = subject.facts.variables.get(machine)
                 name = machine if tag is None else tag.name
                 text = f"{name} goes to step {_text(step)} here, and nothing leaves this step"

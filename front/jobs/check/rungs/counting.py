@@ -9,13 +9,14 @@ A subscript that leaves its array is a major fault of type 4, code 20.
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 
 from ....ladder.model.operands import Calculation, Constant, Group, Place, Resolved
 from ....ladder.model.spec import Use
 from ....ladder.state.lowered import AddOnCall, Call
 from ..facts import Access, Facts, FileLine, Variable, overlap
-from ..logic import TRUE, Bit, base_of, leaves
+from ..logic import TRUE, Bit, Compare, base_of, leaves
 from .accesses import FIRST_SCAN
 from .conditions import EDGE, key_of
 from .number_ranges import BY_PEOPLE, Values, target_of, written_value
@@ -75,15 +76,15 @@ BUTTONS = re.compile(r"reset|clear|start|ack|new", re.IGNORECASE)
 
 def unbounded(points: Placed, values: Values, places: Mapping[str, Place], facts: Facts) -> None:
     """Note subscripts that count up or down, and that nothing limits."""
-    used: dict[str, tuple[Place, FileLine, str]] = {}
+    used: dict[str, tuple[Place, FileLine, str, int]] = {}
     for point, place in points:
         for operand in point.step.operands:
-            for index, text in _subscripts(operand):
-                used.setdefault(key_of(index), (index, place, text))
+            for index, text, most in _subscripts(operand):
+                used.setdefault(key_of(index), (index, place, text, most))
     if not used:
         return
-    limits: set[str] = set()  # what anything but a subscript or its own counting reads
-    resets: set[str] = set()
+    limits: dict[str, list[Point]] = {}  # what reads it, but for subscripts and its own counting
+    resets: dict[str, list[Point]] = {}
     for point, _ in points:
         target = target_of(point.step)
         own = "" if target is None else key_of(target)
@@ -92,30 +93,51 @@ def unbounded(points: Placed, values: Values, places: Mapping[str, Place], facts
         for use, operand in zip(point.step.uses, point.step.operands, strict=False):
             is_target = operand is target or use is Use.TARGET
             if not is_target and not (is_counting and own in set(_read(operand))):
-                limits.update(_read(operand))
+                for key in _read(operand):
+                    limits.setdefault(key, []).append(point)
         if own in used and not is_counting and not _at_will(point, places):
-            resets.add(own)
-    for key, (index, place, text) in used.items():
+            resets.setdefault(own, []).append(point)
+    for key, (index, place, text, most) in used.items():
         sources = values.sources(index)
         counts = any(each is not None and _counts(each, key) for each in sources)
-        if counts and None not in sources and key not in limits | resets:
+        if not counts or None in sources:
+            continue
+        if key not in limits and key not in resets:
             facts.remark(
                 "subscript", place, f"{text}: {index.text} counts, and nothing keeps it within the array"
             )
+        reached = _reached(key, limits.get(key, ()), resets.get(key, ()))
+        if reached is not None and reached > most:
+            facts.remark("subscript", place, f"{text}: {index.text} reaches {reached:g}; must be 0 to {most}")
 
 
-def _subscripts(operand: object) -> Iterator[tuple[Place, str]]:
-    """Yield the single numbers in the subscripts of an operand, with its text."""
+def _reached(key: str, limits: Sequence[Point], resets: Sequence[Point]) -> float | None:
+    """Return what a subscript that counts up reaches: the one comparison of it takes it back, or None."""
+    if len({id(each.step) for each in limits}) != 1 or not resets:
+        return None
+    found = [each for each in leaves(limits[0].own) if isinstance(each, Compare)]
+    if len(found) != 1 or base_of(found[0].name) != key or found[0].relation not in (">", ">=", "="):
+        return None
+    by_it = all(
+        any(isinstance(each, Compare) and base_of(each.name) == key for each in leaves(reset.condition))
+        for reset in resets
+    )
+    return found[0].number - (found[0].relation != ">") if by_it else None
+
+
+def _subscripts(operand: object) -> Iterator[tuple[Place, str, int]]:
+    """Yield the single numbers in the subscripts of an operand, with its text and the last legal one."""
     if isinstance(operand, Calculation):
         for part in operand.operands:
             yield from _subscripts(part)
     elif isinstance(operand, Place | Group):
-        for index in operand.indices:
-            place = index
+        sizes = operand.leaf.dims if isinstance(operand, Place) else operand.array
+        for at, index in enumerate(operand.indices):
+            place, last = index, (sizes[at] if at < len(sizes) else sys.maxsize) - 1
             if isinstance(index, Calculation) and index.name in ("+", "-"):
-                place = index.operands[0]
+                place, last = index.operands[0], sys.maxsize
             if isinstance(place, Place) and place.bit is None and not place.frame and not place.can_fault:
-                yield place, operand.text
+                yield place, operand.text, last
 
 
 def _counts(source: Resolved, key: str) -> bool:

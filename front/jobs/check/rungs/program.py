@@ -8,6 +8,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 
 from ....io_images.amci3601.words import is_stepper
+from ....io_images.cards import KINDS
 from ....io_images.site import Site
 from ....ladder import LadderLogic
 from ....ladder.debug import cross_reference
@@ -28,7 +29,7 @@ from .conditions import Conditions, on_delays
 from .controls import shared
 from .counting import never_run, unbounded
 from .loops import counted, counts_by_site, endless
-from .mistakes import Mistakes
+from .mistakes import Mistakes, sealed
 from .number_ranges import Values
 from .output_writes import WriteReader, path_of
 from .outputs import OutputBits
@@ -36,8 +37,9 @@ from .reals import note_reals
 from .sent_words import SentWords
 from .steps import Steps
 from .structure import Structure, own_add_ons, own_routines
-from .subscripts import note_subscripts
+from .subscripts import note_lengths, note_subscripts
 from .terminals import Terminals
+from .timing import note_timing
 from .walk import Walker
 from .word_writes import word_writes
 from .written_words import computed, held, words_out_of_range
@@ -202,9 +204,13 @@ class _ProgramReader:
         for point, place in self.points:
             mistakes.note(point, place)
             note_subscripts(point, place, self.counts, facts, seen)
+            note_lengths(point, place, facts)
         add_ons = own_add_ons(self.program)
         note_add_ons(add_ons, self.points, self.lowered, outside, self._declaration, facts)
-        note_reals(self.points, self.values, facts, self._written)
+        analog = [slot.number for slot in self.spec.slot if _is_analog(slot.module)]
+        note_reals(self.points, self.values, analog, facts, self._written)
+        note_timing(self.points, self.mentions, self.values, self.tags, facts, self._written)
+        sealed(self.main, self.conditions.places, facts, self._written)
         unbounded(self.points, self.values, self.conditions.places, facts)
         if self.path.suffix != ".py" and not facts.reads_all:
             never_run(facts)
@@ -248,3 +254,7 @@ class _ProgramReader:
 
     def _place(self, line: LoweredLine) -> FileLine:
         return FileLine(line.origin.file or str(self.path), line.origin.line or 1)
+
+
+def _is_analog(module: str) -> bool:
+    return module in KINDS and KINDS[module].channels_in > 0

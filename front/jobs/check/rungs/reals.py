@@ -1,6 +1,7 @@
-"""REALs that are compared for equality: a calculated one is hardly ever equal.
+"""Values that are compared for equality, and hardly ever are equal: REALs, running times, analog inputs.
 
 MUL(Raw,0.1,Level); EQU(Level,10.0)     10.0 is 0.1 times 100, and in REALs not always
+EQU(Wait.ACC,500)                       a scan of 10 ms goes from 495 to 505
 NEQ(Wanted,Seen) MOV(Wanted,Seen)       exact: one is a copy of the other
 NEQ(Span,0.0) DIV(Part,Span,Share)      exact: a divisor is tested for 0
 
@@ -10,9 +11,9 @@ Values that are only chosen (constants, copies, what people write) and sums of w
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 
-from ....ladder.model.operands import Calculation, Constant, Place, Resolved
+from ....ladder.model.operands import Calculation, Constant, Group, Place, Resolved
 from ....ladder.state.lowered import LoweredStep
 from ..facts import Facts, FileLine
 from .conditions import COMPARISONS, key_of
@@ -20,6 +21,8 @@ from .number_ranges import RESULTS, Values, target_of, written_value
 from .walk import Point
 
 Placed = Sequence[tuple[Point, FileLine]]
+
+TIMERS = ("TON", "TOF", "RTO", "TONR", "TOFR", "RTOR")
 
 EQUALITIES = ("=", "<>")
 WHOLE = ("+", "-", "*", "NEG", "ABS")
@@ -34,14 +37,33 @@ MEASURED = re.compile(r":I\b", re.IGNORECASE)
 DEPTH = 8
 
 
-def note_reals(points: Placed, values: Values, facts: Facts, written: Callable[[LoweredStep], str]) -> None:
-    """Note the comparisons of a calculated REAL for equality."""
+def note_reals(
+    points: Placed,
+    values: Values,
+    analog: Collection[int],
+    facts: Facts,
+    written: Callable[[LoweredStep], str],
+) -> None:
+    """Note the comparisons of a calculated REAL, a running time or an analog input for equality.
+
+    Args:
+        analog: slots of cards with analog inputs.
+        written: returns an instruction as it is written.
+    """
     reals = _Reals(points, values)
+    timers = {
+        point.step.operands[0].path.upper()
+        for point, _ in points
+        if point.step.name in TIMERS and isinstance(point.step.operands[0], Group)
+    }
     for point, place in points:
         for one, relation, other in _comparisons(point.step):
-            if reals.differ(one, relation, other):
+            what = _measured(one, other, timers, analog) if relation == "=" else ""
+            if not what and reals.differ(one, relation, other):
+                what = "a calculated REAL"
+            if what:
                 says = "hardly ever equals" if relation == "=" else "nearly always differs from"
-                text = f"{written(point.step)}: a calculated REAL {says} another number"
+                text = f"{written(point.step)}: {what} {says} another number"
                 facts.remark("real-equality", place, text)
                 break
 
@@ -126,6 +148,20 @@ class _Reals:
             return False
         sources = self._sources(copy)
         return any(isinstance(each, Place) and key_of(each) == key_of(source) for each in sources)
+
+
+def _measured(one: Resolved, other: Resolved, timers: Collection[str], analog: Collection[int]) -> str:
+    """Return the running time or the analog input among two operands, in words; "" without one."""
+    for place, number in ((one, other), (other, one)):
+        if not isinstance(place, Place) or place.bit is not None:
+            continue
+        path, dot, member = place.leaf.path.upper().rpartition(".")
+        is_constant = isinstance(number, Constant) and bool(number.value)
+        if dot and member == "ACC" and path in timers and is_constant:
+            return "a running time"
+        if place.leaf.slot in analog and not place.leaf.output:
+            return "an analog input"
+    return ""
 
 
 def _comparisons(step: LoweredStep) -> Iterator[tuple[Resolved, str, Resolved]]:
