@@ -47,7 +47,7 @@ RULES = (
     Rule(
         "search-without-switch",
         "a home search on a machine without a home switch, or with one that lies beyond a limit",
-        "wire a home switch between the limits, or set the position instead",
+        "wire a home switch, or set the position instead",
         "error",
         rack.search_without_switch,
     ),
