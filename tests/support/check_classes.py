@@ -72,7 +72,7 @@ def function(body: str, fields: str = "") -> str:
     return f"class Line:\n{kept}\n\nline = Line()\n\n\ndef logic(scan):\n{body}"
 
 
-BOTH_WAYS = [
+BOTH_WAYS: list[Row] = [
     (
         "rungs.rung",
         rungs(
@@ -109,7 +109,7 @@ BOTH_WAYS = [
     ),
 ]
 
-EQUAL = [
+EQUAL: list[Row] = [
     (
         "rungs.rung",
         rungs("Level : REAL", "MUL(Local:2:I.Data[0],0.1,Level);\nEQU(Level,10.5)OTE(Lamp);"),
@@ -167,7 +167,7 @@ EQUAL = [
     ),
 ]
 
-NEVER_COUNTED = [
+NEVER_COUNTED: list[Row] = [
     (
         "rungs.rung",
         rungs(
@@ -249,7 +249,7 @@ HAND = """\
         scan.slot[3].outputs.set_bit(0, 0, False)
 """
 
-NO_EXIT = [
+NO_EXIT: list[Row] = [
     (
         "last.rung",
         text("Step : DINT", f"CASE Step OF\n{STEPS}END_CASE;"),
@@ -331,7 +331,7 @@ END PROGRAM
 """
 LOCAL = "LOCAL Gain : DINT\n"
 
-NEVER_WRITTEN = [
+NEVER_WRITTEN: list[Row] = [
     ("rungs.rung", GAUGE, "MUL(Raw,Gain", ((LOCAL, "LOCAL Gain : DINT := 3\n"),)),
     (
         "text.rung",
@@ -366,7 +366,7 @@ NEVER_WRITTEN = [
 
 BUFFER = "XIC(Part)MOV(Local:2:I.Data[0],Buffer[Next])ADD(Next,1,Next);\nGRT(Buffer[0],5)OTE(Lamp);"
 
-UNBOUNDED = [
+UNBOUNDED: list[Row] = [
     (
         "rungs.rung",
         rungs("Next : DINT; Buffer : DINT[10]", BUFFER),
@@ -474,7 +474,7 @@ END
 PROGRAMMED = "        await self.pusher.program_blend(PATH, final_deceleration=20)\n"
 RUNS = "                    await self.pusher.run_blend(Direction.CCW)\n"
 
-TOO_EARLY = [
+TOO_EARLY: list[Row] = [
     (
         "sequence.py",
         SEQUENCE.replace(PROGRAMMED, "").replace(RUNS, f"{RUNS}            {PROGRAMMED}"),

@@ -93,12 +93,12 @@ def without_way_out(subject: Subject) -> Iterator[Violation]:
         ways = {step: _ways(step, goes) for step in {each.goes for each in goes if each.goes is not None}}
         turns = any(step in _reached(step, ways) for step in ways)
         left = {one for each in goes for one in each.steps or ()} - ways.keys()
-        is_missed = bool(left - subject.facts.first_steps(machine))  # another step is meant
         for step, onward in ways.items():
             if onward or (isinstance(step, str) and FINAL.search(step)) or use is None:
                 continue
             entered = [each for each in goes if each.goes == step]
             found = use(machine, step)
+            is_missed = bool(left - subject.facts.first_steps(machine))  # another step is meant
             if found is None:
                 continue
             is_end = not found.chosen and all(

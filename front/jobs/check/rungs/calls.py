@@ -115,20 +115,21 @@ def exclusive_repeats(
     remarks: Sequence[LocalFinding], points: Placed, calls: RoutineCalls
 ) -> Iterator[LocalFinding]:
     """Yield the remarks on repeated coils and timers, without those of routines that exclude each other."""
-    at: dict[FileLine, list[Point]] = {}
-    for point, place in points:
-        at.setdefault(place, []).append(point)
+    at: dict[FileLine, list[tuple[str, Point]]] = {}
+    writers: dict[str, list[Point]] = {}
+    for point, place in points if remarks else ():
+        name = _written(point)
+        if name:
+            at.setdefault(place, []).append((name, point))
+            writers.setdefault(name, []).append(point)
     for each in remarks:
-        here = [point for point in at.get(each.place, ()) if _written(point)]
-        others = [
-            other
-            for point in here
-            for other, _ in points
-            if other is not point and _written(other) == _written(point)
+        pairs = [
+            (point, other)
+            for name, point in at.get(each.place, ())
+            for other in writers[name]
+            if other is not point
         ]
-        if not others or not all(
-            calls.exclude(a, b) for a in here for b in others if _written(a) == _written(b)
-        ):
+        if not pairs or not all(calls.exclude(one, other) for one, other in pairs):
             yield each
 
 

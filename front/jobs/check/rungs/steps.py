@@ -258,13 +258,19 @@ class Steps:
         found = None if place is None else self._values.initial(place)
         steps = self._machines.get(machine, frozenset())
         initial = frozenset(each for each in steps if found is not None and found.least <= each <= found.most)
-        values = (
-            written_value(point.step)
-            for point, _ in self._points
-            if self._machine(target_of(point.step)) == machine
-            and any(each.on and each.name.startswith("S:FS") for each in needed(point.condition))
-        )
-        return frozenset(float(each.value) for each in values if isinstance(each, Constant)) or initial
+        return frozenset(self._begun.get(machine, ())) or initial
+
+    @cached_property
+    def _begun(self) -> dict[str, set[float]]:
+        """The steps to which machines go in the first scan."""
+        found: dict[str, set[float]] = {}
+        for point, _ in self._points:
+            if any(each.on and each.name.startswith("S:FS") for each in needed(point.condition)):
+                value = written_value(point.step)
+                machine = self._machine(target_of(point.step))
+                if machine and isinstance(value, Constant):
+                    found.setdefault(machine, set()).add(float(value.value))
+        return found
 
     def _starting(self, command: Command) -> Iterator[tuple[Point, FileLine]]:
         """Yield the copies to Execute of a block."""
