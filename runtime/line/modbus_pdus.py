@@ -63,13 +63,17 @@ def _is_whole(pdu: ModbusPDU, data: bytes) -> bool:
     if isinstance(pdu, WriteMultipleCoilsRequest):  # the last byte may have more bits than are written
         size = -(-pdu.count // 8)
         return pdu.count <= WRITE_BITS_MOST and pdu.byte_count == size == pdu.data_byte_count
-    if isinstance(pdu, WriteMultipleRegistersRequest):  # encoded with the count that was received
-        counted, words, most = pdu.count, pdu.registers, WRITE_WORDS_MOST
+    # Registers are counted: encoded with the counts that were received, wrong ones are the same again.
+    if isinstance(pdu, WriteMultipleRegistersRequest):
+        pdu.count = len(pdu.registers)
+        in_range = 1 <= pdu.count <= WRITE_WORDS_MOST
     elif isinstance(pdu, ReadWriteMultipleRegistersRequest):
-        counted, words, most = pdu.write_count, pdu.write_registers, WRITE_AND_READ_MOST
+        pdu.write_count = len(pdu.write_registers)
+        pdu.write_byte_count = 2 * pdu.write_count
+        in_range = 1 <= pdu.write_count <= WRITE_AND_READ_MOST
     else:
-        return encoded(pdu) == data
-    return 1 <= counted == len(words) <= most and encoded(pdu) == data
+        in_range = True
+    return in_range and encoded(pdu) == data
 
 
 def encoded(pdu: ModbusPDU) -> bytes:
@@ -121,18 +125,23 @@ def request_of(data: bytes, functions: Container[int]) -> ModbusPDU:
     return REQUESTS.decode(data) or ExceptionResponse(data[0], ILLEGAL_VALUE)
 
 
-def answer_to(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> bytes:
+def carried_out(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> ModbusPDU:
     """Carry out a request of `request_of`; return the reply or exception.
 
     Args:
         carry_out: from a request to its reply; it may raise `ModbusRefusedError`.
     """
     if isinstance(request, ExceptionResponse):
-        return encoded(request)
+        return request
     try:
-        return encoded(carry_out(request))
+        return carry_out(request)
     except ModbusRefusedError as refused:
-        return encoded(ExceptionResponse(request.function_code, refused.code))
+        return ExceptionResponse(request.function_code, refused.code)
+
+
+def answer_to(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> bytes:
+    """Carry out a request, see `carried_out`; return the reply or exception as bytes."""
+    return encoded(carried_out(request, carry_out))
 
 
 # --- answers

@@ -113,7 +113,7 @@ class Variable:
 
         Args:
             ranges: what they name, see `index_ranges`.
-            value: of a single element also without its list.
+            value: nested lists, or one list of all; of a single element also without a list.
             data: the present bytes; characters are written within the length of a text.
 
         Raises:
@@ -130,6 +130,8 @@ class Variable:
         sizes = [len(each) for each in elements]
         if not isinstance(value, list) and prod(sizes) == 1:
             values = [value]
+        elif isinstance(value, list) and len(value) == prod(sizes) and not isinstance(value[0], list):
+            values = value
         else:
             values = _flat(value, sizes, MismatchError)
         taken = iter(values)
@@ -303,6 +305,6 @@ def _flat(value: Any, dims: Sequence[int], error: type[ValueError] = ValueError)
     values = [value]
     for size in dims:
         if not all(isinstance(each, list) and len(each) == size for each in values):
-            raise error(f"it has {' x '.join(map(str, dims))} elements")
+            raise error(f"the array has {' x '.join(map(str, dims))} elements")
         values = list(chain.from_iterable(values))
     return values

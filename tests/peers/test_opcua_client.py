@@ -55,6 +55,17 @@ def test_elements_of_short_arrays_have_nodes(bench: Bench) -> None:
     bench.ask(work)
 
 
+def test_an_open_server_has_the_uri_of_this_machine(bench: Bench) -> None:
+    async def work(client: Any) -> None:
+        uri = f"urn:{socket.gethostname()}:scanrack"
+        (endpoint,) = await client.get_endpoints()
+        assert endpoint.Server.ApplicationUri == uri
+        assert (await client.get_namespace_array())[1] == uri
+        assert await client.get_node("i=2254").read_value() == [uri]  # ServerArray
+
+    bench.ask(work)
+
+
 def test_tags_are_browsed_read_and_written(bench: Bench) -> None:
     async def work(client: Any) -> None:
         from asyncua import ua

@@ -94,7 +94,7 @@ class Modbus:
 
     def _write_output(self, request: ModbusPDU) -> ModbusPDU:
         self._set_outputs(request.address, request.bits)
-        return bits.WriteSingleCoilResponse(address=request.address, bits=request.bits)
+        return request  # the reply repeats it
 
     def _write_outputs(self, request: ModbusPDU) -> ModbusPDU:
         self._set_outputs(request.address, request.bits)
@@ -108,7 +108,7 @@ class Modbus:
 
     def _write_register(self, request: ModbusPDU) -> ModbusPDU:
         self._write_words(request.address, request.registers)
-        return words.WriteSingleRegisterResponse(address=request.address, registers=request.registers)
+        return request
 
     def _write_registers(self, request: ModbusPDU) -> ModbusPDU:
         self._write_words(request.address, request.registers)

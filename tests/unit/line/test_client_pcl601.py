@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
+from modbus_standard import rtu
 from pymodbus.pdu.register_message import WriteSingleRegisterRequest
 from scanrack.commands import build
 from scanrack.io_images.pcl601 import Code, Error
@@ -24,7 +25,7 @@ from scanrack.runtime.line.clients.link import (
     StoppedError,
     UnconfirmedMotionError,
 )
-from scanrack.runtime.line.clients.modbus import AnswerDecoder, RtuLine, check
+from scanrack.runtime.line.clients.modbus import RtuLine
 from scanrack.runtime.line.clients.modbus_tcp import ModbusTcpLine
 from scanrack.runtime.line.clients.pcl601 import READABLE, SETTABLE, Pcl601Client
 from scanrack.runtime.line.clients.watching import MonitoringLostError
@@ -318,9 +319,24 @@ def test_a_line_that_is_dead_is_told() -> None:
 def test_what_cannot_be_the_answer_is_not_taken_for_it(question: str, answer: str) -> None:
     request = REQUESTS.decode(bytes.fromhex(question))
     assert request is not None
-    request.dev_id = 0
     with pytest.raises(BadResponseError):
-        check(request, AnswerDecoder().decode(bytes.fromhex(answer)))
+        RtuLine(SaidLink(rtu(1, bytes.fromhex(answer)))).ask(1, request)
+
+
+class SaidLink(BusLink):
+    """A line on which one answer comes, whatever is asked."""
+
+    def __init__(self, said: bytes) -> None:
+        super().__init__(FaultyDevice(Pcl601(), {}))
+        self._said = b""
+        self._next = said
+
+    def send(self, data: bytes) -> None:
+        self._said = self._next
+
+    def receive(self, count: int, seconds: float) -> bytes:
+        came, self._said = self._said[:count], self._said[count:]
+        return came
 
 
 @pytest.mark.slow
