@@ -217,6 +217,11 @@ class Memory:
         for leaf in self.layout.images:
             slot = slots[leaf.slot]  # type: ignore[index]  # as checked above
             image = slot.outputs if leaf.output else slot.inputs
+            if len(image) != leaf.size:
+                raise ValueError(
+                    f"the program was built for {leaf.size} words of {leaf.path}, slot {leaf.slot} has "
+                    f"{len(image)}: load it with its rack"
+                )
             self.cells[leaf.ident].cell_contents = image.words
         self._copied = []
         self._attached = True

@@ -385,9 +385,12 @@ class RackSpec(Table):
     @property
     def layout(self) -> MemoryLayout:
         """The places of the images in the rack's memory."""
-        return memory_layout(
-            (slot.number, slot.words) for slot in sorted(self.slot, key=lambda each: each.number)
-        )
+        return memory_layout(self.words.items())
+
+    @property
+    def words(self) -> Mapping[int, ModuleWords]:
+        """The words of the modules by slot, in the order of the rack's memory."""
+        return {slot.number: slot.words for slot in sorted(self.slot, key=lambda each: each.number)}
 
     @property
     def rpi_ns(self) -> int:

@@ -158,6 +158,8 @@ class ExposedModule(Module):
             return
         if len(outputs) != len(self._before):
             self._before, self._torn = Image(size=len(outputs)), Image(size=len(outputs))
+            if outputs == self._before:
+                return
         if self._tears and self._tears[0].at_ns <= self._now_ns:
             tear = self._tears.pop(0)
             self._torn.load(outputs)
