@@ -1,9 +1,9 @@
 """Names of a module's words and bits, for the rack, addresses and traces.
 
-    outputs, inputs    the eight words of each image, by name
+    outputs, inputs    the words of each image, by name; a module has as many words as names
     groups             bits by group and name, as in `slot1.status.MOVE_COMPLETE`
 
-A module with fewer words shows them in the first ones.
+A module's record says both, see `runtime.modules.record`.
 """
 
 from __future__ import annotations
@@ -13,16 +13,19 @@ from dataclasses import dataclass, field
 from enum import IntFlag
 from typing import NamedTuple
 
-from .image import WORDS
+from .image import WORDS, checked_size
 
 
 class BitPlace(NamedTuple):
     """The place of a named bit."""
 
     image: str  # "I" for the input image, "O" for the output image
-    word: int  # 0 to 7
+    word: int  # from 0
     bit: int  # 0 to 15
 
+
+INPUT = ("I", "in")
+"""What an input image is called in addresses and in traces; the output image is "O" and "out"."""
 
 _IMAGES = {"I": "input", "O": "output"}
 
@@ -36,8 +39,8 @@ class ModuleWords:
 
     Attributes:
         message: stem of its message types in a trace, letters and digits, the first one a capital.
-        outputs: names of the eight words from logic to module, lower case.
-        inputs: names of the eight words from module to logic.
+        outputs: names of the words from logic to module, lower case; as many as the module has.
+        inputs: names of the words from module to logic.
         groups: its named bits.
         profile: bits of input word 0 by the names of the module's add-on profile, as in
             `Local:1:I.ModuleOK`.
@@ -64,8 +67,13 @@ class ModuleWords:
     errors: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
+        sizes = {"I": len(self.inputs), "O": len(self.outputs)}
         for group, names in self.groups.items():
-            _refuse_clashes(f"{self.message}: {group}", names)
+            _refuse_clashes(f"{self.message}: {group}", names, sizes)
+
+    def named(self, image: str) -> tuple[str, ...]:
+        """Return the names of the words of an image, "I" or "in", "O" or "out"."""
+        return self.inputs if image in INPUT else self.outputs
 
     def bits(self, image: str, word: int) -> Iterator[tuple[str, int]]:
         """Yield name and number of the named bits of a word."""
@@ -81,12 +89,13 @@ class ModuleWords:
         return f"{kind} {numbers_of(masks)}" if any(masks) else f"no {kind}"
 
 
-def _refuse_clashes(where: str, names: Mapping[str, BitPlace]) -> None:
+def _refuse_clashes(where: str, names: Mapping[str, BitPlace], sizes: Mapping[str, int]) -> None:
     """Raise a ValueError for a bit that no image has, and for two names of one bit."""
     taken: dict[BitPlace, str] = {}
     for name, at in names.items():
-        if at.image not in _IMAGES or at.word not in range(WORDS) or at.bit not in range(16):
-            raise ValueError(f"{where}.{name}: {at}: must be of image I or O, word 0 to 7, bit 0 to 15")
+        if at.word not in range(sizes.get(at.image, 0)) or at.bit not in range(16):
+            last = sizes.get(at.image, max(sizes.values())) - 1
+            raise ValueError(f"{where}.{name}: {at}: must be of image I or O, word 0 to {last}, bit 0 to 15")
         other = taken.setdefault(at, name)
         if other != name:
             image = _IMAGES[at.image]
@@ -135,7 +144,10 @@ def flag_places(image: str, *words: type[IntFlag]) -> Mapping[str, BitPlace]:
     }
 
 
-_NUMBERED = tuple(f"word{index}" for index in range(WORDS))
+def numbered(size: int) -> tuple[str, ...]:
+    """Return word0, word1, ...: names of words without their own; ValueError for an illegal number."""
+    return tuple(f"word{index}" for index in range(checked_size(size)))
 
-PLAIN_WORDS = ModuleWords("Plain", _NUMBERED, _NUMBERED)
-"""The words of a module without names."""
+
+PLAIN_WORDS = ModuleWords("Plain", numbered(WORDS), numbered(WORDS))
+"""The words of a module without names: eight of each image."""

@@ -93,7 +93,7 @@ def test_a_read_back_behind_inputs_has_the_same_word_in_addresses_and_in_rungs(
     words = {2: CardOptions().words(kind)}
     assert str(parse_address("Local:2:I.ReadBack.18", words)) == "Local:2:I.Data[3].2"
     assert str(parse_address("Local:2:I.ReadBack", words)) == "Local:2:I.Data[2]"
-    place = Resolver(Layout([], cards={2: kind.name})).named("Local:2:I.ReadBack.18")
+    place = Resolver(Layout([], modules=words)).named("Local:2:I.ReadBack.18")
     assert isinstance(place, Place)
     assert place.address == "Local:2:I.Data[3].2"
 

@@ -73,7 +73,7 @@ MISTAKES = {
         "// (self._half_ns - 1_000_000)",
         "'half_ms': 1}: any words must be survived; .*ZeroDivisionError",
     ),
-    "a name too few": ("range(2, 8)", "range(3, 8)", "output words need 8 names in small letters: .*word7"),
+    "a name too few": ("range(2, 8)", "range(3, 8)", "it names 7 input words and returns 8"),
     "an output among the inputs": (
         'BitPlace("I", 0, 0)',
         'BitPlace("O", 0, 0)',
