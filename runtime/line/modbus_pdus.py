@@ -3,9 +3,9 @@
     request   bytes -> request_of -> carry out -> reply -> bytes
     answer    bytes -> GuardedDecoder(False) -> mismatch, with the request -> values
 
-pymodbus 3.15 to 3.16 decodes more than the standard allows: bytes behind the data, byte counts that disagree,
-1234h for ON, 2,000 coils. The guard encodes what was decoded again and compares the bytes [Modbus V1.1b3,
-chapter 6]. The classes' own `datastore_update` is not used: it answers functions 05 and 06 by reading back.
+pymodbus 3.15 and 3.16 decode more than the standard allows, such as bytes behind the data, and byte counts
+that disagree. The guard encodes again what was decoded and compares the bytes [Modbus V1.1b3, chapter 6]. The
+classes' own `datastore_update` is not used: it answers functions 05 and 06 by reading back.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, FAILURE, DEVICE_BUSY = 1, 2, 3
 """Exceptions [Modbus V1.1b3, chapter 7]."""
 
 WRITE_BITS_MOST, WRITE_WORDS_MOST, WRITE_AND_READ_MOST = 1968, 123, 121
-"""Most coils of 0Fh, registers of 10h, registers written by 17h; pymodbus takes 2,000, any, and 125."""
+"""Most coils of 0Fh, registers of 10h, registers written by 17h; pymodbus's limits are higher, or none."""
 
 
 class ModbusRefusedError(ValueError):
