@@ -94,13 +94,12 @@ class TestArtefacts:
         Args:
             of_subtest: the test goes on, and so do the recordings of its benches.
         """
+        error: BaseException | None = None
         if report.failed:
             error = AssertionError() if call.excinfo is None else call.excinfo.value
             self._failed = self._failed or error
         elif report.when == "call" and not of_subtest:
             error = self._failed  # a subtest's, with which the test fails, too
-        else:
-            error = None
         if error is not None and not self._ended:
             self._ended = not of_subtest
             if self._opened:
