@@ -206,7 +206,7 @@ READINGS: tuple[Reading, ...] = (
     Reading(
         "R-28",
         "Parameters out of range.",
-        "COMMAND_ERROR alone: there is no bit for an invalid profile.",
+        "COMMAND_ERROR alone: the family has no bit for an invalid profile.",
         "A",
     ),
     Reading(
@@ -285,6 +285,13 @@ READINGS: tuple[Reading, ...] = (
         "When the shaft is an eighth of a turn behind the motor.",
         "C",
         ("stall_degrees",),
+    ),
+    Reading(
+        "R-43",
+        "A home search without a home input.",
+        "It is a command error: the search would not end.",
+        "C",
+        fixed_because=_NO_DEVICE,
     ),
 )
 """The readings by number; those from R-38 on were found while the drives were built."""

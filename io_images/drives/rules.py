@@ -47,13 +47,13 @@ ROWS: tuple[DriveRule, ...] = (
     DriveRule("CMD-03", "SD p. 55; EDS", "A parameter is out of range.", _COMMAND, ("R-12", "R-28")),
     DriveRule("CMD-04", "3401 p. 29", "A move is commanded during a move.", _COMMAND, ("R-25",)),
     DriveRule("CMD-05", "17 p. 82", "An absolute move is commanded without a valid position.", _COMMAND),
-    DriveRule("CMD-06", "SD p. 23", "There is no move that can be held.", _COMMAND, ("R-15",)),
-    DriveRule("CMD-07", "SD p. 23", "There is no held move to resume.", _COMMAND),
+    DriveRule("CMD-06", "SD p. 23", "No move can be held now.", _COMMAND, ("R-15",)),
+    DriveRule("CMD-07", "SD p. 23", "No held move can be resumed.", _COMMAND),
     DriveRule("CMD-08", "SMD p. 59", "A move is commanded with the driver disabled.", _COMMAND, ("R-29",)),
     DriveRule("CMD-09", "SD2 p. 59", "The unit has no valid configuration.", _COMMAND, ("R-32", "R-40")),
-    DriveRule("CMD-10", "17 p. 80", "There is no stored profile to run.", _COMMAND, ("R-30",)),
+    DriveRule("CMD-10", "17 p. 80", "No profile is stored.", _COMMAND, ("R-30",)),
     DriveRule("CMD-11", "17 p. 80", "A segment is refused, and the profile with it.", _COMMAND, ("R-30",)),
-    DriveRule("CMD-12", "EDS", "There is no encoder in use.", _COMMAND, ("R-08", "R-36")),
+    DriveRule("CMD-12", "EDS", "No encoder is in use.", _COMMAND, ("R-08", "R-36")),
     DriveRule("CMD-13", "17 p. 82", "COMMAND_ERROR is set: Reset Errors comes first.", _COMMAND, ("R-24",)),
     DriveRule("CMD-14", "SMD p. 40", "The registers of Synchrostep moves are not known.", _COMMAND),
     DriveRule("CMD-15", "SMD p. 67", "The stopping distance is shorter than the ramp.", _COMMAND, ("R-17",)),
@@ -61,6 +61,10 @@ ROWS: tuple[DriveRule, ...] = (
     DriveRule("CMD-17", "EDS", "The model has no such command.", _COMMAND),
     DriveRule("CMD-18", "SMD p. 38", "A segment is shorter than its ramps.", _COMMAND, ("R-20",)),
     DriveRule("CMD-19", "ANF2 README", "A limit is active: only a jog leaves it.", _COMMAND, ("R-39",)),
+    DriveRule(
+        "CMD-20", "3601", "The input of a registration move is active at its start.", _COMMAND, ("R-17",)
+    ),
+    DriveRule("CMD-21", "SMD p. 13", "No input has the function home.", _COMMAND, ("R-43",)),
     # jogs
     DriveRule(
         "JOG-01", "17 p. 84", "New values of a jog are out of range.", Status.INVALID_JOG_CHANGE, ("R-16",)

@@ -69,14 +69,38 @@ const SERVICES = {
     releaseContinuationPoints: step.release,
     continuationPoints: step.points.map((each) => points[each] ?? Buffer.from('none')),
   }), (response) => (response.results ?? []).map(browsed)],
-  subscribe: () => [new opcua.CreateSubscriptionRequest({
-    requestedPublishingInterval: 50, requestedLifetimeCount: 1000, requestedMaxKeepAliveCount: 10, publishingEnabled: true,
-  }), (response, points) => { points.subscription = response.subscriptionId; return []; }],
+  translate: (step) => [new opcua.TranslateBrowsePathsToNodeIdsRequest({
+    browsePaths: step.paths.map((each) => ({
+      startingNode: id(each.node),
+      relativePath: { elements: each.names.map((name) => ({
+        referenceTypeId: 'i=33', isInverse: step.inverse, includeSubtypes: true,
+        targetName: name ? { namespaceIndex: 2, name } : undefined,
+      })) },
+    })),
+  }), (response) => (response.results ?? []).map(
+    (each) => [each.statusCode.name, ...(each.targets ?? []).map((target) => target.targetId.value)])],
+  subscribe: (step) => [new opcua.CreateSubscriptionRequest({
+    requestedPublishingInterval: 50, publishingEnabled: true,
+    requestedLifetimeCount: step.lifetime, requestedMaxKeepAliveCount: step.alive,
+  }), (response, points) => {
+    points.subscription = response.subscriptionId;
+    return [response.revisedLifetimeCount, response.revisedMaxKeepAliveCount];
+  }],
   items: (step, points) => [new opcua.CreateMonitoredItemsRequest({
     subscriptionId: step.other ? 4711 : points.subscription,
     timestampsToReturn: step.timestamps,
     itemsToCreate: step.nodes.map((each) => ({
-      itemToMonitor: named(each), monitoringMode: 2, requestedParameters: { clientHandle: 7, queueSize: 1 },
+      itemToMonitor: named(each), monitoringMode: 2, requestedParameters: { clientHandle: 7, queueSize: 1, filter: filter(step) },
+    })),
+  }), (response, points) => {
+    points.items = (response.results ?? []).map((each) => each.monitoredItemId);
+    return (response.results ?? []).map((each) => each.statusCode.name);
+  }],
+  modify: (step, points) => [new opcua.ModifyMonitoredItemsRequest({
+    subscriptionId: step.other ? 4711 : points.subscription,
+    timestampsToReturn: step.timestamps,
+    itemsToModify: step.items.map((each) => ({
+      monitoredItemId: each < 0 ? 4711 : points.items[each], requestedParameters: { clientHandle: 7, queueSize: 1 },
     })),
   }), (response) => (response.results ?? []).map((each) => each.statusCode.name)],
   publish: (step, points) => [new opcua.PublishRequest({
@@ -88,6 +112,9 @@ const SERVICES = {
     subscriptionId: step.other ? 4711 : points.subscription, retransmitSequenceNumber: step.number,
   }), (response) => changed(response.notificationMessage)],
 };
+const filter = (step) => (step.deadband
+  ? new opcua.DataChangeFilter({ trigger: 1, deadbandType: step.deadband[0], deadbandValue: step.deadband[1] })
+  : null);
 const changed = (message) => (message.notificationData ?? [])
   .flatMap((each) => each?.monitoredItems ?? []).map((each) => shown(each.value));
 

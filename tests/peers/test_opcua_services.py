@@ -24,18 +24,20 @@ from ua_services import (
     NEITHER,
     SERVER,
     SOURCE,
-    SUBSCRIBE,
     Services,
     Step,
     browse,
     browse_next,
     items,
+    modify,
     node,
     publish,
     read,
     republish,
     start,
+    subscribe,
     to,
+    translate,
     value,
     write,
 )
@@ -74,6 +76,10 @@ READ: Mapping[str, Case] = {
     "BadMaxAgeInvalid": ([read(node("aDint"), age=-1)], ["BadMaxAgeInvalid"]),
     "any age": ([read(node("Locked"), age=1e12)], [values(7)]),
     "BadTimestampsToReturnInvalid": ([read(node("aDint"), timestamps=4)], ["BadTimestampsToReturnInvalid"]),
+    "limits that a client looks up: of reads, and continuation points": (
+        [read(node("i=11705"), node("i=2735"))],
+        [values(10_000, 16)],
+    ),
     "BadNodeIdInvalid": ([read(node(NULL), node("Locked"))], [statuses("BadNodeIdInvalid", "Good")]),
     "BadNodeIdUnknown": ([read(node(NO_NODE), node("ns=9;s=Locked"))], [statuses(*["BadNodeIdUnknown"] * 2)]),
     "BadAttributeIdInvalid": (
@@ -165,6 +171,10 @@ def written(step: Step, then: Step, *back: Step) -> Case:
 WRITE: Mapping[str, Case] = {
     "BadNothingToDo": ([write()], ["BadNothingToDo"]),
     "BadTooManyOperations": ([write(*[to("aDint", value(DINT, 1))] * TOO_MANY)], ["BadTooManyOperations"]),
+    "BadRequestTooLarge": (
+        [write(*[to("Dints", value(DINT, [1] * 3_000))] * 100), read(node("Dints", part="0"))],
+        ["BadRequestTooLarge", values([0])],
+    ),
     "BadNodeIdInvalid": ([write(to(NULL, value(DINT, 1)))], [["BadNodeIdInvalid"]]),
     "BadNodeIdUnknown": ([write(to(NO_NODE, value(DINT, 1)))], [["BadNodeIdUnknown"]]),
     "BadAttributeIdInvalid": (
@@ -399,6 +409,20 @@ BROWSE: Mapping[str, Case] = {
     ),
 }
 
+BROWSE_PATHS: Mapping[str, Case] = {
+    "BadNothingToDo": ([translate(), translate(("Many", []))], ["BadNothingToDo", [["BadNothingToDo"]]]),
+    "BadTooManyOperations": ([translate(*[("Many", ["[0]"])] * TOO_MANY)], ["BadTooManyOperations"]),
+    "BadNodeIdInvalid": ([translate((NULL, ["x"]))], [[["BadNodeIdInvalid"]]]),
+    "BadNodeIdUnknown": ([translate((NO_NODE, ["x"]))], [[["BadNodeIdUnknown"]]]),
+    "BadBrowseNameInvalid": ([translate(("Many", ["[0]", ""]))], [[["BadBrowseNameInvalid"]]]),
+    "BadNoMatch": ([translate(("Many", ["[0]", "No"]))], [[["BadNoMatch"]]]),
+    "a path": ([translate(("Many", ["[0]", "Id"]))], [[["Good", "Many[0].Id"]]]),
+    "a path that leads back": (
+        [translate(("Many[0].Id", ["[0]", "Many"]), inverse=True)],
+        [[["Good", "Many"]]],
+    ),
+}
+
 NEXT: Mapping[str, Case] = {
     "BadNothingToDo": ([browse_next()], ["BadNothingToDo"]),
     "BadTooManyOperations": ([browse_next(*["none"] * TOO_MANY)], ["BadTooManyOperations"]),
@@ -456,18 +480,19 @@ NEXT: Mapping[str, Case] = {
 }
 
 CHANGED = {"status": "Good", "value": 7}
+SUBSCRIBE, SUBSCRIBED = subscribe(), [1_000, 10]
 FIRST = [SUBSCRIBE, items(node("Locked"))]
-MADE: list[Any] = [[], ["Good"]]
+MADE: list[Any] = [SUBSCRIBED, ["Good"]]
 
 SUBSCRIPTIONS: Mapping[str, Case] = {
     "Republish: BadSubscriptionIdInvalid": ([republish(1, other=True)], ["BadSubscriptionIdInvalid"]),
     "Republish: BadSubscriptionIdInvalid beside another one": (
         [SUBSCRIBE, republish(1, other=True)],
-        [[], "BadSubscriptionIdInvalid"],
+        [SUBSCRIBED, "BadSubscriptionIdInvalid"],
     ),
     "Republish: BadMessageNotAvailable": (
         [SUBSCRIBE, republish(1), republish(0)],
-        [[], *["BadMessageNotAvailable"] * 2],
+        [SUBSCRIBED, *["BadMessageNotAvailable"] * 2],
     ),
     "a message is there until it is acknowledged": (
         [*FIRST, publish(), republish(1), republish(1), republish(2), publish(1), republish(1)],
@@ -490,14 +515,73 @@ SUBSCRIPTIONS: Mapping[str, Case] = {
         [*FIRST, publish(5, other=True)],
         [*MADE, [["BadSubscriptionIdInvalid"], CHANGED]],
     ),
-    "items: BadNothingToDo": ([SUBSCRIBE, items()], [[], "BadNothingToDo"]),
+    "a subscription lives as long as three messages to keep it alive take": (
+        [subscribe(5, 10), subscribe(0, 0)],
+        [[30, 10], [15_000, 5_000]],
+    ),
+    "items: BadFilterNotAllowed": (
+        [SUBSCRIBE, items(node("Text"), node("aBool"), node("Locked", DISPLAY_NAME), deadband=(1, 2.0))],
+        [SUBSCRIBED, ["BadFilterNotAllowed"] * 3],
+    ),
+    "items: BadMonitoredItemFilterUnsupported": (
+        [SUBSCRIBE, items(node("Grid"), deadband=(1, 2.0)), items(node("Locked"), deadband=(2, 2.0))],
+        [SUBSCRIBED, *[["BadMonitoredItemFilterUnsupported"]] * 2],
+    ),
+    "items: a deadband": (
+        [SUBSCRIBE, items(node("Locked"), deadband=(1, 2.0)), publish()],
+        [SUBSCRIBED, ["Good"], [[], CHANGED]],
+    ),
+    "items: BadEventFilterInvalid": (
+        [SUBSCRIBE, items(node("i=2253", NOTIFIER))],
+        [SUBSCRIBED, ["BadEventFilterInvalid"]],
+    ),
+    "changed items: what is refused": (
+        [*FIRST, modify(), modify(0, timestamps=4), modify(0, other=True), modify(-1, 0)],
+        [
+            *MADE,
+            "BadNothingToDo",
+            "BadTimestampsToReturnInvalid",
+            "BadSubscriptionIdInvalid",
+            ["BadMonitoredItemIdInvalid", "Good"],
+        ],
+    ),
+    "changed items: timestamps": (
+        [
+            SUBSCRIBE,
+            items(node("aDint")),
+            publish(),
+            modify(0, timestamps=SOURCE),
+            write(to("aDint", value(DINT, 41))),
+            publish(1),
+        ],
+        [
+            *MADE,
+            [[], {"status": "Good", "source": False}],
+            ["Good"],
+            ["Good"],
+            [["Good"], {"status": "Good", "value": 41, "source": True, "server": False}],
+        ],
+    ),
+    "items: only the part that is named is watched": (
+        [
+            SUBSCRIBE,
+            items(node("aScale", part="1")),
+            publish(),
+            write(to("aScale", value(DINT, [11]), part="0")),
+            write(to("aScale", value(DINT, [21]), part="1")),
+            publish(1),
+            write(to("aScale", value(DINT, [10, 20]), part="0:1")),
+        ],
+        [*MADE, [[], *values([20])], ["Good"], ["Good"], [["Good"], *values([21])], ["Good"]],
+    ),
+    "items: BadNothingToDo": ([SUBSCRIBE, items()], [SUBSCRIBED, "BadNothingToDo"]),
     "items: BadSubscriptionIdInvalid": (
         [SUBSCRIBE, items(node("Locked"), other=True)],
-        [[], "BadSubscriptionIdInvalid"],
+        [SUBSCRIBED, "BadSubscriptionIdInvalid"],
     ),
     "items: BadTimestampsToReturnInvalid": (
         [SUBSCRIBE, items(node("Locked"), timestamps=4)],
-        [[], "BadTimestampsToReturnInvalid"],
+        [SUBSCRIBED, "BadTimestampsToReturnInvalid"],
     ),
     "items: what is refused": (
         [
@@ -514,7 +598,7 @@ SUBSCRIPTIONS: Mapping[str, Case] = {
             publish(),
         ],
         [
-            [],
+            SUBSCRIBED,
             [
                 "BadNodeIdInvalid",
                 "BadNodeIdUnknown",
@@ -534,7 +618,7 @@ SUBSCRIPTIONS: Mapping[str, Case] = {
             publish(),
         ],
         [
-            [],
+            SUBSCRIBED,
             ["Good"] * 3,
             [[], *values([20, 30], "he"), {"status": "BadIndexRangeNoData"}],
         ],
@@ -542,7 +626,7 @@ SUBSCRIPTIONS: Mapping[str, Case] = {
     **{
         f"items: timestamps {name}": (
             [SUBSCRIBE, items(node("Locked"), timestamps=each), publish()],
-            [[], ["Good"], [[], {"status": "Good", "source": source, "server": server}]],
+            [SUBSCRIBED, ["Good"], [[], {"status": "Good", "source": source, "server": server}]],
         )
         for name, each, source, server in (
             ("source", SOURCE, True, False),
@@ -559,6 +643,7 @@ CASES: Mapping[str, Case] = {
         ("Read", READ),
         ("Write", WRITE),
         ("Browse", BROWSE),
+        ("TranslateBrowsePaths", BROWSE_PATHS),
         ("BrowseNext", NEXT),
         ("subscription", SUBSCRIPTIONS),
     )
