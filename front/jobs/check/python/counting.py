@@ -96,7 +96,7 @@ def _never_set(reader: Reader, nodes: list[ast.AST], facts: Facts) -> None:
     stored = {
         node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
     }
-    seen = set()
+    seen: set[str] = set()
     for node in nodes:
         if not isinstance(node, ast.Attribute) or not isinstance(node.value, ast.Name):
             continue
