@@ -57,7 +57,8 @@ class Model:
         layout: of the configuration words.
         axes: most axes in a stack.
         limits: ranges of its parameters.
-        terminals: the inputs of a machine that are wired to its inputs, in their order.
+        terminals: its inputs in their order, where they have functions of their own; none for a model whose
+            configuration gives two inputs their functions.
         moved_commands: bits of command word 0 that it has at another place than the SMD family.
         missing_commands: bits that it lacks; a command with one is refused.
         modifiers: bits of command word 1 that it knows; a command with another one is refused.
@@ -76,7 +77,7 @@ class Model:
     layout: Layout = Layout.SMD
     axes: int = 1
     limits: Limits = field(default_factory=Limits)
-    terminals: tuple[InputBit, ...] = (InputBit.CAPTURE, InputBit.EXTERNAL)
+    terminals: tuple[InputBit, ...] = ()
     moved_commands: Mapping[Command, int] = field(default_factory=dict)
     missing_commands: Command = NO_COMMAND
     modifiers: Modifier = (
@@ -108,7 +109,7 @@ class Model:
     def input_names(self) -> tuple[str, ...]:
         """Names of its inputs, in the order of `terminals`."""
         if self.layout is Layout.SMD:
-            return tuple(f"in{at + 1}" for at in range(len(self.terminals)))
+            return ("in1", "in2")
         return tuple(str(bit.name).lower() for bit in self.terminals)
 
     def command_bits(self, word_0: int) -> Command:

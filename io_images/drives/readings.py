@@ -206,7 +206,7 @@ READINGS: tuple[Reading, ...] = (
     Reading(
         "R-28",
         "Parameters out of range.",
-        "COMMAND_ERROR alone: there is no bit for an invalid profile.",
+        "COMMAND_ERROR alone: the family has no bit for an invalid profile.",
         "A",
     ),
     Reading(

@@ -169,8 +169,9 @@ class OpcUaServer:
             keep_apart(session, self._inner.subscription_service.subscriptions)
             client = f"{name[0]}:{name[1]}"
             Subscriptions(session, self._inner.subscription_service, self._attributes)
-            browsing = Browsing(self._views)
+            browsing = Browsing(self._views, session.translate_browsepaths_to_nodeids)
             session.browse, session.browse_next = browsing.browse, browsing.browse_next
+            session.translate_browsepaths_to_nodeids = browsing.translate
             session.read = self._reading(client)
             session.write = lambda params: self._write(params, session, client)
             session.create_subscription = self._subscribing(session.create_subscription, client)
@@ -293,7 +294,11 @@ class OpcUaServer:
             if version != self._process.version:
                 return None
             work = asyncio.get_running_loop().run_in_executor(None, self._process, [(client, operations)])
-            found = await work
+            try:
+                found = await work
+            except ValueError as error:  # more than an exchange holds
+                service_error: Any = import_module("asyncua.common.utils").ServiceError
+                raise service_error(self._ua.StatusCodes.BadRequestTooLarge) from error
         return None if found is None else found[2][0]
 
 

@@ -1,22 +1,25 @@
 """Browsing the OPC UA server: Browse and BrowseNext, with continuation points [OPC UA part 4, 5.9].
 
-asyncua (2.1) returns all references of a node, as they were added: it has neither continuation points nor
-result masks, and takes any direction and type of references. References that lead back have no names there.
-Here each row of the tables of result codes has its check:
+asyncua (2.1) returns all references of a node, with all fields: it has no continuation points, and takes any
+direction and type of references. Here each row of the tables of result codes has its check:
 
     Browse, service        BadNothingToDo, BadTooManyOperations: `opcua_services.py`;
                            BadViewIdUnknown, since there is no view
     Browse, operation      BadNodeIdInvalid, BadNodeIdUnknown, BadBrowseDirectionInvalid,
                            BadReferenceTypeIdInvalid, BadNoContinuationPoints
     BrowseNext, operation  BadContinuationPointInvalid
+    TranslateBrowsePaths   BadNodeIdInvalid, BadNodeIdUnknown, BadNothingToDo, BadBrowseNameInvalid
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Awaitable, Callable, Iterator
 from importlib import import_module
 from itertools import count, islice
 from typing import Any, NamedTuple
+
+FIELDS = ("ReferenceTypeId", "IsForward", "NodeClass", "BrowseName", "DisplayName", "TypeDefinition")
+"""Fields of a reference that a result mask names."""
 
 CONTINUATIONS_MOST = 16
 """Continuation points of a session; the oldest is released for a new request."""
@@ -43,18 +46,32 @@ class Views:
         self.space = space
         self.edition = 0
         ids = self._ua.ObjectIds
-        self._subtype, self._definition = map(self._ua.NodeId, (ids.HasSubtype, ids.HasTypeDefinition))
+        self._subtype = self._ua.NodeId(ids.HasSubtype)
+        self._fields = [each for each in self._ua.BrowseResultMask if each.name in FIELDS]
+        self._all = sum(self._fields)
+
+    def _start_refusal(self, node_id: Any) -> str:
+        if node_id.is_null():
+            return "BadNodeIdInvalid"
+        return "" if node_id in self.space else "BadNodeIdUnknown"
+
+    def path_refusal(self, path: Any) -> str:
+        """Return the name of the status that refuses a path; "" for none."""
+        if refusal := self._start_refusal(path.StartingNode):
+            return refusal
+        elements = path.RelativePath.Elements
+        if not elements:
+            return "BadNothingToDo"
+        return "" if all(each.TargetName.Name for each in elements) else "BadBrowseNameInvalid"
 
     def refusal(self, wanted: Any) -> str:
         """Return the name of the status that refuses a browse; "" for none."""
-        if wanted.NodeId.is_null():
-            return "BadNodeIdInvalid"
-        if wanted.NodeId not in self.space:
-            return "BadNodeIdUnknown"
+        if refusal := self._start_refusal(wanted.NodeId):
+            return refusal
         if wanted.BrowseDirection == self._ua.BrowseDirection.Invalid:
             return "BadBrowseDirectionInvalid"
         kind = wanted.ReferenceTypeId
-        if not kind.is_null() and self._class_of(kind) != self._ua.NodeClass.ReferenceType:
+        if not kind.is_null() and not self._is_reference_type(kind):
             return "BadReferenceTypeIdInvalid"
         return ""
 
@@ -69,8 +86,8 @@ class Views:
         for each in self.space[wanted.NodeId].references:
             if each.IsForward not in forward or (kinds is not None and each.ReferenceTypeId not in kinds):
                 continue
-            if not wanted.NodeClassMask or wanted.NodeClassMask & self._class_of(each.NodeId, each.NodeClass):
-                yield self._described(each, wanted.ResultMask)
+            if not wanted.NodeClassMask or wanted.NodeClassMask & each.NodeClass:
+                yield self._masked(each, wanted.ResultMask)
 
     def _subtypes(self, kind: Any) -> Iterator[Any]:
         for each in self.space[kind].references:
@@ -78,43 +95,35 @@ class Views:
                 yield each.NodeId
                 yield from self._subtypes(each.NodeId)
 
-    def _class_of(self, node_id: Any, otherwise: Any = 0) -> Any:
-        node = self.space.get(node_id)
-        return otherwise if node is None else self._value(node, self._ua.AttributeIds.NodeClass)
+    def _is_reference_type(self, node_id: Any) -> bool:
+        node, ua = self.space.get(node_id), self._ua
+        if node is None:
+            return False
+        return bool(
+            node.attributes[ua.AttributeIds.NodeClass].value.Value.Value == ua.NodeClass.ReferenceType
+        )
 
-    @staticmethod
-    def _value(node: Any, attribute: Any) -> Any:
-        return node.attributes[attribute].value.Value.Value
-
-    def _described(self, reference: Any, mask: int) -> Any:
-        """Return a reference with the fields of the mask; names are those of the target."""
-        ua = self._ua
-        masks, ids, target = ua.BrowseResultMask, ua.AttributeIds, self.space.get(reference.NodeId)
-        made = ua.ReferenceDescription(NodeId=reference.NodeId)
-        if mask & masks.ReferenceTypeId:
-            made.ReferenceTypeId = reference.ReferenceTypeId
-        if mask & masks.IsForward:
-            made.IsForward = reference.IsForward
-        if target is None:
-            return made
-        node_class = ua.NodeClass(self._value(target, ids.NodeClass))
-        if mask & masks.NodeClass:
-            made.NodeClass = node_class
-        if mask & masks.BrowseName:
-            made.BrowseName = self._value(target, ids.BrowseName)
-        if mask & masks.DisplayName:
-            made.DisplayName = self._value(target, ids.DisplayName)
-        if mask & masks.TypeDefinition and node_class in (ua.NodeClass.Object, ua.NodeClass.Variable):
-            kinds = (each for each in target.references if each.ReferenceTypeId == self._definition)
-            made.TypeDefinition = next((each.NodeId for each in kinds if each.IsForward), ua.NodeId())
+    def _masked(self, reference: Any, mask: int) -> Any:
+        """Return a reference with the fields of a mask."""
+        if mask & self._all == self._all:
+            return reference
+        made = self._ua.ReferenceDescription(NodeId=reference.NodeId)
+        for each in self._fields:
+            if mask & each:
+                setattr(made, each.name, getattr(reference, each.name))
         return made
 
 
 class Browsing:
-    """The browses of a session."""
+    """The browses of a session.
 
-    def __init__(self, views: Views) -> None:
+    Args:
+        translate: asyncua's service.
+    """
+
+    def __init__(self, views: Views, translate: Callable[[list[Any]], Awaitable[list[Any]]]) -> None:
         self._ua: Any = import_module("asyncua.ua")
+        self._translate = translate
         self._error: Any = import_module("asyncua.common.utils").ServiceError
         self._views = views
         self._paused: dict[bytes, _Paused] = {}
@@ -133,6 +142,16 @@ class Browsing:
                 results.append(self._results(self._views.references(each), most, before))
         return results
 
+    async def translate(self, paths: list[Any]) -> list[Any]:
+        """Answer TranslateBrowsePathsToNodeIds; asyncua follows what is a path."""
+        results = []
+        for each in paths:
+            if refusal := self._views.path_refusal(each):
+                results.append(self._ua.BrowsePathResult(self._status(refusal)))
+            else:
+                results += await self._translate([each])
+        return results
+
     async def browse_next(self, params: Any) -> list[Any]:
         """Answer BrowseNext; no results if points are released."""
         if params.ReleaseContinuationPoints:
@@ -148,8 +167,11 @@ class Browsing:
                 results.append(self._results(paused.rest, paused.most, [], paused.next))
         return results
 
+    def _status(self, code: str) -> Any:
+        return self._ua.StatusCode(getattr(self._ua.StatusCodes, code))
+
     def _bad(self, code: str) -> Any:
-        return self._ua.BrowseResult(self._ua.StatusCode(getattr(self._ua.StatusCodes, code)))
+        return self._ua.BrowseResult(self._status(code))
 
     def _results(self, rest: Iterator[Any], most: int, before: list[bytes], first: Any = None) -> Any:
         """Return the next references, and a point behind which there are more.

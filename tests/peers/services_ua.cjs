@@ -69,6 +69,16 @@ const SERVICES = {
     releaseContinuationPoints: step.release,
     continuationPoints: step.points.map((each) => points[each] ?? Buffer.from('none')),
   }), (response) => (response.results ?? []).map(browsed)],
+  translate: (step) => [new opcua.TranslateBrowsePathsToNodeIdsRequest({
+    browsePaths: step.paths.map((each) => ({
+      startingNode: id(each.node),
+      relativePath: { elements: each.names.map((name) => ({
+        referenceTypeId: 'i=33', isInverse: step.inverse, includeSubtypes: true,
+        targetName: name ? { namespaceIndex: 2, name } : undefined,
+      })) },
+    })),
+  }), (response) => (response.results ?? []).map(
+    (each) => [each.statusCode.name, ...(each.targets ?? []).map((target) => target.targetId.value)])],
   subscribe: () => [new opcua.CreateSubscriptionRequest({
     requestedPublishingInterval: 50, requestedLifetimeCount: 1000, requestedMaxKeepAliveCount: 10, publishingEnabled: true,
   }), (response, points) => { points.subscription = response.subscriptionId; return []; }],

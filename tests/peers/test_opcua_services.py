@@ -36,6 +36,7 @@ from ua_services import (
     republish,
     start,
     to,
+    translate,
     value,
     write,
 )
@@ -74,6 +75,10 @@ READ: Mapping[str, Case] = {
     "BadMaxAgeInvalid": ([read(node("aDint"), age=-1)], ["BadMaxAgeInvalid"]),
     "any age": ([read(node("Locked"), age=1e12)], [values(7)]),
     "BadTimestampsToReturnInvalid": ([read(node("aDint"), timestamps=4)], ["BadTimestampsToReturnInvalid"]),
+    "limits that a client looks up: of reads, and continuation points": (
+        [read(node("i=11705"), node("i=2735"))],
+        [values(10_000, 16)],
+    ),
     "BadNodeIdInvalid": ([read(node(NULL), node("Locked"))], [statuses("BadNodeIdInvalid", "Good")]),
     "BadNodeIdUnknown": ([read(node(NO_NODE), node("ns=9;s=Locked"))], [statuses(*["BadNodeIdUnknown"] * 2)]),
     "BadAttributeIdInvalid": (
@@ -165,6 +170,10 @@ def written(step: Step, then: Step, *back: Step) -> Case:
 WRITE: Mapping[str, Case] = {
     "BadNothingToDo": ([write()], ["BadNothingToDo"]),
     "BadTooManyOperations": ([write(*[to("aDint", value(DINT, 1))] * TOO_MANY)], ["BadTooManyOperations"]),
+    "BadRequestTooLarge": (
+        [write(*[to("Dints", value(DINT, [1] * 3_000))] * 100), read(node("Dints", part="0"))],
+        ["BadRequestTooLarge", values([0])],
+    ),
     "BadNodeIdInvalid": ([write(to(NULL, value(DINT, 1)))], [["BadNodeIdInvalid"]]),
     "BadNodeIdUnknown": ([write(to(NO_NODE, value(DINT, 1)))], [["BadNodeIdUnknown"]]),
     "BadAttributeIdInvalid": (
@@ -399,6 +408,20 @@ BROWSE: Mapping[str, Case] = {
     ),
 }
 
+BROWSE_PATHS: Mapping[str, Case] = {
+    "BadNothingToDo": ([translate(), translate(("Many", []))], ["BadNothingToDo", [["BadNothingToDo"]]]),
+    "BadTooManyOperations": ([translate(*[("Many", ["[0]"])] * TOO_MANY)], ["BadTooManyOperations"]),
+    "BadNodeIdInvalid": ([translate((NULL, ["x"]))], [[["BadNodeIdInvalid"]]]),
+    "BadNodeIdUnknown": ([translate((NO_NODE, ["x"]))], [[["BadNodeIdUnknown"]]]),
+    "BadBrowseNameInvalid": ([translate(("Many", ["[0]", ""]))], [[["BadBrowseNameInvalid"]]]),
+    "BadNoMatch": ([translate(("Many", ["[0]", "No"]))], [[["BadNoMatch"]]]),
+    "a path": ([translate(("Many", ["[0]", "Id"]))], [[["Good", "Many[0].Id"]]]),
+    "a path that leads back": (
+        [translate(("Many[0].Id", ["[0]", "Many"]), inverse=True)],
+        [[["Good", "Many"]]],
+    ),
+}
+
 NEXT: Mapping[str, Case] = {
     "BadNothingToDo": ([browse_next()], ["BadNothingToDo"]),
     "BadTooManyOperations": ([browse_next(*["none"] * TOO_MANY)], ["BadTooManyOperations"]),
@@ -559,6 +582,7 @@ CASES: Mapping[str, Case] = {
         ("Read", READ),
         ("Write", WRITE),
         ("Browse", BROWSE),
+        ("TranslateBrowsePaths", BROWSE_PATHS),
         ("BrowseNext", NEXT),
         ("subscription", SUBSCRIPTIONS),
     )

@@ -54,12 +54,12 @@ words = st.one_of(commands, commands, commands, configurations, st.just((0, ENAB
 actions = st.tuples(
     st.integers(1, 6_000),
     words,
-    st.dictionaries(st.sampled_from([InputBit.CAPTURE, InputBit.EXTERNAL]), st.booleans(), max_size=1),
+    st.dictionaries(st.sampled_from([InputBit.HOME, InputBit.CW_LIMIT]), st.booleans(), max_size=1),
     st.sampled_from([None, None, None, "cable", "plug", "hot", "cool", "stop", "run", "power"]),
 )
 machines = st.builds(
     lambda at, obstacle: MachineSpec(
-        switches=(Switch(InputBit.CAPTURE, at, at + 400),),
+        switches=(Switch(InputBit.HOME, at, at + 400),),
         slips=(Slip(1_200, 900, times=None),) if obstacle == 1 else (),
         jams=(Jam(2_000, 1),) if obstacle == 2 else (),
     ),
@@ -81,7 +81,7 @@ def befall(drive, name):
 
 def play(model, spec, script, pieces_ns):
     """Return what a drive shows at the end of each action, and its events."""
-    drive = Drive(MODELS[model], Machine(spec), {"stored": VALID if model != "anf2" else ()})
+    drive = Drive(MODELS[model], Machine(spec), {} if model == "anf2" else {"stored": VALID})
     seen, now_ns, odd = [], 0, 123_457
     for ticks, outputs, inputs, what in script:
         befall(drive, what)

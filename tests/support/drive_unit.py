@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.drives.bits import Status
 from scanrack.io_images.drives.models import MODELS
 from scanrack.runtime.loop.events import JsonValue
@@ -65,12 +64,12 @@ class Unit:
 
     def input(self, number: int, on: bool = True, ms: float = 1) -> Unit:
         """Energize an input, 1 or 2, or not."""
-        self.drive.operate((InputBit.CAPTURE, InputBit.EXTERNAL)[number - 1], on)
+        self.drive.operate(self.drive.terminals[number - 1], on)
         return self.wait(ms)
 
     def switch(self, number: int, first: int | None, last: int | None) -> Unit:
         """Tie an input to a range of the shaft."""
-        bit = (InputBit.CAPTURE, InputBit.EXTERNAL)[number - 1]
+        bit = self.drive.terminals[number - 1]
         self.drive.machine.rewire(bit, [Switch(bit, first, last)])
         return self
 

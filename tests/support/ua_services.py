@@ -70,6 +70,12 @@ def browse(*nodes: Step, most: int = 0, view: str = "") -> Step:
     return {"service": "browse", "nodes": list(nodes), "most": most, "view": view}
 
 
+def translate(*paths: tuple[str, Sequence[str]], inverse: bool = False) -> Step:
+    """Return a TranslateBrowsePathsToNodeIds request: where paths start, and the names on them."""
+    made = [{"node": name, "names": list(names)} for name, names in paths]
+    return {"service": "translate", "paths": made, "inverse": inverse}
+
+
 def browse_next(*points: str, release: bool = False) -> Step:
     """Return a BrowseNext request; a point is `STEP.RESULT`, another text one that does not exist."""
     return {"service": "next", "points": list(points), "release": release}
@@ -203,6 +209,26 @@ class Services:
         request.Parameters.ReleaseContinuationPoints = step["release"]
         request.Parameters.ContinuationPoints = [self._points.get(each, b"none") for each in step["points"]]
         return request, lambda _, results: list(map(self._browsed, results))
+
+    def _translate(self, step: Step) -> Any:
+        ua, request = self._ua, self._ua.TranslateBrowsePathsToNodeIdsRequest()
+        kind = ua.NodeId(ua.ObjectIds.HierarchicalReferences)
+        request.Parameters.BrowsePaths = [
+            ua.BrowsePath(
+                self._id(each["node"]),
+                ua.RelativePath(
+                    [
+                        ua.RelativePathElement(kind, step["inverse"], True, ua.QualifiedName(name or None, 2))
+                        for name in each["names"]
+                    ]
+                ),
+            )
+            for each in step["paths"]
+        ]
+        return request, lambda _, results: [
+            [each.StatusCode.name, *(target.TargetId.Identifier for target in each.Targets)]
+            for each in results
+        ]
 
     def _subscribe(self, _step: Step) -> Any:
         request = self._ua.CreateSubscriptionRequest()

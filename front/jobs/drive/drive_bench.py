@@ -153,7 +153,7 @@ def _frame(text: str) -> bytes:
 
 def _surround(axis: Drive, env: DriveEnv, levels: dict[str, Level]) -> None:
     for name, level in levels.items():
-        bit = axis.model.terminals[axis.model.input_names.index(name)]
+        bit = axis.terminals[axis.model.input_names.index(name)]
         if isinstance(level, Range):
             axis.machine.rewire(bit, [Switch(bit, *level.on_when_pos_in)])
         else:

@@ -62,17 +62,19 @@ class LinkedAxis(Generic[Drive]):
 
     @property
     def task(self) -> Task[Drive] | None:
-        """The motion as the command layer knows it."""
+        """The motion as the command layer knows it, until a reply shows that it has ended."""
+        return next((task for task in self._tasks if task.shown), None)
+
+    @property
+    def _tasks(self) -> tuple[Task[Drive], ...]:
+        """All motions, the present one first."""
         driver = self._driver
-        if driver.cut:
-            return None
-        tasks = [driver.task] if driver.task is not None else []
-        return next((task for task in (*tasks, *driver.tasks) if task.shown), None)
+        return tuple(driver.tasks) if driver.task is None else (driver.task, *driver.tasks)
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is requested or in progress."""
-        return self.task is not None
+        """Whether a motion is requested or in progress, or a hard stop has not been confirmed yet."""
+        return self._driver.cut or self.task is not None
 
     @property
     def direction(self) -> int:
@@ -109,8 +111,8 @@ class LinkedAxis(Generic[Drive]):
 
     @property
     def settled(self) -> bool:
-        """Whether new words may act: no stop and no configuration is in progress."""
-        return not (self._driver.cut or self._driver.setup)
+        """Whether new words may act: no hard stop, no configuration and no single pulse is in progress."""
+        return not (self._driver.cut or self._driver.setup) and all(task.shown for task in self._tasks)
 
     # -- commands -----------------------------------------------------------------------------
 
@@ -184,10 +186,8 @@ class LinkedAxis(Generic[Drive]):
         raise NotImplementedError
 
     def cut(self, now_ns: int) -> None:
-        """End the step output at once."""
-        if self._driver.task is not None or self._driver.tasks:
-            self._driver.tasks.clear()
-            self._driver.cut = True
+        """Send a hard stop before anything else; `moving` lasts until the axis has been read at rest."""
+        self._driver.cut = True
 
     def watch_steps(self, steps: int) -> None:
         """Do nothing: every read causes a tick."""

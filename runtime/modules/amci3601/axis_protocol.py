@@ -34,7 +34,7 @@ class Axis(Protocol):
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way."""
+        """Whether a motion is under way; after `cut` until the axis is known to be at rest."""
 
     @property
     def direction(self) -> int:
@@ -90,7 +90,7 @@ class Axis(Protocol):
         """Return the steps that a controlled stop beginning now would still make."""
 
     def cut(self, now_ns: int) -> None:
-        """End the step output at once."""
+        """End the step output at once, or as soon as the axis can be reached: `moving` says until when."""
 
     def watch_steps(self, steps: int) -> None:
         """Request a tick when the motion has made `steps` steps."""

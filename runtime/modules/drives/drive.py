@@ -13,14 +13,14 @@ from collections.abc import Callable, Mapping, Sequence
 from ....io_images.amci3601 import InputBit
 from ....io_images.drives.bits import Status
 from ....io_images.drives.models import WORDS, Model
-from ....io_images.image import Image
+from ....io_images.image import Image, signed_word
 from ...loop.events import Event, JsonValue
 from ...loop.module import unnoticed
 from ...machine import Machine
 from ..amci3601.step_generator import NEVER, StepGenerator
 from .layer import DriveLayer
-from .nonvolatile import EMPTY, DriveMemory
-from .options import DriveOptions
+from .nonvolatile import DriveMemory
+from .options import options_of
 
 NS_PER_MS = 1_000_000
 HOT_C = 90
@@ -36,11 +36,12 @@ class Drive:
         events: in order of time; the caller empties it.
         before_change: called before any access to the unit or its machine except `update`.
         words: the ten output words in force, unsigned.
+        terminals: the machine's inputs that are wired to its inputs, in their order.
 
     Args:
         model: a row of the family's models.
-        machine: by default one without switches; the drive's inputs are its first ones, in their order.
-        options: options of the model by name, see `DriveOptions`.
+        machine: by default one without switches.
+        options: options of the model by name, see `SmdOptions`.
         memory: the flash; by default empty, or with the configuration of the option `stored`.
 
     Raises:
@@ -56,27 +57,30 @@ class Drive:
     ) -> None:
         self.model = model
         self.machine = Machine() if machine is None else machine
-        self.options = DriveOptions.of(options)
-        self.options.check_stored(model)
+        self.options = options_of(model).of(options)
+        stored = self.options.stored_in(model)
+        self.terminals = self.options.terminals(model)
         self.events: list[Event] = []
         self.before_change: Callable[[], None] = unnoticed
         self.machine.before_change = self.look_again
         self._tick_ns = 1000 * self.options.input_scan_us
         self._now_ns = 0
         self._running = self._cable = True
+        self._due_ns = 0  # before this instant only position and encoder change
         self._hot = False
         self._conditions = Status(0)
-        self._image = Image()
-        if memory is None:
-            stored = self.options.stored
-            memory = DriveMemory(configuration=stored) if stored else EMPTY
-        self._power_up(memory)
+        self._image = Image(size=WORDS)
+        self._raw = b""  # the output image that `update` has obeyed
+        self._power_up(DriveMemory(configuration=stored) if memory is None else memory)
 
     def _power_up(self, memory: DriveMemory) -> None:
         self.axis = StepGenerator(self.machine)
         self.axis.advance(self._now_ns)
         self.layer = DriveLayer(self.axis, self.model, self.options, memory, self.events, self._now_ns)
         self.words = NO_WORDS
+        self._raw = b""
+        self._reports_travel = False
+        self._due_ns = 0
         self._tick(self._now_ns)
 
     @property
@@ -93,11 +97,35 @@ class Drive:
 
     def update(self, now_ns: int, outputs: Image) -> Image:
         """Advance to `now_ns` with `outputs` in force since the last call; return the input image then."""
-        self.obey(outputs)
-        self.advance(now_ns)
-        for at, word in enumerate(self.inputs()):
-            self._image[at] = word
+        raw = outputs.raw.tobytes()
+        if now_ns >= self._due_ns or raw != self._raw:
+            self.obey(outputs)
+            self._raw = raw
+            self.advance(now_ns)
+            words = self._image.words
+            for at, word in enumerate(self.inputs()):
+                words[at] = signed_word(word)
+            self._foresee(now_ns)
+        elif self._reports_travel:
+            self._report_travel(now_ns)
+        self._now_ns = now_ns
         return self._image
+
+    def _foresee(self, now_ns: int) -> None:
+        """Compute until when nothing but the position and the encoder can change."""
+        beat_ns = NS_PER_MS * self.options.beat_ms
+        due_ns = min(self.axis.next_change_ns(), self._tick_due_ns, self._stall_due_ns)
+        self._due_ns = min(due_ns, (now_ns // beat_ns + 1) * beat_ns)
+        shown = not self.layer.in_configuration
+        self._reports_travel = shown and (self.axis.moving or self.axis.counting)
+
+    def _report_travel(self, now_ns: int) -> None:
+        """Report position and encoder; nothing else can have changed."""
+        self.axis.advance(now_ns)
+        words, split = self._image.words, self.layer.input_format.split
+        words[2], words[3] = split(self.axis.position)
+        if self.axis.counting:
+            words[4], words[5] = split(self.axis.encoder)
 
     def plc_run(self, running: bool) -> None:
         """Set whether the PLC is in run mode: an idle scanner counts as a lost connection [reading R-22]."""
@@ -111,7 +139,7 @@ class Drive:
 
     def power_cycle(self) -> None:
         """Remove and restore power at the last `now_ns`; the flash and the shaft keep what they have."""
-        self.before_change()
+        self._touch()
         self.axis.advance(self._now_ns)
         self.axis.cut(self._now_ns)
         self._power_up(self.memory)
@@ -123,6 +151,7 @@ class Drive:
         fresh = tuple(word & 0xFFFF for word in words)
         if self._running and fresh != self.words:
             self.words = fresh
+            self._due_ns = 0
             self._tick(self._now_ns)
 
     def advance(self, now_ns: int) -> None:
@@ -139,7 +168,7 @@ class Drive:
     def inputs(self) -> tuple[int, ...]:
         """Return the ten input words, signed or unsigned, at the instant of the last call."""
         further = self._conditions
-        if self._now_ns // (NS_PER_MS * self.options.heartbeat_ms) & 1:
+        if self._now_ns // (NS_PER_MS * self.options.beat_ms) & 1:
             further |= Status.HEARTBEAT
         if not self._running:
             further |= Status.PLC_IN_PROGRAM_MODE
@@ -164,7 +193,7 @@ class Drive:
 
     def look_again(self) -> None:
         """Sample the inputs at the next sample, after a change from outside."""
-        self.before_change()
+        self._touch()
         self._tick_due_ns = self._tick_at_or_after(self._now_ns)
 
     def set_temperature(self, celsius: float) -> None:
@@ -184,12 +213,13 @@ class Drive:
     def set_cable(self, connected: bool) -> None:
         """Pull out the network cable, or plug it in again, from now on [17 p. 82, p. 84; reading R-22]."""
         if connected != self._cable:
+            self._touch()
             self._cable = connected
             self.layer.fire(self._now_ns, "INP-05" if connected else "POS-05")
 
     def lose_connection(self) -> None:
         """Let the controlling connection time out now [reading R-22]."""
-        self.before_change()
+        self._touch()
         self.layer.lose_connection(self._now_ns)
         self._plan(self._now_ns)
 
@@ -197,11 +227,17 @@ class Drive:
         """Let the motor stall now: a motion with stall detection stops."""
         configuration = self.layer.state.configuration
         if configuration is not None and configuration.stall_detection:
+            self._touch()
             self.layer.stall(self._now_ns)
             self._plan(self._now_ns)
 
-    def _condition(self, bit: Status, *, on: bool) -> None:
+    def _touch(self) -> None:
+        """Note a change from outside: nothing computed ahead holds."""
         self.before_change()
+        self._due_ns = 0
+
+    def _condition(self, bit: Status, *, on: bool) -> None:
+        self._touch()
         self._conditions = self._conditions | bit if on else self._conditions & ~bit
 
     # -- time ---------------------------------------------------------------------------------
@@ -227,7 +263,7 @@ class Drive:
     def _levels(self, at_ns: int) -> int:
         """Return the levels of the drive's inputs, bit n = input n + 1."""
         levels = self.machine.levels(at_ns)
-        return sum(1 << at for at, bit in enumerate(self.model.terminals) if levels & bit)
+        return sum(1 << at for at, bit in enumerate(self.terminals) if levels & bit)
 
     def _plan(self, at_ns: int) -> None:
         """Compute the next tick after `at_ns`, and the next look at the lag of the shaft."""
@@ -247,7 +283,7 @@ class Drive:
     def _stall_steps(self) -> int:
         configuration = self.layer.state.configuration
         assert configuration is not None
-        return max(1, configuration.steps_per_turn * self.options.stall_degrees // 360)
+        return max(1, configuration.steps_per_turn * self.options.stall_angle // 360)
 
     def _behind(self) -> int:
         """Return by how many steps of this motion the shaft is behind."""

@@ -35,6 +35,3 @@ class DriveMemory(BaseModel):
     def written(self, **changes: object) -> DriveMemory:
         """Return it after one more write."""
         return self.model_copy(update={"writes": self.writes + 1, **changes})
-
-
-EMPTY = DriveMemory()

@@ -20,7 +20,7 @@ def test_a_continuation_point_ends_with_the_edition_of_the_program() -> None:
         server: Any = Server()
         await server.init()
         views = Views(server.iserver.aspace)
-        browsing = Browsing(views)
+        browsing = Browsing(views, server.iserver.isession.translate_browsepaths_to_nodeids)
         start = ua.BrowseDescription(ua.NodeId(ua.ObjectIds.RootFolder), ResultMask=ua.BrowseResultMask.All)
         asked = ua.BrowseParameters(RequestedMaxReferencesPerNode=1, NodesToBrowse=[start] * 2)
         first, second = await browsing.browse(asked)
