@@ -1,6 +1,6 @@
-"""The OPC UA server uses private names of asyncua, for which it has no public ones: requirements stay below 2.2.
+"""The OPC UA server uses private names of asyncua, for which it has no public ones: hence the bound below 2.2.
 
-asyncua's own start opens a socket of its own, and nothing public stands between its messages and its services.
+asyncua's own start opens another socket, and nothing public stands between its messages and its services.
 """
 
 from __future__ import annotations
