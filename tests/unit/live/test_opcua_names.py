@@ -1,4 +1,4 @@
-"""The OPC UA server uses private names of asyncua, for which it has no public ones: hence the bound below 2.2.
+"""The OPC UA server uses private names of asyncua, which has no public ones: hence the bound below 2.2.
 
 asyncua's own start opens another socket, and nothing public stands between its messages and its services.
 """
