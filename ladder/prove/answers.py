@@ -56,7 +56,7 @@ class ScenarioStep:
     `turned` and `again`: see `ScanOf`.
     """
 
-    ms: int
+    ms: float
     changes: tuple[tuple[str, Any], ...]
     turned: bool = False
     again: bool = False
@@ -140,7 +140,6 @@ def answer(
         (
             *problem.happenings.assumed(),
             *[each.text for each in (*program.assumptions, *own)],
-            *verdict.assumed,
         ),
         sum(name in problem.key_of for name in cone),
         len(problem.machine.vars),
