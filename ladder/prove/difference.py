@@ -6,8 +6,8 @@
 | now | after equal states and inputs, one scan may leave different values |
 | later | only after a scan in which another value differed |
 
-All values are compared that either program writes and both have; what only one of them has is named. Each
-value that can differ has a run in which it does, done by both compiled programs, or none was found within the
+All values are compared that either program writes and both have; what only one of them has is named.
+Each value that can differ has a run in which it does, done by both compiled programs, or none was found within the
 limits. Runs are compared up to the first major fault; whether only one of the programs has it is a value, too.
 """
 
@@ -17,14 +17,14 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from .algebra.numbers import same
-from .algebra.terms import FALSE, TRUE, T, and_, mk, not_, reach, variables
+from .algebra.terms import FALSE, TRUE, T, and_, mk, not_, reach, replaced, variables
 from .differing_runs import FAULT, differs, random_runs
 from .induction import Limits, prove
 from .relation.shapes import form_of
-from .replaying import ScanOf
+from .replaying import ScanOf, scenario
 from .sharing import NEW, Unknowns, deciding, own
 from .solving.frames import Frame
-from .solving.solver import UNSAT, Solver
+from .solving.solver import SAT, UNSAT, Solver
 from .system import RUN_ONLY, STOPPED, HeldNumber, Key, ProgramSystem, Runnable, ScanBounds, System, shown
 
 LIMITS = Limits(scans=5, k=2, work=300_000, fuse=16_000, helped=False)
@@ -107,7 +107,14 @@ def compare(
     given = {"free": free, "written_outside": written_outside, "happenings": RUN_ONLY}
     before = ProgramSystem(old, bounds, **given)  # type: ignore[arg-type]
     after = ProgramSystem(new, bounds, **given, beside=before)  # type: ignore[arg-type]
-    return _Comparison(before, after, limits, budget).difference()
+    return compared(before, after, limits, budget)
+
+
+def compared(
+    old: ProgramSystem, new: ProgramSystem, limits: Limits = LIMITS, budget: int = BUDGET
+) -> Difference:
+    """Compare two systems, the second made beside the first, of which nothing happens but scans."""
+    return _Comparison(old, new, limits, budget).difference()
 
 
 @dataclass(slots=True)
@@ -130,6 +137,7 @@ class _Comparison:
     memo: dict[int, T] = field(default_factory=dict)
     runs: dict[Key, tuple[ScanOf, ...]] = field(default_factory=dict)  # found by chance
     unknowns: Unknowns = field(init=False)
+    base: _Base = field(init=False)
 
     def __post_init__(self) -> None:
         self.unknowns = Unknowns(self.old, self.new)
@@ -156,6 +164,7 @@ class _Comparison:
             self.unlike.setdefault(v.val, own(v))
         self._match()
         system = self._together()
+        self.base = _Base(system, self.limits, [self._differ(key) for key in dirty])
         result.held = self._held(system, both)
         asked = [key for key in (*shown_ones, FAULT) if key in dirty]
         self.runs = random_runs(self.old, self.new, asked)
@@ -223,20 +232,7 @@ class _Comparison:
 
     def _in_new(self, t: T) -> T:
         """Return a term of the new program with the variables that both share, or its own."""
-        todo = [t]
-        while todo:
-            each = todo[-1]
-            missing = [a for a in each.args if a.id not in self.memo]
-            if each.id in self.memo or missing:
-                todo = [*todo[:-1], *missing] if each.id in self.memo else [*todo, *missing]
-                continue
-            todo.pop()
-            if each.op == "var":
-                self.memo[each.id] = self.own.get(each.val, each)
-            else:
-                args = tuple(self.memo[a.id] for a in each.args)
-                self.memo[each.id] = mk(each.op, args, each.kind, each.val, each.lo, each.hi)
-        return self.memo[t.id]
+        return replaced(t, self.own, self.memo)
 
     # --- which values can differ
 
@@ -253,7 +249,7 @@ class _Comparison:
         """Return values that one scan can make different, after equal states."""
         solver = Solver(self.limits.fuse)
         frame = Frame(System(held=self.old.held & self.new.held, initial=self.old.initial), solver)
-        for each in self.unknowns.facts:
+        for _, each in self.unknowns.facts:
             solver.state(frame.term(each))
         found = set()
         for key in both:
@@ -318,7 +314,7 @@ class _Comparison:
             held=set(old.held),
             late=set(old.late),
             contract=and_(old.contract, self._in_new(new.contract)),
-            kept=list(self.unknowns.facts),
+            facts=list(self.unknowns.facts),
             key_of=dict(old.key_of),
             least=old.least,
             tick_ns=old.tick_ns,
@@ -349,12 +345,58 @@ class _Comparison:
         by_chance = self.runs.get(key, ())
         if self.left <= 0 or (by_chance and not now):
             return ChangedValue(key, now, by_chance, inputs)
-        verdict = prove(system, differ, self.limits)
-        self.left -= 1 + verdict.work
-        if verdict and not by_chance and surely:
-            return None
-        confirmed = verdict.scans and differs(self.old, self.new, verdict.scans, key)
-        return ChangedValue(key, now, verdict.scans if confirmed else by_chance, inputs)
+        before = self.base.work
+        scans = self.base.run_to(differ)
+        self.left -= self.base.work - before
+        if scans is None:
+            verdict = prove(system, differ, self.limits)
+            self.left -= 1 + verdict.work
+            if verdict and not by_chance and surely:
+                return None
+            scans = verdict.scans
+        confirmed = scans and differs(self.old, self.new, scans, key)
+        return ChangedValue(key, now, scans if confirmed else by_chance, inputs)
+
+
+class _Base:
+    """Runs from power-up, in one solver for all values: the terms of a scan are made once.
+
+    Args:
+        system: both programs.
+        limits: of each question.
+        roots: all that is asked about.
+    """
+
+    def __init__(self, system: System, limits: Limits, roots: Sequence[T]) -> None:
+        self._system, self._limits, self._contract = system, limits, system.narrowed(roots)
+        self._solver = Solver(limits.fuse)
+        self._frames: list[Frame] = []
+
+    @property
+    def work(self) -> int:
+        """Terms that questions asked about."""
+        return self._solver.work
+
+    def run_to(self, t: T) -> tuple[ScanOf, ...] | None:
+        """Return a run whose last scan makes a truth, () if the fuse blows; None if no short one does."""
+        for number in range(self._limits.scans):
+            frame = self._frame(number)
+            answer = self._solver.check(frame.term(t))
+            if answer == SAT:
+                return scenario(self._system, [each.values() for each in frame])
+            if answer != UNSAT:
+                return ()
+        return None
+
+    def _frame(self, number: int) -> Frame:
+        if number == len(self._frames):
+            own, self._system.contract = self._system.contract, self._contract
+            try:
+                before = self._frames[-1] if self._frames else None
+                self._frames.append(Frame(self._system, self._solver, before, first=before is None))
+            finally:
+                self._system.contract = own
+        return self._frames[number]
 
 
 def _written(problem: ProgramSystem) -> set[Key]:

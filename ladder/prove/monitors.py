@@ -144,7 +144,7 @@ def why_broken(engine: Engine, bit: Key) -> str:
                 if _short(name) == bit[0]:
                     engine.call_routine(name, ())
             except LadderFault as fault:
-                return fault.text
+                return f"{fault.tag}: {fault.text}"
     return ""
 
 

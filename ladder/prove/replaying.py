@@ -13,7 +13,20 @@ from ..run.engine import Engine
 from .algebra.evaluation import Evaluator
 from .algebra.terms import T, reach, variables
 from .monitors import run_claims
-from .system import CLOCK, DT, FIRST_SCAN, OFF, RETAINED, TOLD, TURNED, Key, ProgramSystem, System, ms_of
+from .system import (
+    CLOCK,
+    DT,
+    FIRST_SCAN,
+    OFF,
+    RETAINED,
+    TOLD,
+    TURNED,
+    Key,
+    ProgramSystem,
+    Runnable,
+    System,
+    ms_of,
+)
 from .system.transition import MS
 
 Values = Mapping[str, Any]
@@ -43,6 +56,20 @@ class ScanOf:
         if self.turned:
             engine.prescan()
         engine.step(self.ms)
+
+
+def done_by(program: Runnable, scans: Sequence[ScanOf]) -> tuple[Engine, LadderFault | None]:
+    """Run scans on a compiled program; return its engine, and the major fault that has stopped it."""
+    engine = program.compile()
+    for each in scans:
+        if each.again:
+            engine = started_again(engine, program.compile())
+        try:
+            each.do(engine)
+        except LadderFault as fault:
+            run_claims(engine)
+            return engine, fault
+    return engine, None
 
 
 @dataclass(slots=True)

@@ -38,14 +38,14 @@ class Unknowns:
 
     Attributes:
         known: the origin of each variable, by name, with arguments in the shared variables.
-        facts: truths of each scan: equal arguments have equal values.
+        facts: truths of each scan: equal arguments have equal values; with the names of the two values.
         shared: names of the old program's variables that the new one shares.
     """
 
     old: ProgramSystem
     new: ProgramSystem
     known: dict[str, Origin] = field(default_factory=dict)
-    facts: list[T] = field(default_factory=list)
+    facts: list[tuple[frozenset[str], T]] = field(default_factory=list)
     shared: set[str] = field(default_factory=set)
 
     def match(self, own_of: dict[str, T], in_new: InNew, apart: set[str]) -> None:
@@ -75,7 +75,7 @@ class Unknowns:
             for u, other in pairs[:MOST_PAIRS] if not found.strict else ():
                 fact = or_(not_(_equal(found, other)), same(u, own_of[v.val]))
                 if fact is not TRUE:
-                    self.facts.append(fact)
+                    self.facts.append((frozenset((u.val, own_of[v.val].val)), fact))
 
     def strict(self) -> Iterable[str]:
         """Return the shared variables of strict functions."""

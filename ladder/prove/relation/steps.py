@@ -15,7 +15,7 @@ from typing import Any
 from ....io_images.site import Site
 from ...instructions.slc.processor import before_scan, has_status
 from ...instructions.slc.status import STATUS
-from ...model.operands import Calculation, Constant, Group, Place, StringConstant, leaves_in
+from ...model.operands import Calculation, Constant, Group, Place, StringConstant, can_fault, leaves_in
 from ...model.spec import InstructionKind, Use
 from ...model.tags import OVERRIDE, Leaf
 from ...model.types import HIDDEN, leaves_of
@@ -185,9 +185,10 @@ class TermSteps(TermValues):
                 self.deep = or_(self.deep, self.active)
             for leaf in freed:
                 self.havoc(leaf, origin)
-            fault = self.unknown(BOOL, origin=origin.of("fault"))
-            self.log.put(self.may_fault, fault.val, self.lowered.sites[step.site])
-            self.stop(fault)
+            if may_fault(step):
+                fault = self.unknown(BOOL, origin=origin.of("fault"))
+                self.log.put(self.may_fault, fault.val, self.lowered.sites[step.site])
+                self.stop(fault)
         return origin
 
     def _power_behind(self, step: LoweredStep, power: T, origin: Origin) -> T:
@@ -261,6 +262,21 @@ def _named_by(operand: object) -> Iterator[Leaf]:
 
 def _acts_without_power(step: LoweredStep) -> bool:
     return step.spec.kind is InstructionKind.BOTH or step.spec.decides
+
+
+def may_fault(step: LoweredStep) -> bool:
+    """Whether an instruction may end with a major fault, by its row or by its subscripts."""
+    return step.spec.faults or any(map(_leaves_array, step.operands))
+
+
+def _leaves_array(operand: Any) -> bool:
+    """Whether a subscript of an operand may be out of range; that of an argument's element is relative."""
+    if isinstance(operand, (Place, Group)):
+        relative = any(leaf.root and leaf.dims for leaf in leaves_in(operand))
+        return relative or can_fault(operand)
+    if isinstance(operand, Calculation):
+        return any(map(_leaves_array, operand.operands))
+    return not _is_plain(operand)
 
 
 def hidden_in(operand: Place | Group) -> Iterator[Leaf]:

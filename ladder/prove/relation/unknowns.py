@@ -5,7 +5,7 @@ same. So each unknown value has an origin: a function, named by the instruction,
 
 | unknown | function | arguments |
 |---|---|---|
-| what such an instruction leaves in a place, its power, its fault | the instruction with its operands, the place; tasks and results of messages | all values of the tags that it names, hidden ones too; of its call; of the system; power, if it acts without |
+| what such an instruction leaves in a place, its power, its fault | its row, operands and types; tasks, results of messages | all values of the tags that it names, hidden ones too; those of the system; its call; power, if it acts without |
 | a step of a computation, such as SIN | the step and the kind of its result | the terms of its operands |
 | what nothing else decides | none: it is like no other | |
 

@@ -124,6 +124,7 @@ class System:
         late: names of free variables that have their initial value in the first scan.
         contract: what holds in each scan of a run in question.
         kept: contracts of modules; each counts for what its module's inputs decide, see `narrowed`.
+        facts: truths of each scan about two unknown values, with their names; see `narrowed`.
         deep: where the relation does not follow the program.
         havocs: variables of what is not modeled, and what to blame.
         key_of: the place of each variable that has one.
@@ -139,6 +140,7 @@ class System:
     late: set[str] = field(default_factory=set)
     contract: T = TRUE
     kept: list[T] = field(default_factory=list)
+    facts: list[tuple[frozenset[str], T]] = field(default_factory=list)
     deep: T = FALSE
     havocs: dict[str, str] = field(default_factory=dict)
     key_of: dict[str, Key] = field(default_factory=dict)
@@ -163,15 +165,21 @@ class System:
         return seen
 
     def narrowed(self, roots: Iterable[T]) -> T:
-        """Return the contract with those of modules whose inputs decide terms."""
-        roots, contract, left = list(roots), self.contract, [*self.kept]
+        """Return the contract with what counts for terms.
+
+        These are the contracts of modules whose inputs decide them, and facts about unknown values that both do.
+        """
+        roots, contract, left, facts = list(roots), self.contract, [*self.kept], [*self.facts]
         while True:
-            inputs = {name for name in self.cone([*roots, contract]) if self.role(name) == "free"}
+            cone = self.cone([*roots, contract])
+            inputs = {name for name in cone if self.role(name) == "free"}
             counts = [each for each in left if any(v.val in inputs for v in variables([each]))]
-            if not counts:
+            known = [each for each in facts if each[0] <= inputs]
+            if not counts and not known:
                 return contract
             left = [each for each in left if each not in counts]
-            for each in counts:
+            facts = [each for each in facts if each not in known]
+            for each in (*counts, *[fact for _, fact in known]):
                 contract = and_(contract, each)
 
     def blame(self, cone: Iterable[str]) -> tuple[str, ...]:
