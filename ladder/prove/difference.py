@@ -7,8 +7,9 @@
 | later | only after a scan in which another value differed |
 
 All values are compared that either program writes and both have; what only one of them has is named.
-Each value that can differ has a run in which it does, done by both compiled programs, or none was found within the
-limits. Runs are compared up to the first major fault; whether only one of the programs has it is a value, too.
+Each value that can differ has a run in which it does, done by both compiled programs, or none was found
+within the limits. Runs are compared up to the first major fault; whether only one of the programs has it is a
+value, too.
 """
 
 from __future__ import annotations

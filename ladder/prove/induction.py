@@ -5,7 +5,7 @@ which it held, whatever the state before them? From k = 1 on invariants help the
 
 A run that the solver finds is done by the compiled program, and its memory decides. If an instruction that is
 not modeled computed something else than the solver chose, or has not faulted as the solver chose, the solver
-gets that value and tries again. A run ends with the scan of a major fault; its claims are about what stands then.
+gets that and tries again. A run ends with the scan of a major fault; its claims are about what stands then.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from .solving.invariants import Invariant, invariants
 from .solving.solver import FUSE, SAT, UNKNOWN, UNSAT, Solver, fuse_text
 from .solving.translation import sort_of
 from .stretching import STRETCHED_MS, in_short_scans, stretched
-from .system import CLOCK, RETAINED, THEN, TURNED, HeldNumber, Key, ProgramSystem, System
+from .system import CLOCK, RETAINED, THEN, TURNED, HeldNumber, Key, ProgramSystem, System, shown
 
 MOST_TRIES = 10
 """Maximum runs of the program for one property."""
@@ -251,6 +251,7 @@ class _Proof:
                 return
             pins = self._learnt(base, frames, replayed)
             if not pins or self.tries <= 0 or base.check(broken, *pins) != SAT:
+                self._blame_processor(replayed)
                 return
 
     @staticmethod
@@ -276,6 +277,16 @@ class _Proof:
                 literal = base.value(sort_of(v), value if v.kind != INT else int(value))
                 pins.append(base.apply("=" if v.kind in (BOOL, INT) else "fp.eq", [made, literal]))
         return pins
+
+    def _blame_processor(self, replayed: ReplayedRun) -> None:
+        """Name what the processor writes beside the rungs, if the property depends on it."""
+        system = self.system
+        assert isinstance(system, ProgramSystem)
+        cone = system.cone([self.bad])
+        own = [name for _, name in replayed.computed if name in cone and name in system.key_of]
+        names = dict.fromkeys(shown(name) for name in own if system.is_written_beside(system.key_of[name][0]))
+        if names:
+            self._unknown(f"the processor writes {', '.join(names)} itself")
 
     def _refuted(self, scans: list[dict[str, Any]]) -> None:
         self.result.kind, self.result.k = VerdictKind.REFUTED, len(scans)

@@ -7,8 +7,8 @@ A claim becomes a line of structured text, compiled with the program:
     Prove__3 := 0; Prove__3 := Done;                     reachable Done
     Old__1 := Count;                                     behind all claims, for old(Count)
 
-A condition that can't be computed, as its subscript leaves its array, ends there: a claim is broken then, what
-is to be reached is not. The scan of a major fault has its claims, too: they are about what stands then.
+A condition that can't be computed, as its subscript leaves its array, ends there: a claim is then broken, and
+what is to be reached is not. The scan of a major fault has its claims, too: they are about what stands then.
 
 A routine `NEVER` is a monitor, too. No controller runs it: nothing calls it. Each of its rungs claims that
 power never comes to its end; in structured text, each bit that a statement sets claims that it never is 1. It

@@ -35,6 +35,8 @@ SYSTEM: dict[str, tuple[str, ...]] = {
     "MSG": ("XIC(B1)MSG(Mess);",),
     "HMIBC": ("HMIBC(Button);",),
     "EVENT": ("XIC(B1)EVENT(Late);",),
+    "DCS": ("XIC(B1)DCS(Dci,SAFETY GATE,EQUIVALENT - ACTIVE HIGH,50,MANUAL,MANUAL,In1,In2,In3,In4);",),
+    "CROUT": ("XIC(B1)CROUT(Cr,NEGATIVE,30,In1,In2,In3,In4,In2,In5);",),
 }
 """Rungs of instructions that reach beyond the tags they name."""
 
@@ -51,12 +53,11 @@ PROCESS = [
 ]
 """Function blocks beside those of `BLOCKS`."""
 
-UNPAIRED = frozenset(
-    (
-        *("SFR SFP EOT IOT ABL ACB ACL AHL ARD ARL AWA AWT PCMD PCLF PXRQ PRNP PPD PATT PDET PFL").split(),
-        *("POVR SATT SDET SCMD SCLF SOVR SASI").split(),
-    )
+_UNPAIRED = (
+    "SFR SFP EOT IOT ABL ACB ACL AHL ARD ARL AWA AWT PCMD PCLF PXRQ PRNP PPD PATT PDET PFL POVR",
+    "SATT SDET SCMD SCLF SOVR SASI",
 )
+UNPAIRED = frozenset(" ".join(_UNPAIRED).split())
 """Instructions of charts, ports, phases and motion, which a program without these can't have."""
 
 RUNGS = {**ROWS, **HAVOCKED, **SYSTEM}
@@ -147,6 +148,7 @@ def _free_in(text: str, rng: Random) -> tuple[str, ...]:
 _OWN_TAGS = (
     *(f"In{at} : BOOL" for at in range(6)),
     *("Count : DINT", "Extra : BOOL", "Mess : MESSAGE", "Button : HMIBC"),
+    *("Dci : DCI_STOP", "Cr : CONFIGURABLE_ROUT"),
 )
 
 
@@ -156,7 +158,7 @@ def _tags(initials: dict[str, str]) -> str:
         name = each.partition(" ")[0]
         initial = initials.get(name)
         lines.append(f"TAG {each}" + (f" := {initial}" if initial else ""))
-    return "\n".join(lines)
+    return "\n".join([*lines, f"STUB MSG : done after {initials.get('MSG', '20')} ms"])
 
 
 _LENGTHS = {"K": '{"LEN": 3}', "K2": '{"LEN": 3}'}
@@ -179,10 +181,11 @@ def _pair_of_rungs(name: str, edit: str, rng: Random) -> Pair:
         new = [*before[:2], first, *rest, feed, other]
     if edit == "same":
         new = ["NOP();", *before, first, *rest, "XIC(In4)XIO(In4)OTL(Extra);", other]
-    if edit == "parameter" and old == new:
+    if edit == "parameter" and (old == new or rng.random() < 0.5):
+        new = old
         initials[1].update({"K": '{"LEN": 2}', source.partition("[")[0]: "3", "Pd": '{"KP": 2.0}'})
         initials[1].update({"Al": '{"Severity": 7}', "Aa": '{"HLimit": 5.0}', "C0": '{"PRE": 5}'})
-        initials[1].update({"T0": '{"PRE": 70}', "Arr": "[1,2,3,4,5,6]", "W": "'ab'"})
+        initials[1].update({"T0": '{"PRE": 70}', "Arr": "[1,2,3,4,5,6]", "W": '"ab"', "MSG": "40"})
     if edit == "task":
         return Pair(name, edit, _in_tasks(old, initials[0], 10), _in_tasks(new, initials[0], 20), free)
     texts = [_program(each, given) for each, given in zip((old, new), initials, strict=True)]
@@ -195,15 +198,13 @@ def _program(rungs: list[str], initials: dict[str, str], *, statements: bool = F
 
 
 def _in_tasks(rungs: list[str], initials: dict[str, str], ms: int, *, statements: bool = False) -> str:
-    """Return a controller that runs rungs or statements in a periodic task, and others in a continuous one."""
+    """Return a controller with rungs or statements in a periodic task, and others in a continuous one."""
     head = HEAD.replace("PROGRAM drawn", "CONTROLLER drawn")
-    allowed = [line for line in head.splitlines() if line.startswith("ALLOW")]
-    head = "\n".join(line for line in head.splitlines() if not line.startswith("ALLOW"))
     kind = " ST" if statements else ""
     lines = [head, _tags(initials), "TASK Idle : CONTINUOUS RUNS Rest"]
-    lines += [f"TASK Quick : PERIODIC {ms} ms PRIORITY 3 RUNS Work", "PROGRAM Rest", *allowed, "ROUTINE R"]
+    lines += [f"TASK Quick : PERIODIC {ms} ms PRIORITY 3 RUNS Work", "PROGRAM Rest", "ROUTINE R"]
     lines += ["XIC(In5)ADD(D2,1,D2);", "END", "END PROGRAM"]
-    lines += ["PROGRAM Work", *allowed, f"ROUTINE Main{kind}", *rungs, "END", ROUTINES, "END PROGRAM", ""]
+    lines += ["PROGRAM Work", f"ROUTINE Main{kind}", *rungs, "END", ROUTINES, "END PROGRAM", ""]
     return "\n".join(lines)
 
 
@@ -212,8 +213,18 @@ def _pair_of_tasks(name: str, edit: str, rng: Random) -> Pair:
     texts = []
     for contact in ("XIC", rng.choice(("XIO", "XIC(In1)XIC"))):
         lines = ["CONTROLLER events", *(f"TAG {each}" for each in _OWN_TAGS), "TAG Done : DINT"]
-        lines += ["TASK Idle : CONTINUOUS RUNS Rest", "TASK Late : EVENT PRIORITY 5 RUNS Work", "PROGRAM Rest"]
-        lines += ["ROUTINE R", f"{contact}(In0)EVENT(Late);", "XIC(In2)ADD(Count,1,Count);", "END", "END PROGRAM"]
+        lines += [
+            "TASK Idle : CONTINUOUS RUNS Rest",
+            "TASK Late : EVENT PRIORITY 5 RUNS Work",
+            "PROGRAM Rest",
+        ]
+        lines += [
+            "ROUTINE R",
+            f"{contact}(In0)EVENT(Late);",
+            "XIC(In2)ADD(Count,1,Count);",
+            "END",
+            "END PROGRAM",
+        ]
         lines += ["PROGRAM Work", "ROUTINE W", "ADD(Done,1,Done);", "END", "END PROGRAM", ""]
         texts.append("\n".join(lines))
     return Pair(name, edit, *texts)
@@ -240,7 +251,11 @@ def _pair_of_blocks(name: str, edit: str, rng: Random) -> Pair:
     if edit == "condition":
         new = [*count, *feeds, *block("NOT In0", calls), *reads]
     elif edit == "operand":
-        new = [*count, *[each.replace("R0", "F0").replace("In1", "In3") for each in feeds], *old[len(feeds) + 1 :]]
+        new = [
+            *count,
+            *[each.replace("R0", "F0").replace("In1", "In3") for each in feeds],
+            *old[len(feeds) + 1 :],
+        ]
     elif edit == "order":
         new = [*count, *block("In0", calls), *feeds, *reads]
     elif edit == "same":
@@ -350,6 +365,7 @@ def seen_in_runs(programs: tuple[Any, Any], inputs: list[tuple[str, int]], rng: 
     found: set[str] = set()
     for _ in range(RUNS):
         engines = [each.compile() for each in programs]
+        begun = dict(_unlike(engines))
         for number in range(SCANS):
             for path, index in inputs:
                 if number and rng.random() < 0.5:
@@ -364,19 +380,21 @@ def seen_in_runs(programs: tuple[Any, Any], inputs: list[tuple[str, int]], rng: 
                     stopped.append(False)
                 except LadderFault:
                     stopped.append(True)
-            found |= set(_unlike(engines))
+            found |= {name for name, values in _unlike(engines) if begun.get(name) != values}
             found |= {FAULT[0]} if stopped[0] is not stopped[1] else set()
             if any(stopped):
                 break
     return found
 
 
-def _unlike(engines: list[Any]) -> Iterator[str]:
+def _unlike(engines: list[Any]) -> Iterator[tuple[str, str]]:
+    """Yield what differs now, with both values; what only begins with another value is no difference."""
     layouts = [each.lowered.layout for each in engines]
     for path, leaf in layouts[0].leaves.items():
         other = layouts[1].find(path)
         if path.startswith(("~", "S:")) or ".~" in path or path == "S" or other is None:
             continue
         for at in range(min(leaf.size, other.size)):
-            if not same(engines[0].memory.read(leaf, at), engines[1].memory.read(other, at)):
-                yield shown(f"{path}[{at}]")
+            one, two = engines[0].memory.read(leaf, at), engines[1].memory.read(other, at)
+            if not same(one, two):
+                yield shown(f"{path}[{at}]"), repr((one, two))

@@ -27,7 +27,6 @@ from .report import held_text
 from .scenario import on_scans_of
 from .subject import bounds_of
 
-
 FAULT_NAME = "a major fault"
 """What stands in place of a tag's name for a fault that stops one of the programs alone."""
 
@@ -91,7 +90,7 @@ def edited(old: str, new: str, only: Sequence[str], folder: ScenarioFolder) -> E
     found = compare(before[1], logic, bounds, free=given.free, written_outside=given.written_outside)
     held = {each.named(tag_text(layout, each.key)): each.value for each in found.held}
     changed = []
-    for each in (*found.changed, *[found.fault] * (found.fault is not None)):
+    for each in (*found.changed, *([] if found.fault is None else [found.fault])):
         may = any(_is_in(each.key, one) for one in allowed)
         changed.append(_with_scenario(job, before[1], layout, each, folder, allowed=may))
     names = tuple(found.removed), tuple(found.added)
@@ -180,9 +179,9 @@ def lines_of(found: EditedSubject) -> Iterator[str]:
         if each.inputs:
             yield f"    depends on {', '.join(each.inputs)}"
     for now_, word in ((True, "now"), (False, "later")):
-        names = [each for each in found.changed if not each.steps and each.now is now_]
-        if names:
-            said = [f"{each.name}{' (--may-differ)' * each.allowed}" for each in names]
+        found_none = [each for each in found.changed if not each.steps and each.now is now_]
+        if found_none:
+            said = [f"{each.name}{' (--may-differ)' * each.allowed}" for each in found_none]
             yield f"{word}, no run found within the limits: {', '.join(said)}"
     yield from found.open
     for word, names in (

@@ -7,7 +7,8 @@ variable, which may have any value.
 
 A scan ends with a major fault, if `ends`: its tags keep what stands then, and no other scan follows. Without
 that it continues, which is right where no fault can happen. What is havocked may be anything: the relation
-has more behaviors than the program, never fewer. Where it stops following the program, `deep` says under which condition.
+has more behaviors than the program, never fewer. Where it stops following the program, `deep` says under
+which condition.
 """
 
 from __future__ import annotations

@@ -69,7 +69,7 @@ def _routine(routine: LoweredRoutine) -> Hashable:
 
 
 def world_of(lowered: LoweredProgram) -> Hashable:
-    """Return what decides what instructions do beside tags: tasks, results of messages, connections, a name."""
+    """Return what decides beside tags: tasks, results of messages, connections, the name."""
     schedule = lowered.schedule
     tasks = () if schedule is None else tuple(_task(each.task) for each in schedule.tasks)
     return lowered.name, tasks, shape_of((lowered.stubs, lowered.connections, lowered.replies))

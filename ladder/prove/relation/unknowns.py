@@ -5,9 +5,13 @@ same. So each unknown value has an origin: a function, named by the instruction,
 
 | unknown | function | arguments |
 |---|---|---|
-| what such an instruction leaves in a place, its power, its fault | its row, operands and types; tasks, results of messages | all values of the tags that it names, hidden ones too; those of the system; its call; power, if it acts without |
-| a step of a computation, such as SIN | the step and the kind of its result | the terms of its operands |
+| what an instruction leaves, its power, its fault | its row, operands, world | all that it may read |
+| the result of a step of a computation, such as SIN | the step, the kind of its result | its operands |
 | what nothing else decides | none: it is like no other | |
+
+An instruction may read all elements of the tags that it names, with hidden members, the system's tags, where
+its add-on instruction was called, and its power, if it acts without. The world is what programs have beside
+tags.
 
 Two programs may share a value only where the same function has equal arguments. What can't be compared has no
 function: nothing is shared by default.

@@ -167,7 +167,8 @@ class System:
     def narrowed(self, roots: Iterable[T]) -> T:
         """Return the contract with what counts for terms.
 
-        These are the contracts of modules whose inputs decide them, and facts about unknown values that both do.
+        These are the contracts of modules whose inputs decide them, and facts about two unknown values that
+        do.
         """
         roots, contract, left, facts = list(roots), self.contract, [*self.kept], [*self.facts]
         while True:
