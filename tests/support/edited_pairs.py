@@ -189,7 +189,7 @@ def _pair_of_rungs(name: str, edit: str, rng: Random) -> Pair:
     if edit == "task":
         return Pair(name, edit, _in_tasks(old, initials[0], 10), _in_tasks(new, initials[0], 20), free)
     texts = [_program(each, given) for each, given in zip((old, new), initials, strict=True)]
-    return Pair(name, edit, *texts, free)
+    return Pair(name, edit, texts[0], texts[1], free)
 
 
 def _program(rungs: list[str], initials: dict[str, str], *, statements: bool = False) -> str:
@@ -227,11 +227,11 @@ def _pair_of_tasks(name: str, edit: str, rng: Random) -> Pair:
         ]
         lines += ["PROGRAM Work", "ROUTINE W", "ADD(Done,1,Done);", "END", "END PROGRAM", ""]
         texts.append("\n".join(lines))
-    return Pair(name, edit, *texts)
+    return Pair(name, edit, texts[0], texts[1])
 
 
 def _pair_of_blocks(name: str, edit: str, rng: Random) -> Pair:
-    kind = _TYPES_OF_TIMERS.get(name) or BLOCK_TYPES[name]
+    kind: Any = _TYPES_OF_TIMERS.get(name) or BLOCK_TYPES[name]
     arrays = "".join(f",Rs[{at}]" for at, _ in enumerate(ARRAYS.get(name, ())))
     members = [*kind.members]
     reals = [each.name for each in members if each.type.is_real]
@@ -247,7 +247,8 @@ def _pair_of_blocks(name: str, edit: str, rng: Random) -> Pair:
 
     count = ["IF In2 THEN Count := Count + 1; END_IF;"]
     old = [*count, *feeds, *block("In0", calls), *reads]
-    new, values = list(old), ({own: ""}, {own: ""})
+    new = list(old)
+    values: tuple[dict[str, str], dict[str, str]] = ({own: ""}, {own: ""})
     if edit == "condition":
         new = [*count, *feeds, *block("NOT In0", calls), *reads]
     elif edit == "operand":
@@ -266,14 +267,14 @@ def _pair_of_blocks(name: str, edit: str, rng: Random) -> Pair:
     elif edit == "parameter":
         number = rng.choice([each for each in members if each.name not in ("EnableIn", "EnableOut")])
         values[1][own] = f'{{"{number.name}": {"true" if number.type.is_bool else 2}}}'
-    texts = []
+    texts: list[str] = []
     for lines, initials in ((old, values[0]), (new, values[1])):
         text = _program(lines, {}, statements=True)
         if edit == "task":
             text = _in_tasks(lines, {}, 10 if not texts else 20, statements=True)
         initial = f" := {initials[own]}" if initials[own] else ""
         texts.append(text.replace("TAG Count", f"TAG Blk : {kind.name}{initial}\nTAG Count", 1))
-    return Pair(name, edit, *texts, ("R0", "F0") if rng.random() < 0.7 else ())
+    return Pair(name, edit, texts[0], texts[1], ("R0", "F0") if rng.random() < 0.7 else ())
 
 
 def _pair_of_slc(name: str, edit: str, rng: Random) -> Pair:

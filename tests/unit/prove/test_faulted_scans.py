@@ -36,10 +36,12 @@ def test_a_claim_is_about_what_stands_when_the_processor_stops() -> None:
 
 
 def test_no_scan_follows_a_major_fault() -> None:
-    """The first scan with Go makes the subscript leave its array: Ix is 4 then, and never more."""
-    text = STOPS.replace("ADD(Ix,1,Ix)", "ADD(Ix,4,Ix)MOV(A[Ix],A[0])")
-    assert parse_program(text).prove(always="Ix <= 4").word == "proved"
-    assert parse_program(text).prove(reachable="Ix = 4").word == "reached"
+    """L stops the processor in its first scan; M would be set in the next one."""
+    rungs = "XIC(L)OTL(M);\nXIC(Go)OTL(L);\nXIC(L)MOV(9,Ix);\nMOV(A[Ix],A[0]);\n"
+    text = STOPS[: STOPS.index("XIC(Go)")] + rungs + "END\n"
+    assert parse_program(text).prove(never="M").word == "proved"
+    assert parse_program(text).prove(reachable="L").word == "reached"
+    assert parse_program(text.replace("A[Ix]", "A[1]")).prove(never="M").word == "refuted"
 
 
 @pytest.mark.parametrize("claim", [{"always": "A[Ix] = 1"}, {"never": "A[Ix] = 2"}], ids=str)
