@@ -14,7 +14,6 @@ import scanrack
 MODULE_OF = {
     "mcap-ros2-support": "mcap_ros2",
     "myst-parser": "myst_parser",
-    "pyvcd": "vcd",
     "z3-solver": "z3",
 }
 """Modules that are not called like their distribution."""

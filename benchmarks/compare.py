@@ -19,8 +19,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scanrack.io_images.image import WORDS
 from scanrack.traces.compare import EXACT, Tolerance, compare
-from scanrack.traces.format.layout import SLOT_BYTES, SlotInfo
+from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.reader import open_trace
 from scanrack.traces.write.recorder import ScanRecorder
 
@@ -33,7 +34,7 @@ def words(scans: int, *, off: int = 0, flipped: int | None = None) -> np.ndarray
     """Return the words of an axis that moves 7 steps per scan, turning every 1,000 scans."""
     count = np.arange(scans) % 2000
     position = 7 * np.minimum(count, 2000 - count) + off
-    result = np.zeros((scans, SLOT_BYTES // 2), np.int16)
+    result = np.zeros((scans, 2 * WORDS), np.int16)
     result[:, STATUS_MSW] = np.where(count < 1000, 0x4001, 0x4002)
     result[:, POSITION_MSW], result[:, POSITION_LSW] = position // 1000, position % 1000
     if flipped is not None:
@@ -43,7 +44,7 @@ def words(scans: int, *, off: int = 0, flipped: int | None = None) -> np.ndarray
 
 def record(path: Path, images: np.ndarray, jitter_ns: int = 0) -> Path:
     """Record images, a rule every 1,000 scans beside them."""
-    memory = bytearray(SLOT_BYTES)
+    memory = bytearray(4 * WORDS)
     recorder = ScanRecorder(path, memory, [SlotInfo(1, "amci3601", "4.1")], scan_period_ns=PERIOD_NS)
     rule: dict[str, Any] = {"slot": 1, "kind": "rule", "name": "CMD-03", "text": "A rule."}
     for scan, image in enumerate(images):

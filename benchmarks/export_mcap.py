@@ -26,8 +26,9 @@ from time import process_time
 
 import numpy as np
 from mcap.reader import make_reader
+from scanrack.io_images.image import WORDS
 from scanrack.traces.export import write_mcap
-from scanrack.traces.format.layout import SLOT_BYTES, SlotInfo
+from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.arrays import read_columns
 from scanrack.traces.read.reader import open_trace
 from scanrack.traces.signals import blocks
@@ -40,7 +41,7 @@ STROKE = 4_000
 CONFIGURED = range(6_000, 6_010)
 """Scans of every 50,000 in which the module is in configuration mode."""
 
-DECODED_AT = 4 + 8 + SLOT_BYTES + 0
+DECODED_AT = 4 + 8 + 4 * WORDS + 0
 """Byte of a payload at which the decoded values begin: speed, position, encoder, captured."""
 
 MOST_S = 1.5
@@ -56,7 +57,7 @@ def phase_of(scan: int) -> tuple[int, bool, bool]:
 
 def record(path: Path, scans: int) -> None:
     """Record the moves scan by scan, as a rack would."""
-    memory = bytearray(SLOT_BYTES)
+    memory = bytearray(4 * WORDS)
     words = memoryview(memory).cast("h")
     recorder = ScanRecorder(path, memory, [SlotInfo(1, "amci3601", "4.1")], scan_period_ns=PERIOD_NS)
     for scan in range(scans):

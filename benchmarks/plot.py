@@ -27,8 +27,9 @@ from importlib.util import find_spec
 from pathlib import Path
 from time import process_time
 
+from scanrack.io_images.image import WORDS
 from scanrack.traces.export import write_vcd
-from scanrack.traces.format.layout import SLOT_BYTES, SlotInfo
+from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.plot import Chart, Curve, Envelope, read_chart, save_figure, save_page
 from scanrack.traces.query import query
 from scanrack.traces.read.reader import Trace, open_trace
@@ -45,7 +46,7 @@ PULSE_EVERY = 100_000
 
 def record(path: Path, scans: int, slots: int) -> None:
     """Record the moves: scan by scan, as a rack would."""
-    memory = bytearray(SLOT_BYTES * slots)
+    memory = bytearray(4 * WORDS * slots)
     words = memoryview(memory).cast("h")
     racks = [SlotInfo(number, "amci3601", "4.1") for number in range(1, slots + 1)]
     recorder = ScanRecorder(path, memory, racks, scan_period_ns=PERIOD_NS)

@@ -32,7 +32,8 @@ from time import process_time
 import zstandard
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
-from scanrack.traces.format.layout import SLOT_BYTES, SlotInfo
+from scanrack.io_images.image import WORDS
+from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.format.schema import (
     CDR_PREFIX,
     MESSAGE_ENCODING,
@@ -59,7 +60,7 @@ class Rack:
 
     def __init__(self, slots: int) -> None:
         self.slots = [SlotInfo(number, "amci3601", "4.1") for number in range(1, slots + 1)]
-        self.memory = bytearray(SLOT_BYTES * slots)
+        self.memory = bytearray(4 * WORDS * slots)
         words = memoryview(self.memory).cast("h")
         for place in range(0, len(words), 16):
             words[place] = 0x0002  # relative move

@@ -27,7 +27,7 @@ from pathlib import Path
 
 import zstandard
 from scanrack.io_images.amci3601 import Configuration, Direction, Idle, InputBit, Manual
-from scanrack.io_images.image import IMAGE_BYTES, Image
+from scanrack.io_images.image import WORDS, Image
 from scanrack.io_images.thousands import join_reported
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.rack import Card, Rack
@@ -88,12 +88,12 @@ def measure_scans(modules: int, scans: int, trace: Path | None) -> float:
 
 def measure_floor(modules: int, scans: int, trace: Path | None) -> float:
     """Return the seconds that moving and recording the same bytes took."""
-    memory = bytearray(2 * IMAGE_BYTES * modules)
+    memory = bytearray(4 * WORDS * modules)
     view = memoryview(memory)
-    outputs = bytes(IMAGE_BYTES)
+    outputs = bytes(2 * WORDS)
     latch = [
-        (view[place : place + IMAGE_BYTES], view[place + IMAGE_BYTES : place + 2 * IMAGE_BYTES])
-        for place in range(0, len(memory), 2 * IMAGE_BYTES)
+        (view[place : place + 2 * WORDS], view[place + 2 * WORDS : place + 4 * WORDS])
+        for place in range(0, len(memory), 4 * WORDS)
     ]
     source = Image(range(8))
     record = floor_recorder(trace, memory) if trace is not None else None

@@ -26,6 +26,7 @@ autodoc_typehints = "description"
 autodoc_member_order = "bysource"
 
 LEAVING = re.compile(r"\]\(((?:\.\./)+[^)\s#]*)(#[^)\s]*)?\)")
+CONTENT = re.compile(r"^\* \[.*\]\((\S+)\.md\)$", re.MULTILINE)
 
 
 def _to_the_repository(app: Any, page: str, source: list[str]) -> None:
@@ -41,15 +42,19 @@ def _to_the_repository(app: Any, page: str, source: list[str]) -> None:
     source[0] = LEAVING.sub(link, source[0])
 
 
-def _with_new_pages(app: Any, page: str, source: list[str]) -> None:
-    """A page that the contents don't name yet comes last under "How to"."""
-    if page == "index":
-        named = source[0].splitlines()
-        new = sorted(each.stem for each in DOCS.glob("*.md") if each.stem not in ("index", *named))
-        source[0] = source[0].replace("\nci\n", "\n".join(["\nci", *new, ""]), 1)
+def _with_contents(app: Any, page: str, source: list[str]) -> None:
+    """Make the first page's lists of links the contents of the site; other pages come under "How to"."""
+    if page != "index":
+        return
+    parts = re.split(r"^## (.*)$", source[0], flags=re.MULTILINE)
+    sections = {name: CONTENT.findall(text) for name, text in zip(parts[1::2], parts[2::2], strict=True)}
+    named = {"index", *(each for pages in sections.values() for each in pages)}
+    sections["How to"] += sorted(each.stem for each in DOCS.glob("*.md") if each.stem not in named)
+    for name, pages in sections.items():
+        source[0] += "\n".join(["", "```{toctree}", f":caption: {name}", ":hidden:", "", *pages, "```", ""])
 
 
 def setup(app: Any) -> None:
     """Sphinx calls this."""
     app.connect("source-read", _to_the_repository)
-    app.connect("source-read", _with_new_pages)
+    app.connect("source-read", _with_contents)

@@ -31,6 +31,8 @@ OpenRack = Callable[[str | Path], "Bench"]
 _Report = Generator[None, pytest.TestReport, pytest.TestReport]
 
 ARTEFACTS = pytest.StashKey["TestArtefacts"]()
+RUNNING = pytest.StashKey[bool]()
+"""Whether the function of a test runs: a report that comes meanwhile is one of a subtest."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -136,12 +138,24 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
 
 
 @pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
+    """Note that the function of the test runs."""
+    item.stash[RUNNING] = True
+    try:
+        return (yield)
+    finally:
+        item.stash[RUNNING] = False
+
+
+@pytest.hookimpl(wrapper=True)
 def pytest_runtest_makereport(item: pytest.Item, call: pytest.CallInfo[None]) -> _Report:
-    """Add the section of scanrack to the report of a failed test."""
+    """Add the section of scanrack to the report of a failed test; a rerun of the test begins anew."""
     report = yield
     found = item.stash.get(ARTEFACTS, None)
     if found is not None:
-        found.reported(report, call)
+        found.reported(report, call, of_subtest=item.stash.get(RUNNING, False))
+        if report.when == "teardown":
+            del item.stash[ARTEFACTS]
     return report
 
 

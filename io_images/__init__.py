@@ -5,7 +5,7 @@ there and back changes nothing. Words that mean nothing are refused with a
 `ValueError` with the reason, except by the classes that a module or its logic uses at every
 scan (`Parameters`, `StatusView`), which accept any words.
 
-An `Image` is eight signed words and their sixteen bytes at once. The thousands
+An `Image` is signed words, eight for a 3601, and their bytes at once. The thousands
 functions split what needs more than 16 bits; `amci3601` knows what the words
 of an AMCI 3601 mean.
 
@@ -19,7 +19,7 @@ of an AMCI 3601 mean.
 
 from __future__ import annotations
 
-from .image import IMAGE_BYTES, WORDS, Image, signed_word
+from .image import WORDS, Image, signed_word
 from .thousands import (
     PARAMETER_MAX,
     PARAMETER_MIN,
@@ -32,7 +32,6 @@ from .thousands import (
 )
 
 __all__ = [
-    "IMAGE_BYTES",
     "PARAMETER_MAX",
     "PARAMETER_MIN",
     "REPORTED_MAX",

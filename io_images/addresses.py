@@ -24,7 +24,6 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from .cards import member_of, members_of
-from .image import WORDS
 from .module_words import BitPlace, Groups, ModuleWords
 from .site import SiteError
 
@@ -44,7 +43,7 @@ class Address:
 
     slot: int
     image: str  # "I" for the input image, "O" for the output image
-    word: int  # 0 to 7
+    word: int  # from 0
     bit: int | None  # 0 to 15, or None for the whole word
 
     def __str__(self) -> str:
@@ -122,8 +121,9 @@ def _raw(text: str, match: re.Match[str], slots: Mapping[int, ModuleWords]) -> A
     word = int(match["word"] or 0)
     bit = None if match["bit"] is None else int(match["bit"])
     _check_slot(text, slot, slots)
-    if word >= WORDS:
-        raise _refusal(text, f"no word {word}, words are 0 to {WORDS - 1}")
+    last = len(slots[slot].named(match["image"].upper())) - 1
+    if word > last:
+        raise _refusal(text, f"no word {word}, words are 0 to {last}")
     if bit is not None and bit >= BITS:
         raise _refusal(text, f"no bit {bit}, bits are 0 to {BITS - 1}")
     return Address(slot, match["image"].upper(), word, bit)

@@ -1,10 +1,9 @@
-"""The eight-word image that logic and a module exchange over the backplane.
+"""The image of 16-bit words that logic and a module exchange over the backplane.
 
-A module of this family exchanges eight 16-bit words in each direction. Words
-are signed in the PLC (INT); bits are numbered 0 to 15 from the least
-significant one. An image is a view of 16 bytes, little-endian, so a rack can
-keep all of its images in one block of memory and a recorder can take the
-block as it is, without an encoding step.
+A 3601 exchanges eight words in each direction; another module has as many as its `ModuleWords` name.
+Words are signed in the PLC (INT); bits are numbered 0 to 15 from the least significant one. An image is a
+view of its bytes, little-endian, so a rack can keep all of its images in one block of memory and a recorder
+can take the block as it is, without an encoding step.
 """
 
 from __future__ import annotations
@@ -15,10 +14,10 @@ from operator import index
 from typing import NoReturn
 
 WORDS = 8
-"""Words in an image [3601 manual, chapter 1: 8 input and 8 output words]."""
+"""Words in an image of a 3601 [manual, chapter 1: 8 input and 8 output words]; the default of `Image`."""
 
-IMAGE_BYTES = 2 * WORDS
-"""Bytes in an image."""
+WORDS_MAX = 250
+"""Most words in an image: 500 bytes, what an I/O connection over CIP carries without a large forward open."""
 
 WORD_MIN = -32_768
 WORD_MAX = 32_767
@@ -47,22 +46,24 @@ def signed_word(value: int) -> int:
 
 
 class Image:
-    """Eight signed words that logic, modules and recorders share.
+    """Signed words that logic, modules and recorders share: eight, or as many as `size` says.
 
-    `raw` is the same memory as 16 bytes (little-endian), `words` as eight
-    signed integers. Both are live: writing one changes the other. Index and
-    iterate an image as eight words; writing also accepts unsigned words.
+    `raw` is the same memory as bytes (little-endian), `words` as signed integers. Both are live: writing one
+    changes the other. Index and iterate an image as its words; writing also accepts unsigned words.
 
     >>> image = Image([0x843E, 0x003F, 1])
-    >>> image[0], image.bit(0, 15), bytes(image.raw[:4]).hex()
-    (-31682, True, '3e843f00')
+    >>> image[0], image.bit(0, 15), bytes(image.raw[:4]).hex(), len(image)
+    (-31682, True, '3e843f00', 8)
+    >>> Image([7], size=2)
+    Image([7, 0])
 
     Args:
-        words: up to eight words, -32,768 to 65,535 each; missing ones are 0.
-        buffer: 16 writable bytes to be a view of, instead of its own memory.
+        words: up to `size` words, -32,768 to 65,535 each; missing ones are 0.
+        size: number of words, 1 to 250.
+        buffer: writable bytes to be a view of, two a word, instead of its own memory; they decide the size.
 
     Raises:
-        ValueError: more than eight words, a word out of range, or a buffer of another size.
+        ValueError: more than `size` words, a word out of range, or a size or buffer that is no image's.
     """
 
     __slots__ = ("raw", "words")
@@ -70,14 +71,23 @@ class Image:
     raw: memoryview
     words: memoryview
 
-    def __init__(self, words: Iterable[int] = (), *, buffer: memoryview | bytearray | None = None) -> None:
-        self.raw = memoryview(bytearray(IMAGE_BYTES) if buffer is None else buffer).cast("B")
-        if len(self.raw) != IMAGE_BYTES or self.raw.readonly:
-            raise ValueError(f"an image needs {IMAGE_BYTES} writable bytes, got {len(self.raw)}")
+    def __init__(
+        self,
+        words: Iterable[int] = (),
+        *,
+        size: int = WORDS,
+        buffer: memoryview | bytearray | None = None,
+    ) -> None:
+        self.raw = memoryview(bytearray(2 * checked_size(size)) if buffer is None else buffer).cast("B")
+        if len(self.raw) % 2 or not 1 <= len(self.raw) // 2 <= WORDS_MAX or self.raw.readonly:
+            kind = "read-only" if self.raw.readonly else "writable"
+            raise ValueError(
+                f"an image needs 2 to {2 * WORDS_MAX} writable bytes, two a word: got {len(self.raw)}, {kind}"
+            )
         self.words = self.raw.cast("h")
         values = list(words)
-        if len(values) > WORDS:
-            raise ValueError(f"an image has {WORDS} words, got {len(values)}")
+        if len(values) > len(self.words):
+            raise ValueError(f"an image has {len(self.words)} words, got {len(values)}")
         for word, value in enumerate(values):
             self.words[word] = signed_word(value)
 
@@ -88,16 +98,16 @@ class Image:
         try:
             return self.words[word]
         except (IndexError, TypeError, NotImplementedError):
-            raise _no_such_word(word) from None
+            raise _no_such_word(self, word) from None
 
     def __setitem__(self, word: int, value: int) -> None:
         try:
             self.words[word] = signed_word(value)
         except (IndexError, TypeError, NotImplementedError):
-            raise _no_such_word(word) from None
+            raise _no_such_word(self, word) from None
 
     def __len__(self) -> int:
-        return WORDS
+        return len(self.words)
 
     def __iter__(self) -> Iterator[int]:
         return iter(self.words.tolist())
@@ -126,32 +136,34 @@ class Image:
         return card("Image", rows(table))
 
     def bit(self, word: int, bit: int) -> bool:
-        """Return whether `bit` (0 to 15) of `word` (0 to 7) is set."""
-        _check_address(word, bit)
+        """Return whether `bit` (0 to 15) of `word` (from 0) is set."""
+        _check_address(self.words, word, bit)
         return bool(self.words[word] >> bit & 1)
 
     def set_bit(self, word: int, bit: int, on: bool) -> None:
-        """Set or clear `bit` (0 to 15) of `word` (0 to 7)."""
-        _check_address(word, bit)
+        """Set or clear `bit` (0 to 15) of `word` (from 0)."""
+        _check_address(self.words, word, bit)
         unsigned = self.words[word] & 0xFFFF
         unsigned = unsigned | 1 << bit if on else unsigned & ~(1 << bit)
         self.words[word] = signed_word(unsigned)
 
     def copy(self) -> Image:
         """Return an image with its own memory and the same words."""
-        twin = Image()
-        twin.raw[:] = self.raw
-        return twin
+        return Image(buffer=bytearray(self.raw))
 
     def load(self, other: Image) -> None:
-        """Copy all eight words of `other`; a ValueError if it is not an image."""
+        """Copy all words of `other`; a ValueError if it is not an image of the same size."""
         if not isinstance(other, Image):
             raise ValueError(f"{other!r} is not an image: write load(Image([...])) or load(move.to_image())")
+        if len(other.words) != len(self.words):
+            raise ValueError(
+                f"an image of {len(other.words)} words does not fit into one of {len(self.words)}"
+            )
         self.raw[:] = other.raw
 
     def clear(self) -> None:
-        """Set all eight words to 0."""
-        self.raw[:] = _ZEROS
+        """Set all words to 0."""
+        self.raw[:] = bytes(len(self.raw))
 
     def read_only(self) -> Image:
         """Return a read-only view of the same memory."""
@@ -180,20 +192,25 @@ class _ReadOnlyImage(Image):
         _refuse_to_write()
 
 
-_ZEROS = bytes(IMAGE_BYTES)
+def checked_size(size: int) -> int:
+    """Return the number of words of an image; ValueError unless it is 1 to 250."""
+    if type(size) is not int or not 1 <= size <= WORDS_MAX:
+        raise ValueError(f"an image of {size!r} words is not allowed: 1 to {WORDS_MAX}")
+    return size
 
 
 def _refuse_to_write() -> NoReturn:
     raise ValueError("an input image is read-only: the module writes it; to hold an input, use a force")
 
 
-def _no_such_word(word: object) -> ValueError:
-    return ValueError(f"no such word: {word!r}; words are 0 to {WORDS - 1}")
+def _no_such_word(image: Image, word: object) -> ValueError:
+    return ValueError(f"no such word: {word!r}; words are 0 to {len(image) - 1}")
 
 
-def _check_address(word: object, bit: object) -> None:
-    if not (isinstance(word, int) and isinstance(bit, int) and 0 <= word < WORDS and 0 <= bit <= 15):
-        raise ValueError(f"no such bit: word {word}, bit {bit}; words are 0 to {WORDS - 1}, bits 0 to 15")
+def _check_address(words: memoryview, word: object, bit: object) -> None:
+    if not (isinstance(word, int) and isinstance(bit, int) and 0 <= word < len(words) and 0 <= bit <= 15):
+        last = len(words) - 1
+        raise ValueError(f"no such bit: word {word}, bit {bit}; words are 0 to {last}, bits 0 to 15")
 
 
 def _bits_on(value: int) -> list[int]:

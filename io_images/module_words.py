@@ -1,28 +1,33 @@
 """Names of a module's words and bits, for the rack, addresses and traces.
 
-    outputs, inputs    the eight words of each image, by name
+    outputs, inputs    the words of each image, by name; a module has as many words as names
     groups             bits by group and name, as in `slot1.status.MOVE_COMPLETE`
 
-A module with fewer words shows them in the first ones.
+A module's record says both, see `runtime.modules.record`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntFlag
 from typing import NamedTuple
 
-from .image import WORDS
+from .image import WORDS, checked_size
 
 
 class BitPlace(NamedTuple):
     """The place of a named bit."""
 
     image: str  # "I" for the input image, "O" for the output image
-    word: int  # 0 to 7
+    word: int  # from 0
     bit: int  # 0 to 15
 
+
+INPUT = ("I", "in")
+"""What an input image is called in addresses and in traces; the output image is "O" and "out"."""
+
+_IMAGES = {"I": "input", "O": "output"}
 
 Groups = Mapping[str, Mapping[str, BitPlace]]
 """Places of named bits, by group and name."""
@@ -34,8 +39,8 @@ class ModuleWords:
 
     Attributes:
         message: stem of its message types in a trace, letters and digits, the first one a capital.
-        outputs: names of the eight words from logic to module, lower case.
-        inputs: names of the eight words from module to logic.
+        outputs: names of the words from logic to module, lower case; as many as the module has.
+        inputs: names of the words from module to logic.
         groups: its named bits.
         profile: bits of input word 0 by the names of the module's add-on profile, as in
             `Local:1:I.ModuleOK`.
@@ -45,6 +50,9 @@ class ModuleWords:
         terminals: of a card: mask of the terminals in each word of an image, from word 0 on.
         card: of a card: its catalog number, for its members in `cards`.
         errors: names of the bits of its input image that report an error.
+
+    Raises:
+        ValueError: a named bit that the images do not have, or two names of a group for one bit.
     """
 
     message: str
@@ -58,6 +66,15 @@ class ModuleWords:
     card: str = field(default="", compare=False)
     errors: tuple[str, ...] = field(default=(), compare=False)
 
+    def __post_init__(self) -> None:
+        sizes = {"I": len(self.inputs), "O": len(self.outputs)}
+        for group, names in self.groups.items():
+            _refuse_clashes(f"{self.message}: {group}", names, sizes)
+
+    def named(self, image: str) -> tuple[str, ...]:
+        """Return the names of the words of an image, "I" or "in", "O" or "out"."""
+        return self.inputs if image in INPUT else self.outputs
+
     def bits(self, image: str, word: int) -> Iterator[tuple[str, int]]:
         """Yield name and number of the named bits of a word."""
         for names in self.groups.values():
@@ -70,6 +87,32 @@ class ModuleWords:
             return ""
         kind = "inputs" if image == "I" else "outputs"
         return f"{kind} {numbers_of(masks)}" if any(masks) else f"no {kind}"
+
+
+def _refuse_clashes(where: str, names: Mapping[str, BitPlace], sizes: Mapping[str, int]) -> None:
+    """Raise a ValueError for a bit that no image has, and for two names of one bit."""
+    taken: dict[BitPlace, str] = {}
+    for name, at in names.items():
+        if at.word not in range(sizes.get(at.image, 0)) or at.bit not in range(16):
+            last = sizes.get(at.image, max(sizes.values())) - 1
+            raise ValueError(f"{where}.{name}: {at}: must be of image I or O, word 0 to {last}, bit 0 to 15")
+        other = taken.setdefault(at, name)
+        if other != name:
+            image = _IMAGES[at.image]
+            raise ValueError(
+                f"{where}: {other} and {name} are both bit {at.bit} of {image} word {at.word}; "
+                f"free bits: {_free_bits(at.image, names.values())}"
+            )
+
+
+def _free_bits(image: str, named: Collection[BitPlace]) -> str:
+    """Return the bits without a name in those words of an image that have names."""
+    masks: dict[int, int] = {}
+    for at in named:
+        if at.image == image:
+            masks[at.word] = masks.get(at.word, 0xFFFF) & ~(1 << at.bit)
+    free = [f"{numbers_of([mask])} of word {word}" for word, mask in sorted(masks.items()) if mask]
+    return "; ".join(free) or "none"
 
 
 def terminals_in(masks: Sequence[int]) -> list[int]:
@@ -101,7 +144,10 @@ def flag_places(image: str, *words: type[IntFlag]) -> Mapping[str, BitPlace]:
     }
 
 
-_NUMBERED = tuple(f"word{index}" for index in range(WORDS))
+def numbered(size: int) -> tuple[str, ...]:
+    """Return word0, word1, ...: names of words without their own; ValueError for an illegal number."""
+    return tuple(f"word{index}" for index in range(checked_size(size)))
 
-PLAIN_WORDS = ModuleWords("Plain", _NUMBERED, _NUMBERED)
-"""The words of a module without names."""
+
+PLAIN_WORDS = ModuleWords("Plain", numbered(WORDS), numbered(WORDS))
+"""The words of a module without names: eight of each image."""

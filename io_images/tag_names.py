@@ -29,8 +29,9 @@ _STEP = re.compile(
     r"""\s*\[\s*(?P<quote>'[^']*'|"[^"]*")\s*\]|\s*\[(?P<index>[^\[\]]*)\]|:(?P<element>\d+)"""
     r"""|/(?P<bit>\w+)|\.(?P<name>\w+)"""
 )
+_PART_END = re.compile(r"[.\[]")
 _RANGE = re.compile(r"(\d+)\.\.(\d+)")
-_RANGES = re.compile(r"\[\d+\.\.\d+(?:,\d+\.\.\d+)*\]|:\d+\.\.\d+")
+_RANGES = re.compile(r"\[\d+\.\.\d+(?:,\d+\.\.\d+)*+\]|:\d+\.\.\d+")
 
 
 class AmbiguousNameError(ValueError):
@@ -150,11 +151,32 @@ def element_of(name: str, place: int) -> str:
     return _RANGE.sub(lambda _: indices.pop(), name)
 
 
-def matches_part(pattern: str, name: str, *, fold: bool = False) -> bool:
-    """Whether a pattern with `*` and `?` matches a name, or its part before a dot or a subscript.
+class NamesByPattern:
+    """Names, found by patterns with `*` and `?`, which match a name or its part before a dot or a subscript.
 
-    >>> matches_part("Fill", "Fill.ACC"), matches_part("Fi", "Fill.ACC"), matches_part("*.acc", "Fill.ACC")
-    (True, False, False)
+    >>> names = NamesByPattern(["Fill.ACC", "Fill.PRE", "Level"])
+    >>> names.places("Fill"), names.places("Fi"), names.places("*.acc"), names.places("*el")
+    ([0, 1], [], [], [2])
+    >>> NamesByPattern(["Fill.ACC"], fold=True).places("fill.acc")
+    [0]
+
+    Args:
+        fold: whether case does not matter.
     """
-    text = "".join({"*": ".*", "?": "."}.get(each, re.escape(each)) for each in pattern)
-    return re.match(rf"{text}(?:[.\[]|$)", name, re.IGNORECASE if fold else 0) is not None
+
+    def __init__(self, names: Iterable[str], *, fold: bool = False) -> None:
+        self._fold = str.lower if fold else str
+        self._names = [self._fold(name) for name in names]
+        self._by_part: dict[str, list[int]] = {}
+        for place, name in enumerate(self._names):
+            for end in (*(each.start() for each in _PART_END.finditer(name)), len(name)):
+                self._by_part.setdefault(name[:end], []).append(place)
+
+    def places(self, pattern: str) -> list[int]:
+        """Return the places of the names that match, in order."""
+        pattern = self._fold(pattern)
+        if not {"*", "?"} & set(pattern):
+            return self._by_part.get(pattern, [])
+        text = "".join({"*": ".*", "?": "."}.get(each, re.escape(each)) for each in pattern)
+        matches = re.compile(rf"{text}(?:[.\[]|$)").match
+        return [place for place, name in enumerate(self._names) if matches(name)]

@@ -15,10 +15,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-from ..io_images.image import IMAGE_BYTES
+from ..io_images.memory_layout import MemoryLayout
 from ..io_images.renamed import renamed
 from .compare import EXACT, Comparison, Tolerance, compare_parts
-from .format.layout import SLOT_BYTES, SlotInfo
+from .format.layout import SlotInfo, block_layout
 from .read.arrays import column_chunks, extent
 from .read.columns import Columns
 from .read.event_text import describe
@@ -48,7 +48,7 @@ class PackedTrace:
             TraceError: the file is damaged beyond what can be left out.
             ValueError: it has no scans.
         """
-        scans = PackedScans.of(len(trace.head.slots), column_chunks(trace))
+        scans = PackedScans.of(trace.head.layout.words, column_chunks(trace))
         if more is not None:
             written = extent(trace).scan.tolist()
             first = bisect_right(more.scan.tolist(), written[-1]) if written else 0
@@ -87,14 +87,14 @@ class PackedTrace:
         span = self.span(image)
         return self.scans.view(lambda columns: [block[span] for block in memory_blocks(columns)])
 
-    def place(self, slot: int) -> int:
-        """Return the offset of a slot in the memory block, bytes; StopIteration for no such slot."""
-        return SLOT_BYTES * next(place for place, each in enumerate(self.slots) if each.number == slot)
+    @cached_property
+    def layout(self) -> MemoryLayout:
+        """The places of the images in the memory block."""
+        return block_layout(self.slots)
 
     def span(self, image: Image) -> slice:
-        """Return the place of an image in the memory block, bytes."""
-        first = self.place(image[0]) + (IMAGE_BYTES if image[1] == "in" else 0)
-        return slice(first, first + IMAGE_BYTES)
+        """Return the place of an image in the memory block, bytes; KeyError for no such slot."""
+        return self.layout.places[image[0]].image(image[1])
 
 
 class Follower:
@@ -125,7 +125,7 @@ class Follower:
         self.stopped = False
         self._spans = [recording.span(image) for image in self._images]
         self._recorded = recording.memory
-        self._replayed = NotedScans(len(recording.slots))
+        self._replayed = NotedScans(recording.layout.words)
         self._rules: list[tuple[int, object, str]] = []
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, object]) -> None:

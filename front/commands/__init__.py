@@ -34,9 +34,6 @@ class Entry(NamedTuple):
     sentence: str
 
 
-UsageMistake: type[Exception] = typer.BadParameter.__mro__[2]
-"""The parser's error for unusable words; Typer exports only a subclass."""
-
 GROUPS = {
     "Run and watch": {
         "new": Entry(".programs.new", "Create a project."),
@@ -127,7 +124,7 @@ class Lazy(TyperGroup):
         options["standalone_mode"] = False
         try:
             sys.exit(super().main(words, prog_name, **options))
-        except UsageMistake as error:
+        except typer.TyperException as error:
             if type(error).__name__ == "NoArgsIsHelpError":  # the page of the command, which takes words
                 say(error, err=True)
                 sys.exit(BAD_INPUT)

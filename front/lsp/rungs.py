@@ -16,7 +16,7 @@ from ..ladder.model.predefined.structures import PREDEFINED_TYPES
 from ..ladder.model.spec import InstructionKind, Spec, Use
 from ..ladder.model.types import Structure
 
-_WORD = re.compile(r"[A-Za-z_\\][\w:\\]*(?:\[[^\]]*\])?(?:\.\w+(?:\[[^\]]*\])?)*")
+_WORD = re.compile(r"[A-Za-z_\\][\w:\\]*(?:\[[^\]]*\])?(?:\.\w+(?:\[[^\]]*\])?)*+")
 _DECLARATION = re.compile(
     r"^\s*(?P<what>TAG|ALIAS|SLOT|Input|Output|InOut|Local)\s+(?P<name>[\w:]+)\s*:\s*(?P<type>[^:=/\s]*)"
     r"|^\s*(?P<place>ROUTINE|PROGRAM|CONTROLLER|INSTRUCTION|TYPE|TASK)\s+(?P<of>\w+)",

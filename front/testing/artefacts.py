@@ -56,7 +56,8 @@ class TestArtefacts:
         self._keep = item.config.getoption("--scanrack-keep")
         self.folder = ArtefactFolder(base, item.nodeid)
         self._opened: list[OpenedBench] = []
-        self._failed = False
+        self._failed: BaseException | None = None  # the first failure: of a subtest, else of the test
+        self._ended = False  # by a failure, so that its recordings are ended
 
     def open(self, rack: Path) -> Bench:
         """Open a rack on a bench, recorded if the recording may be kept; see `open_bench`."""
@@ -85,11 +86,22 @@ class TestArtefacts:
             for each in self._opened:
                 stack.callback(each.bench.close)
 
-    def reported(self, report: pytest.TestReport, call: pytest.CallInfo[None]) -> None:
-        """Add to the report of a failure; after the teardown remove what is not to be kept."""
-        if report.failed and not self._failed:
-            self._failed = True
+    def reported(
+        self, report: pytest.TestReport, call: pytest.CallInfo[None], *, of_subtest: bool = False
+    ) -> None:
+        """Add to the report of a failure; after the teardown remove what is not to be kept.
+
+        Args:
+            of_subtest: the test goes on, and so do the recordings of its benches.
+        """
+        error: BaseException | None = None
+        if report.failed:
             error = AssertionError() if call.excinfo is None else call.excinfo.value
+            self._failed = self._failed or error
+        elif report.when == "call" and not of_subtest:
+            error = self._failed  # a subtest's, with which the test fails, too
+        if error is not None and not self._ended:
+            self._ended = not of_subtest
             if self._opened:
                 report.sections.append((SECTION, "\n".join(self._told(error))))
         if report.when == "teardown":
@@ -104,7 +116,8 @@ class TestArtefacts:
         now_s = process_time()
         yield from self._whys(error)
         for each in self._opened:
-            each.bench.end_recording()
+            if self._ended:
+                each.bench.end_recording()
             yield from self._places(each, error, now_s - each.since_s)
 
     # --- why
@@ -130,6 +143,8 @@ class TestArtefacts:
         if trace is not None:
             path = relative(trace, self._near)
             yield f"  scanrack watch {shlex.quote(f'{path}#scan={scan}')}"
+            if not self._ended:
+                return  # a page has the whole recording
             test = FailedTest(self._test, _message(error), self.folder.passed_trace(trace))
             yield f"  {page_line(trace, path, scan, tags_of(error, bench), run_s, test)}"
 

@@ -29,7 +29,7 @@ LONGEST = 80
 
 DIGEST = 8
 
-_PLAIN = re.compile(r"\w+(\.\w+)*((/|::)\w+(\.\w+)*)*", re.ASCII)
+_PLAIN = re.compile(r"\w+(\.\w+)*+((/|::)\w+(\.\w+)*+)*+", re.ASCII)
 
 
 def folder_names(test: str) -> tuple[str, ...]:

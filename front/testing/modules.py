@@ -13,11 +13,12 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from random import Random
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args, get_origin
 
-from ..io_images.image import WORD_MAX, WORD_MIN, WORDS, Image
+from ..io_images.image import WORD_MAX, WORD_MIN, WORDS, WORDS_MAX, Image
 from ..io_images.module_words import BitPlace, ModuleWords
 from ..runtime.loop.events import Event
 from ..runtime.loop.module import Module
@@ -59,7 +60,7 @@ class Step:
 
     Attributes:
         wait_ns: its length.
-        words: the output words, up to eight.
+        words: the first output words; the others are 0.
         running: whether the controller is in run mode.
         act: what befalls the module at its beginning.
     """
@@ -93,19 +94,24 @@ def check_module(
     for seed in seeds:
         drawn = _drawn_options(record, options or {}, Random(seed))
         where = f"{record.name} with options {dict(drawn)}"
-        _check_names(where, record, record.words(drawn))
-        script = any_script(seed, words or any_words)
+        own = record.words(drawn)
+        _check_names(where, record, own)
+        sizes = len(own.outputs), len(own.inputs)
+        script = any_script(seed, words or partial(any_words, size=sizes[0]))
         shown = []
         for pieces in (at_once, at_once, at_random(seed)):
             module = record.make(firmware="4.1", machine=machine, seed=seed, options=drawn, wiring=None)
             try:
-                shown.append(play(module, script, pieces))
+                shown.append(play(module, script, pieces, sizes[0]))
             except Exception as error:
                 note = " ".join(getattr(error, "__notes__", ()))
                 raise ContractError(
                     f"{where}: any words must be survived; seed {seed}: {error!r} {note}"
                 ) from error
         once, again, in_pieces = shown
+        for inputs, _ in once:
+            if len(inputs) != sizes[1]:
+                raise ContractError(f"{where}: it names {sizes[1]} input words and returns {len(inputs)}")
         _compare(f"{where}: two runs must be equal; seed {seed}", once, again)
         _compare(f"{where}: calls between must not matter; seed {seed}", once, in_pieces)
 
@@ -117,9 +123,13 @@ def record_in(path: Path, name: str = "RECORD") -> ModuleRecord:
     return load_modules({path.stem: f"{path.name}:{name}"}, path)[path.stem]
 
 
-def play(module: Module, script: Sequence[Step], pieces: Pieces) -> list[Shown]:
-    """Play a script with a new module; return what it shows at 0 ns and at the end of each step."""
-    now_ns, outputs = 0, Image()
+def play(module: Module, script: Sequence[Step], pieces: Pieces, size: int = WORDS) -> list[Shown]:
+    """Play a script with a new module; return what it shows at 0 ns and at the end of each step.
+
+    Args:
+        size: number of its output words.
+    """
+    now_ns, outputs = 0, Image(size=size)
     shown = [_shown(module, now_ns, outputs)]
     for number, step in enumerate(script, 1):
         end_ns = now_ns + step.wait_ns
@@ -127,7 +137,7 @@ def play(module: Module, script: Sequence[Step], pieces: Pieces) -> list[Shown]:
             module.plc_run(step.running)
             if step.act is not None:
                 step.act(module, now_ns, end_ns)
-            outputs.load(Image(step.words))  # in the same memory, as the scan loop has it
+            outputs.load(Image(step.words, size=size))  # in the same memory, as the scan loop has it
             for at_ns in pieces(now_ns, end_ns):
                 module.update(at_ns, outputs)
             shown.append(_shown(module, end_ns, outputs))
@@ -159,15 +169,15 @@ def at_random(seed: int) -> Pieces:
     return pieces
 
 
-def any_words(dice: Random) -> Sequence[int]:
-    """Draw output words: none, one bit, or words of any value, many of them small."""
+def any_words(dice: Random, size: int = WORDS) -> Sequence[int]:
+    """Draw output words of an image of a size: none, one bit, or words of any value, many of them small."""
     kind = dice.randrange(4)
     if kind == 0:
         return ()
     if kind == 1:
-        return [0] * dice.choice((0, 0, 1, dice.randrange(WORDS))) + [1 << dice.randrange(16)]
+        return [0] * dice.choice((0, 0, min(1, size - 1), dice.randrange(size))) + [1 << dice.randrange(16)]
     ends = (0, 1, WORD_MAX, WORD_MIN)
-    return [dice.choice((*ends, dice.randrange(200), dice.randint(WORD_MIN, WORD_MAX))) for _ in range(WORDS)]
+    return [dice.choice((*ends, dice.randrange(200), dice.randint(WORD_MIN, WORD_MAX))) for _ in range(size)]
 
 
 def any_script(seed: int, words: Draw = any_words) -> list[Step]:
@@ -209,17 +219,17 @@ def _compare(promise: str, once: Sequence[Shown], other: Sequence[Shown]) -> Non
 
 def _check_names(where: str, record: ModuleRecord, words: ModuleWords) -> None:
     for image, names in (("output", words.outputs), ("input", words.inputs)):
-        if len(set(names)) != WORDS or len(names) != WORDS or not all(map(_is_name, names)):
-            raise ContractError(f"{where}: {image} words need {WORDS} names in small letters: {names}")
+        if not 1 <= len(names) <= WORDS_MAX:
+            raise ContractError(f"{where}: {len(names)} {image} words are named: must be 1 to {WORDS_MAX}")
+        if len(set(names)) != len(names) or not all(map(_is_name, names)):
+            raise ContractError(f"{where}: {image} words need different names in small letters: {names}")
     for group, bits in words.groups.items():
         for name, at in bits.items():
-            bit = f"{where}: slot1.{group}.{name}"
-            if at.image not in ("I", "O") or not (0 <= at.word < WORDS and 0 <= at.bit < 16):
-                raise ContractError(f"{bit} is in no image: {at}")
             if group == "status":
-                _check_decoded(bit, name, at, record, words)
+                _check_decoded(f"{where}: slot1.{group}.{name}", name, at, record, words)
     for value in (0, -1):
-        str(record.status(Image([value] * WORDS), words))
+        size = len(words.inputs)
+        str(record.status(Image([value] * size, size=size), words))
 
 
 def _is_name(name: str) -> bool:
@@ -228,7 +238,7 @@ def _is_name(name: str) -> bool:
 
 def _check_decoded(bit: str, name: str, at: BitPlace, record: ModuleRecord, words: ModuleWords) -> None:
     """Check that a view of an image with one bit has its name, and no other."""
-    image = Image()
+    image = Image(size=len(words.inputs))
     image.set_bit(at.word, at.bit, True)
     said = str(record.status(image, words))
     decoded = set(re.findall(r"\w+", said)) & set(words.groups["status"])

@@ -11,7 +11,6 @@ from rich.table import Table
 from rich.text import Text
 
 from ..io_images.amci3601.words import is_stepper
-from ..io_images.image import WORDS
 from ..runtime.live.session import Session
 from ..runtime.loop.events import JsonValue
 from ..runtime.loop.pace import AdjustablePace
@@ -76,19 +75,24 @@ class TextView:
     def _slot(self, slot: Slot) -> RenderableType:
         table = Table(title=f"slot {slot.number}  {slot.catalog}", title_justify="left", box=None)
         table.add_column("", width=4)
-        for word in range(WORDS):
+        columns = max(len(slot.inputs), len(slot.outputs))
+        for word in range(columns):
             table.add_column(str(word), justify="right", min_width=6)
         table.add_column("on")
         for letter, image in (("I", slot.inputs), ("O", slot.outputs)):
             words = list(image)
-            table.add_row(letter, *map(str, words), ", ".join(_names_on(slot, letter, words)))
+            blank = [""] * (columns - len(words))
+            table.add_row(letter, *map(str, words), *blank, ", ".join(_names_on(slot, letter, words)))
         if is_stepper(slot.words):
             position = slot.inputs[2] * 1000 + slot.inputs[3]
-            table.add_row("", *[""] * WORDS, f"position {position:,}")
+            table.add_row("", *[""] * columns, f"position {position:,}")
         return table
 
 
 def _names_on(slot: Slot, image: str, words: list[int]) -> list[str]:
     return [
-        name for word in range(WORDS) for name, bit in slot.words.bits(image, word) if words[word] >> bit & 1
+        name
+        for word, value in enumerate(words)
+        for name, bit in slot.words.bits(image, word)
+        if value >> bit & 1
     ]

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeGuard
 
-from ..module_words import PLAIN_WORDS, BitPlace, Groups, ModuleWords, flag_places
+from ..module_words import PLAIN_WORDS, BitPlace, Groups, ModuleWords, flag_places, numbers_of
 from .bits import ERROR_BITS, PROFILE_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw, status_names
 from .parameters import LIMITS_3601, Limits, Parameters
 from .rules import RULES, Rule
@@ -36,6 +36,10 @@ class Profile(ModuleWords):
         refusals: ids of the rules that refuse a command; others may fire in the same scan by chance.
         masks: its status bits by name, as masks of `StatusBits`.
         view: reads an input image by the names of these bits.
+
+    Raises:
+        ValueError: a status bit outside of words 0 and 1, one of a 3601 in another place, two names for one
+            bit, an error without a bit, or a refusal without a rule that sets a named bit.
     """
 
     limits: Limits = field(default=LIMITS_3601, compare=False)
@@ -48,7 +52,9 @@ class Profile(ModuleWords):
     view: type[StatusView] = field(init=False, compare=False, repr=False)
 
     def __post_init__(self) -> None:
+        ModuleWords.__post_init__(self)
         status = self.groups["status"]
+        self._check_status(status)
         further = {name: at for name, at in status.items() if name not in _KNOWN}
         masks = {name: 1 << 16 * at.word + at.bit for name, at in status.items()}
         errors = sum(masks[name] for name in self.errors if name in further)
@@ -62,6 +68,29 @@ class Profile(ModuleWords):
             ("view", view_with(further)),
         ):
             object.__setattr__(self, name, value)
+        self._check_refusals()
+
+    def _check_status(self, status: Mapping[str, BitPlace]) -> None:
+        for name, at in status.items():
+            if at.image != "I" or at.word not in (0, 1) or _KNOWN.get(name, at) != at:
+                must = _KNOWN.get(name, "in word 0 or 1 of image I")
+                raise ValueError(f"{self.message}: status.{name}: {at}: must be {must}")
+        for name in self.errors:
+            if name not in status:
+                raise ValueError(f"{self.message}: errors: no status bit {name!r}")
+
+    def _check_refusals(self) -> None:
+        """Raise a ValueError for a refusal that a user of the module would not see."""
+        named = sum(self.masks.values())
+        for rule, _ in self.further_refusals:
+            if rule not in self.rules:
+                raise ValueError(f"{self.message}: further_refusals: no rule {rule!r} in rules")
+            sets = int(self.rules[rule].if_broken or self.rules[rule].sets)
+            if not sets or sets & ~named:
+                bits = numbers_of([sets & ~named & _WORD, (sets & ~named) >> 16]) or "none"
+                raise ValueError(
+                    f"{self.message}: rule {rule}: sets must be named status bits; without a name: {bits}"
+                )
 
     def __deepcopy__(self, _memo: object) -> Profile:
         return self

@@ -41,6 +41,33 @@ class Packet:
     at_ns: int  # since 1970
     link_type: int  # LINKTYPE number of its first bytes
     data: bytes  # as much of it as was captured
+    cut: int = 0  # bytes behind them that were not captured: the frame was longer than the snap length
+
+
+@dataclass(slots=True)
+class CutFrames:
+    """How many frames a capture cut, and at how many bytes.
+
+    >>> cut = CutFrames()
+    >>> cut.add(Packet(0, 1, bytes(68), cut=10)), cut.add(Packet(0, 1, bytes(68))), str(cut)
+    (None, None, '1 at 68 bytes')
+    """
+
+    count: int = 0
+    least: int = 0  # bytes of the shortest
+    most: int = 0  # bytes of the longest
+
+    def add(self, packet: Packet) -> None:
+        """Count a packet, if it was cut."""
+        if packet.cut:
+            size = len(packet.data)
+            self.least = min(self.least, size) if self.count else size
+            self.most = max(self.most, size)
+            self.count += 1
+
+    def __str__(self) -> str:
+        sizes = f"{self.least:,}" if self.least == self.most else f"{self.least:,} to {self.most:,}"
+        return f"{self.count:,} at {sizes} bytes"
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,12 +85,14 @@ class Capture:
 
     Attributes:
         cut_off: place in the file at which its last, unfinished packet begins; None for a whole file.
+        cut_frames: the frames so far that are longer than what was captured of them.
     """
 
     def __init__(self, file: BinaryIO) -> None:
         self._file = file
         self._at = 0
         self.cut_off: int | None = None
+        self.cut_frames = CutFrames()
 
     def packets(self) -> Iterator[Packet]:
         """Yield the packets.
@@ -76,12 +105,17 @@ class Capture:
         big, little = int.from_bytes(head, "big"), int.from_bytes(head, "little")
         self._at = 4
         if big == SECTION:
-            yield from self._blocks()
+            yield from map(self._counted, self._blocks())
         elif big in PCAP_MAGICS or little in PCAP_MAGICS:
             order = ">" if big in PCAP_MAGICS else "<"
-            yield from self._records(order, PCAP_MAGICS.get(big) or PCAP_MAGICS[little])
+            records = self._records(order, PCAP_MAGICS.get(big) or PCAP_MAGICS[little])
+            yield from map(self._counted, records)
         else:
             raise CaptureError(f"it is not a capture: it begins with {head.hex(' ') or 'nothing'}")
+
+    def _counted(self, packet: Packet) -> Packet:
+        self.cut_frames.add(packet)
+        return packet
 
     def _read(self, size: int, begin: int) -> bytes:
         """Return that many bytes; b"" at the end of the file, which is noted."""
@@ -106,13 +140,14 @@ class Capture:
             fields = self._read(record.size, begin)
             if not fields:
                 return
-            seconds, fraction, captured, _ = record.unpack(fields)
+            seconds, fraction, captured, sent = record.unpack(fields)
             if captured > PACKET_MAX:
                 raise CaptureError(f"byte {begin}: a packet of {captured:,} bytes; at most {PACKET_MAX:,}")
             data = self._read(captured, begin) if captured else b""
             if len(data) < captured:
                 return
-            yield Packet(seconds * NS_PER_S + fraction * unit_ns, link_type, data)
+            at_ns = seconds * NS_PER_S + fraction * unit_ns
+            yield Packet(at_ns, link_type, data, max(0, sent - captured))
 
     # -- pcapng -----------------------------------------------------------------------------------
 
@@ -197,7 +232,7 @@ def _enhanced(body: bytes, order: str, begin: int, interfaces: list[_Interface])
     head = Struct(f"{order}IIIII")
     if len(body) < head.size:
         raise CaptureError(f"byte {begin}: a packet block of {len(body)} bytes; it has {head.size} at least")
-    number, high, low, captured, _ = head.unpack_from(body)
+    number, high, low, captured, sent = head.unpack_from(body)
     if number >= len(interfaces):
         raise CaptureError(f"byte {begin}: a packet of interface {number}; there are {len(interfaces)}")
     if captured > min(PACKET_MAX, len(body) - head.size):
@@ -205,4 +240,4 @@ def _enhanced(body: bytes, order: str, begin: int, interfaces: list[_Interface])
         raise CaptureError(f"byte {begin}: a packet of {captured:,} bytes in a block with room for {there:,}")
     interface = interfaces[number]
     data = body[head.size : head.size + captured]
-    return Packet(interface.at_ns(high << 32 | low), interface.link_type, data)
+    return Packet(interface.at_ns(high << 32 | low), interface.link_type, data, max(0, sent - captured))

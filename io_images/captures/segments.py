@@ -1,7 +1,8 @@
 """TCP segments in packets: link layer, IPv4 or IPv6, TCP.
 
-What is not TCP, or is cut short by the capture, is no segment; nothing is refused. Fragments of IP are none
-either: Modbus and the frames of controllers are shorter than any path's limit.
+What is not TCP is no segment; nothing is refused. The segment in a frame that the capture cut has what its
+header says, and no data. Fragments of IP are no segments: Modbus and the frames of controllers are shorter
+than any path's limit.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ EXTENSIONS = (0, 43, 60)
 
 EXTENSIONS_MAX = 8
 TCP = 6
-SYN, FIN, RST = 0x02, 0x01, 0x04
+SYN, FIN, RST, ACK = 0x02, 0x01, 0x04, 0x10
 
 ETHERNET, NULL, LOOP, SLL, SLL2 = 1, 0, 108, 113, 276
 RAW = (12, 14, 101, 228, 229)
@@ -30,7 +31,7 @@ KIND_AT = {ETHERNET: (12, 14), SLL: (14, 16), SLL2: (0, 20)}
 _KIND = Struct(">H")
 _IPV4 = Struct(">BxHxxHxBxx4s4s")
 _IPV6 = Struct(">BxxxHBx16s16s")
-_TCP = Struct(">HHIxxxxBB")
+_TCP = Struct(">HHIIBB")
 
 End = tuple[str, int]
 """Address and port of one end of a connection."""
@@ -46,6 +47,8 @@ class Segment:
     sequence: int  # number of its first byte
     flags: int
     data: bytes
+    acknowledged: int | None = None  # number of the next byte that it expects from the other end
+    cut: bool = False  # the capture has not all of its data: `data` is empty
 
 
 def segment_in(packet: Packet) -> Segment | None:
@@ -54,18 +57,23 @@ def segment_in(packet: Packet) -> Segment | None:
     if at is None or at >= len(packet.data):
         return None
     version = packet.data[at] >> 4
-    found = _ipv4(packet.data, at) if version == 4 else _ipv6(packet.data, at) if version == 6 else None
+    size = len(packet.data) + packet.cut
+    network = {4: _ipv4, 6: _ipv6}.get(version)
+    found = network(packet.data, at, size) if network is not None else None
     if found is None:
         return None
     source, target, begin, end = found
-    if end - begin < _TCP.size or end > len(packet.data):
+    there = len(packet.data)
+    if min(end, there) - begin < _TCP.size or end > there + packet.cut:
         return None
-    source_port, target_port, sequence, offset, flags = _TCP.unpack_from(packet.data, begin)
+    source_port, target_port, sequence, expected, offset, flags = _TCP.unpack_from(packet.data, begin)
     data_at = begin + 4 * (offset >> 4)
     if not begin + 20 <= data_at <= end:
         return None
     ends = (_text(source), source_port), (_text(target), target_port)
-    return Segment(packet.at_ns, *ends, sequence, flags, packet.data[data_at:end])
+    data = packet.data[data_at:end] if end <= there else b""
+    acknowledged = expected if flags & ACK else None
+    return Segment(packet.at_ns, *ends, sequence, flags, data, acknowledged, end > max(there, data_at))
 
 
 def _text(address: bytes) -> str:
@@ -95,21 +103,21 @@ Found = tuple[bytes, bytes, int, int]
 """Source, target, and where TCP begins and ends."""
 
 
-def _ipv4(data: bytes, at: int) -> Found | None:
+def _ipv4(data: bytes, at: int, size: int) -> Found | None:
     if len(data) - at < _IPV4.size:
         return None
     head, total, fragment, protocol, source, target = _IPV4.unpack_from(data, at)
     begin = at + 4 * (head & 0xF)
-    end = at + total if total else len(data)  # 0: the network card cuts it up later
+    end = at + total if total else size  # 0: the network card cuts it up later
     whole = not fragment & 0x3FFF  # neither "more fragments" nor an offset
     return (source, target, begin, end) if protocol == TCP and whole and begin >= at + 20 else None
 
 
-def _ipv6(data: bytes, at: int) -> Found | None:
+def _ipv6(data: bytes, at: int, whole: int) -> Found | None:
     if len(data) - at < _IPV6.size:
         return None
     _, size, following, source, target = _IPV6.unpack_from(data, at)
-    begin, end = at + 40, at + 40 + size if size else len(data)
+    begin, end = at + 40, at + 40 + size if size else whole
     for _ in range(EXTENSIONS_MAX):
         if following not in EXTENSIONS or begin + 2 > min(end, len(data)):
             break

@@ -3,8 +3,8 @@
     segments   |1..8|      |17..24|9..16|   |9..16|
     bytes      |1..8|             |9..24|             the last one is a retransmission
 
-Bytes that never come, since the capture missed them, are a gap: what waits behind it is passed on with a note
-when too much waits.
+Bytes that never come, since the capture missed or cut them, are a gap. The other end says so: its next data
+acknowledges them. Else what waits behind the gap is passed on when too much waits.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _RING, _HALF = 1 << 32, 1 << 31
 class Chunk:
     """Bytes of one direction of a connection."""
 
-    at_ns: int  # time of the segment that completed them
+    at_ns: int  # time of the segment that completed them; behind a gap of their own
     source: End
     target: End
     data: bytes
@@ -37,8 +37,10 @@ class Chunk:
 @dataclass(slots=True)
 class _Direction:
     next: int | None = None  # sequence number of the next byte
-    waiting: dict[int, bytes] = field(default_factory=dict)
+    waiting: dict[int, tuple[int, bytes]] = field(default_factory=dict)  # time and bytes by sequence number
     fresh: bool = True
+    lacking: bool = False  # the bytes before the next one are missing
+    passed_ns: int = 0  # time of the bytes before the next one
 
 
 class Streams:
@@ -62,7 +64,7 @@ class Streams:
         for key, direction in self._directions.items():
             while direction.waiting:
                 self._skip_gap(direction)
-                yield from self._taken(key, direction, latest_ns)
+                yield from self._taken(key, direction)
 
     def _add(self, segment: Segment, at_ns: int) -> Iterator[Chunk]:
         key = segment.source, segment.target
@@ -74,49 +76,77 @@ class Streams:
         if segment.flags & SYN:
             first = (first + 1) % _RING
             self._directions[key] = direction = _Direction(first)
-        if not segment.data:
+        if not segment.data and not segment.cut:
             return
+        if segment.acknowledged is not None:
+            yield from self._acknowledge((segment.target, segment.source), segment.acknowledged)
         if direction.next is None:  # the capture began later
             direction.next = first
-        self._keep(direction, first, segment.data)
-        yield from self._taken(key, direction, at_ns)
-        while _too_much(direction):
-            self._skip_gap(direction)
-            yield from self._taken(key, direction, at_ns)
+        if segment.data:
+            self._keep(direction, first, at_ns, segment.data)
+            yield from self._taken(key, direction)
+            while _too_much(direction):
+                self._skip_gap(direction)
+                yield from self._taken(key, direction)
 
-    def _keep(self, direction: _Direction, first: int, data: bytes) -> None:
+    def _acknowledge(self, key: tuple[End, End], expected: int) -> Iterator[Chunk]:
+        """Yield what waits in a direction before a byte up to which the other end has all."""
+        direction = self._directions.get(key)
+        while direction and direction.next is not None and 0 < _ahead(expected, direction.next) < _HALF:
+            if any(_ahead(expected, first) < _HALF for first in direction.waiting if first != expected):
+                self._skip_gap(direction)
+            else:
+                self._miss(direction, expected)
+            yield from self._taken(key, direction)
+
+    def _keep(self, direction: _Direction, first: int, at_ns: int, data: bytes) -> None:
         assert direction.next is not None
-        ahead = (first - direction.next) % _RING
+        ahead = _ahead(first, direction.next)
         if ahead >= _HALF:  # it begins before the next byte
             old = min(_RING - ahead, len(data))
             self.repeated += old
             first, data = direction.next, data[old:]
-        if len(data) > len(direction.waiting.get(first, b"")):
-            direction.waiting[first] = data
+        if len(data) > len(direction.waiting.get(first, (0, b""))[1]):
+            direction.waiting[first] = at_ns, data
 
-    def _taken(self, key: tuple[End, End], direction: _Direction, at_ns: int) -> Iterator[Chunk]:
-        """Yield what is next, if it has come."""
+    def _taken(self, key: tuple[End, End], direction: _Direction) -> Iterator[Chunk]:
+        """Yield what is next, if it has come: one chunk for all that comes to be in order at a time."""
         data, following = bytearray(), direction.next or 0
         while direction.waiting:
             first = _nearest(direction.waiting, following)
-            ahead = (first - following) % _RING
+            ahead = _ahead(first, following)
             if 0 < ahead < _HALF:
                 break
-            held = direction.waiting.pop(first)
+            at_ns, held = direction.waiting.pop(first)
+            if data and at_ns > direction.passed_ns:  # what came later is a chunk of its own
+                yield self._chunk(key, direction, data)
+                data = bytearray()
             old = (_RING - ahead) % _RING
             self.repeated += min(old, len(held))
-            data += held[old:]
-            following = (following + len(held[old:])) % _RING
+            if old < len(held):
+                direction.passed_ns = max(direction.passed_ns, at_ns)
+                data += held[old:]
+                following = direction.next = (following + len(held) - old) % _RING
         if data:
-            direction.next = following
-            yield Chunk(at_ns, *key, bytes(data), direction.fresh)
-            direction.fresh = False
+            yield self._chunk(key, direction, data)
+
+    def _chunk(self, key: tuple[End, End], direction: _Direction, data: bytearray) -> Chunk:
+        fresh, direction.fresh, direction.lacking = direction.fresh, False, False
+        return Chunk(direction.passed_ns, *key, bytes(data), fresh)
 
     def _skip_gap(self, direction: _Direction) -> None:
-        after = direction.next or 0
-        direction.next = _nearest(direction.waiting, after)
-        direction.fresh = True
-        self.gaps += 1
+        self._miss(direction, _nearest(direction.waiting, direction.next or 0))
+
+    def _miss(self, direction: _Direction, until: int) -> None:
+        """Note that the bytes before a sequence number are missing."""
+        direction.next = until
+        self.gaps += not direction.lacking
+        direction.fresh = direction.lacking = True
+
+
+def _ahead(number: int, following: int) -> int:
+    """Return how far a sequence number is ahead of the next one; half of the ring and more is behind."""
+    return (number - following) % _RING
 
 
 def _nearest(waiting: Iterable[int], following: int) -> int:
@@ -126,4 +156,4 @@ def _nearest(waiting: Iterable[int], following: int) -> int:
 
 def _too_much(direction: _Direction) -> bool:
     waiting = direction.waiting
-    return len(waiting) > WAITING_MAX or sum(map(len, waiting.values())) > WAITING_BYTES_MAX
+    return len(waiting) > WAITING_MAX or sum(len(data) for _, data in waiting.values()) > WAITING_BYTES_MAX

@@ -37,7 +37,7 @@ CAUSES: dict[Error, str] = {
     Error.COMMAND: "a command that is none: an unknown letter, a command code above 15",
     Error.MOTOR: "motion asked for with base speed >= max (or jog) speed, or an acceleration out of range",
     Error.RANGE_OVERFLOW: "P beyond ±8,388,607, or further than 8,388,607 steps away",
-    Error.RANGE: "a parameter out of range, of too many characters or in the wrong form",
+    Error.RANGE: "a parameter out of range or in the wrong form; motion to a position out of range",
     Error.TRANSMIT: "internal to the controller: the simulation never raises it",
     Error.MODE: "not for the present mode: writing while a program runs, text in Modbus mode",
     Error.ZERO_PARAMETERS: "a parameter is missing; M, N, P without one while their input is disabled",

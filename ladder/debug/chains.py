@@ -55,6 +55,7 @@ class Chains:
         most: links one behind the other, those through modules counted.
         at_rest: explains inputs that have not changed.
         blocks: explains the blocks of an axis.
+        run_mode: says what was before a first scan in run mode; "" if that is unknown.
     """
 
     lowered: LoweredProgram
@@ -64,6 +65,7 @@ class Chains:
     most: int = DEEPEST
     at_rest: AtRest = at_rest_unknown
     blocks: Blocks = NO_BLOCKS
+    run_mode: Callable[[int], str] = lambda _scan: ""
     _known: dict[tuple[Cell, int, int], CauseLink] = field(default_factory=dict)
     _depth: int = 0
     _nested: int = 0
@@ -236,9 +238,9 @@ class Chains:
                 found = self.outside(origin, name, value)
                 return found or CauseLink("partner", *common, f"a sample of {each.tag}")
         if origin.write.mode and origin.scan:
-            return CauseLink(
-                "mode", *common, f"the CPU went to run mode: its first scan begins with {origin.write.mode}"
-            )
+            before = self.run_mode(origin.scan)
+            text = f"the CPU went to run mode: its first scan begins with {origin.write.mode}"
+            return CauseLink("mode", *common, f"{before}, then {text}" if before else text)
         return CauseLink("power-up", *common, origin.write.mode or "the start of the scan")
 
     def _of_outside(self, origin: CellChange, name: str, now_ns: int) -> CauseLink:

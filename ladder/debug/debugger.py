@@ -23,7 +23,7 @@ from ..state.snapshots import restore
 from ..state.tag_images import TagImages
 from .causes import Causes
 from .cells import cell_of
-from .chains import Chains, Outside, outside_unknown
+from .chains import Chains
 from .chart_waits import waits_of
 from .crossref import CrossReference
 from .executed import TracedEngine
@@ -31,7 +31,6 @@ from .forces import Forces
 from .inquiry import Inquiry
 from .journal import MOST, Journal, RecordedPast
 from .links import CauseLink
-from .never import NO_BLOCKS, AtRest, Blocks, at_rest_unknown
 from .remedies import Remedies, of_input
 from .replay import Replayer, Truths, input_leaves
 from .rung_values import with_values
@@ -560,17 +559,9 @@ class Debugger:
         """Return what would begin or end a step of a chart; nothing of any other tag."""
         return list(waits_of(self._engine.lowered, self.tags, self._resolver.named(tag)))
 
-    def chains(
-        self,
-        *,
-        deep: bool = False,
-        outside: Outside = outside_unknown,
-        at_rest: AtRest = at_rest_unknown,
-        blocks: Blocks = NO_BLOCKS,
-    ) -> Chains:
-        """Return what makes chains of causes, see `Chains`."""
-        causes = Causes(self._past)
-        return Chains(self._engine.lowered, causes, deep, outside, at_rest=at_rest, blocks=blocks)
+    def chains(self, *, deep: bool = False, **hooks: Any) -> Chains:
+        """Return what makes chains of causes; hooks are those of `Chains`."""
+        return Chains(self._engine.lowered, Causes(self._past), deep, **hooks)
 
     def chain(self, tag: str, *, deep: bool = False) -> CauseLink | None:
         """Return the chain of causes of a tag's value, None if it has not changed; see `Chains.of_tag`."""

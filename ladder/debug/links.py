@@ -92,20 +92,25 @@ class CauseLink:
     def path(self) -> tuple[CauseLink, ...]:
         """The links from the value to its cause: of several what outranks the program, else the latest.
 
-        Where a link repeats an earlier one, a round has gone by: it is the last one, of kind "round".
+        A link that repeats an earlier one is of a round before. Such links are left out where the chain comes
+        to what began the rounds; where it does not, the first of them is the last link, of kind "round".
         """
-        found, known = [self], {self._key}
-        while found[-1].causes:
-            ahead = [each for group in found[-1].causes for each in group]
+        found, began, known = [self], list[CauseLink](), {self._key}
+        link, repeated = self, None
+        while link.causes:
+            ahead = [each for group in link.causes for each in group]
             link = max(ahead, key=lambda each: (each.kind in OUTRANKING, each.scan, -each.depth))
             if link._key in known:
-                found.append(
-                    replace(link, kind="round", text=f"{link.text}, as now: {ROUND}", causes=(), depth=1)
-                )
-                break
-            known.add(link._key)
-            found.append(link)
-        return tuple(found)
+                repeated = repeated or link
+            else:
+                known.add(link._key)
+                (began if repeated else found).append(link)
+        if repeated is None:
+            return tuple(found)
+        if began and link is began[-1] and link.kind in ROOTS and link.kind != "unknown":
+            return (*found, *began)
+        round_before = f"{repeated.text}, as now: {ROUND}"
+        return (*found, replace(repeated, kind="round", text=round_before, causes=(), depth=1))
 
     def path_json(self) -> list[dict[str, Any]]:
         """Return the links of `path` as JSON values, in order; the last one is the cause."""

@@ -18,7 +18,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 
-from ...io_images.tag_names import TEXT, element_of, matches_part, normal, without_ranges
+from ...io_images.tag_names import TEXT, NamesByPattern, element_of, normal, without_ranges
 from ..model.errors import LadderError
 from ..model.expressions import parse_address
 from ..model.operands import Constant, Group, Place
@@ -44,39 +44,66 @@ class ImageNamedError(LadderError):
     """A pattern that matches a part of a module's image, which is not a tag."""
 
 
+class TagValues:
+    """The values of a program's tags, by pattern."""
+
+    def __init__(self, layout: Layout) -> None:
+        self._layout = layout
+        self.known = list(_all_values(layout))
+        self._names = NamesByPattern((without_ranges(each.name) for each in self.known), fold=True)
+
+    def matching(self, pattern: str) -> list[TagValue]:
+        """Return the values that a pattern matches; a LadderError for an image, or without a match."""
+        wanted = without_ranges(normal(pattern))
+        one_element = "[" in wanted and not {"*", "?"} & set(wanted)
+        matches = [self.known[place] for place in self._names.places(wanted)]
+        if matches and not one_element:
+            return matches
+        address = Resolver(self._layout).meant(wanted)
+        return self.matching(str(address)) if str(address) != wanted else self._at(address)
+
+    def _at(self, address: Address) -> list[TagValue]:
+        layout, resolver = self._layout, Resolver(self._layout)
+        declaration = layout.declarations.get(address.name.upper())
+        if isinstance(declaration, Alias) and not declaration.type:
+            target = declaration.target
+            return self.matching(str(Address(target.name, (*target.steps, *address.steps))))
+        if address.steps and isinstance(address.steps[-1], BitStep):
+            return self.matching(str(Address(address.name, address.steps[:-1])))
+        where = resolver.address(address)
+        if isinstance(where, Place) and where.leaf.is_image:
+            raise ImageNamedError(
+                f"{address} is a part of slot {where.leaf.slot}'s images, which a trace has anyway: "
+                f"leave it out, and ask for slot{where.leaf.slot}.in and slot{where.leaf.slot}.out"
+            )
+        if isinstance(where, Place) and where.fixed_index is not None:
+            return [_placed(layout, resolver.full_name(str(address)), where)]
+        if isinstance(where, Group) and all(isinstance(index, Constant) for index in where.indices):
+            name = f"{resolver.full_name(str(address))}{_ranges(layout, where.dims)}"
+            return list(_values(layout, where.path, name, where.type, _flat(layout, where), where.dims))
+        raise LadderError(f"{address} is not a whole tag")
+
+
 def tag_values(layout: Layout, patterns: Sequence[str]) -> list[TagValue]:
     """Return the values of patterns, each once; a LadderError for an image, or a pattern without a match."""
     found: dict[str, TagValue] = {}
-    known = list(_all_values(layout))
+    values = TagValues(layout)
     for pattern in patterns:
         try:
-            matches = _matching(layout, known, pattern)
+            matches = values.matching(pattern)
         except ImageNamedError as error:
             raise ImageNamedError(f"{pattern!r}: {error}") from None
+        except AmbiguousTagError:
+            raise
+        except LadderError as error:
+            names = {each.name.upper(): each.name for each in values.known}
+            close = get_close_matches(pattern.upper(), names, 1)
+            hint = f"; did you mean {names[close[0]]}?" if close else ""
+            raise LadderError(f"no tag matches {pattern!r}{hint}") from error
         found.update((each.name, each) for each in matches if each.name not in found)
     arrays = [each for each in found.values() if each.length]
     elements = {element_of(each.name, place) for each in arrays for place in range(each.length)}
     return [each for each in found.values() if each.name not in elements]
-
-
-def _matching(layout: Layout, known: Sequence[TagValue], pattern: str) -> list[TagValue]:
-    wanted = without_ranges(normal(pattern))
-    one_element = "[" in wanted and not {"*", "?"} & set(wanted)
-    matches = [each for each in known if matches_part(wanted, without_ranges(each.name), fold=True)]
-    if matches and not one_element:
-        return matches
-    try:
-        address = Resolver(layout).meant(wanted)
-        if str(address) != wanted:
-            return _matching(layout, known, str(address))
-        return _at_address(layout, known, address)
-    except (ImageNamedError, AmbiguousTagError):
-        raise
-    except LadderError as error:
-        close = get_close_matches(pattern.upper(), [each.name.upper() for each in known], 1)
-        names = {each.name.upper(): each.name for each in known}
-        hint = f"; did you mean {names[close[0]]}?" if close else ""
-        raise LadderError(f"no tag matches {pattern!r}{hint}") from error
 
 
 def _all_values(layout: Layout) -> Iterator[TagValue]:
@@ -158,28 +185,6 @@ def _bit(layout: Layout, name: str, leaf: Leaf, bit: int, start: int, length: in
         return TagValue(name, "BOOL", 0, f"({source} >> {bit} & 1)")
     words = source.removeprefix("*")
     return TagValue(_named(layout, name), "BOOL", length, f"*[each >> {bit} & 1 for each in {words}]")
-
-
-def _at_address(layout: Layout, known: Sequence[TagValue], address: Address) -> list[TagValue]:
-    resolver = Resolver(layout)
-    declaration = layout.declarations.get(address.name.upper())
-    if isinstance(declaration, Alias) and not declaration.type:
-        target = declaration.target
-        return _matching(layout, known, str(Address(target.name, (*target.steps, *address.steps))))
-    if address.steps and isinstance(address.steps[-1], BitStep):
-        return _matching(layout, known, str(Address(address.name, address.steps[:-1])))
-    where = resolver.address(address)
-    if isinstance(where, Place) and where.leaf.is_image:
-        raise ImageNamedError(
-            f"{address} is a part of slot {where.leaf.slot}'s images, which a trace has anyway: "
-            f"leave it out, and ask for slot{where.leaf.slot}.in and slot{where.leaf.slot}.out"
-        )
-    if isinstance(where, Place) and where.fixed_index is not None:
-        return [_placed(layout, resolver.full_name(str(address)), where)]
-    if isinstance(where, Group) and all(isinstance(index, Constant) for index in where.indices):
-        name = f"{resolver.full_name(str(address))}{_ranges(layout, where.dims)}"
-        return list(_values(layout, where.path, name, where.type, _flat(layout, where), where.dims))
-    raise LadderError(f"{address} is not a whole tag")
 
 
 def _flat(layout: Layout, group: Group) -> int:

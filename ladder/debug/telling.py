@@ -54,7 +54,15 @@ def told(link: CauseLink, *, deep: bool = False) -> str:
     head = "Cause: " if lines else ""
     last = _whole(head, path[-1], "" if lines else _scan(link), _also(link))
     lines += _wrapped(last, MOST_LINES - len(lines))
-    return "\n".join([*lines, str(link)] if deep else lines)
+    if deep:
+        lines += [part for line in str(link).splitlines() for part in _folded(line)]
+    return "\n".join(lines)
+
+
+def _folded(line: str) -> list[str]:
+    """Return a line of a chain in lines that can be read; the later ones are indented more."""
+    indent = " " * (len(line) - len(line.lstrip()) + 4)
+    return wrap(line, LONGEST, subsequent_indent=indent, break_on_hyphens=False, break_long_words=False)
 
 
 def _scan(link: CauseLink) -> str:

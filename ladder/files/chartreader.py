@@ -46,7 +46,7 @@ _ACTION = re.compile(
 )
 _PRESET = re.compile(rf"({'|'.join(PRESETS)})\s*:=\s*(.+?)\s*;", re.IGNORECASE)
 _TRANSITION = re.compile(
-    rf"TRANSITION\s+({_NAME})\s+FROM\s+({_NAME}(?:\s*,\s*{_NAME})*)\s+TO\s+({_NAME}(?:\s*,\s*{_NAME})*)",
+    rf"TRANSITION\s+({_NAME})\s+FROM\s+({_NAME}(?:\s*,\s*{_NAME})*+)\s+TO\s+({_NAME}(?:\s*,\s*{_NAME})*+)",
     re.IGNORECASE,
 )
 _LISTED = re.compile(r"(INPUTS|RETURNS)\s+(.+)", re.IGNORECASE)

@@ -65,7 +65,7 @@ PROGRAM_HEAD = re.compile(
 CONTROLLER_HEAD = re.compile(rf"CONTROLLER\s+({_NAME})", re.IGNORECASE)
 _TASK = re.compile(
     rf"TASK\s+({_NAME})\s*:\s*(?:(CONTINUOUS|EVENT)|PERIODIC\s+({TIME}))"
-    rf"(?:\s+PRIORITY\s+(\d+))?(\s+PREEMPT)?(?:\s+RUNS\s+({_NAME}(?:\s*,\s*{_NAME})*))?",
+    rf"(?:\s+PRIORITY\s+(\d+))?(\s+PREEMPT)?(?:\s+RUNS\s+({_NAME}(?:\s*,\s*{_NAME})*+))?",
     re.IGNORECASE,
 )
 END_PROGRAM = re.compile(r"END\s+PROGRAM", re.IGNORECASE)
@@ -79,7 +79,7 @@ TAG_LINE = re.compile(
 )
 _SLOT = re.compile(rf"SLOT\s+({_NAME})\s*:\s*(\d{{1,5}})", re.IGNORECASE)
 _ALIAS = re.compile(rf"ALIAS\s+({TAG_NAME})\s*:\s*(\S+)(?:\s+AS\s+({_NAME}))?", re.IGNORECASE)
-_STUB = re.compile(rf"STUB\s+(\\?{_NAME}(?:\.{_NAME})*)\s*:\s*(\S.*)", re.IGNORECASE)
+_STUB = re.compile(rf"STUB\s+(\\?{_NAME}(?:\.{_NAME})*+)\s*:\s*(\S.*)", re.IGNORECASE)
 _USE = re.compile(rf"USE\s+({_NAME})", re.IGNORECASE)
 INSTRUCTION_HEAD = re.compile(rf"INSTRUCTION\s+({_NAME})", re.IGNORECASE)
 _PARAMETER = re.compile(
@@ -92,7 +92,7 @@ ROUTINE_HEAD = re.compile(rf"ROUTINE\s+({_NAME})(?:\s+(ST|SFC))?", re.IGNORECASE
 _DECLARES = re.compile(r"(?:USE|TYPE|INSTRUCTION|TAG|SLOT|ALIAS|STUB)\s+[A-Za-z_]", re.IGNORECASE)
 """Beginning of a declaration line; no statement begins this way."""
 
-_COMMENTS = re.compile(r"(?:\s+|//[^\n]*|\(\*.*?\*\)|/\*.*?\*/)*", re.DOTALL)
+_COMMENTS = re.compile(r"(?:\s+|//[^\n]*|\(\*.*?\*\)|/\*.*?\*/)*+", re.DOTALL)
 """White space and comments of structured text."""
 
 MAIN = "Main"
@@ -104,11 +104,12 @@ _MEMBER = re.compile(
 
 _DIGITS = 9  # maximum digits of an array length
 
-_CODE = re.compile(r"""(?:'(?:[^'$]|\$.)*'|"(?:[^"\\]|\\.)*"|(?!//).)*""")  # a line without its comment
+_CODE = re.compile(r"""(?:'(?:[^'$]++|\$.)*+'|"(?:[^"\\]++|\\.)*+"|(?!//).)*+""")
+"""A line without its comment."""
 
 _MARK = "\0"  # prefix of a number with a radix inside a JSON string
 
-_RADIX = re.compile(r'"(?:[^"\\]|\\.)*"|(?P<number>\b(?:16#[0-9A-Fa-f_]+|8#[0-7_]+|2#[01_]+))')
+_RADIX = re.compile(r'"(?:[^"\\]++|\\.)*+"|(?P<number>\b(?:16#[0-9A-Fa-f_]+|8#[0-7_]+|2#[01_]+))')
 """A JSON string, or a number with a radix."""
 
 

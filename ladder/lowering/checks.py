@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from ...io_images.image import WORDS
 from ...io_images.site import Site
 from ..instructions.motion import ideal_moves, ideal_systems
 from ..instructions.motion.motion_3601 import ANSWERS
@@ -331,7 +330,8 @@ def _main_with_inputs(lowered: LoweredProgram) -> Iterator[Problem]:
 
 def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
     """Copies of single bytes that may end in the middle of a word of an output image."""
-    if not any(each.output for each in lowered.layout.images):
+    longest = max((each.size for each in lowered.layout.images if each.output), default=0)
+    if not longest:
         return
     handed = _outputs_handed(lowered)
     for routine, line, step in _all_steps(lowered):
@@ -339,7 +339,7 @@ def _half_words(lowered: LoweredProgram) -> Iterator[Problem]:
             continue
         source, target = (region_of(each) for each in step.operands[:2])
         length = step.operands[2]
-        room = WORDS if target.whole else target.fixed_left(target.fixed_first or 0)
+        room = longest if target.whole else target.fixed_left(target.fixed_first or 0)
         most = min(int(length.value), room) if isinstance(length, Constant) else room
         if _in_outputs(target.parts[0].leaf, handed) and _may_end_in_a_byte(source, most * target.size):
             text = (

@@ -149,7 +149,7 @@ class Controller(LadderLogic):
     @override
     def _lower(self) -> tuple[LoweredProgram, list[Problem]]:
         self._declare_missing(self.programs)
-        layout = Layout([*self._all_declarations(), *axis_tags(self.axes)], cards=self.cards)
+        layout = Layout([*self._all_declarations(), *axis_tags(self.axes)], modules=self.modules)
         lowering = Lowering(
             self.name, layout, "", with_blocks(self.add_ons, self.axes), self.stubs, self.builtin
         )

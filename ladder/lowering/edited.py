@@ -135,7 +135,7 @@ class EditedProgram:
         self.mistakes: list[str] = []
         layout = self._running.layout
         declared = [*layout.declarations.values(), *map(self._tag, tags)]
-        self._layout = Layout(declared, files=layout.files, cards=layout.cards)
+        self._layout = Layout(declared, files=layout.files, modules=layout.modules)
         self._changed: dict[str, LoweredRoutine] = {}
         self._lowering = Lowering(
             program.name,

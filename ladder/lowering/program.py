@@ -165,7 +165,7 @@ class Program(LadderLogic):
     def _lower(self) -> tuple[LoweredProgram, list[Problem]]:
         self._declare_missing((self,))
         declared = [*self.declarations, *axis_tags(self.axes)]
-        layout = Layout(declared, files=self.dialect == SLC, cards=self.cards)
+        layout = Layout(declared, files=self.dialect == SLC, modules=self.modules)
         lowering = Lowering(
             self.name,
             layout,

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from typing import Any, Self
 
+from ...io_images.module_words import ModuleWords
 from ..compiler import Scanner, scanner_of, source_of
 from ..instructions.motion.axes import MotionData
 from ..instructions.system.messages import ends_of_messages
@@ -75,7 +76,7 @@ class LadderLogic(ABC):
             raise LadderError(f"{min(unknown)!r} can't be allowed; what can is {', '.join(ALLOWANCES)}")
         self.chart_options = DEFAULT_OPTIONS
         self.stubs: dict[str, Stub] = {}  # stubs of instructions and messages, by name in capitals
-        self.cards: Mapping[int, str] = {}
+        self.modules: Mapping[int, ModuleWords] = {}  # of the rack, by slot
         self.axes: Axes | None = None  # axes that the rack names, or None
         self.remotes: Mapping[str, Remote] = {}  # of consumed tags and messages, by name in capitals
         self.motion = MotionData()  # what an export says of axes
@@ -152,7 +153,7 @@ class LadderLogic(ABC):
     def take_stubs(self, stubs: Stubs) -> None:
         """Add stubs, or replace those of the same name; a LadderError for new ones once the program is built.
 
-        A program that is built keeps its tags: cards of a rack then bring no new names.
+        A program that is built keeps its tags: modules of a rack then bring no new names.
         """
         known = {name: self.stubs.get(name) for name in stubs.by_name}
         is_new = known != stubs.by_name or stubs.missing_tags > self.declares_missing
@@ -160,7 +161,7 @@ class LadderLogic(ABC):
             return
         self._refuse_if_built()
         self.declares_missing |= stubs.missing_tags
-        self.cards = {**self.cards, **stubs.cards}
+        self.modules = {**self.modules, **stubs.modules}
         for name in stubs.by_name:
             check_stubbed(name)
         self.stubs.update(stubs.by_name)

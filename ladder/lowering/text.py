@@ -37,12 +37,12 @@ from ..model.tree import (
     Unknown,
 )
 
-_WORDS = re.compile(r"(?:[A-Za-z_]\w*|%)(?:[ -]+[\w%]+)+(?=\s*[,)])|%\w+(?=\s*[,)])")
+_WORDS = re.compile(r"(?:[A-Za-z_]\w*|%)(?:[ -]+[\w%]+)++(?=\s*[,)])|%\w+(?=\s*[,)])")
 """A keyword that is not a name, such as `Units per sec`, `% of Maximum` and `Download Input Parameters`."""
 
-_PLAIN = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*\s*(?=[,)])")
+_PLAIN = re.compile(r"[A-Za-z_]\w*(?:\.[A-Za-z_]\w*)*+\s*(?=[,)])")
 _MODE = re.compile(r"REVERSE|WORD|HIGH/?LOW|[012]", re.IGNORECASE)
-_STRING = re.compile(r"'((?:[^'$\n]|\$[^\n])*)'")
+_STRING = re.compile(r"'((?:[^'$\n]++|\$[^\n])*+)'")
 _NUMBERED = {"0": BYTE_ORDERS[0], "1": BYTE_ORDERS[1], "2": BYTE_ORDERS[2], "HIGHLOW": BYTE_ORDERS[2]}
 
 

@@ -16,10 +16,12 @@ import difflib
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 
 from ...io_images.amci3601.bits import PROFILE_BITS, CommandLsw, CommandMsw, ConfigMsw, StatusLsw, StatusMsw
 from ...io_images.cards import MemberPlace, member_of
 from ...io_images.image import WORDS
+from ...io_images.module_words import PLAIN_WORDS, ModuleWords
 from ...io_images.site import Site, sites_of
 from ...io_images.tag_names import AmbiguousNameError, in_scope, normal
 from .errors import LadderError
@@ -86,18 +88,34 @@ MEANINGS: Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]] = {
     "COMMAND": (True, _bits(0, CommandMsw) | _bits(1, CommandLsw)),
     "CONFIG": (True, _bits(0, ConfigMsw)),
 }
-"""Bits of a slot by meaning: group -> (whether in the output image, name -> (word, bit))."""
+"""Bits of a 3601 by meaning: group -> (whether in the output image, name -> (word, bit))."""
+
+
+def meanings_of(words: ModuleWords) -> Mapping[str, tuple[bool, Mapping[str, tuple[int, int]]]]:
+    """Return the bits of a module by meaning: its own names, and a 3601's where it has no such group."""
+    own = {
+        group.upper(): (
+            any(at.image == "O" for at in names.values()),
+            {name.upper(): (at.word, at.bit) for name, at in names.items()},
+        )
+        for group, names in words.groups.items()
+    }
+    return {**MEANINGS, **own}
+
 
 _PROFILE_BITS = {name.upper(): bit for name, bit in PROFILE_BITS.items()}
 
-_WORDS = {f"DATA{word}": word for word in range(WORDS)} | {f"CH{word}DATA": word for word in range(WORDS)}
-"""Words by the names of the AMCI profile and of analog cards; the generic profile has one array Data."""
+_WORD = re.compile(r"DATA(?P<data>\d+)|CH(?P<channel>\d+)DATA")
+"""A word by its name in the AMCI profile or in an analog card's; the generic profile has an array Data."""
 
-MODULE_TYPES: Mapping[bool, Structure] = {
-    False: Structure("AM:1769_3601:I:0", (Member("Fault", DINT), Member("Data", INT, (WORDS,)))),
-    True: Structure("AM:1769_3601:O:0", (Member("Data", INT, (WORDS,)),)),
-}
-"""Type of a module's image, by whether it is the output image; equal bytes in both profiles."""
+
+@cache
+def module_type(words: int, *, output: bool) -> Structure:
+    """Return the type of an image of a number of words; its bytes are equal in all profiles."""
+    name = "AM:1769_3601" if words == WORDS else f"AB:1769_MODULE_INT_{2 * words}Bytes"
+    fault = () if output else (Member("Fault", DINT),)
+    return Structure(f"{name}:{'O' if output else 'I'}:0", (*fault, Member("Data", INT, (words,))))
+
 
 _WORD_BITS = 16
 
@@ -268,18 +286,22 @@ class Resolver:
         name = steps[0].name.upper() if isinstance(steps[0], MemberStep) else ""
         if name == "DATA":
             return self._data(slot, output, steps[1:], shown)
-        if name in _WORDS:
-            return self._data(slot, output, (WordStep(_WORDS[name], "."), *steps[1:]), shown)
+        words = self._layout.words(slot, output=output)
+        numbered = _WORD.fullmatch(name)
+        word = words if numbered is None else int(numbered["data"] or numbered["channel"])
+        if word < words:
+            return self._data(slot, output, (WordStep(word, "."), *steps[1:]), shown)
         if name in _PROFILE_BITS and not output and len(steps) == 1:
             leaf = self._layout.image(slot, output=False)
             return Place(leaf, (constant(0),), constant(_PROFILE_BITS[name]), str(shown))
-        member = member_of(self._layout.cards.get(slot), "O" if output else "I", name)
+        known = self._layout.modules.get(slot)
+        member = member_of(None if known is None else known.card, "O" if output else "I", name)
         if member is not None:
             return self._member_of_card(slot, name, member, steps[1:], shown)
         if name == "FAULT" and not output:
             leaf = self._layout.fault(slot)
             return self._walk(Group(leaf.type, leaf.path, (), (), self._layout, str(shown)), steps[1:])
-        parts = "Data[0] to Data[7], Data0 to Data7"
+        parts = f"Data[0] to Data[{words - 1}], Data0 to Data{words - 1}"
         if not output:
             parts += ", ModuleOK, ConfigError, ConfigMode and Fault"
         raise AddressError(f"{shown} is not part of a module", f"there are {parts}, and bits of words")
@@ -303,7 +325,8 @@ class Resolver:
         if not output:
             self._layout.fault(slot)
         path = f"Local:{slot}:{'O' if output else 'I'}"
-        return Group(MODULE_TYPES[output], path, (), (), self._layout, str(shown))
+        kind = module_type(self._layout.words(slot, output=output), output=output)
+        return Group(kind, path, (), (), self._layout, str(shown))
 
     def _data(self, slot: int, output: bool, steps: tuple[Step, ...], shown: Address) -> Place | Group:
         if steps and isinstance(steps[0], BitStep):
@@ -315,10 +338,12 @@ class Resolver:
         names = [step.name.upper() for step in steps[:2] if isinstance(step, MemberStep)]
         if names and names[0] in ("I", "O"):
             return self._local(alias.slot, names[0] == "O", steps[1:], shown)
-        if not names or names[0] not in MEANINGS:
-            parts = f"parts of {alias.name} are status, command, config, I and O"
+        meanings = meanings_of(self._layout.modules.get(alias.slot, PLAIN_WORDS))
+        if not names or names[0] not in meanings:
+            listed = ", ".join(each.lower() for each in meanings)
+            parts = f"parts of {alias.name} are {listed}, I and O"
             raise AddressError(f"{shown} is not part of a module", parts)
-        output, bits = MEANINGS[names[0]]
+        output, bits = meanings[names[0]]
         if len(names) < 2 or len(steps) > 2 or names[1] not in bits:
             close = difflib.get_close_matches(names[1] if len(names) > 1 else "", bits, n=1)
             hint = f"did you mean {close[0]}" if close else f"bits are {', '.join(bits)}"
@@ -356,9 +381,11 @@ class Resolver:
         indices = tuple(self._index(each, here.path) for each in given)
         for index, length in zip(indices, here.dims, strict=True):
             if isinstance(index, Constant) and not 0 <= index.value < length:
-                raise AddressError(
-                    f"index {index.value} is outside {here.path}[{length}]", f"must be 0 to {length - 1}"
-                )
+                slot = slot_of_image(here.path.rpartition(".")[0])
+                remedy = f"must be 0 to {length - 1}"
+                if slot is not None and slot not in self._layout.modules:
+                    remedy += ", without a rack file that has a module with more words there"
+                raise AddressError(f"index {index.value} is outside {here.path}[{length}]", remedy)
         return replace(here, indices=here.indices + indices, dims=(), array=here.dims)
 
     def _index(self, operand: Operand, path: str) -> Resolved:
@@ -424,7 +451,7 @@ def _is_text(resolved: Resolved) -> bool:
 
 def _bound(alias: Alias, module: Place | Group) -> Group:
     """Return a module's image with the names of a structure; AddressError if the bytes differ."""
-    if not isinstance(module, Group) or module.type not in MODULE_TYPES.values():
+    if not isinstance(module, Group) or slot_of_image(module.path) is None:
         raise AddressError(f"{alias.target} is not a module's image", "bind Local:slot:I or Local:slot:O")
     assert isinstance(module.type, Structure)
     assert alias.type is not None

@@ -23,6 +23,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple, Protocol
 
+from ...io_images.module_words import ModuleWords
 from ...io_images.times import TIME, parse_time, time_text
 from .errors import LadderError
 
@@ -147,7 +148,7 @@ class Stubs:
     by_name: Mapping[str, Stub] = field(default_factory=dict)  # by instruction or message tag, in capitals
     missing_tags: bool = False  # whether undeclared tags are declared by their use
     refused: bool = False  # whether an export runs although parts of it are refused; they do nothing
-    cards: Mapping[int, str] = field(default_factory=dict)  # catalog numbers by slot
+    modules: Mapping[int, ModuleWords] = field(default_factory=dict)  # words of the rack's modules by slot
 
 
 NO_STUBS = Stubs()

@@ -17,6 +17,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from ...io_images.enip.listing import ExternalAccess
+from ...io_images.module_words import PLAIN_WORDS, ModuleWords
 from ...io_images.records import record
 from .expressions import parse_address
 from .operators import CALLED
@@ -90,7 +91,7 @@ class Leaf:
 
     @property
     def is_image(self) -> bool:
-        """Whether it is a slot's image: eight words in the rack's memory."""
+        """Whether it is a slot's image: words in the rack's memory."""
         return self.slot is not None and bool(self.dims)
 
 
@@ -169,7 +170,7 @@ class Layout:
     Args:
         declarations: tags and aliases, under their full names.
         files: whether the tags are data files of an SLC, with elements like N7:0.
-        cards: known catalog numbers by slot.
+        modules: the words of known modules by slot; another slot has a module of eight words.
     """
 
     frame = ""
@@ -180,9 +181,9 @@ class Layout:
         declarations: Iterable[Declaration],
         *,
         files: bool = False,
-        cards: Mapping[int, str] = MappingProxyType({}),
+        modules: Mapping[int, ModuleWords] = MappingProxyType({}),
     ) -> None:
-        self.files, self.cards = files, cards
+        self.files, self.modules = files, modules
         self.declarations: dict[str, Declaration] = {}  # by full name in capitals, see `scoped`
         self._leaves: dict[str, Leaf] = {}  # by path in capitals, without those of `_folded`
         self._ordered = False
@@ -326,12 +327,17 @@ class Layout:
             found = self._ask(name)
         return found
 
+    def words(self, slot: int, *, output: bool) -> int:
+        """Return the number of words of a slot's image."""
+        return len(self.modules.get(slot, PLAIN_WORDS).named("O" if output else "I"))
+
     def image(self, slot: int, *, output: bool) -> Leaf:
         """Return the leaf of a slot's image."""
         path = f"Local:{slot}:{'O' if output else 'I'}.Data"
         known = self.find(path)
         if known is None:
-            known = self._add(path, INT, (8,), slot=slot, output=output)
+            dims = (self.words(slot, output=output),)
+            known = self._add(path, INT, dims, slot=slot, output=output)
         return known
 
     def fault(self, slot: int) -> Leaf:

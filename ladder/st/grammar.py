@@ -65,7 +65,7 @@ _TERMINALS = {
     "SPACE": r"\s+",
     "AND": r"&(?![0-9A-F]{8}:)",
     "NON_RETENTIVE": r"\[\s*:=\s*\]",
-    "NUMBER": r"(?:16|8|2)\#[0-9A-Fa-f_]+|1\.(?:\$|\#[A-Za-z]+)0*|T(?:IME)?\#\w+(?:\.\w+)*"
+    "NUMBER": r"(?:16|8|2)\#[0-9A-Fa-f_]+|1\.(?:\$|\#[A-Za-z]+)0*|T(?:IME)?\#\w+(?:\.\w+)*+"
     r"|(?:\d[\d_]*\.(?!\.)\d*|(?<![\w\]])\.\d+)(?:E[+-]?\d+)?|\d[\d_]*(?:E[+-]?\d+)?",
     "BIT": r"(?<=[\w\]])\.\d+",
     "UNEQUAL": r"<>",
@@ -76,7 +76,7 @@ _TERMINALS = {
     "MEMBER": r"\.\s*[A-Za-z_]\w*",
     "COMPUTED": r"\.\s*\[",
     "ASSIGN": r":=",
-    "STRING": r"'(?:[^'$\n]|\$[^\n])*'",
+    "STRING": r"'(?:[^'$\n]++|\$[^\n])*+'",
     "REGION": r"\#region\b[^\n]*",
     "END_REGION": r"\#endregion\b[^\n]*",
     "PERCENT": r"%\s?of\s?\w+",

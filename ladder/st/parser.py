@@ -39,7 +39,7 @@ from ..model.tree import LEVELS, Address, Block, Instruction, Operand, Origin, S
 from .syntax import TOO_MANY_LEVELS, Mark, MisplacedError, Node, Syntax
 
 _SKIPPED = re.compile(
-    r"'(?:[^'$\n]|\$[^\n])*'?|(?P<region>#(?:end)?region\b[^\n]*)"
+    r"'(?:[^'$\n]++|\$[^\n])*+'?|(?P<region>#(?:end)?region\b[^\n]*)"
     r"|(?P<line>//[^\n]*)|(?P<block>\(\*.*?\*\)|/\*.*?\*/)|(?P<open>\(\*|/\*)",
     re.DOTALL | re.IGNORECASE,
 )

@@ -1,7 +1,7 @@
 """A program's memory: one cell per leaf, shared by the compiled program and its readers.
 
 A cell is a cell of a Python closure: a variable of the compiled program, `cell_contents` for others. An array
-is one constant list; an image is the eight words of the rack; a tag of bytes is a `TagBytes`.
+is one constant list; an image is its words of the rack; a tag of bytes is a `TagBytes`.
 """
 
 from __future__ import annotations
@@ -119,7 +119,7 @@ class Memory:
 
     def _blank(self, leaf: Leaf) -> Any:
         if leaf.is_image:
-            self._own[leaf] = Image()
+            self._own[leaf] = Image(size=leaf.size)
             return self._own[leaf].words
         return [leaf.type.zero] * leaf.size if leaf.dims else leaf.type.zero
 
@@ -217,6 +217,11 @@ class Memory:
         for leaf in self.layout.images:
             slot = slots[leaf.slot]  # type: ignore[index]  # as checked above
             image = slot.outputs if leaf.output else slot.inputs
+            if len(image) != leaf.size:
+                raise ValueError(
+                    f"the program was built for {leaf.size} words of {leaf.path}, slot {leaf.slot} has "
+                    f"{len(image)}: load it with its rack"
+                )
             self.cells[leaf.ident].cell_contents = image.words
         self._copied = []
         self._attached = True

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from ...io_images.module_words import ModuleWords
 from ...ladder.instructions.motion.axes import MotionData
 from ...ladder.lowering.addon import AddOn
 from ...ladder.lowering.controller import Controller
@@ -74,7 +75,7 @@ class Parts:
     add_ons: dict[str, AddOn] = field(default_factory=dict)  # by name in capitals
     stubs: dict[str, Stub] = field(default_factory=dict)  # replacements of instructions, by name in capitals
     uncalled: set[str] = field(default_factory=set)  # add-ons that `harness_of` omits, in capitals
-    cards: Mapping[int, str] = field(default_factory=dict)  # known catalog numbers by slot
+    modules: Mapping[int, ModuleWords] = field(default_factory=dict)  # words of the rack's modules by slot
     motion: MotionData = field(default_factory=MotionData)
     chart_options: ChartOptions = DEFAULT_OPTIONS
     remotes: dict[str, Remote] = field(default_factory=dict)  # of consumed tags and messages
@@ -86,7 +87,7 @@ class Parts:
         controller.chart_options = self.chart_options
         controller.use(*self.add_ons.values())
         controller.motion, controller.remotes = self.motion, self.remotes
-        controller.take_stubs(Stubs(self.stubs, cards=self.cards))
+        controller.take_stubs(Stubs(self.stubs, modules=self.modules))
         self.declarations = _added(controller, self.declarations, report)
         for part in self.programs.values():
             program = controller.program(part.name, main=part.main, fault=part.fault)
@@ -199,7 +200,7 @@ def harness_of(parts: Parts) -> Parts:
             definition.name, declarations=list(tags), routines={"MAIN": Routine("Main", (rung,))}
         )
     tasks = trial_tasks(parts, [each.name for each in programs.values()])
-    return Parts(parts.name, [], programs, tasks, parts.add_ons, parts.stubs, cards=parts.cards)
+    return Parts(parts.name, [], programs, tasks, parts.add_ons, parts.stubs, modules=parts.modules)
 
 
 def _values(kind: DataType, counts: dict[int, int]) -> int:

@@ -208,7 +208,7 @@ def _rungs(where: str, old: RoutineRecord, new: RoutineRecord) -> Iterator[Diffe
 
 
 def _logic(rung: Any) -> tuple[str, str]:
-    parts = re.split(r"('(?:\$.|[^'$])*')", rung.text)
+    parts = re.split(r"('(?:[^'$]++|\$.)*+')", rung.text)
     return rung.kind, "".join(part if part.startswith("'") else "".join(part.split()) for part in parts)
 
 

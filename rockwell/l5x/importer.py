@@ -85,7 +85,7 @@ class Importer:
         self._reader = RoutineReader(self.report)
         self._types = Types(document.data_types, document.revision)
         self._add_ons = AddOns(document.add_ons, self._types, self.report)
-        self._parts = Parts(document.name, stubs=dict(stubs.by_name), cards=stubs.cards)
+        self._parts = Parts(document.name, stubs=dict(stubs.by_name), modules=stubs.modules)
         self._parts.chart_options = chart_options_of(document, self.report)
         self._builder = Builder(self._parts, self._reader, self.report)
         self._completes = stubs.missing_tags

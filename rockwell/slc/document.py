@@ -71,7 +71,7 @@ _VALUE = re.compile(
 )
 DESCRIPTION = re.compile(r"^\s*(?:TITLE/RUNG DESCRIPTION|TITLE:|RUNG DESCRIPTION:)", re.MULTILINE)
 """Beginnings of the parts of a rung's description."""
-_SETTINGS = re.compile(r"(?:(?:[A-Z][A-Z0-9_]+|[+-]?\d+|0X[0-9A-F]+)\s*)+")
+_SETTINGS = re.compile(r"(?:(?:[A-Z][A-Z0-9_]+|[+-]?\d+|0X[0-9A-F]+)\s*)++")
 """A line below a slot's: numbers and their names."""
 _NOT_FORCED = ["0X0000", "0XFFFF"]  # mask of bits forced on, and mask of bits not forced off
 _NUMBERED = re.compile(r"RUNG\s*:?\s*\d+", re.IGNORECASE)  # a comment that only numbers the next rung

@@ -15,7 +15,7 @@ import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-_PIECE = re.compile(r'%([^%]*)%|("[^"]*"|(?:(?!//)[^\s%])+)|(//.*)|(%)')
+_PIECE = re.compile(r'%([^%]*)%|("[^"]*"|(?:(?!//)[^\s%])++)|(//.*)|(%)')
 """A comment, a word, a comment up to the end of the line, or the start of a multi-line comment."""
 
 WORD = re.compile(r'"[^"]*"|\S+')

@@ -29,7 +29,7 @@ from .rungs import FILES, ROUTINE, ROUTINE_WORD, read_operand, routine_name, run
 
 _BEGIN = re.compile(r"([A-Z_]\w*)\(", re.IGNORECASE)
 _COMMENT = r"%[^%]*%"
-_RUNG = re.compile(rf"{_COMMENT}|\bSOR\b(?:{_COMMENT}|[^%])*?\bEOR\b", re.IGNORECASE)
+_RUNG = re.compile(rf"{_COMMENT}|\bSOR\b(?:{_COMMENT}|(?!\bEOR\b)[^%])*+\bEOR\b", re.IGNORECASE)
 """A rung, or a comment beside it."""
 
 

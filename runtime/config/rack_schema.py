@@ -33,7 +33,7 @@ DRAFT_2020, DRAFT_4 = (
     "http://json-schema.org/draft-04/schema#",
 )
 
-_ATTRIBUTE = re.compile(r"^ {4}(\w+): (.*(?:\n {8}.*)*)", re.MULTILINE)
+_ATTRIBUTE = re.compile(r"^ {4}(\w+): (.*(?:\n {8}.*)*+)", re.MULTILINE)
 _OTHER_UNIT = {"ms": "s", "s": "ms"}
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
@@ -23,7 +24,7 @@ from ...io_images.input_files import read_input_text
 from ...io_images.site import Site, SiteError, sites_of
 from ...io_images.text_limits import TextKind, TextLimitError
 from ..machine import EncoderSpec, Jam, Slip, Switch
-from ..modules.record import ModuleRecord
+from ..modules.record import LivePort, ModuleRecord
 from .axis_tables import AxisTable
 from .fuzz_table import FuzzTable
 from .machine_tables import MachineTable, StationTable, TimelineTable, TurnTable
@@ -72,12 +73,19 @@ Modules = Callable[[Mapping[str, str], Path], Mapping[str, ModuleRecord]]
 
 
 def unread(named: Mapping[str, str], path: Path) -> Mapping[str, ModuleRecord]:
-    """Return stand-ins for modules whose files are not executed: plain words, any options."""
-    return {name: ModuleRecord(name=name, make=_not_made, unread=True) for name in named}
+    """Return stand-ins for modules whose files are not executed; they refuse nothing of a slot."""
+    return {name: ModuleRecord(name=name, make=_not_made, unread=True, **_ANYTHING) for name in named}
 
 
-def _not_made(**_: object) -> Any:
+def _not_made(*_: object, **__: object) -> Any:
     """Make nothing: the module of a rack that is only read."""
+
+
+_ANYTHING: Mapping[str, Any] = {
+    "has_firmware": True,
+    "live": LivePort(opened=_not_made, factory_address=1, highest_address=sys.maxsize),
+}
+"""What a module that is not executed may have: a firmware, and a port with any address."""
 
 
 def load_rack_file(path: Path | str, modules: Modules = unread, *, program: str | None = None) -> RackFile:

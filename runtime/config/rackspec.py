@@ -31,6 +31,7 @@ from pydantic_core import PydanticCustomError, core_schema
 from ...io_images.addresses import allowed, parse_address
 from ...io_images.amci3601.firmware import KNOWN, Firmware
 from ...io_images.amci3601.words import WORDS_3601, Profile, is_stepper
+from ...io_images.memory_layout import MemoryLayout, memory_layout
 from ...io_images.module_words import ModuleWords
 from ...io_images.site import SettingError, SiteError
 from ...io_images.times import exact_ns
@@ -281,7 +282,7 @@ class InjectedFaultSpec(Table):
             "controller-power-cycle".
         slot: its module; left out for "program-mode", and where there is one module only.
         for_ms: duration; or `for_s`. Unlimited if left out; a torn update lasts one RPI.
-        late_words: of a torn update: the output words, of eight, that arrive late.
+        late_words: of a torn update: the output words that arrive late.
     """
 
     at_ms: Milliseconds | None = None
@@ -382,6 +383,16 @@ class RackSpec(Table):
         return exact_ns(self.scan_ms, "ms")
 
     @property
+    def layout(self) -> MemoryLayout:
+        """The places of the images in the rack's memory."""
+        return memory_layout(self.words.items())
+
+    @property
+    def words(self) -> Mapping[int, ModuleWords]:
+        """The words of the modules by slot, in the order of the rack's memory."""
+        return {slot.number: slot.words for slot in sorted(self.slot, key=lambda each: each.number)}
+
+    @property
     def rpi_ns(self) -> int:
         """The RPI, ns."""
         return exact_ns(Decimal(2) if self.rpi_ms is None else self.rpi_ms, "ms")
@@ -470,7 +481,11 @@ class RackSpec(Table):
 
     def _check_cams(self) -> None:
         """Refuse a card whose inputs follow a slot without a simulated machine."""
-        bolted = [each.number for each in self.slot if each.has(Trait.MACHINE) and not each.is_live]
+        bolted = [
+            each.number
+            for each in self.slot
+            if (each.has(Trait.MACHINE) or each.record.unread) and not each.is_live
+        ]
         for index, slot in enumerate(self.slot):
             for number in sorted(slot.record.follows(slot.options)):
                 if number not in bolted:
@@ -514,6 +529,10 @@ class RackSpec(Table):
             elif each.what in ON_THE_LINE and self._slot_of(each).is_live:
                 says = "the line of a real port can't be disturbed"
                 raise MisplacedError(("incident", index, "what"), each.what.value, says)
+            elif each.late_words:
+                outputs = len(self._slot_of(each).words.outputs)
+                where = ("incident", index, "late_words")
+                _at(where, list(each.late_words), each.incident().check_late_words, outputs)
 
     def _slot_of(self, incident: InjectedFaultSpec) -> SlotSpec:
         return next(slot for slot in self.slot if slot.number == (incident.slot or self.slot[0].number))

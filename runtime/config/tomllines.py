@@ -20,13 +20,13 @@ from ...io_images.doors import toml_tables
 KeyPath = tuple[str | int, ...]
 """Keys and array indexes from the top of a document."""
 
-_SPACE = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
+_SPACE = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*+")
 _BLANK = re.compile(r"[ \t]*")
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _STRING = re.compile(
-    r'"""(?:\\.|[^\\])*?"""(?!")"?"?'
+    r'"""(?:[^"\\]|\\.|"(?!""(?!")))*+"""'
     r"|'''.*?'''(?!')'?'?"
-    r'|"(?:\\.|[^"\\\n])*"'
+    r'|"(?:[^"\\\n]++|\\.)*+"'
     r"|'[^'\n]*'",
     re.DOTALL,
 )

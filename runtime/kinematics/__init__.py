@@ -16,16 +16,30 @@ from .motion import Motion
 from .plans import change_speed, creep, go_on, move, register, run, single_step, stop, takeover
 from .profile import Profile
 from .segment import FOREVER, Cruise, Quadratic, Segment
-from .shape import MILLI, NANO, PICO, Rate, Shape, ramp_distance, ramp_time_ns, stopping_distance
+from .shape import (
+    MILLI,
+    NANO,
+    PICO,
+    AnyShape,
+    Jerk,
+    Rate,
+    Shape,
+    ramp_distance,
+    ramp_time,
+    ramp_time_ns,
+    stopping_distance,
+)
 
 __all__ = [
     "FOREVER",
     "MILLI",
     "NANO",
     "PICO",
+    "AnyShape",
     "BlendLeg",
     "Course",
     "Cruise",
+    "Jerk",
     "Motion",
     "Phase",
     "Profile",
@@ -40,6 +54,7 @@ __all__ = [
     "go_on",
     "move",
     "ramp_distance",
+    "ramp_time",
     "ramp_time_ns",
     "register",
     "run",

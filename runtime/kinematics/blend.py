@@ -12,9 +12,9 @@ from collections.abc import Sequence
 
 from .course import Course
 from .motion import Motion
-from .shape import MILLI, NANO, PICO, Shape, ramp_distance
+from .shape import MILLI, NANO, PICO, AnyShape, ramp_distance
 
-BlendLeg = tuple[int, int, int, Shape]
+BlendLeg = tuple[int, int, int, AnyShape]
 """Length in steps, speed in steps/s, rate in steps/ms/s, shape of the ramp."""
 
 
@@ -25,10 +25,11 @@ def blend(
     start_sps: int,
     segments: Sequence[BlendLeg],
     final_deceleration_spmss: int,
-    final_shape: Shape,
+    final_shape: AnyShape,
 ) -> Motion:
     """Plan a blend move.
 
+    >>> from .shape import Shape
     >>> two = [(2000, 5000, 20, Shape.CONSTANT), (3000, 3000, 20, Shape.CONSTANT)]
     >>> profile = blend(0, 0, -1, 1000, two, 10, Shape.CONSTANT)
     >>> profile.final_steps, profile.position_at(profile.end_ns)
@@ -52,7 +53,7 @@ def blend(
 
 
 def check_blend(
-    start_sps: int, segments: Sequence[BlendLeg], final_deceleration_spmss: int, final_shape: Shape
+    start_sps: int, segments: Sequence[BlendLeg], final_deceleration_spmss: int, final_shape: AnyShape
 ) -> None:
     """Check that every segment is long enough for its ramps; arguments as for `blend`.
 

@@ -18,6 +18,9 @@ u the time in it and w = u/T:
                        /    \                  18    54    1   12    48    0
                   0   /      \                 54    72   19   60    48  -64
 
+The parts are those of the last phase's end, here 72. A given jerk has the same three phases, in parts that
+follow from its course (`phases_of`).
+
 The rates are in dv/T: the peak is the programmed rate a, so T = k*dv/a with the
 manual's k = 1, 2 and 4/3 [chapter 2]. The trapezoidal rate is constant for half
 of the time [chapter 4, Acceleration Types].
@@ -34,14 +37,14 @@ tick: 1e-18 step divided by the scale, the number of ticks in a ns.
 from __future__ import annotations
 
 from fractions import Fraction
-from math import gcd
+from math import gcd, lcm
 
 from .motion import Motion
 from .segment import FOREVER, Polynomial, Segment, segment
-from .shape import FINE, MILLI, PICO, Rate, Shape
+from .shape import FINE, MILLI, PICO, AnyShape, Jerk, Rate, Shape
 
 Phase = tuple[int, int, int, int, int, int]
-"""A phase in 72nds: begin and end as parts of the ramp's time, made, speed, rate, jerk."""
+"""A phase: begin and end as parts of the ramp's time, made, speed, rate, jerk."""
 
 CONSTANT_RATE: tuple[Phase, ...] = ((0, 72, 0, 0, 36, 0),)
 
@@ -50,6 +53,30 @@ PHASES: dict[Shape, tuple[Phase, ...]] = {
     Shape.TRIANGULAR: ((0, 36, 0, 0, 0, 48), (36, 72, 6, 36, 72, -48)),
     Shape.TRAPEZOIDAL: ((0, 18, 0, 0, 0, 64), (18, 54, 1, 12, 48, 0), (54, 72, 19, 60, 48, -64)),
 }
+
+
+def phases_of(rising: Fraction) -> tuple[Phase, ...]:
+    """Return the phases of a ramp whose rate rises, and falls, in a part of its time.
+
+    With f that part, the peak rate is r = 1/(1 - f), and the rate grows by r/f.
+
+    >>> parts = phases_of(Fraction(1, 4))
+    >>> [[Fraction(part, parts[-1][1]) for part in phase] for phase in parts] == [
+    ...     [Fraction(part, 72) for part in phase] for phase in PHASES[Shape.TRAPEZOIDAL]]
+    True
+
+    Args:
+        rising: above 0, up to 1/2.
+    """
+    f, r = rising, 1 / (1 - rising)
+    rows = (
+        (Fraction(0), f, Fraction(0), Fraction(0), Fraction(0), r / (6 * f)),
+        (f, 1 - f, r * f * f / 6, r * f / 2, r / 2, Fraction(0)),
+        (1 - f, Fraction(1), Fraction(1, 2) - f + r * f * f / 6, 1 - r * f / 2, r / 2, -r / (6 * f)),
+    )
+    whole = lcm(*(part.denominator for row in rows for part in row))
+    scaled = [tuple(int(part * whole) for part in row) for row in rows]
+    return tuple((a, b, c, d, e, g) for a, b, c, d, e, g in scaled if a < b)
 
 
 _NOTHING = Fraction(0)
@@ -68,10 +95,10 @@ class Course:
         self.travel = travel.numerator  # travel at that end, in 1e-18 step divided by the scale
         self.segments: list[Segment] = []  # those that contain a whole ns
 
-    def ramp(self, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: Shape) -> None:
+    def ramp(self, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: AnyShape) -> None:
         """Lay a speed change, up or down."""
-        ticks = self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape)
-        self._ramp(from_nsps, to_nsps, ticks, PHASES[shape])
+        ticks, phases = self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape)
+        self._ramp(from_nsps, to_nsps, ticks, phases)
 
     def cruise_to(self, steps: int, speed_nsps: int) -> None:
         """Lay constant speed up to a number of whole steps."""
@@ -91,32 +118,32 @@ class Course:
         Its time follows from the length, `2 * length / (v0 + v1)`.
         """
         time_ns = 2 * steps * _STEP / (from_nsps + to_nsps)
-        needed = 72 * time_ns.denominator  # a phase ends on a multiple of a 72nd
-        self._refine(needed // gcd(needed, self.scale))
+        self._refine_to(phases[-1][1] * time_ns.denominator)
         self._ramp(from_nsps, to_nsps, int(time_ns * self.scale), phases)
 
     def steps_left(self, steps: int) -> Fraction:
         """Return the steps that are missing to a number of whole steps."""
         return steps - Fraction(self.travel, _STEP * self.scale)
 
-    def steps_to_stop(self, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: Shape) -> int:
+    def steps_to_stop(self, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: AnyShape) -> int:
         """Return the first whole number of steps at which a ramp down, laid here or later, can end."""
-        ticks = self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape)
+        ticks, _ = self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape)
         end = self.travel + (from_nsps + to_nsps) * ticks // 2
         return -(-end // (_STEP * self.scale))
 
-    def arrive(self, steps: int, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: Shape) -> None:
+    def arrive(self, steps: int, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: AnyShape) -> None:
         """Lay constant speed, then any ramp down, to an exact number of steps; shorten a longer ramp."""
         if from_nsps <= to_nsps:
             self.cruise_to(steps, from_nsps)
             return
         sum_nsps = from_nsps + to_nsps
-        ticks = self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape)
+        ticks, phases = self._ramp_ticks(from_nsps, to_nsps, rate_spmss, shape)
         self._cruise(steps * _STEP * self.scale - self.travel - sum_nsps * ticks // 2, from_nsps)
         left = steps * _STEP * self.scale - self.travel
-        self._refine(2 * sum_nsps // gcd(2 * sum_nsps, left))
+        even = 2 * sum_nsps if isinstance(shape, Shape) else sum_nsps * phases[-1][1]
+        self._refine(even // gcd(even, left))
         left = steps * _STEP * self.scale - self.travel
-        self._ramp(from_nsps, to_nsps, 2 * left // sum_nsps, PHASES[shape])
+        self._ramp(from_nsps, to_nsps, 2 * left // sum_nsps, phases)
 
     def ended(self, direction: int, origin: int) -> Motion:
         """Return the course as a motion that ends with it."""
@@ -133,13 +160,25 @@ class Course:
         self.now *= factor
         self.travel *= factor
 
-    def _ramp_ticks(self, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: Shape) -> int:
-        """Return the time of a ramp, k * |v1 - v0| / a, in ticks; a quarter of it is a whole number."""
+    def _refine_to(self, denominator: int) -> None:
+        """Refine the ticks so that a fraction of a ns with this denominator is whole."""
+        self._refine(denominator // gcd(denominator, self.scale))
+
+    def _ramp_ticks(
+        self, from_nsps: int, to_nsps: int, rate_spmss: Rate, shape: AnyShape
+    ) -> tuple[int, tuple[Phase, ...]]:
+        """Return the time of a ramp in ticks, and its phases, which end on whole ticks."""
+        if isinstance(shape, Jerk):
+            if from_nsps == to_nsps:
+                return 0, CONSTANT_RATE
+            time_ns, rising = shape.course(abs(to_nsps - from_nsps), rate_spmss)
+            self._refine_to(lcm(time_ns.denominator, (time_ns * rising).denominator))
+            return int(time_ns * self.scale), phases_of(rising)
         dividend = shape.numerator * abs(to_nsps - from_nsps) * rate_spmss.denominator
         divisor = shape.denominator * rate_spmss.numerator * MILLI
         needed = 4 * divisor // gcd(4 * divisor, dividend)
         self._refine(needed // gcd(needed, self.scale))
-        return dividend * self.scale // divisor
+        return dividend * self.scale // divisor, PHASES[shape]
 
     def _cruise(self, length: int, speed_nsps: int) -> None:
         """Lay constant speed over a length in the unit of travel, if it is positive."""
@@ -154,8 +193,8 @@ class Course:
         if ticks:
             change = to_nsps - from_nsps
             for phase in phases:
-                begin, end = (self.now + ticks * part // 72 for part in phase[:2])
-                polynomial = _polynomial(phase, self.travel, from_nsps, change, ticks)
+                begin, end = (self.now + ticks * part // phases[-1][1] for part in phase[:2])
+                polynomial = _polynomial(phase, phases[-1][1], self.travel, from_nsps, change, ticks)
                 self._lay(begin, end, 1 if change > 0 else -1, polynomial)
             self.now += ticks
             self.travel += (from_nsps + to_nsps) * ticks // 2
@@ -169,16 +208,16 @@ class Course:
             self.segments.append(segment(start_ns, until_ns, ramp, _in_ns(polynomial, scale, late)))
 
 
-def _polynomial(phase: Phase, travel: int, from_nsps: int, change: int, ticks: int) -> Polynomial:
+def _polynomial(phase: Phase, whole: int, travel: int, from_nsps: int, change: int, ticks: int) -> Polynomial:
     """Return the travel in a phase of a ramp, by the formula above, as a polynomial of its ticks."""
     gone, _, made, speed, rate, jerk = phase
     square = ticks * ticks
     return (
         jerk * change,
         rate * change * ticks,
-        (72 * from_nsps + speed * change) * square,
-        (72 * travel + (gone * from_nsps + made * change) * ticks) * square,
-        72 * square,
+        (whole * from_nsps + speed * change) * square,
+        (whole * travel + (gone * from_nsps + made * change) * ticks) * square,
+        whole * square,
     )
 
 

@@ -25,7 +25,7 @@ from math import isqrt
 from .course import Course
 from .motion import Motion
 from .profile import Profile
-from .shape import FINE, NANO, PICO, Rate, Shape, stopping_distance
+from .shape import FINE, NANO, PICO, AnyShape, Jerk, Rate, ramp_time, stopping_distance
 
 FINEST = 10**6
 """Greatest denominator of the travel, in 1e-18 step, at which a change takes over.
@@ -71,6 +71,8 @@ def _peak_speed(steps: int, profile: Profile) -> int:
     if not profile.has_ramps:
         return NANO * profile.speed_sps
     up, down, shape = profile.acceleration_spmss, profile.deceleration_spmss, profile.shape
+    if isinstance(shape, Jerk):
+        return _peak_with_jerk(NANO * profile.base_sps, Fraction(steps), profile)
     # a and d are 1000 steps/s/s for a rate of 1
     gain = int(2 * steps * 1000 * up * down * shape.denominator * NANO**2 // ((up + down) * shape.numerator))
     return min(NANO * profile.speed_sps, isqrt((NANO * profile.base_sps) ** 2 + gain))
@@ -111,7 +113,7 @@ def single_step(now_ns: int, origin: int, direction: int, speed_sps: int) -> Mot
     return course.ended(direction, origin)
 
 
-def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, shape: Shape) -> Motion:
+def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, shape: AnyShape) -> Motion:
     """Plan the controlled stop of a motion: less than one step at its speed, then down to the starting speed.
 
     It ends on the first whole step that the deceleration allows. Below the starting
@@ -142,7 +144,7 @@ def change_speed(
     speed_sps: int,
     acceleration_spmss: Rate,
     deceleration_spmss: Rate,
-    shape: Shape,
+    shape: AnyShape,
 ) -> Motion:
     """Plan a change to another speed, above or below the starting speed, then constant without end.
 
@@ -172,7 +174,7 @@ def change_speed(
 
 
 def register(
-    motion: Motion, now_ns: int, steps: int, start_sps: int, deceleration_spmss: Rate, shape: Shape
+    motion: Motion, now_ns: int, steps: int, start_sps: int, deceleration_spmss: Rate, shape: AnyShape
 ) -> Motion:
     """Plan the end of a registration move: a number of whole steps more, the deceleration included.
 
@@ -242,13 +244,38 @@ def _peak_from(speed_nsps: int, steps: Fraction, profile: Profile) -> int:
 
     from equating the distances of both ramps with N; `_peak_speed` is the case v = Vo.
     """
+    if isinstance(profile.shape, Jerk):
+        return _peak_with_jerk(speed_nsps, steps, profile)
     up, down = 1000 * profile.acceleration_spmss, 1000 * profile.deceleration_spmss
     made = 2 * steps * up * down * NANO**2 / profile.shape.factor
     squares = down * speed_nsps**2 + up * (NANO * profile.base_sps) ** 2
     return min(NANO * profile.speed_sps, isqrt((made + squares) // (up + down)))
 
 
-def creep(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, shape: Shape) -> Motion:
+def _peak_with_jerk(from_nsps: int, steps: Fraction, profile: Profile) -> int:
+    """Return the peak speed on the way from a speed to rest, in 1e-9 step/s, rounded down.
+
+    Both ramps grow with the peak, so the greatest one whose ramps fit is found by halving.
+    """
+    base_nsps, room = NANO * profile.base_sps, steps * PICO * FINE
+    rates = profile.acceleration_spmss, profile.deceleration_spmss
+
+    def fits(peak_nsps: int) -> bool:
+        ends = zip((from_nsps, base_nsps), rates, strict=True)
+        return room >= sum(
+            ramp_time(abs(peak_nsps - end), rate, profile.shape) * (peak_nsps + end) / 2 for end, rate in ends
+        )
+
+    low, high = max(from_nsps, base_nsps), NANO * profile.speed_sps
+    if low >= high or fits(high):
+        return high
+    while high - low > 1:
+        middle = (low + high) // 2
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    return low
+
+
+def creep(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, shape: AnyShape) -> Motion:
     """Plan the rest of a motion at the starting speed: down to it now, then on to the same end.
 
     A motion already on its last ramp stays as it is.

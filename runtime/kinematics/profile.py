@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from .shape import Rate, Shape
+from .shape import AnyShape, Rate, Shape
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +22,7 @@ class Profile:
     speed_sps: int  # programmed speed in steps/s, from 1
     acceleration_spmss: Rate  # in steps/ms/s, above 0 if the speed exceeds the starting speed
     deceleration_spmss: Rate  # in steps/ms/s, above 0 if the speed exceeds the starting speed
-    shape: Shape = Shape.CONSTANT
+    shape: AnyShape = Shape.CONSTANT
 
     def __post_init__(self) -> None:
         if self.start_sps < 1 or self.speed_sps < 1:

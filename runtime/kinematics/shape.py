@@ -1,4 +1,4 @@
-"""The three shapes of a speed change, its time and its distance.
+"""The shapes of a speed change, its time and its distance: three of a fixed factor, and one of a given jerk.
 
     T = k * |v1 - v0| / a        D = T * (v0 + v1) / 2
 
@@ -12,6 +12,8 @@ symmetrical about its middle.
     triangular    2     rises to a at T/2, falls again
     trapezoidal   4/3   rises to a at T/4, constant to 3T/4 (50 %), falls again
 
+AMCI's networked drives take the jerk instead, see `Jerk`: the time of the rise is given, and k follows.
+
 Units, here and in the whole package: time in ns, travel in 1e-12 step
 (picosteps), speed in 1e-3 step/s. So one unit of speed for one ns is one unit
 of travel, and everything stays an integer.
@@ -19,9 +21,10 @@ of travel, and everything stays an integer.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from enum import Enum
 from fractions import Fraction
-from math import ceil
+from math import ceil, isqrt
 
 PICO = 10**12
 """Picosteps in a step."""
@@ -64,6 +67,48 @@ class Shape(Enum):
         return Fraction(self.numerator, self.denominator)
 
 
+@dataclass(frozen=True, slots=True)
+class Jerk:
+    """The course of the rate with a given jerk, as a percentage of the rate [SMD manual p. 46].
+
+    The jerk is j = J * a / 100, so the rate needs 100/J seconds from zero to `a`, whatever `a` is.
+
+        full = |v1 - v0| / a, rise = a / j
+        full >= rise    trapezoidal    T = full + rise
+        full < rise     triangular     T = 2 * sqrt(full * rise), `a` is not reached
+    """
+
+    percent: int  # J, from 1
+
+    def course(self, change_nsps: int, rate_spmss: Rate) -> tuple[Fraction, Fraction]:
+        """Return the time of a speed change in ns, and the part of it in which the rate rises.
+
+        The time of a triangular course is rounded up to 2 ns: it is never steeper.
+
+        >>> time_ns, rising = Jerk(400).course(30_000 * NANO, 58)  # SMD manual p. 51
+        >>> round(float(time_ns) / 1e9, 4), round(float(1 - 2 * rising), 3)
+        (0.7672, 0.348)
+        """
+        rise = Fraction(10**11, self.percent)
+        full = Fraction(change_nsps) / (MILLI * rate_spmss)
+        if full >= rise:
+            return full + rise, rise / (full + rise)
+        square = full * rise
+        half = isqrt(ceil(square))
+        return Fraction(2 * (half if half * half >= square else half + 1)), Fraction(1, 2)
+
+
+AnyShape = Shape | Jerk
+"""The course of the rate in a ramp."""
+
+
+def ramp_time(change_nsps: int, rate_spmss: Rate, shape: AnyShape) -> Fraction:
+    """Return the time of a speed change, 0 or more in 1e-9 step/s, in ns, not rounded."""
+    if isinstance(shape, Jerk):
+        return shape.course(change_nsps, rate_spmss)[0]
+    return Fraction(shape.numerator * change_nsps) / (shape.denominator * MILLI * rate_spmss)
+
+
 def ramp_time_ns(from_msps: int, to_msps: int, rate_spmss: Rate, shape: Shape) -> int:
     """Return the time of a speed change in ns, `k * |v1 - v0| / a`, rounded up.
 
@@ -78,17 +123,19 @@ def ramp_time_ns(from_msps: int, to_msps: int, rate_spmss: Rate, shape: Shape) -
     return int(-(-1000 * shape.numerator * abs(to_msps - from_msps) // (shape.denominator * rate_spmss)))
 
 
-def ramp_distance(from_msps: int, to_msps: int, rate_spmss: Rate, shape: Shape) -> Fraction:
+def ramp_distance(from_msps: int, to_msps: int, rate_spmss: Rate, shape: AnyShape) -> Fraction:
     """Return the distance of a speed change, `k * |v1^2 - v0^2| / (2a)`, in picosteps, not rounded.
 
     >>> ramp_distance(1_000_000, 5_000_000, 20, Shape.CONSTANT) / PICO  # chapter 2's example: 600 steps
     Fraction(600, 1)
     """
+    if isinstance(shape, Jerk):
+        return ramp_time(FINE * abs(to_msps - from_msps), rate_spmss, shape) * (from_msps + to_msps) / 2
     squares = abs(to_msps * to_msps - from_msps * from_msps)
     return Fraction(500 * shape.numerator * squares, shape.denominator * rate_spmss)
 
 
-def stopping_distance(speed_msps: int, start_sps: int, deceleration_spmss: Rate, shape: Shape) -> int:
+def stopping_distance(speed_msps: int, start_sps: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
     """Return the picosteps, rounded up, that a stop takes: the ramp down to the starting speed.
 
     >>> stopping_distance(5_000_000, 1000, 10, Shape.CONSTANT) // PICO  # chapter 2's example: 1200 steps

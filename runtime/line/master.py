@@ -9,6 +9,8 @@ An answer that misses its time may arrive up to `LATE_NS` later, and look like t
 A script is a generator. It yields a `LineRequest` and receives the `Reply`, or None
 if the exchange failed: no reply, a damaged one, or a reply to another request.
 It yields a `LinePause` to wait, and `PUBLISH` when the caller should read its results.
+
+Time is virtual and no byte is read or written here; pymodbus's clients own their port and the wall clock.
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ class Reply(NamedTuple):
 
     data: bytes
     refused: int | None = None  # the controller's reason for a refusal, None if it has obeyed
+    words: tuple[int, ...] = ()  # registers that Modbus has read
 
 
 class Verdict(Enum):

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from struct import unpack
+
+from pymodbus.pdu import ModbusPDU
 
 from ...io_images.pcl601 import Code, Register
 from . import pcl601_pdus as pdus
 from .master import LineRequest, Reply, Verdict
+from .modbus_pdus import EXCEPTION_BYTES, answer_bytes, encoded, refusal
 from .rtu import frame, is_frame
 from .wire import LineFormat
 
@@ -18,26 +20,22 @@ LINE_FORMAT = LineFormat(38_400, "E")
 AROUND = 3
 """Bytes of a frame around its PDU: address and CRC."""
 
-HEAD = 3
-"""Bytes of a read's reply before the data."""
+
+def _read(data: bytes, request: ModbusPDU, size: int) -> Reply | Verdict:
+    """Read a reply: an exception, or an answer in `size` bytes."""
+    if len(data) in (EXCEPTION_BYTES + AROUND, size) and data[0] == request.dev_id and is_frame(data):
+        answer = pdus.ANSWERS.decode(data[1:-2])
+        if (code := refusal(request, answer)) is not None:
+            return Reply(data, code)
+        if answer is not None and pdus.is_answer(request, answer):
+            return Reply(data, words=tuple(answer.registers))
+    return Verdict.UNFINISHED if len(data) < size else Verdict.FOREIGN
 
 
-def _read(data: bytes, head: bytes, size: int) -> Reply | Verdict:
-    """Read a reply that must begin with `head` and have `size` bytes."""
-    refusal = bytes((head[0], head[1] | pdus.EXCEPTION))
-    if len(data) == pdus.EXCEPTION_BYTES + AROUND and data.startswith(refusal) and is_frame(data):
-        return Reply(data, data[2])
-    if len(data) < size:
-        return Verdict.UNFINISHED
-    if len(data) > size or not data.startswith(head) or not is_frame(data):
-        return Verdict.FOREIGN
-    return Reply(data)
-
-
-def _request(unit: int, pdu: bytes) -> LineRequest:
-    size = pdus.answer_bytes(pdu) + AROUND
-    head = bytes((unit,)) + pdus.answer_head(pdu, unit)
-    return LineRequest(frame(unit, pdu), size, partial(_read, head=head, size=size))
+def _request(unit: int, pdu: ModbusPDU) -> LineRequest:
+    pdu.dev_id = unit
+    size = AROUND + (pdus.ID_BYTES if pdu.function_code == pdus.REPORT_ID else answer_bytes(pdu))
+    return LineRequest(frame(unit, encoded(pdu)), size, partial(_read, request=pdu, size=size))
 
 
 def read_registers(unit: int, first: Register, words: int) -> LineRequest:
@@ -72,9 +70,3 @@ def write_output(unit: int, output: int, on: bool) -> LineRequest:
 def report_id(unit: int) -> LineRequest:
     """Return the request for address and firmware."""
     return _request(unit, pdus.report_id())
-
-
-def words_of(reply: Reply) -> tuple[int, ...]:
-    """Return the words of a read's reply."""
-    data = reply.data[HEAD:-2]
-    return unpack(f">{len(data) // 2}H", data)

@@ -1,11 +1,4 @@
-"""Modbus requests to a PCL601 and the form of its answers, without address and CRC.
-
-    function  data             good answer               exception
-    01 02     first, count     function, bytes, data     function + 80, code
-    03 04     first, count     function, bytes, data
-    05 06     address, value   the same
-    10        first, count ... function, first, count
-    11                         function, 5, unit, 4 more
+"""Modbus requests to a PCL601, and its answer to function 11h.
 
 An answer with a correct checksum may still belong to another master's request, or to an
 earlier one: function, length, byte count and echo are compared, too.
@@ -14,88 +7,96 @@ earlier one: function, length, byte count and echo are compared, too.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from struct import pack
+
+from pymodbus.pdu import ModbusPDU
+from pymodbus.pdu import bit_message as bits
+from pymodbus.pdu import register_message as words
+from pymodbus.pdu.other_message import ReportDeviceIdRequest, ReportDeviceIdResponse
+from typing_extensions import override
 
 from ...io_images.pcl601 import ROWS, Code, Register
 from ...io_images.pcl601.terminals import INPUT_COUNT, OUTPUT_COUNT
+from .modbus_pdus import GuardedDecoder, mismatch
 
 READ_COILS, READ_INPUTS, READ_REGISTERS, READ_INPUT_REGISTERS = 0x01, 0x02, 0x03, 0x04
-WRITE_COIL, WRITE_REGISTER, WRITE_REGISTERS, REPORT_ID = 0x05, 0x06, 0x10, 0x11
-BITS, WORDS = (READ_COILS, READ_INPUTS), (READ_REGISTERS, READ_INPUT_REGISTERS)
-COUNTED = (*BITS, *WORDS)
-EXCEPTION = 0x80
-EXCEPTION_BYTES = 2
-ECHO_BYTES = 5
+WRITE_REGISTER, WRITE_REGISTERS, REPORT_ID = 0x06, 0x10, 0x11
+READS = (READ_COILS, READ_INPUTS, READ_REGISTERS, READ_INPUT_REGISTERS, REPORT_ID)
 ID_BYTES = 7
+"""Length of the PDU that answers 11h."""
 
 
-def read_outputs() -> bytes:
+class Pcl601Identity(ReportDeviceIdResponse):
+    """Address and firmware [Appendix 3, 0x11].
+
+    A subclass, since pymodbus adds a run status at the end, as the standard has it; the manual prints none.
+    """
+
+    @override
+    def encode(self) -> bytes:
+        """Return byte count, address and firmware."""
+        return bytes((len(self.identifier),)) + self.identifier
+
+    @override
+    def decode(self, data: bytes) -> None:
+        """Take all behind the byte count."""
+        self.identifier = data[1:]
+
+
+ANSWERS = GuardedDecoder(False)
+"""Decodes the answers of a PCL601."""
+ANSWERS.register(Pcl601Identity)
+
+
+def is_answer(request: ModbusPDU, answer: ModbusPDU) -> bool:
+    """Whether an answer, no exception, is the request's; 11h names the unit in its data, too."""
+    if isinstance(answer, Pcl601Identity) and answer.identifier[:1] != bytes((request.dev_id,)):
+        return False
+    return not mismatch(request, answer)
+
+
+def read_outputs() -> ModbusPDU:
     """Return the request for all outputs, one bit each."""
-    return pack(">BHH", READ_COILS, 0, OUTPUT_COUNT)
+    return bits.ReadCoilsRequest(address=0, count=OUTPUT_COUNT)
 
 
-def read_inputs() -> bytes:
+def read_inputs() -> ModbusPDU:
     """Return the request for all inputs, one bit each."""
-    return pack(">BHH", READ_INPUTS, 0, INPUT_COUNT)
+    return bits.ReadDiscreteInputsRequest(address=0, count=INPUT_COUNT)
 
 
-def read_input_register() -> bytes:
+def read_input_register() -> ModbusPDU:
     """Return the request for the inputs as one word."""
-    return pack(">BHH", READ_INPUT_REGISTERS, 0, 1)
+    return words.ReadInputRegistersRequest(address=0, count=1)
 
 
-def read_registers(first: Register, words: int) -> bytes:
+def read_registers(first: Register, count: int) -> ModbusPDU:
     """Return the request for registers, beginning with the first word of a value."""
-    return pack(">BHH", READ_REGISTERS, ROWS[first].address, words)
+    return words.ReadHoldingRegistersRequest(address=ROWS[first].address, count=count)
 
 
-def write_output(output: int, on: bool) -> bytes:
+def write_output(output: int, on: bool) -> ModbusPDU:
     """Return the request that switches an output, 1 to 8."""
-    return pack(">BHH", WRITE_COIL, output - 1, 0xFF00 if on else 0)
+    return bits.WriteSingleCoilRequest(address=output - 1, bits=[on])
 
 
-def write_register(register: Register, word: int) -> bytes:
+def write_register(register: Register, word: int) -> ModbusPDU:
     """Return the request that writes one unsigned word."""
-    return pack(">BHH", WRITE_REGISTER, ROWS[register].address, word)
+    return words.WriteSingleRegisterRequest(address=ROWS[register].address, registers=[word])
 
 
-def write_registers(first: Register, words: Sequence[int]) -> bytes:
+def write_registers(first: Register, values: Sequence[int]) -> ModbusPDU:
     """Return the request that writes unsigned words, beginning with the first word of a value."""
-    count = len(words)
-    return pack(f">BHHB{count}H", WRITE_REGISTERS, ROWS[first].address, count, 2 * count, *words)
+    return words.WriteMultipleRegistersRequest(address=ROWS[first].address, registers=list(values))
 
 
-def command(code: Code) -> bytes:
+def command(code: Code) -> ModbusPDU:
     """Return the request that carries out a command code."""
     return write_register(Register.COMMAND, code)
 
 
-def report_id() -> bytes:
-    """Return the request for address and firmware; its answer has no run status, as printed."""
-    return bytes((REPORT_ID,))
-
-
-def answer_bytes(pdu: bytes) -> int:
-    """Return the length of a good answer.
-
-    >>> answer_bytes(bytes.fromhex("03 00 0c 00 02")), answer_bytes(bytes.fromhex("06 00 00 00 01"))
-    (6, 5)
-    """
-    if pdu[0] not in COUNTED:
-        return ID_BYTES if pdu[0] == REPORT_ID else ECHO_BYTES
-    count = int.from_bytes(pdu[3:5], "big")
-    return 2 + (2 * count if pdu[0] in WORDS else (count + 7) // 8)
-
-
-def answer_head(pdu: bytes, unit: int) -> bytes:
-    """Return the first bytes of a good answer of `unit`.
-
-    >>> answer_head(bytes.fromhex("03 00 0c 00 02"), 1).hex(" ")
-    '03 04'
-    """
-    if pdu[0] in COUNTED:
-        return bytes((pdu[0], answer_bytes(pdu) - 2))
-    return bytes((REPORT_ID, ID_BYTES - 2, unit)) if pdu[0] == REPORT_ID else pdu[:ECHO_BYTES]
+def report_id() -> ModbusPDU:
+    """Return the request for address and firmware."""
+    return ReportDeviceIdRequest()
 
 
 def low_high(value: int) -> tuple[int, int]:

@@ -8,8 +8,16 @@ within a frame makes it invalid:
 
 Transports such as TCP, pseudo-terminals and USB adapters do not keep such times.
 There a frame is taken as soon as its length, known from its function, has arrived and its
-CRC is right. A longer silence resynchronizes after anything else, and garbage before a
-frame does not lose the frame.
+CRC is right, whatever time its pieces take. Silence only resynchronizes: bytes after it may
+complete the frame before it, or begin a frame:
+
+    addr func da   ....   ta crc crc           one frame
+    addr func      ....   addr func data crc crc   a beginning that is dropped, and a frame
+
+Garbage before a frame does not lose the frame. A function of unknown length ends with silence.
+
+Of pymodbus's `FramerRTU` only the CRC is used: 3.15 and 3.16 lose the second of two frames in one read, 3.16
+loses a frame behind noise, and neither knows the time between characters (tests/unit/line/test_pymodbus.py).
 """
 
 from __future__ import annotations
@@ -24,7 +32,8 @@ LONGEST = 256
 
 SHORTEST = 4
 FIXED_LENGTH = {0x01: 8, 0x02: 8, 0x03: 8, 0x04: 8, 0x05: 8, 0x06: 8, 0x11: 4}
-COUNTED = (0x0F, 0x10)
+WRITE_REGISTERS = 0x10
+COUNTED = (0x0F, WRITE_REGISTERS)
 COUNT_AT = 6
 
 
@@ -67,6 +76,8 @@ class Framer:
         self._buffer = bytearray()
         self._spoilt = False
         self._last_ns = 0
+        self._is_quiet = True
+        self._starts: list[int] = []  # places in the buffer behind a silence
         self.deadline_ns: int | None = None  # time at which silence ends the frame, None without one
 
     @property
@@ -83,6 +94,9 @@ class Framer:
         timing = self._timing
         if self._buffer and timing.pause_ns is not None and start_ns - self._last_ns > timing.pause_ns:
             self._spoilt = True
+        if self._is_quiet:
+            self._starts.append(len(self._buffer))
+        self._is_quiet = False
         self._buffer += data
         self._last_ns = now_ns
         self.deadline_ns = now_ns + timing.gap_ns
@@ -95,36 +109,70 @@ class Framer:
 
     def silence(self) -> list[bytes]:
         """Return the frames received before the gap that has just passed."""
+        self.deadline_ns, self._is_quiet = None, True
+        if self._timing.by_length:
+            return list(self._take(final=True))
         data, spoilt = bytes(self._buffer), self._spoilt
-        self.deadline_ns = None
-        if is_frame(data):
-            self.clear()
-            return [] if spoilt else [data]
-        frames = list(self._take(final=True)) if self._timing.by_length else []
         self.clear()
-        return frames
+        return [data] if is_frame(data) and not spoilt else []
 
     def clear(self) -> None:
         """Drop the bytes of the present frame."""
         self._buffer.clear()
-        self._spoilt = False
+        self._starts.clear()
+        self._spoilt, self._is_quiet = False, True
         self.deadline_ns = None
 
     def _take(self, *, final: bool) -> Iterator[bytes]:
-        """Yield the complete frames; keep the beginning of another one unless `final`."""
-        buffer, at = bytes(self._buffer), 0
+        """Yield the complete frames; keep what may be the beginning of another one.
+
+        Args:
+            final: a silence has passed: look for frames behind what is hardly a beginning, too.
+        """
+        buffer, at, end = bytes(self._buffer), 0, 0
         while at < len(buffer):
-            length = _length(buffer, at)
-            if not final and (length is None or at + length > len(buffer)):
+            found = _frame_at(buffer, at)
+            if not found and final and at in self._starts and is_frame(buffer[at:]):
+                found = buffer[at:]  # of a function without a known length
+            if found:
+                yield found
+                at = end = at + len(found)
+            elif found is not None or (final and not (at in self._starts and _begins(buffer, at))):
+                at += 1
+            elif (start := self._frame_behind(buffer, at)) is not None:
+                at = start
+            else:
                 break
-            candidate = buffer[at : at + (length or 1)]
-            taken = is_frame(candidate)
-            if taken:
-                yield candidate
-            at += len(candidate) if taken else 1
-        del self._buffer[:at]
+        self._drop(max(end, len(buffer) - LONGEST) if final else at)
+
+    def _frame_behind(self, buffer: bytes, at: int) -> int | None:
+        """Return the first place behind a silence, after `at`, where a frame begins."""
+        return next((each for each in self._starts if each > at and _frame_at(buffer, each)), None)
+
+    def _drop(self, count: int) -> None:
+        """Drop bytes at the beginning of the buffer."""
+        del self._buffer[:count]
+        self._starts = [each - count for each in self._starts if each >= count and self._buffer]
         if not self._buffer:
             self.deadline_ns = None
+
+
+def _frame_at(buffer: bytes, at: int) -> bytes | None:
+    """Return the frame that begins at `at`: b"" if none does, None if it is not known (yet)."""
+    length = _length(buffer, at)
+    if length is None or at + length > len(buffer):
+        return b"" if length is not None and length > LONGEST else None
+    candidate = buffer[at : at + length]
+    return candidate if is_frame(candidate) else b""
+
+
+def _begins(buffer: bytes, at: int) -> bool:
+    """Whether a frame that is not complete has a known function, and a count that fits its quantity."""
+    head = buffer[at + 1 : at + COUNT_AT + 1]
+    if len(head) == COUNT_AT and head[0] in COUNTED:
+        quantity = int.from_bytes(head[3:5], "big")
+        return head[5] == (2 * quantity if head[0] == WRITE_REGISTERS else -(-quantity // 8))
+    return not head or head[0] in (*FIXED_LENGTH, *COUNTED)
 
 
 def _length(buffer: bytes, at: int) -> int | None:

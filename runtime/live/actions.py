@@ -15,6 +15,7 @@ from itertools import chain
 from typing import Any, NoReturn, TypeGuard
 
 from ...io_images.doors import json_value
+from ...io_images.image import WORDS_MAX
 from ..loop.incidents import FaultKind
 from .speeds import MAX, SPEED_LEAST, SPEED_MOST
 
@@ -382,7 +383,9 @@ def _is_speed(value: object) -> bool:
 
 
 def _are_words(value: object) -> bool:
-    return isinstance(value, (list, tuple)) and len(value) <= 8 and all(map(_whole(0, 7), value))
+    if not isinstance(value, (list, tuple)) or len(value) > WORDS_MAX:
+        return False
+    return all(map(_whole(0, WORDS_MAX - 1), value))
 
 
 def _is_hex(value: object) -> bool:
@@ -461,7 +464,7 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "client": (lambda value: value == "" or _is_text(value), _TEXT),
     "part": (lambda value: value == "" or _is_text(value), _TEXT),
     "by": (lambda value: value == "" or _is_text(value), _TEXT),
-    "late_words": (_are_words, "words from 0 to 7"),
+    "late_words": (_are_words, f"words from 0 to {WORDS_MAX - 1}"),
 }
 """Check of each field, by name."""
 

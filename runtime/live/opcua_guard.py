@@ -13,6 +13,9 @@ message it could not read. It lets each session use the subscriptions of all. He
     a second session at a time         no              no
     a session of another connection    no              no
     a subscription of another session  no              no
+    a session for another server       no              no
+    a session of an application that   yes             no
+    the certificate does not name
     everything else                    yes             in an encrypted channel, from a trusted certificate
 """
 
@@ -23,19 +26,22 @@ from collections.abc import Awaitable, Callable, Mapping
 from importlib import import_module
 from typing import Any
 
-from ..tag_servers.ua_security import UaSecurity
+from ..tag_servers.ua_security import UaSecurity, application_uri, uris_of
 
 REFUSAL_S = 1.0
 """Time that a refused password costs; a client's requests wait for each other."""
+
+NONCE_LEAST = 32
+"""Bytes of a client's nonce [OPC UA part 4, 5.7.2]."""
 
 PUBLIC = ("GetEndpointsRequest", "FindServersRequest")
 REFUSED = ("RegisterServerRequest", "RegisterServer2Request", "TransferSubscriptionsRequest")
 
 OWNED = (
-    *("modify_subscription", "delete_subscriptions", "set_publishing_mode", "publish", "republish"),
-    *("create_monitored_items", "modify_monitored_items", "delete_monitored_items", "set_monitoring_mode"),
+    *("modify_subscription", "delete_subscriptions", "set_publishing_mode"),
+    *("delete_monitored_items", "set_monitoring_mode"),
 )
-"""Services of a session that name subscriptions."""
+"""Services of a session that name subscriptions; `opcua_subscriptions.py` has the others."""
 
 NO_SUBSCRIPTION = 0
 """An identifier that no subscription has: asyncua answers *BadSubscriptionIdInvalid*."""
@@ -46,13 +52,18 @@ class UaGuard:
 
     Args:
         security: None for a server that is open to everyone who reaches it.
+
+    Attributes:
+        uri: of the application, the same in endpoints, certificate and arrays of namespaces and servers.
     """
 
     def __init__(self, security: UaSecurity | None) -> None:
         self._ua: Any = import_module("asyncua.ua")
         self._rules: Any = import_module("asyncua.crypto.permission_rules")
         self._error: Any = import_module("asyncua.common.utils").ServiceError
+        self._from_binary: Any = import_module("asyncua.ua.ua_binary").struct_from_binary
         self._security = security
+        self.uri = application_uri() if security is None else security.uri
         self._public, self._refused = self._ids(PUBLIC), self._ids(REFUSED)
         (self._activates,) = self._ids(("ActivateSessionRequest",))
         (self._creates,) = self._ids(("CreateSessionRequest",))
@@ -71,7 +82,6 @@ class UaGuard:
         if security is None:
             server.set_security_policy([policies.NoSecurity])
         else:
-            await server.set_application_uri(security.uri)
             await server.load_certificate(security.certificate)
             await server.load_private_key(security.key, format="pem")
             server.set_security_policy([policies.Basic256Sha256_SignAndEncrypt])
@@ -121,8 +131,10 @@ class UaGuard:
         async def checked(kind: Any, *rest: Any) -> Any:
             if (refusal := self._refusal(kind, processor)) is not None:
                 raise self._error(refusal)
-            if kind == self._creates and (watchdog := processor._session_watchdog_task) is not None:
-                watchdog.cancel()  # that of a closed session would continue beside the new one
+            if kind == self._creates:
+                self._check_session(processor._connection.security_policy, rest[-1].copy())
+                if (watchdog := processor._session_watchdog_task) is not None:
+                    watchdog.cancel()  # that of a closed session would continue beside the new one
             try:
                 return await process(kind, *rest)
             except self._error as error:
@@ -131,6 +143,18 @@ class UaGuard:
                 raise
 
         return checked
+
+    def _check_session(self, policy: Any, body: Any) -> None:
+        """Refuse a session for another server, or of an application that its certificate does not name."""
+        codes, params = self._ua.StatusCodes, self._from_binary(self._ua.CreateSessionParameters, body)
+        if params.ServerUri not in (None, "", self.uri):
+            raise self._error(codes.BadServerUriInvalid)
+        if self._security is None:
+            return
+        if params.ClientDescription.ApplicationUri not in uris_of(policy.peer_certificate):
+            raise self._error(codes.BadCertificateUriInvalid)
+        if len(params.ClientNonce or b"") < NONCE_LEAST:
+            raise self._error(codes.BadNonceInvalid)
 
     def _refusal(self, kind: Any, processor: Any) -> int | None:
         """Return the status that refuses a request; None for one that asyncua answers."""

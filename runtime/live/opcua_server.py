@@ -11,7 +11,7 @@ import asyncio
 import pickle
 import socket
 import warnings
-from collections.abc import Awaitable, Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from importlib import import_module
 from multiprocessing.connection import Connection
 from typing import Any
@@ -21,8 +21,12 @@ from ..line.ports.places import CLIENTS_MOST
 from ..tag_servers.setup import TagSetup
 from ..tag_servers.tag_snapshot import Operation
 from .mailbox import AREA_BYTES, Mailbox
+from .opcua_attributes import Attributes, RefusedError
 from .opcua_guard import UaGuard, keep_apart
-from .opcua_space import TYPES, TagNode, TagSpace
+from .opcua_services import Service, accept_unknown_values, answer_browse_next, limit_operations
+from .opcua_space import TagNode, TagSpace
+from .opcua_subscriptions import KEEP_ALIVES, Subscriptions
+from .opcua_views import CONTINUATIONS_MOST, Browsing, Views
 from .quiet import CLIENT_LOGS, give_back_memory, quiet
 from .shared_memory import SharedMemory
 from .tag_server import STEP_S, ScanProcess
@@ -50,8 +54,6 @@ PENDING_MOST, ACTIVATION_S = 32, 10.0
 BATCH_BYTES = AREA_BYTES // 4
 """Bytes that one exchange reads: what is more is of several scans."""
 
-Service = Callable[..., Awaitable[Any]]
-
 
 class OpcUaServer:
     """Serves tags at a listening socket.
@@ -68,6 +70,8 @@ class OpcUaServer:
         self._exchanges: set[asyncio.Task[list[bytes | None] | None]] = set()
         self._tidy: asyncio.Task[None] | None = None
         self._space: TagSpace
+        self._attributes: Attributes
+        self._views: Views
 
     @property
     def _inner(self) -> Any:
@@ -76,17 +80,22 @@ class OpcUaServer:
     async def start(self, setup: TagSetup) -> None:
         """Show the tags and listen."""
         self._process.version = setup.version
+        accept_unknown_values()
         server = self._server
         await server.init()
         server.set_server_name(f"scanrack {setup.name}")
         host, port = self._listening.getsockname()[:2]
         server.set_endpoint(f"opc.tcp://{join_address(host, port)}/scanrack")
         guard = UaGuard(setup.ua_security)
+        await server.set_application_uri(guard.uri)
         await guard.set_up(server)
         self._limit()
         namespace = await server.register_namespace(NAMESPACE)
-        self._space = TagSpace(self._inner.aspace, namespace, setup.name)
+        space = self._inner.aspace
+        self._space = TagSpace(space, namespace, setup.name)
         await self._space.show(setup.database)
+        self._attributes, self._views = Attributes(space, self._space), Views(space)
+        await self._tell_limits()
         self._hook_sessions()
         await self._listen(guard)
 
@@ -100,6 +109,13 @@ class OpcUaServer:
         limits = self._server.limits
         limits.max_recv_buffer = limits.max_send_buffer = CHUNK_MOST
         limits.max_message_size, limits.max_chunk_count = MESSAGE_MOST, MESSAGE_MOST // CHUNK_MOST
+
+    async def _tell_limits(self) -> None:
+        """Show limits that clients look up; asyncua shows those of operations."""
+        ua = self._ua
+        points = ua.Variant(CONTINUATIONS_MOST, ua.VariantType.UInt16)
+        node = ua.NodeId(ua.ObjectIds.Server_ServerCapabilities_MaxBrowseContinuationPoints)
+        await self._inner.aspace.write_attribute_value(node, ua.AttributeIds.Value, ua.DataValue(points))
 
     async def _listen(self, guard: UaGuard) -> None:
         """Listen at our socket: asyncua's own start would open another one."""
@@ -141,6 +157,7 @@ class OpcUaServer:
         async with self._turn:
             self._process.version = setup.version
             await self._space.show(setup.database)
+            self._views.edition += 1
 
     # --- sessions
 
@@ -151,87 +168,57 @@ class OpcUaServer:
             session = create(name, *more, **named)
             keep_apart(session, self._inner.subscription_service.subscriptions)
             client = f"{name[0]}:{name[1]}"
-            session.read = self._reading(session.read, client)
-            session.write = lambda params: self._write(params, _by_user(session.user, client))
+            Subscriptions(session, self._inner.subscription_service, self._attributes)
+            browsing = Browsing(self._views, session.translate_browsepaths_to_nodeids)
+            session.browse, session.browse_next = browsing.browse, browsing.browse_next
+            session.translate_browsepaths_to_nodeids = browsing.translate
+            session.read = self._reading(client)
+            session.write = lambda params: self._write(params, session, client)
             session.create_subscription = self._subscribing(session.create_subscription, client)
             session.modify_subscription = self._changing(session.modify_subscription)
             session.create_monitored_items = self._monitoring(session.create_monitored_items, client)
+            limit_operations(session)
             return session
 
         self._inner.create_session = created
 
-    def _tag_of(self, wanted: Any) -> TagNode | None:
-        """Return the tag whose value is meant."""
-        is_value = wanted.AttributeId == self._ua.AttributeIds.Value
-        return self._space.nodes.get(wanted.NodeId) if is_value else None
-
-    def _reading(self, read: Service, client: str) -> Service:
+    def _reading(self, client: str) -> Service:
         async def reading(params: Any) -> Any:
-            await self._refresh(map(self._tag_of, params.NodesToRead), client)
-            found = await read(params)
-            for place, wanted in enumerate(params.NodesToRead):
-                if wanted.IndexRange and found[place].Value is not None:
-                    found[place] = self._part_of(found[place], wanted.IndexRange)
-            return found
+            self._attributes.check_read(params)
+            await self._refresh(map(self._attributes.tag_of, params.NodesToRead), client)
+            return self._attributes.read(params)
 
         return reading
 
-    def _part_of(self, value: Any, text: str) -> Any:
-        """Return elements of an array, `2` or `2:5` [OPC UA part 4, 7.27]."""
-        first, _, last = text.partition(":")
-        codes = self._ua.StatusCodes
-        if not first.isdecimal() or not (last or first).isdecimal() or int(last or first) < int(first):
-            return self._ua.DataValue(StatusCode=self._ua.StatusCode(codes.BadIndexRangeInvalid))
-        values = value.Value.Value
-        part = values[int(first) : int(last or first) + 1] if isinstance(values, list) else []
-        if not part or isinstance(part[0], list):
-            return self._ua.DataValue(StatusCode=self._ua.StatusCode(codes.BadIndexRangeNoData))
-        variant = self._ua.Variant(part, value.Value.VariantType, is_array=True)
-        times = {"SourceTimestamp": value.SourceTimestamp, "ServerTimestamp": value.ServerTimestamp}
-        return self._ua.DataValue(variant, **times)
-
-    async def _write(self, params: Any, client: str) -> list[Any]:
+    async def _write(self, params: Any, session: Any, client: str) -> list[Any]:
         """Write values as one packet; return the status of each."""
         codes = self._ua.StatusCodes
         wanted, version = params.NodesToWrite, self._process.version
-        status, operations = [codes.Good] * len(wanted), []
+        await self._refresh((self._attributes.tag_of(each) for each in wanted if each.IndexRange), client)
+        status, operations, places = [codes.Good] * len(wanted), list[Operation](), list[int]()
         for place, each in enumerate(wanted):
             try:
-                operations.append((place, self._change(each)))
-            except _WriteRefusedError as refused:
+                changes = self._attributes.changes(each)
+            except RefusedError as refused:
                 status[place] = getattr(codes, refused.code)
+            else:
+                operations += changes
+                places += [place] * len(changes)
         if operations:
-            results = await self._carry_out([each for _, each in operations], client, version)
-            for number, (place, _) in enumerate(operations):
+            results = await self._carry_out(operations, _by_user(session.user, client), version)
+            for number, place in enumerate(places):
                 if results is None or results[number] is None:
                     status[place] = codes.BadInvalidState if results is None else codes.BadOutOfRange
         return [self._ua.StatusCode(each) for each in status]
-
-    def _change(self, wanted: Any) -> Operation:
-        """Return the write of a value; refused if it is not allowed."""
-        if wanted.NodeId not in self._inner.aspace:
-            raise _WriteRefusedError("BadNodeIdUnknown")
-        node = self._tag_of(wanted)
-        if node is None or not node.variable.writable:
-            raise _WriteRefusedError("BadNotWritable")
-        if wanted.IndexRange:
-            raise _WriteRefusedError("BadWriteNotSupported")
-        variant, variable = wanted.Value.Value, node.variable
-        kind = self._ua.VariantType[TYPES[variable.type_name]]
-        if variant is None or variant.VariantType != kind or variant.is_array != bool(variable.dims):
-            raise _WriteRefusedError("BadTypeMismatch")
-        try:
-            return variable.change_to(variant.Value)
-        except TypeError as error:
-            raise _WriteRefusedError("BadTypeMismatch") from error
-        except ValueError as error:  # also a text with characters that no tag has
-            raise _WriteRefusedError("BadOutOfRange") from error
 
     # --- subscriptions
 
     def _subscribing(self, create: Service, client: str) -> Service:
         async def subscribing(params: Any, *more: Any, **named: Any) -> Any:
             params.RequestedPublishingInterval = interval(params.RequestedPublishingInterval)
+            if params.RequestedLifetimeCount:  # 0 = the longest one
+                alive = KEEP_ALIVES * params.RequestedMaxKeepAliveCount
+                params.RequestedLifetimeCount = max(params.RequestedLifetimeCount, alive)
             result = await create(params, *more, **named)
             made = self._inner.subscription_service.subscriptions[result.SubscriptionId]
             made.publish_results = self._publishing(made, made.publish_results, client)
@@ -252,7 +239,7 @@ class OpcUaServer:
         async def publishing(request: Any = None) -> Any:
             if request is None:  # the interval has passed; otherwise a late request asks for what waits
                 items = list(made.monitored_item_srv._monitored_items.values())
-                await self._refresh((self._tag_of(each.read_value_id) for each in items), client)
+                await self._refresh((self._attributes.tag_of(each.read_value_id) for each in items), client)
             return await publish(request)
 
         return publishing
@@ -264,7 +251,9 @@ class OpcUaServer:
             if there + len(params.ItemsToCreate) > ITEMS_MOST:
                 code = self._ua.StatusCodes.BadTooManyMonitoredItems
                 raise import_module("asyncua.common.utils").ServiceError(code)
-            await self._refresh((self._tag_of(each.ItemToMonitor) for each in params.ItemsToCreate), client)
+            await self._refresh(
+                (self._attributes.tag_of(each.ItemToMonitor) for each in params.ItemsToCreate), client
+            )
             return await create(params)
 
         return monitoring
@@ -305,16 +294,12 @@ class OpcUaServer:
             if version != self._process.version:
                 return None
             work = asyncio.get_running_loop().run_in_executor(None, self._process, [(client, operations)])
-            found = await work
+            try:
+                found = await work
+            except ValueError as error:  # more than an exchange holds
+                service_error: Any = import_module("asyncua.common.utils").ServiceError
+                raise service_error(self._ua.StatusCodes.BadRequestTooLarge) from error
         return None if found is None else found[2][0]
-
-
-class _WriteRefusedError(ValueError):
-    """A write that gets a bad status."""
-
-    def __init__(self, code: str) -> None:
-        super().__init__(code)
-        self.code = code
 
 
 def _by_user(user: Any, client: str) -> str:
@@ -349,6 +334,7 @@ def _guarded(made: Any, connect: Callable[[Any], None], guard: UaGuard) -> Calla
     def connected(transport: Any) -> None:
         connect(transport)
         if made.processor is not None:  # all places may be taken
+            answer_browse_next(made.processor)
             guard.watch(made)
 
     return connected

@@ -77,6 +77,7 @@ class TagSpace:
         references = (ids.HasComponent, ids.HasTypeDefinition, ids.Organizes)
         self._component, self._definition, self._organizes = map(self._ua.NodeId, references)
         self._fixed: dict[tuple[str, Any], Any] = {}
+        self._references: dict[tuple[Any, Any, bool], Any] = {}
 
     async def show(self, database: Database) -> None:
         """Show the tags of a program, of an edited one in place of the earlier ones.
@@ -103,6 +104,7 @@ class TagSpace:
         for node_id in self._ours:
             del self._space[node_id]
         self._ours, self.nodes = [], {}
+        self._references.clear()
 
     async def _end(self, node: TagNode) -> None:
         """Tell the subscriptions of a tag that it is gone."""
@@ -177,23 +179,39 @@ class TagSpace:
         if not is_variable:
             node.attributes[ua.AttributeIds.EventNotifier] = self._shared("Byte", 0)
         node.references = [
-            ua.ReferenceDescription(ReferenceTypeId=self._definition, IsForward=True, NodeId=kind),
-            ua.ReferenceDescription(ReferenceTypeId=by, IsForward=False, NodeId=parent),
+            self._reference(kind, self._definition),
+            self._reference(parent, by, is_forward=False),
         ]
         self._space[node_id] = node
-        self._space[parent].references.append(
-            ua.ReferenceDescription(
-                ReferenceTypeId=by,
-                IsForward=True,
-                NodeId=node_id,
-                BrowseName=shown,
-                DisplayName=text,
-                NodeClass=node_class,
-                TypeDefinition=kind,
-            )
-        )
+        self._space[parent].references.append(self._described(node_id, by, True))
         self._ours.append(node_id)
         return node_id
+
+    def _reference(self, target: Any, by: Any, *, is_forward: bool = True) -> Any:
+        """Return a reference that many nodes have: to their type, or back to their parent."""
+        key = target, by, is_forward
+        if key not in self._references:
+            self._references[key] = self._described(*key)
+        return self._references[key]
+
+    def _described(self, target: Any, by: Any, is_forward: bool) -> Any:
+        """Return a reference with the names of its target, as browsing shows it."""
+        ua, node = self._ua, self._space[target]
+        ids = ua.AttributeIds
+        names = (ids.BrowseName, ids.DisplayName, ids.NodeClass)
+        shown, text, node_class = (node.attributes[each].value.Value.Value for each in names)
+        kinds = (
+            each for each in node.references if each.ReferenceTypeId == self._definition and each.IsForward
+        )
+        return ua.ReferenceDescription(
+            ReferenceTypeId=by,
+            IsForward=is_forward,
+            NodeId=target,
+            BrowseName=shown,
+            DisplayName=text,
+            NodeClass=ua.NodeClass(node_class),
+            TypeDefinition=next((each.NodeId for each in kinds), ua.NodeId()),
+        )
 
     def _shared(self, kind: str, value: Any) -> Any:
         """Return an attribute that many nodes have."""

@@ -26,7 +26,7 @@ from ..loop.incidents import FaultKind, InjectedFault
 from ..loop.rack import Rack
 from ..loop.scan import CpuMode
 from ..machine.spec import INPUT_NAMES
-from ..modules.record import ModuleWithInputs, NamedInputs
+from ..modules.record import ModuleWithInputs, NamedInputs, PressedByTimeline
 from ..tag_servers.images import output_slot
 from . import actions
 from .actions import ALL, NAMES, Action, Value, text_of
@@ -96,15 +96,17 @@ class OperatorActions:
     def act(self, order: Action, at_ns: int, scan: int) -> None:
         """Carry out an order before the next scan, and announce it.
 
+        The first press of a card's input by hand ends the card's timeline: one person operates a panel.
+
         Raises:
             ValueError: it can't be carried out, and nothing has changed.
         """
         act = _ACTS.get(type(order))
-        if act is not None:
-            act(self, order, at_ns)
+        effect = act(self, order, at_ns) if act is not None else None
         self.given.append(AppliedAction(scan, order))
         name, behind_ns = NAMES[type(order)], max(at_ns - self._cpu.period_ns, 0)
-        self._cpu.announce(Event(behind_ns, "order", name, sentence(order), {"order": text_of(order)}))
+        text = sentence(order) if effect is None else f"{sentence(order)} {effect}"
+        self._cpu.announce(Event(behind_ns, "order", name, text, {"order": text_of(order)}))
 
     def image(self, tag: str) -> str | None:
         """Return the address of the word or bit of an image that a tag means; None for any other tag."""
@@ -119,13 +121,15 @@ class OperatorActions:
     def _mode(self, order: actions.Mode, _at_ns: int) -> None:
         self._cpu.mode = CpuMode[order.mode.upper()]
 
-    def _press(self, order: actions.Press, _at_ns: int) -> None:
+    def _press(self, order: actions.Press, _at_ns: int) -> str | None:
         module: Any = self._rack.slots[order.slot].module
         device = getattr(module, "module", module)  # inside of incidents
         if isinstance(device, NamedInputs):
             if order.on is None:
                 raise ValueError(f"slot {order.slot}: an input of a card is on or off: give true or false")
             device.set_input(order.name, order.on)
+            if isinstance(device, PressedByTimeline) and device.end_timeline():
+                return f"The timeline of slot {order.slot} ends."
         elif isinstance(device, ModuleWithInputs):
             bit = INPUT_NAMES.get(order.name.lower())
             if bit is None:
@@ -133,6 +137,7 @@ class OperatorActions:
             device.operate(bit, order.on)
         else:
             raise ValueError(f"slot {order.slot}: its inputs are real; they can't be set here")
+        return None
 
     def _write(self, order: actions.Write, _at_ns: int) -> None:
         if self.image(order.tag) is not None:
@@ -175,7 +180,9 @@ class OperatorActions:
         if not isinstance(module, ExposedModule):
             raise ValueError(f"slot {order.slot}: can't inject faults into real modules")
         what, for_ns = FaultKind(order.kind), exact_ns(order.for_ms, "ms", "for_ms")
-        module.happen(InjectedFault(at_ns, what, order.slot, for_ns, order.late_words))
+        incident = InjectedFault(at_ns, what, order.slot, for_ns, order.late_words)
+        incident.check_late_words(len(self.words[order.slot].outputs))
+        module.happen(incident)
 
     def _edit(self, order: actions.Edit, at_ns: int) -> None:
         if self._editing is None:
@@ -188,7 +195,7 @@ class OperatorActions:
         return self._desk
 
 
-_ACTS: Mapping[type[Action], Callable[[OperatorActions, Any, int], None]] = {
+_ACTS: Mapping[type[Action], Callable[[OperatorActions, Any, int], str | None]] = {
     actions.Mode: OperatorActions._mode,
     actions.Press: OperatorActions._press,
     actions.Write: OperatorActions._write,
@@ -198,7 +205,7 @@ _ACTS: Mapping[type[Action], Callable[[OperatorActions, Any, int], None]] = {
     actions.InjectFault: OperatorActions._happen,
     actions.Edit: OperatorActions._edit,
 }
-"""The orders that act on the rack."""
+"""The orders that act on the rack; each returns a further sentence for its event, or None."""
 
 
 def _whole(tag: str, value: Value) -> int:

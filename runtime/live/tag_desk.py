@@ -14,7 +14,7 @@ from ..loop.listeners import QuietListener
 from ..loop.pace import wall_ns
 from ..loop.rack import Rack
 from ..tag_servers.exchange import ANSWER, answered
-from ..tag_servers.images import GENERIC, IMAGE_BYTES, output_slot, with_images
+from ..tag_servers.images import GENERIC, output_slot, with_images
 from ..tag_servers.tag_snapshot import Operation, ReadBytes
 from .actions import Store
 from .mailbox import Mailbox, wake
@@ -84,7 +84,8 @@ class TagDesk(QuietListener):
         self._tags = self._tags_now()
         self._own = len(self._tags.listing.tags)
         self._slots = [slot for slot in self._rack.slots for _ in range(2)]
-        self.listing = with_images(self._tags.listing, self._rack.slots, self._profile)
+        words = {slot.number: slot.words for slot in self._rack.slots.values()}
+        self.listing = with_images(self._tags.listing, words, self._profile)
 
     def renew(self) -> None:
         """Take the tags of an edited program; requests for the earlier ones are asked again."""
@@ -140,7 +141,7 @@ class TagDesk(QuietListener):
         slot = self._rack.slots[self._slots[wanted.tag - self._own]]
         is_output = output_slot(tag.name) is not None
         raw = bytes(slot.outputs.raw if is_output else slot.inputs.raw)
-        if tag.size > IMAGE_BYTES:
+        if tag.size > len(raw):
             raw = struct.pack("<i", slot.fault) + raw
         if wanted.offset + wanted.size > len(raw):
             raise ValueError(f"{tag.name}: bytes {wanted.offset} to {wanted.offset + wanted.size}")

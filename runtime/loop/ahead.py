@@ -21,16 +21,13 @@ from collections.abc import Callable, Iterable, Sequence
 from itertools import repeat
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...io_images.image import IMAGE_BYTES, Image
+from ...io_images.image import Image
 from .module import ForeseeingModule
-from .rack import SLOT_BYTES, Rack
+from .rack import Rack
 
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
-
-_SLOT_WORDS = SLOT_BYTES // 2
-_INPUT_WORDS = _SLOT_WORDS // 2
 
 LEAST_ROWS = 16
 """Fewest scans for which a block is worth its cost."""
@@ -73,6 +70,9 @@ class RackPrediction:
 
     def __init__(self, rack: Rack, sent: Sequence[Image]) -> None:
         self._memory = rack.memory
+        places = rack.layout.places.values()
+        self._inputs = [each.inputs for each in places]
+        self._outputs = [each.outputs for each in places]
         modules = [slot.module for slot in rack.slots.values()]
         self._modules = [module for module in modules if isinstance(module, ForeseeingModule)]
         self._sent = sent
@@ -113,28 +113,22 @@ class RackPrediction:
             self._block = np.empty((count, len(words)), "<i2")  # reused: new memory must be cleared
         block = self._block[:count]
         block[:] = words
-        for place, changing in enumerate(told):
+        for inputs, changing in zip(self._inputs, told, strict=True):
             for index, values in changing.items():
-                block[:, _SLOT_WORDS * place + _INPUT_WORDS + index] = values
+                block[:, inputs.start // 2 + index] = values
         rows: list[bytes] = block.view(f"V{len(present)}").ravel().tolist()
         return rows
 
     def _present(self, latest_ns: int) -> bytes:
         """Return the memory with the modules' own inputs, which a force may have covered."""
         present = bytearray(self._memory)
-        for place, (module, outputs) in enumerate(zip(self._modules, self._sent, strict=True)):
-            at = SLOT_BYTES * place + IMAGE_BYTES
-            present[at : at + IMAGE_BYTES] = module.update(latest_ns, outputs).raw
+        for inputs, module, outputs in zip(self._inputs, self._modules, self._sent, strict=True):
+            present[inputs] = module.update(latest_ns, outputs).raw
         return bytes(present)
 
-
-def outputs_of(memory: bytes | bytearray) -> list[bytes]:
-    """Return the output images in a block of memory.
-
-    >>> outputs_of(bytes(range(64)))[1].hex()
-    '202122232425262728292a2b2c2d2e2f'
-    """
-    return [bytes(memory[at : at + IMAGE_BYTES]) for at in range(0, len(memory), SLOT_BYTES)]
+    def outputs_of(self, memory: bytes | bytearray) -> list[bytes]:
+        """Return the output images in a block with the layout of the rack's memory."""
+        return [bytes(memory[place]) for place in self._outputs]
 
 
 def numpy_is_worth_it(scans: int) -> bool:

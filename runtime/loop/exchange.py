@@ -30,9 +30,9 @@ from typing import Protocol, TypeAlias
 
 from typing_extensions import override
 
-from ...io_images.image import IMAGE_BYTES, Image
-from .ahead import Block, RackPrediction, outputs_of
-from .rack import SLOT_BYTES, Rack
+from ...io_images.image import Image
+from .ahead import Block, RackPrediction
+from .rack import Rack
 
 RPI_NS = 2_000_000
 """The 3601's requested packet interval on a CompactLogix: fixed at 2 ms [specifications]."""
@@ -94,7 +94,7 @@ class EndOfScan(Exchange):
         self._rack, self._memory = rack, rack.memory
         self._sent = bytearray(len(rack.memory))
         self._lines = _lines(rack, self._sent)
-        self._outlook = RackPrediction(rack, _images(self._sent))
+        self._outlook = RackPrediction(rack, _images(rack, self._sent))
         self._latest_ns = 0
 
     def latch_inputs(self, now_ns: int) -> bool:
@@ -123,6 +123,7 @@ class EndOfScan(Exchange):
 
     @override
     def calm_scans(self, now_ns: int, period_ns: int) -> int:
+        outputs_of = self._outlook.outputs_of
         if outputs_of(self._memory) != outputs_of(self._sent):
             return 0
         return max(0, -(-(self._outlook.calm_until_ns() - now_ns) // period_ns))
@@ -197,7 +198,7 @@ class EveryRpi(Exchange):
         self._waiting = bytearray(len(rack.memory))
         self._sent = bytearray(len(rack.memory))
         self._lines = _lines(rack, self._sent)
-        self._outlook = RackPrediction(rack, _images(self._sent))
+        self._outlook = RackPrediction(rack, _images(rack, self._sent))
         self._next_ns = 0
         self._starting = False
 
@@ -237,6 +238,7 @@ class EveryRpi(Exchange):
 
     @override
     def calm_scans(self, now_ns: int, period_ns: int) -> int:
+        outputs_of = self._outlook.outputs_of
         steady = outputs_of(self._memory) == outputs_of(self._sent) == outputs_of(self._waiting)
         if self._starting or not steady:
             return 0
@@ -283,17 +285,17 @@ def _lines(rack: Rack, sent: bytearray) -> tuple[Line, ...]:
     slots = rack.slots.values()
     lines = [
         (slot.module.update, outputs, slot.inputs.raw)
-        for slot, outputs in zip(slots, _images(sent), strict=True)
+        for slot, outputs in zip(slots, _images(rack, sent), strict=True)
     ]
     follow = [bool(getattr(slot.module, "follows", ())) for slot in rack.slots.values()]
     order = sorted(range(len(lines)), key=lambda place: follow[place])
     return tuple(lines[place] for place in order)
 
 
-def _images(sent: bytearray) -> list[Image]:
+def _images(rack: Rack, sent: bytearray) -> list[Image]:
     """Return the output images in a block laid out like the rack's memory."""
     view = memoryview(sent)
-    return [Image(buffer=view[at : at + IMAGE_BYTES]) for at in range(0, len(sent), SLOT_BYTES)]
+    return [Image(buffer=view[places.outputs]) for places in rack.layout.places.values()]
 
 
 def _advance(lines: tuple[Line, ...], now_ns: int) -> None:

@@ -156,6 +156,10 @@ class ExposedModule(Module):
         """Keep words back, if these outputs are the first new ones since a torn update is due."""
         if outputs == self._before:
             return
+        if len(outputs) != len(self._before):
+            self._before, self._torn = Image(size=len(outputs)), Image(size=len(outputs))
+            if outputs == self._before:
+                return
         if self._tears and self._tears[0].at_ns <= self._now_ns:
             tear = self._tears.pop(0)
             self._torn.load(outputs)

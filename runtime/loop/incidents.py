@@ -15,7 +15,7 @@ from enum import Enum
 
 from pydantic import ConfigDict, StrictInt
 
-from ...io_images.image import WORDS
+from ...io_images.image import WORDS_MAX
 from ...io_images.site import SettingError
 from .module_fault import ModuleFault
 
@@ -78,7 +78,7 @@ class InjectedFault:
         slot: its module; 0 for `PROGRAM_MODE`.
         for_ns: duration; 0 = unlimited: a fatal error then ends with a power cycle. Of a torn update:
             delay of the late words, an RPI if 0. Of replies: 0 = the next one only.
-        late_words: of a torn update: the output words, of eight, that arrive late.
+        late_words: of a torn update: the output words that arrive late.
     """
 
     __pydantic_config__ = ConfigDict(extra="forbid")
@@ -93,11 +93,15 @@ class InjectedFault:
         for field, value in (("at_ns", self.at_ns), ("for_ns", self.for_ns)):
             if value < 0:
                 raise SettingError(field, f"{field} of {value} is not allowed: 0 or more")
-        if not set(self.late_words) <= set(range(WORDS)):
-            raise SettingError(
-                "late_words", f"late_words {list(self.late_words)} are not allowed: 0 to {WORDS - 1}"
-            )
+        self.check_late_words(WORDS_MAX)
         if bool(self.late_words) is not (self.what is FaultKind.TORN_UPDATE):
             raise SettingError(
                 "late_words", "late_words and torn-update go together: name the words that come late"
+            )
+
+    def check_late_words(self, outputs: int) -> None:
+        """Refuse late words that a module with a number of output words does not have, with a ValueError."""
+        if not set(self.late_words) <= set(range(outputs)):
+            raise SettingError(
+                "late_words", f"late_words {list(self.late_words)} are not allowed: 0 to {outputs - 1}"
             )

@@ -3,8 +3,8 @@
     memory   | slot 1 outputs | slot 1 inputs | slot 3 outputs | slot 3 inputs | ...
     bytes      0           16              32               48              64
 
-A recorder copies the block unchanged, scan by scan; the images of logic and modules
-are views of it.
+Each image has as many words as its module's `ModuleWords` name; see `io_images.memory_layout`. A recorder
+copies the block unchanged, scan by scan; the images of logic and modules are views of it.
 """
 
 from __future__ import annotations
@@ -13,12 +13,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-from ...io_images.image import IMAGE_BYTES, Image
+from ...io_images.image import Image
+from ...io_images.memory_layout import ImagePlaces, MemoryLayout, memory_layout
 from ...io_images.module_words import PLAIN_WORDS, ModuleWords
 from .module import Module
-
-SLOT_BYTES = 2 * IMAGE_BYTES
-"""Bytes of a slot in the rack's memory: the output image, then the input image."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,22 +69,23 @@ class Rack:
     """Modules in their slots and one block of memory with all of their images.
 
     Attributes:
-        memory: 32 bytes per slot in order of the slot numbers: output image, then input image.
+        memory: the images in order of the slot numbers: output image, then input image.
+        layout: their places in it.
         slots: the slots by number.
 
     Raises:
         ValueError: a slot number is not a positive integer, or is used twice.
     """
 
-    __slots__ = ("memory", "slots")
+    __slots__ = ("layout", "memory", "slots")
 
     def __init__(self, cards: Iterable[Card]) -> None:
         ordered = sorted(_checked(cards), key=lambda card: card.slot)
-        self.memory = bytearray(SLOT_BYTES * len(ordered))
+        self.layout: MemoryLayout = memory_layout((card.slot, card.words) for card in ordered)
+        self.memory = bytearray(self.layout.size)
         view = memoryview(self.memory)
         self.slots: Mapping[int, Slot] = Slots(
-            (card.slot, _slot(card, view[SLOT_BYTES * place : SLOT_BYTES * (place + 1)]))
-            for place, card in enumerate(ordered)
+            (card.slot, _slot(card, view, self.layout.places[card.slot])) for card in ordered
         )
 
 
@@ -95,8 +94,8 @@ def as_logic_sees(slots: Mapping[int, Slot]) -> Mapping[int, Slot]:
     return Slots((number, replace(slot, inputs=slot.inputs.read_only())) for number, slot in slots.items())
 
 
-def _slot(card: Card, block: memoryview) -> Slot:
-    outputs, inputs = Image(buffer=block[:IMAGE_BYTES]), Image(buffer=block[IMAGE_BYTES:])
+def _slot(card: Card, memory: memoryview, places: ImagePlaces) -> Slot:
+    outputs, inputs = Image(buffer=memory[places.outputs]), Image(buffer=memory[places.inputs])
     facts = card.slot, card.module, card.catalog, card.firmware
     return Slot(*facts, outputs, inputs, card.words, card.round_trip_ms)
 

@@ -10,7 +10,8 @@ number of queries.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ...io_images.amci3601.bits import InputBit
@@ -18,7 +19,7 @@ from ..loop.events import Event
 from ..loop.module import unnoticed
 from .encoder import HandTurning, ShaftEncoder
 from .shaft import FAR, Shaft
-from .spec import MachineSpec
+from .spec import EncoderSpec, MachineSpec, Switch
 from .stimuli import Stimuli
 from .switches import SwitchTable
 
@@ -131,6 +132,16 @@ class Machine:
         """Mask of the inputs held by timeline or bench, as of the last query of `levels`."""
         return self._stimuli.held_mask
 
+    def rewire(self, bit: InputBit, switches: Sequence[Switch]) -> None:
+        """Wire an input to other switches from now on, none of them held; without any it is de-energized."""
+        self.before_change()
+        kept = [switch for switch in self.spec.switches if switch.input is not bit]
+        self.spec = replace(self.spec, switches=(*kept, *switches))
+        self._switches = SwitchTable(self.spec.switches)
+        self._refused = self._refused & ~bit.value | (bit.value if switches else 0)
+        self._stimuli.hold(bit, None)
+        self._forget_levels()
+
     def _refresh(self) -> None:
         """Compute the levels, and the shaft positions between which they apply."""
         stimuli = self._stimuli
@@ -187,6 +198,10 @@ class Machine:
         self._forget_levels()
 
     # --- encoder
+
+    def mount(self, encoder: EncoderSpec) -> None:
+        """Mount an encoder on the shaft of a machine without one: a motor with its own encoder."""
+        self._encoder = ShaftEncoder(encoder)
 
     def encoder_counts(self, now_ns: int) -> int:
         """Return the x4 counts since power-up: by the shaft, and by hand."""

@@ -62,6 +62,14 @@ class ModuleWithFigures(Protocol):
 
 
 @runtime_checkable
+class PressedByTimeline(Protocol):
+    """A module whose inputs are operated by a timeline of the rack file."""
+
+    def end_timeline(self) -> bool:
+        """Drop the presses that are still to come; return whether there are any."""
+
+
+@runtime_checkable
 class ModuleWithMachine(Module, Protocol):
     """A module that drives a simulated machine."""
 

@@ -11,12 +11,13 @@ from ...io_images.site import SettingError
 from .adapters.record import RECORDS as ADAPTERS
 from .amci3601.record import RECORD as AMCI3601
 from .cards.record import RECORDS as CARDS
+from .drives.record import RECORDS as DRIVES
 from .record import LivePort, ModuleRecord, Options
 
 GROUP = "scanrack.modules"
 """The group of entry points of installed packages with modules: catalog name = module:RECORD."""
 
-OWN: Mapping[str, ModuleRecord] = {record.name: record for record in (AMCI3601, *ADAPTERS, *CARDS)}
+OWN: Mapping[str, ModuleRecord] = {record.name: record for record in (AMCI3601, *ADAPTERS, *DRIVES, *CARDS)}
 """The modules of scanrack by catalog name."""
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 from ...io_images.enip.listing import (
     BOOL,
@@ -17,9 +18,10 @@ from ...io_images.enip.listing import (
     StructuredKind,
 )
 from ...io_images.enip.paths import PathStep
+from ...io_images.image import WORDS
+from ...io_images.module_words import PLAIN_WORDS, ModuleWords
 
-WORDS, WORD_BITS = 8, 16
-IMAGE_BYTES = 2 * WORDS
+WORD_BITS = 16
 FAULT_BYTES = 4
 
 GENERIC, PROFILE_3601 = "generic", "3601"
@@ -27,81 +29,107 @@ PROFILES = (GENERIC, PROFILE_3601)
 """Names of the parts of `Local:n:I`."""
 
 _WORD = re.compile(
-    r"(?P<slot>Local:\d+:)(?P<way>[IO])\.Data(?:\[(?P<word>\d)\])?(?:\.(?P<bit>\d{1,2}))?", re.IGNORECASE
+    r"Local:(?P<slot>\d+):(?P<way>[IO])\.Data(?:\[(?P<word>\d{1,3})\])?(?:\.(?P<bit>\d{1,2}))?",
+    re.IGNORECASE,
 )
 
 _IMAGE = re.compile(r"Local:(?P<slot>\d{1,3}):(?P<way>[IO])", re.IGNORECASE)
 
 _FAULT = Part("Fault", DINT, (), 0)
-_OUT = StructuredKind("AB:1769_MODULE_INT_16Bytes:O:0", IMAGE_BYTES, (Part("Data", INT, (WORDS,), 0),))
-_IN: Mapping[str, StructuredKind] = {
-    GENERIC: StructuredKind(
-        "AB:1769_MODULE_INT_16Bytes:I:0",
-        FAULT_BYTES + IMAGE_BYTES,
-        (_FAULT, Part("Data", INT, (WORDS,), FAULT_BYTES)),
+
+
+@cache
+def _out(words: int) -> StructuredKind:
+    """Return the kind of an output image of a number of words."""
+    size = 2 * words
+    return StructuredKind(f"AB:1769_MODULE_INT_{size}Bytes:O:0", size, (Part("Data", INT, (words,), 0),))
+
+
+@cache
+def _in(words: int) -> StructuredKind:
+    """Return the kind of an input image of a number of words, by the generic profile."""
+    data = Part("Data", INT, (words,), FAULT_BYTES)
+    name = f"AB:1769_MODULE_INT_{2 * words}Bytes:I:0"
+    return StructuredKind(name, FAULT_BYTES + 2 * words, (_FAULT, data))
+
+
+_IN_3601 = StructuredKind(
+    "AM:1769_3601:I:0",
+    FAULT_BYTES + 2 * WORDS,
+    (
+        _FAULT,
+        Part("Data0", INT, (), FAULT_BYTES),
+        Part("ConfigError", BOOL, (), FAULT_BYTES + 1, 5),
+        Part("ModuleOK", BOOL, (), FAULT_BYTES + 1, 6),
+        Part("ConfigMode", BOOL, (), FAULT_BYTES + 1, 7),
+        *(Part(f"Data{word}", INT, (), FAULT_BYTES + 2 * word) for word in range(1, WORDS)),
     ),
-    PROFILE_3601: StructuredKind(
-        "AM:1769_3601:I:0",
-        FAULT_BYTES + IMAGE_BYTES,
-        (
-            _FAULT,
-            Part("Data0", INT, (), FAULT_BYTES),
-            Part("ConfigError", BOOL, (), FAULT_BYTES + 1, 5),
-            Part("ModuleOK", BOOL, (), FAULT_BYTES + 1, 6),
-            Part("ConfigMode", BOOL, (), FAULT_BYTES + 1, 7),
-            *(Part(f"Data{word}", INT, (), FAULT_BYTES + 2 * word) for word in range(1, WORDS)),
-        ),
-    ),
-}
+)
+"""The input image by the profile of a 3601; modules with another number of words have the generic one."""
 
 
 @dataclass(frozen=True, slots=True)
 class ImagePlace:
-    """A place in the eight words of a module."""
+    """A place in the words of a module."""
 
     slot: int
     output: bool
-    at: int  # byte of the eight words; negative: what the controller has before them
+    at: int  # byte of the words; negative: what the controller has before them
     bit: int | None = None  # of that byte
 
 
-def image_tags(slot: int, *, files: bool, profile: str = GENERIC) -> tuple[ListedTag, ListedTag]:
+def image_tags(
+    slot: int, words: ModuleWords, *, files: bool, profile: str = GENERIC
+) -> tuple[ListedTag, ListedTag]:
     """Return the tags of a slot's images, inputs first.
 
     Args:
+        words: of its module.
         files: as data files of an SLC program.
         profile: see `PROFILES`.
     """
-    shown = ExternalAccess.READ_ONLY
+    shown, inputs, outputs = ExternalAccess.READ_ONLY, len(words.inputs), len(words.outputs)
     if files:
-        return ListedTag(f"I:{slot}", "", INT, (WORDS,), shown), ListedTag(f"O:{slot}", "", INT, (WORDS,))
-    return ListedTag(f"Local:{slot}:I", "", _IN[profile], (), shown), ListedTag(f"Local:{slot}:O", "", _OUT)
+        return ListedTag(f"I:{slot}", "", INT, (inputs,), shown), ListedTag(f"O:{slot}", "", INT, (outputs,))
+    kind = _IN_3601 if _has_profile(words, profile) else _in(inputs)
+    return ListedTag(f"Local:{slot}:I", "", kind, (), shown), ListedTag(f"Local:{slot}:O", "", _out(outputs))
 
 
-def with_images(listing: Listing, slots: Iterable[int], profile: str) -> Listing:
+def _has_profile(words: ModuleWords, profile: str) -> bool:
+    """Whether the input image of a module has the parts of a 3601's profile."""
+    return profile == PROFILE_3601 and len(words.inputs) == WORDS
+
+
+def with_images(listing: Listing, slots: Mapping[int, ModuleWords], profile: str) -> Listing:
     """Return the tags of a program with those of the slots' images behind them."""
-    images = [image_tags(slot, files=listing.files, profile=profile) for slot in slots]
+    images = [image_tags(slot, words, files=listing.files, profile=profile) for slot, words in slots.items()]
     tags = (*listing.tags, *(tag for pair in images for tag in pair))
-    aliases = (replace(each, target=part_of_image(each.target, profile)) for each in listing.aliases)
+    aliases = (replace(each, target=part_of_image(each.target, slots, profile)) for each in listing.aliases)
     return Listing(tags, listing.files, tuple(aliases))
 
 
-def part_of_image(address: str, profile: str) -> str:
+def part_of_image(address: str, slots: Mapping[int, ModuleWords], profile: str) -> str:
     """Return the address of a word or bit as the images have it; any other one as it is.
 
-    >>> part_of_image("Local:2:I.Data.20", GENERIC), part_of_image("Local:1:I.Data[4].0", PROFILE_3601)
-    ('Local:2:I.Data[1].4', 'Local:1:I.Data4.0')
+    >>> slots = {1: PLAIN_WORDS, 2: PLAIN_WORDS}
+    >>> part_of_image("Local:2:I.Data.20", slots, GENERIC)
+    'Local:2:I.Data[1].4'
+    >>> part_of_image("Local:1:I.Data[4].0", slots, PROFILE_3601)
+    'Local:1:I.Data4.0'
 
     Args:
         address: in a program; that of a card with few terminals has no subscript.
+        slots: the words of the modules.
     """
     part = _WORD.fullmatch(address)
     if part is None or not (part["word"] or part["bit"]):
         return address
     word, bit = divmod(int(part["bit"] or 0), WORD_BITS)
     word += int(part["word"] or 0)
-    data = f"Data{word}" if profile == PROFILE_3601 and part["way"].upper() == "I" else f"Data[{word}]"
-    return f"{part['slot']}{part['way']}.{data}" + (f".{bit}" if part["bit"] else "")
+    words = slots.get(int(part["slot"]), PLAIN_WORDS)
+    numbered = part["way"].upper() == "I" and _has_profile(words, profile)
+    data = f"Data{word}" if numbered else f"Data[{word}]"
+    return f"Local:{part['slot']}:{part['way']}.{data}" + (f".{bit}" if part["bit"] else "")
 
 
 def output_slot(tag: str) -> int | None:
@@ -117,7 +145,7 @@ def output_slot(tag: str) -> int | None:
 
 
 def image_place(steps: Sequence[PathStep]) -> ImagePlace | None:
-    """Return which words of a module a path names; None for anything else.
+    """Return which words of a module of eight words a path names; None for anything else.
 
     >>> image_place(["Local:1:I", "Data", 3]), image_place(["Local:2:I", "ModuleOK"])
     (ImagePlace(slot=1, output=False, at=6, bit=None), ImagePlace(slot=2, output=False, at=1, bit=6))
@@ -129,7 +157,7 @@ def image_place(steps: Sequence[PathStep]) -> ImagePlace | None:
     skipped = 0 if output else FAULT_BYTES
     if len(steps) == 1:
         return ImagePlace(slot, output, -skipped)
-    kinds = (_OUT,) if output else _IN.values()
+    kinds = (_out(WORDS),) if output else (_in(WORDS), _IN_3601)
     part = next(
         (kind.by_name[name] for kind in kinds if (name := str(steps[1]).upper()) in kind.by_name), None
     )

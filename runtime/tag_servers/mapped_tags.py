@@ -8,6 +8,7 @@ from struct import Struct
 
 from ...io_images.enip.listing import BOOL, DWORD, SINT, PlainKind
 from ..config.server_table import HIGH_FIRST, MapRow
+from ..line.modbus_pdus import ILLEGAL_VALUE, ModbusRefusedError, number_of
 from .database import Database, Target
 from .tag_paths import target_of
 from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
@@ -20,17 +21,6 @@ COILS, DISCRETE_INPUTS, INPUT_REGISTERS, HOLDING_REGISTERS = (
 )
 BITS = (COILS, DISCRETE_INPUTS)
 TABLES = (*BITS, INPUT_REGISTERS, HOLDING_REGISTERS)
-
-ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, FAILURE = 1, 2, 3, 4
-"""Exceptions of Modbus."""
-
-
-class ModbusRefusedError(ValueError):
-    """A request that gets an exception."""
-
-    def __init__(self, code: int) -> None:
-        super().__init__(f"exception {code:02x}h")
-        self.code = code
 
 
 @dataclass(frozen=True)
@@ -116,7 +106,7 @@ class MappedTag:
     def change(self, place: int, bits: Sequence[bool]) -> WriteBytes:
         """Return the write of coils; other bits of their bytes stay as they are."""
         offset, size, shift = self._span(place, len(bits))
-        on = int.from_bytes(packed(bits), "little") << shift
+        on = number_of(bits) << shift
         if self.target.kind == BOOL and self.target.bit is None:
             return WriteBytes(self.target.symbol.index, offset, on.to_bytes(1, "little"))
         others = ((1 << 8 * size) - 1) & ~(((1 << len(bits)) - 1) << shift)
@@ -141,8 +131,3 @@ def mapped(table: str, database: Database, row: MapRow, order: str) -> MappedTag
     return MappedTag(
         target, database.may_write(target.tag, target.name, kind), (row.order or order) == HIGH_FIRST
     )
-
-
-def packed(bits: Sequence[bool]) -> bytes:
-    """Return bits as bytes, the first one lowest."""
-    return sum(bit << at for at, bit in enumerate(bits)).to_bytes(-(-len(bits) // 8), "little")

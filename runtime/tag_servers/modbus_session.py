@@ -2,9 +2,21 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
+from pymodbus.pdu import ModbusPDU
+
+from ..line.modbus_pdus import encoded
 from ..line.ports.modbustcp import HEADER, NotModbusError, reply_frame, split_frames
-from .register_map import RegisterMap
+from .register_map import RegisterMap, decoded
 from .tag_snapshot import BrokenClientError, Plan, TagSnapshot
+
+
+class ModbusPacket(NamedTuple):
+    """A frame and its request, decoded once for both passes."""
+
+    frame: bytes
+    request: ModbusPDU
 
 
 class ModbusSession:
@@ -18,8 +30,8 @@ class ModbusSession:
         self.router = router
         self.pending = b""
 
-    def receive(self, data: bytes) -> list[bytes]:
-        """Take bytes; return the frames that are whole.
+    def receive(self, data: bytes) -> list[ModbusPacket]:
+        """Take bytes; return the requests that are whole.
 
         Raises:
             BrokenClientError: they are not Modbus TCP.
@@ -28,14 +40,14 @@ class ModbusSession:
             frames, self.pending = split_frames(self.pending + data)
         except NotModbusError as error:
             raise BrokenClientError(str(error)) from error
-        return frames
+        return [ModbusPacket(each, decoded(each[HEADER.size :])) for each in frames]
 
-    def plan(self, packet: bytes, version: int) -> Plan:
+    def plan(self, packet: ModbusPacket, version: int) -> Plan:
         """Return what a request needs; nothing changes."""
         plan = Plan(version)
-        self.router.answer(packet[HEADER.size :], plan)
+        self.router.answer(packet.request, plan)
         return plan
 
-    def reply(self, packet: bytes, snapshot: TagSnapshot) -> bytes:
+    def reply(self, packet: ModbusPacket, snapshot: TagSnapshot) -> bytes:
         """Answer a request."""
-        return reply_frame(packet, self.router.answer(packet[HEADER.size :], snapshot))
+        return reply_frame(packet.frame, encoded(self.router.answer(packet.request, snapshot)))

@@ -19,38 +19,30 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
-from struct import Struct, error
+from typing import Any
+
+from pymodbus.pdu import ModbusPDU
+from pymodbus.pdu import bit_message as bits
+from pymodbus.pdu import register_message as words
 
 from ...io_images.enip.codes import CipRefusedError
 from ...io_images.enip.listing import PlainKind
 from ..config.server_table import ModbusTable
+from ..line.modbus_pdus import FAILURE, ILLEGAL_ADDRESS, ModbusRefusedError, carried_out, request_of
 from .database import Database
 from .mapped_tags import (
     BITS,
     COILS,
     DISCRETE_INPUTS,
-    FAILURE,
     HOLDING_REGISTERS,
-    ILLEGAL_ADDRESS,
-    ILLEGAL_FUNCTION,
-    ILLEGAL_VALUE,
     INPUT_REGISTERS,
     TABLES,
     MappedTag,
-    ModbusRefusedError,
     mapped,
-    packed,
 )
 from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
 
 ADDRESSES = 1 << 16
-
-EXCEPTION = 0x80
-READ_BITS_MOST, WRITE_BITS_MOST = 2000, 1968
-READ_WORDS_MOST, WRITE_WORDS_MOST, WRITE_AND_READ_MOST = 125, 123, 121
-COIL_VALUES: Mapping[int, bool] = {0x0000: False, 0xFF00: True}
-
-_PAIR, _SEVERAL, _MASK, _BOTH = Struct(">HH"), Struct(">HHB"), Struct(">HHH"), Struct(">HHHHB")
 
 
 @dataclass(frozen=True)
@@ -94,116 +86,98 @@ class RegisterMap:
         for place in range(size):
             cells[address + place] = _Cell(row, place)
 
-    def answer(self, pdu: bytes, snapshot: TagSnapshot) -> bytes:
+    def answer(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
         """Carry out a request; return the reply or exception.
 
         Args:
-            pdu: function code and data, at least one byte.
+            request: of `decoded`.
         """
-        function = _FUNCTIONS.get(pdu[0])
+        return carried_out(request, lambda asked: self._carry_out(asked, snapshot))
+
+    def _carry_out(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
         try:
-            if function is None:
-                raise ModbusRefusedError(ILLEGAL_FUNCTION)
-            return pdu[:1] + function(self, pdu[1:], snapshot)
-        except ModbusRefusedError as refused:
-            return bytes((pdu[0] | EXCEPTION, refused.code))
-        except error:  # the data are too short or too long
-            return bytes((pdu[0] | EXCEPTION, ILLEGAL_VALUE))
+            return _FUNCTIONS[request.function_code](self, request, snapshot)
         except CipRefusedError:  # the program does not take the value
-            return bytes((pdu[0] | EXCEPTION, FAILURE))
+            raise ModbusRefusedError(FAILURE) from None
 
     # --- bits
 
-    def read_bits(self, table: str, data: bytes, snapshot: TagSnapshot) -> bytes:
+    def read_bits(self, table: str, request: ModbusPDU, snapshot: TagSnapshot) -> list[bool]:
         """Read coils or discrete inputs."""
-        first, count = _PAIR.unpack(data)
-        _check(count, READ_BITS_MOST)
-        runs = self._runs(table, first, count)
-        bits = [bit for row, place, many in runs for bit in row.to_bits(place, many, snapshot)]
-        return bytes((-(-count // 8),)) + packed(bits)
+        runs = self._runs(table, request.address, request.count)
+        return [bit for row, place, many in runs for bit in row.to_bits(place, many, snapshot)]
 
-    def write_bit(self, data: bytes, snapshot: TagSnapshot) -> bytes:
+    def write_bit(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
         """Write one coil."""
-        address, value = _PAIR.unpack(data)
-        if value not in COIL_VALUES:
-            raise ModbusRefusedError(ILLEGAL_VALUE)
-        self._write_bits(address, [COIL_VALUES[value]], snapshot)
-        return data
+        self._write_bits(request.address, request.bits, snapshot)
+        return request  # the reply repeats it
 
-    def write_bits(self, data: bytes, snapshot: TagSnapshot) -> bytes:
+    def write_bits(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
         """Write several coils."""
-        first, count, size = _SEVERAL.unpack_from(data)
-        packed = data[_SEVERAL.size :]
-        _check(count, WRITE_BITS_MOST)
-        if size != -(-count // 8) or len(packed) != size:
-            raise ModbusRefusedError(ILLEGAL_VALUE)
-        self._write_bits(first, [bool(packed[at // 8] >> at % 8 & 1) for at in range(count)], snapshot)
-        return data[: _PAIR.size]
+        self._write_bits(request.address, request.bits, snapshot)
+        return bits.WriteMultipleCoilsResponse(address=request.address, count=request.count)
 
-    def _write_bits(self, first: int, bits: Sequence[bool], snapshot: TagSnapshot) -> None:
+    def _write_bits(self, first: int, values: Sequence[bool], snapshot: TagSnapshot) -> None:
         changes, at = [], 0
-        for row, place, many in self._runs(COILS, first, len(bits)):
+        for row, place, many in self._runs(COILS, first, len(values)):
             _check_access(row)
-            changes += [row.change(place, bits[at : at + many])]
+            changes += [row.change(place, values[at : at + many])]
             at += many
         for each in changes:
             snapshot.write(each)
 
     # --- registers
 
-    def read_words(self, table: str, data: bytes, snapshot: TagSnapshot) -> bytes:
+    def read_words(self, table: str, first: int, count: int, snapshot: TagSnapshot) -> list[int]:
         """Read holding or input registers."""
-        first, count = _PAIR.unpack(data)
-        _check(count, READ_WORDS_MOST)
-        words: list[int] = []
+        read: list[int] = []
         for row, place, many in list(self._runs(table, first, count)):
             offset, size = row.values_at(place, many)
             found = row.to_words(snapshot.read(ReadBytes(row.target.symbol.index, offset, size)))
             begin = place % row.words
-            words += found[begin : begin + many]
-        return bytes((2 * count,)) + Struct(f">{count}H").pack(*words)
+            read += found[begin : begin + many]
+        return read
 
-    def write_word(self, data: bytes, snapshot: TagSnapshot) -> bytes:
+    def write_word(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
         """Write one register."""
-        address, word = _PAIR.unpack(data)
-        self._write_words(address, (word,), snapshot)
-        return data
+        self._write_words(request.address, request.registers, snapshot)
+        return request
 
-    def write_words(self, data: bytes, snapshot: TagSnapshot) -> bytes:
+    def write_words(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
         """Write several registers."""
-        first, count, size = _SEVERAL.unpack_from(data)
-        self._write_words(first, _words(data[_SEVERAL.size :], count, size, WRITE_WORDS_MOST), snapshot)
-        return data[: _PAIR.size]
+        self._write_words(request.address, request.registers, snapshot)
+        return words.WriteMultipleRegistersResponse(address=request.address, count=request.count)
 
-    def mask_word(self, data: bytes, snapshot: TagSnapshot) -> bytes:
+    def mask_word(self, request: words.MaskWriteRegisterRequest, snapshot: TagSnapshot) -> ModbusPDU:
         """Set and clear bits of a register: (old AND and-mask) OR (or-mask AND NOT and-mask)."""
-        address, keep, on = _MASK.unpack(data)
-        ((row, place, _),) = self._runs(HOLDING_REGISTERS, address, 1)
+        ((row, place, _),) = self._runs(HOLDING_REGISTERS, request.address, 1)
         _check_access(row)
         kind = row.target.kind
         if row.size == 1 or not isinstance(kind, PlainKind) or not kind.bits:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
-        masks = (each.to_bytes(2, "little") for each in (on & ~keep & 0xFFFF, keep))
+        keep, on = request.and_mask, request.or_mask & ~request.and_mask & 0xFFFF
+        masks = (each.to_bytes(2, "little") for each in (on, keep))
         snapshot.write(WriteBytes(row.target.symbol.index, row.byte_of(place), *masks))
-        return data
+        return request
 
-    def write_and_read(self, data: bytes, snapshot: TagSnapshot) -> bytes:
+    def write_and_read(
+        self, request: words.ReadWriteMultipleRegistersRequest, snapshot: TagSnapshot
+    ) -> ModbusPDU:
         """Write registers, then read some."""
-        read_at, read_count, first, count, size = _BOTH.unpack_from(data)
-        _check(read_count, READ_WORDS_MOST)
-        words = _words(data[_BOTH.size :], count, size, WRITE_AND_READ_MOST)
-        list(self._runs(HOLDING_REGISTERS, read_at, read_count))  # refused as a whole, or not at all
-        self._write_words(first, words, snapshot)
-        return self.read_words(HOLDING_REGISTERS, _PAIR.pack(read_at, read_count), snapshot)
+        span = request.read_address, request.read_count
+        list(self._runs(HOLDING_REGISTERS, *span))  # refused as a whole, or not at all
+        self._write_words(request.write_address, request.write_registers, snapshot)
+        read = self.read_words(HOLDING_REGISTERS, *span, snapshot)
+        return words.ReadWriteMultipleRegistersResponse(registers=read)
 
-    def _write_words(self, first: int, words: Sequence[int], snapshot: TagSnapshot) -> None:
+    def _write_words(self, first: int, values: Sequence[int], snapshot: TagSnapshot) -> None:
         changes, at = [], 0
-        for row, place, many in self._runs(HOLDING_REGISTERS, first, len(words)):
+        for row, place, many in self._runs(HOLDING_REGISTERS, first, len(values)):
             _check_access(row)
             if place % row.words or many % row.words:
                 raise ModbusRefusedError(ILLEGAL_ADDRESS)
             offset, _ = row.values_at(place, many)
-            changes += [WriteBytes(row.target.symbol.index, offset, row.to_bytes(words[at : at + many]))]
+            changes += [WriteBytes(row.target.symbol.index, offset, row.to_bytes(values[at : at + many]))]
             at += many
         for each in changes:
             snapshot.write(each)
@@ -218,13 +192,17 @@ class RegisterMap:
             yield found[0].row, found[0].place, len(found)
 
 
-Function = Callable[[RegisterMap, bytes, TagSnapshot], bytes]
-
-_FUNCTIONS: Mapping[int, Function] = {
-    0x01: lambda registers, data, snapshot: registers.read_bits(COILS, data, snapshot),
-    0x02: lambda registers, data, snapshot: registers.read_bits(DISCRETE_INPUTS, data, snapshot),
-    0x03: lambda registers, data, snapshot: registers.read_words(HOLDING_REGISTERS, data, snapshot),
-    0x04: lambda registers, data, snapshot: registers.read_words(INPUT_REGISTERS, data, snapshot),
+_FUNCTIONS: Mapping[int, Callable[[RegisterMap, Any, TagSnapshot], ModbusPDU]] = {
+    0x01: lambda own, asked, now: bits.ReadCoilsResponse(bits=own.read_bits(COILS, asked, now)),
+    0x02: lambda own, asked, now: bits.ReadDiscreteInputsResponse(
+        bits=own.read_bits(DISCRETE_INPUTS, asked, now)
+    ),
+    0x03: lambda own, asked, now: words.ReadHoldingRegistersResponse(
+        registers=own.read_words(HOLDING_REGISTERS, asked.address, asked.count, now)
+    ),
+    0x04: lambda own, asked, now: words.ReadInputRegistersResponse(
+        registers=own.read_words(INPUT_REGISTERS, asked.address, asked.count, now)
+    ),
     0x05: RegisterMap.write_bit,
     0x06: RegisterMap.write_word,
     0x0F: RegisterMap.write_bits,
@@ -234,18 +212,15 @@ _FUNCTIONS: Mapping[int, Function] = {
 }
 
 
-def _check(count: int, most: int) -> None:
-    if not 1 <= count <= most:
-        raise ModbusRefusedError(ILLEGAL_VALUE)
+def decoded(pdu: bytes) -> ModbusPDU:
+    """Return a request, or the exception that answers it.
+
+    Args:
+        pdu: function code and data, at least one byte.
+    """
+    return request_of(pdu, _FUNCTIONS)
 
 
 def _check_access(row: MappedTag) -> None:
     if not row.writable:
         raise ModbusRefusedError(ILLEGAL_ADDRESS)
-
-
-def _words(data: bytes, count: int, size: int, most: int) -> tuple[int, ...]:
-    _check(count, most)
-    if size != 2 * count or len(data) != size:
-        raise ModbusRefusedError(ILLEGAL_VALUE)
-    return Struct(f">{count}H").unpack(data)

@@ -3,12 +3,35 @@
 from __future__ import annotations
 
 import hmac
+import socket
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from hashlib import sha256
 
 USERS_MOST, PASSWORD_MOST = 64, 128
 """Users of a server, and bytes of a name or a password."""
+
+
+def application_uri() -> str:
+    """Return the URI of scanrack on this machine: that of an open server, and in new certificates."""
+    return f"urn:{socket.gethostname() or 'localhost'}:scanrack"
+
+
+def uris_of(certificate: bytes) -> list[str]:
+    """Return the URIs of the application that a certificate in DER names; none if it can't be read."""
+    from cryptography.x509 import (
+        ExtensionNotFound,
+        SubjectAlternativeName,
+        UniformResourceIdentifier,
+        load_der_x509_certificate,
+    )
+
+    try:
+        extensions = load_der_x509_certificate(certificate).extensions
+        names = extensions.get_extension_for_class(SubjectAlternativeName).value
+    except (ValueError, ExtensionNotFound):
+        return []
+    return list(names.get_values_for_type(UniformResourceIdentifier))
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,6 +13,7 @@ from typing import Any
 from ...io_images.enip.listing import BOOL, Kind, ListedTag, StructuredKind
 from ...io_images.enip.paths import PROGRAM
 from .database import Database
+from .index_ranges import MismatchError, NoDataError, runs
 from .tag_snapshot import ReadBytes, WriteBytes
 
 VARIABLES_MOST = 20_000
@@ -104,9 +105,64 @@ class Variable:
         """
         values = _flat(value, self.dims)
         if self.bit is not None:
-            on = bytes((bool(values[0]) << self.bit,))
-            return WriteBytes(self.tag, self.offset, on, bytes((~(1 << self.bit) & 0xFF,)))
+            return self._run(0, values)
         return WriteBytes(self.tag, self.offset, self._bytes_of(values))
+
+    def part_to(self, ranges: Sequence[range], value: Any, data: bytes) -> list[WriteBytes]:
+        """Return the writes of a part: elements of an array, or characters of texts.
+
+        Args:
+            ranges: what they name, see `index_ranges`.
+            value: nested lists, or one list of all; of a single element also without a list.
+            data: the present bytes; characters are written within the length of a text.
+
+        Raises:
+            NoDataError: an element or a character that is not there.
+            MismatchError: a value of another size.
+            ValueError: a number that does not fit.
+            TypeError: a value of another type.
+        """
+        is_text = isinstance(self.kind, StructuredKind)
+        elements, characters = (
+            (ranges[:-1], ranges[-1]) if is_text and len(ranges) > len(self.dims) else (ranges, None)
+        )
+        places = runs(elements, self.dims)
+        sizes = [len(each) for each in elements]
+        if not isinstance(value, list) and prod(sizes) == 1:
+            values = [value]
+        elif isinstance(value, list) and len(value) == prod(sizes) and not isinstance(value[0], list):
+            values = value
+        else:
+            values = _flat(value, sizes, MismatchError)
+        taken = iter(values)
+        if characters is not None:
+            numbers = chain.from_iterable(places)
+            return [self._characters(number, characters, next(taken), data) for number in numbers]
+        return [self._run(each.start, list(islice(taken, len(each)))) for each in places]
+
+    def _run(self, first: int, values: Sequence[Any]) -> WriteBytes:
+        """Return the write of elements beside each other."""
+        if self.kind != BOOL:
+            return WriteBytes(self.tag, self.offset + first * self.kind.size, self._bytes_of(values))
+        begin, shift = divmod((self.bit or 0) + first, 8)
+        size = -(-(shift + len(values)) // 8)
+        on = sum(bool(each) << at for at, each in enumerate(values, shift))
+        keep = (1 << 8 * size) - 1 - (((1 << len(values)) - 1) << shift)
+        made = (each.to_bytes(size, "little") for each in (on, keep))
+        return WriteBytes(self.tag, self.offset + begin, *made)
+
+    def _characters(self, number: int, places: range, value: Any, data: bytes) -> WriteBytes:
+        """Return the write of characters of a text, which keeps its length."""
+        kind = self.kind
+        assert isinstance(kind, StructuredKind)
+        present = _text_in(kind, data[number * kind.size : (number + 1) * kind.size])
+        if places.stop > len(present):
+            raise NoDataError(f"{self.path} has {len(present)} characters")
+        raw = _raw(value)
+        if len(raw) != len(places):
+            raise MismatchError(f"{len(raw)} characters for {len(places)}")
+        offset = self.offset + number * kind.size + kind.by_name["DATA"].offset
+        return WriteBytes(self.tag, offset + places.start, raw)
 
     def _bytes_of(self, values: Sequence[Any]) -> bytes:
         if isinstance(self.kind, StructuredKind):
@@ -114,7 +170,7 @@ class Variable:
         if self.kind == BOOL:
             return sum(bool(each) << at for at, each in enumerate(values)).to_bytes(self.size, "little")
         try:
-            return struct.pack(f"<{self.count}{_FORMS[self.kind.name]}", *values)
+            return struct.pack(f"<{len(values)}{_FORMS[self.kind.name]}", *values)
         except (struct.error, OverflowError) as error:
             raise ValueError(f"{self.path} is {self.kind.name}: {error}") from error
 
@@ -222,10 +278,8 @@ def _text_in(kind: StructuredKind, data: bytes) -> str:
 
 
 def _text_bytes(kind: StructuredKind, value: Any) -> bytes:
-    if not isinstance(value, str):
-        raise TypeError(f"{value!r} is not a text")
     length, text = kind.by_name["LEN"], kind.by_name["DATA"]
-    raw, room = value.encode("latin-1"), prod(text.dims)
+    raw, room = _raw(value), prod(text.dims)
     if len(raw) > room:
         raise ValueError(f"a text of {len(raw)} characters: {room} fit")
     made = bytearray(kind.size)
@@ -234,17 +288,23 @@ def _text_bytes(kind: StructuredKind, value: Any) -> bytes:
     return bytes(made)
 
 
+def _raw(value: Any) -> bytes:
+    if not isinstance(value, str):
+        raise TypeError(f"{value!r} is not a text")
+    return value.encode("latin-1")
+
+
 def _nested(values: list[Any], dims: Sequence[int]) -> list[Any]:
     for size in reversed(dims[1:]):
         values = [values[at : at + size] for at in range(0, len(values), size)]
     return values
 
 
-def _flat(value: Any, dims: Sequence[int]) -> list[Any]:
-    """Return values in the order of memory; ValueError if their number differs."""
+def _flat(value: Any, dims: Sequence[int], error: type[ValueError] = ValueError) -> list[Any]:
+    """Return values in the order of memory; an error if their number differs."""
     values = [value]
     for size in dims:
         if not all(isinstance(each, list) and len(each) == size for each in values):
-            raise ValueError(f"the array has {' x '.join(map(str, dims))} elements")
+            raise error(f"the array has {' x '.join(map(str, dims))} elements")
         values = list(chain.from_iterable(values))
     return values

@@ -100,6 +100,15 @@ REFUSED = [
     ("01 10 00 25 00 02 04 00 00 00 00", "01 90 02"),
     ("01 10 00 1e 00 02 04 00 01 00 00", "01 90 02"),  # 4x31 may be written, 4x32 not
     ("01 10 00 05 00 00 00", "01 90 03"),
+    # Address and byte count are wrong: the count is checked first [Modbus V1.1b3, figures 21 and 22].
+    ("01 0f 00 08 00 01 02 01 00", "01 8f 03"),  # no ninth output; two bytes for one output
+    ("01 0f 00 13 00 01 02 13 e2", "01 8f 03"),
+    ("01 0f 00 02 00 64 0d 65", "01 8f 03"),  # a hundred outputs; one byte of 13
+    ("01 0f 00 00 07 b1 f7" + 247 * " 00", "01 8f 03"),  # 1,969 outputs
+    ("01 10 00 26 00 01 04 00 00 00 00", "01 90 03"),  # no register 4x39; four bytes for one register
+    ("01 10 00 08 00 2c 02 00 01", "01 90 03"),  # beyond the map; two bytes for 44 registers
+    ("01 10 00 6f 34 00 01", "01 90 03"),
+    ("01 10 00 1f 00 01 01 00", "01 90 03"),  # read only; one byte
 ]
 
 

@@ -10,7 +10,7 @@ from math import sqrt
 
 import pytest
 from bench601 import MS, Bench601
-from scanrack.io_images.pcl601 import Register
+from scanrack.io_images.pcl601 import Error, Register
 from scanrack.runtime import Contact
 
 
@@ -378,3 +378,64 @@ def test_the_line_is_as_slow_as_its_baud_rate(bench):
     bench.ask("01 06 00 06 07 d0")
     bench.bus.run_until(bench.bus.quiet_since_ns)
     assert (bench.bus.quiet_since_ns - begun) / MS == pytest.approx(2 + 19.5 * 11 / 38.4, abs=0.001)
+
+
+LAST = 8_388_607
+"""End of the position register's range, either way [Set Position; Appendix 1, 4x13 and 4x14]."""
+
+
+@pytest.mark.parametrize("position", [LAST + 1, -LAST - 1, 2_147_483_640, -(1 << 31)])
+def test_a_position_out_of_range_is_refused(bench, position):
+    assert bench.write(Register.POSITION, position) == 3
+    assert bench.read(Register.ERROR_CODE) == Error.RANGE
+    assert bench.read(Register.POSITION) == 0
+
+
+@pytest.mark.parametrize("position", [LAST, -LAST])
+def test_the_last_position_is_taken(bench, position):
+    assert bench.write(Register.POSITION, position) is None
+    assert bench.read(Register.POSITION) == position
+
+
+@pytest.mark.parametrize("code", [1, 2, 3, 4])
+@pytest.mark.parametrize("direction", [1, 0])
+def test_a_position_out_of_range_in_halves_moves_nothing(bench, code, direction):
+    assert bench.ask("01 06 00 0d 00 80") is not None  # the high half alone: 8,388,608
+    bench.write(Register.STEPS, 20)
+    bench.write(Register.DIRECTION, direction)
+    bench.code(code)
+    bench.wait(500)
+    assert (bench.position, bench.busy()) == (0, False)
+    assert bench.read(Register.ERROR_CODE) == Error.RANGE
+
+
+@pytest.mark.parametrize(("direction", "sign"), [(1, 1), (0, -1)])
+def test_an_index_ends_within_the_range(bench, direction, sign):
+    bench.write(Register.POSITION, sign * (LAST - 20))
+    bench.write(Register.DIRECTION, direction)
+    for steps, made in ((21, 0), (20, 20), (1, 20)):
+        bench.write(Register.STEPS, steps)
+        bench.code(1)
+        end_of(bench)
+        assert bench.position == sign * made
+        assert bool(bench.read(Register.ERROR_CODE)) is (steps != 20)
+        bench.code(10)
+
+
+@pytest.mark.parametrize("begin", [2, 3, 4, "jog_plus"])
+def test_motion_without_a_target_stops_at_the_end_of_the_range(bench, begin):
+    bench.write(Register.POSITION, LAST - 300)
+    if isinstance(begin, int):
+        bench.code(begin)
+    else:
+        bench.pin(begin)
+    bench.wait(3000)
+    assert (bench.position, bench.read(Register.POSITION), bench.busy()) == (300, LAST, False)
+    assert bench.read(Register.ERROR_CODE) == Error.RANGE
+    bench.code(10)
+    bench.write(Register.DIRECTION, 0)  # away from it there is room
+    bench.write(Register.STEPS, 50)
+    bench.code(1)
+    end_of(bench)
+    assert bench.position == 250
+    assert not bench.read(Register.ERROR_CODE)

@@ -55,6 +55,17 @@ def test_elements_of_short_arrays_have_nodes(bench: Bench) -> None:
     bench.ask(work)
 
 
+def test_an_open_server_has_the_uri_of_this_machine(bench: Bench) -> None:
+    async def work(client: Any) -> None:
+        uri = f"urn:{socket.gethostname()}:scanrack"
+        (endpoint,) = await client.get_endpoints()
+        assert endpoint.Server.ApplicationUri == uri
+        assert (await client.get_namespace_array())[1] == uri
+        assert await client.get_node("i=2254").read_value() == [uri]  # ServerArray
+
+    bench.ask(work)
+
+
 def test_tags_are_browsed_read_and_written(bench: Bench) -> None:
     async def work(client: Any) -> None:
         from asyncua import ua
@@ -154,6 +165,24 @@ def test_what_a_subscription_brings_together_is_of_one_instant(bench: Bench) -> 
             by_time.setdefault(stamp, set()).add(value)
         assert all(len(values) == 1 for values in by_time.values())
         assert len(by_time) >= 9
+
+    bench.ask(work)
+
+
+def test_events_of_the_server_are_subscribed_and_those_of_a_tag_are_not(bench: Bench) -> None:
+    async def work(client: Any) -> None:
+        from asyncua import ua
+
+        class Handler:
+            def event_notification(self, event: Any) -> None:
+                pass
+
+        subscription = await client.create_subscription(100, Handler())
+        assert await subscription.subscribe_events() is not None
+        refused = subscription.subscribe_events(named(client, "aDint")[0])
+        with pytest.raises(ua.UaStatusCodeError, match="BadAttributeIdInvalid"):
+            await refused
+        await subscription.delete()
 
     bench.ask(work)
 

@@ -37,18 +37,25 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Bench]:
         yield bench
 
 
-async def client_with_certificate(bench: Bench, folder: Path) -> Any:
-    """Return a client that encrypts with a certificate of its own, and is nobody yet."""
+APPLICATION = "urn:peer:client"
+
+
+async def client_with_certificate(bench: Bench, folder: Path, application: str = APPLICATION) -> Any:
+    """Return a client that encrypts with a certificate of its own, and is nobody yet.
+
+    Args:
+        application: its URI, which the certificate names unless it is another one.
+    """
     from asyncua import ua
     from asyncua.crypto.cert_gen import setup_self_signed_certificate
     from asyncua.crypto.security_policies import SecurityPolicyBasic256Sha256
     from cryptography.x509.oid import ExtendedKeyUsageOID
 
     client = bench.connection()
-    client.application_uri = "urn:peer:client"
+    client.application_uri = application
     key, certificate = folder / "client.pem", folder / "client.der"
     uses = [ExtendedKeyUsageOID.CLIENT_AUTH]
-    await setup_self_signed_certificate(key, certificate, client.application_uri, "peer", uses, {})
+    await setup_self_signed_certificate(key, certificate, APPLICATION, "peer", uses, {})
     mode = ua.MessageSecurityMode.SignAndEncrypt
     await client.set_security(SecurityPolicyBasic256Sha256, certificate, key, mode=mode)
     return client
@@ -80,6 +87,32 @@ def test_a_user_reads_and_writes_and_others_do_not(bench: Bench, tmp_path: Path)
         assert time.monotonic() - begun >= 1.0  # guessing takes time
         assert await status_of(connected_as(bench, tmp_path, "bob", PASSWORD)) == "BadUserAccessDenied"
         assert await status_of(connected_as(bench, tmp_path)) == "BadIdentityTokenRejected"
+
+    asyncio.run(work())
+
+
+@pytest.mark.peer("asyncua")
+def test_a_client_is_the_application_that_its_certificate_names(bench: Bench, tmp_path: Path) -> None:
+    """And so is the server: its endpoint, its certificate and its arrays have one URI."""
+
+    async def work() -> None:
+        from cryptography.x509 import (
+            SubjectAlternativeName,
+            UniformResourceIdentifier,
+            load_der_x509_certificate,
+        )
+
+        async with channel(await client_with_certificate(bench, tmp_path, "urn:another:client")) as client:
+            assert await status_of(client.create_session()) == "BadCertificateUriInvalid"
+        client = await connected_as(bench, tmp_path, USER, PASSWORD)
+        (endpoint,) = await client.get_endpoints()
+        certificate = load_der_x509_certificate(endpoint.ServerCertificate)
+        names = certificate.extensions.get_extension_for_class(SubjectAlternativeName).value
+        (uri,) = names.get_values_for_type(UniformResourceIdentifier)
+        assert endpoint.Server.ApplicationUri == uri
+        assert (await client.get_namespace_array())[1] == uri
+        assert await client.get_node("i=2254").read_value() == [uri]
+        await client.disconnect()
 
     asyncio.run(work())
 

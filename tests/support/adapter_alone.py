@@ -38,6 +38,7 @@ class AloneForAWhile(ABC):
     now_ns: int
     calm_ns: int
     alone: bool
+    expected: list[str]
     words: Sequence[int]
     oracle_words: Sequence[int]
     outputs: Image
@@ -57,6 +58,10 @@ class AloneForAWhile(ABC):
     @abstractmethod
     def meet(self, at_rest: bool = False) -> None:
         """Let time run until adapter and oracle have settled."""
+
+    @abstractmethod
+    def out(self, words: Sequence[int]) -> None:
+        """Write words, once both have settled."""
 
     @abstractmethod
     def note(self, text: str) -> None:
@@ -148,15 +153,20 @@ class AloneForAWhile(ABC):
         self.world.shaft = self.motor
         self.laws.interrupted()
         self.calm_ns = 0
-        self.stay_locked_out()
+        self.stay_locked_out(refuses=not loses_power)
 
-    def stay_locked_out(self):
-        """As long as a command bit is set, no other counts; with all of them low, the next one does."""
+    def stay_locked_out(self, refuses):
+        """As long as a command bit is set, every other is refused; with all low, the next one counts."""
         another = A_MANUAL_MOVE if self.words[0] else NOTHING
         for words in (self.words, another, NOTHING):
+            if refuses and words[0] & ~self.words[0]:
+                self.oracle.command_error = True
+                self.expected.append("locked out")
             self.write_unseen(words)
             self.oracle.previous0, self.oracle.previous1 = words[0] & 0xFFFF, words[1] & 0xFFFF
             self.meet()
+        for words in (RESET, NOTHING) if another is A_MANUAL_MOVE else ():
+            self.out(words)
 
     # ---- words that come too fast
 

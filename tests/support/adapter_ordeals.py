@@ -169,6 +169,15 @@ def stopped(bench: AdapterBench, ordeal: Ordeal) -> Laws:
     yield "the position shown is the motor's", bench.position == bench.motor
 
 
+def pulses_after_a_stop(bench: AdapterBench, ordeal: Ordeal) -> Laws:
+    """An immediate stop, and before it can have ended, a preset and a move for one scan each."""
+    bench.give(*move(ordeal.distance, 5000, 100, 100), ms=150 + ordeal.at_ms // 2)
+    bench.give(16, ms=2).release(2)
+    bench.give(512, 0, *split_thousands(700), ms=2).release(2)
+    bench.give(*move(50), ms=2).release(600)
+    yield "each of them is done, in their order", (bench.position, bench.bits) == (750, COMPLETE)
+
+
 def emergency_stop(bench: AdapterBench, ordeal: Ordeal) -> Laws:
     """The emergency stop is pressed."""
     bench.give(*move(ordeal.distance, 5000, 100, 100), ms=150 + ordeal.at_ms // 2)
@@ -217,6 +226,7 @@ KINDS: dict[str, Callable[[AdapterBench, Ordeal], Laws]] = {
         limit_met,
         held,
         stopped,
+        pulses_after_a_stop,
         emergency_stop,
         by_hand,
         preset,
@@ -243,4 +253,5 @@ def complaints(ordeal: Ordeal, over: type[AdapterBench] = AdapterBench) -> list[
     bench.give(*bench.configuration, ms=400).release(50).give(512, ms=50).release(50)
     if bench.bits != {"MODULE_OK"}:
         return ["an adapter that is configured and preset is ready"]
-    return [law for law, holds in KINDS[ordeal.kind](bench, ordeal) if not holds]
+    broken = [law for law, holds in KINDS[ordeal.kind](bench, ordeal) if not holds]
+    return [*broken, *["nothing claims rest while the motor turns"] * bool(bench.lies)]

@@ -20,12 +20,18 @@ MS = 1_000_000
 CONFIGURE = (0x843E, 63, 1, 0)
 """External, home, emergency stop, both limits, all active high; starting speed 1000 steps/s."""
 
+REST = 0b1001_1100
+"""HOLD_STATE, STOPPED, AT_HOME and MOVE_COMPLETE in input word 0."""
+
 CONFIGURE_006 = (0x843C, 63, 1, 0)
 """The same without the external input, for which a PMC006 has no use."""
 
 
 class AdapterBench:
     """One adapter, driven word by word.
+
+    Attributes:
+        lies: instants at which an image has claimed rest while the motor turned, ms.
 
     Args:
         switches: on the machine.
@@ -39,6 +45,7 @@ class AdapterBench:
         self.module = self.make(Machine(MachineSpec(switches=switches)), options)
         self.scan_ns = round(scan_ms * MS)
         self.now_ns = 0
+        self.lies: list[float] = []
         self.outputs = Image()
         self.image = self.module.update(0, self.outputs)
 
@@ -56,6 +63,8 @@ class AdapterBench:
         while self.now_ns < end_ns:
             self.now_ns += self.scan_ns
             self.image = self.module.update(self.now_ns, self.outputs)
+            if self.image[0] & REST and self.image[0] >= 0 and self.device.motor_turns:
+                self.lies.append(self.now_ns / MS)
             if until and until in self.bits:
                 break
         return self

@@ -118,15 +118,15 @@ def parameters_believed_after_a_loss(right):
 @mistake(Adapter, "_return", "line_down")
 def return_not_told(right):
     """The link comes back, and nothing is said of it."""
-    return lambda self, now_ns: None
+    return lambda self, now_ns, given: None
 
 
 @mistake(Adapter, "_return", "line")
 def edges_count_at_once(right):
     """When the link comes back, a bit counts before all of them have been low."""
 
-    def returned(self, now_ns):
-        right(self, now_ns)
+    def returned(self, now_ns, given):
+        right(self, now_ns, given)
         self._locked_out = False
 
     return returned
@@ -164,8 +164,8 @@ def position_kept_over_loss_of_power(right):
 def position_trusted_after_a_loss(right):
     """The position stays valid when the link comes back."""
 
-    def returned(self, now_ns):
-        right(self, now_ns)
+    def returned(self, now_ns, given):
+        right(self, now_ns, given)
         self.layer.state.latches.clear(1 << 10)
 
     return returned
@@ -185,8 +185,8 @@ def loss_of_power_unnoticed(right):
 def origin_forgotten_after_a_loss(right):
     """Where the controller's counter was put is forgotten when the link comes back."""
 
-    def returned(self, now_ns):
-        right(self, now_ns)
+    def returned(self, now_ns, given):
+        right(self, now_ns, given)
         self.driver.rebased = 0
 
     return returned
@@ -324,6 +324,29 @@ def hold_ignored(right):
 def immediate_stop_ignored(right):
     """A hard stop does not reach the controller."""
     return lambda self, now_ns: None
+
+
+@mistake(LinkedAxis, "moving", "stopped")
+def rest_claimed_with_the_command(right):
+    """A hard stop counts as carried out once it is commanded."""
+    return property(lambda self: not self._driver.cut and right.fget(self))
+
+
+@mistake(LinkedAxis, "moving", "stopped", "PMC006")
+def rest_claimed_with_the_command_over_a_pmc006(right):
+    """The same mistake, on the slower line."""
+    return property(lambda self: not self._driver.cut and right.fget(self))
+
+
+@mistake(Adapter, "_next_words", "pulses_after_a_stop")
+def only_the_last_words_wait(right):
+    """Of the words that come during a stop only those at its end are obeyed."""
+
+    def next_words(self, given):
+        self._waiting.clear()
+        return right(self, given)
+
+    return next_words
 
 
 @mistake(Pcl601Driver, "slow_down", "held")

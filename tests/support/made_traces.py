@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scanrack.traces import ScanRecorder, SlotInfo
-from scanrack.traces.format.layout import SLOT_BYTES
+from scanrack.traces.format.layout import block_layout
 from scanrack.traces.read.columns import Columns
 from scanrack.traces.signals import stream
 
@@ -30,8 +30,8 @@ def record(
     metadata: Mapping[str, str] | None = None,
     sequences: bool = False,
 ) -> Path:
-    """Record scans of which `words` gives the words, int16: per slot eight of output, eight of input."""
-    memory = bytearray(SLOT_BYTES * len(slots))
+    """Record scans of which `words` gives the words, int16: per slot those of output, then of input."""
+    memory = bytearray(block_layout(slots).size)
     recorder = ScanRecorder(
         path,
         memory,

@@ -84,8 +84,10 @@ PEERS: dict[str, Peer] = {
     "st-ethernet-ip": Peer(ENIP, "list, templates, values, structures, texts", npm_version),
     "Node-RED": Peer(ENIP, "the flow of `scanrack tags` unchanged, the end of a run", _node_red_version),
     "nodepccc": Peer(PCCC, "files N, F, B, L, T, ST, O, S; what it can't write", npm_version),
-    "asyncua": Peer(UA, "browsing, values, arrays, subscriptions, encryption, users", version),
-    "node-opcua-client": Peer(UA, "values, encryption, users", npm_version),
+    "asyncua": Peer(UA, "browsing, values, arrays, subscriptions, status codes, encryption, users", version),
+    "node-opcua-client": Peer(
+        UA, "the same; a subscription after a restart of the server and a cut", npm_version
+    ),
     "pymodbus": Peer(MODBUS, "coils, registers, functions 16h and 17h", version),
     "mbpoll": Peer(MODBUS, "coils, registers", _mbpoll_version),
     "modbus-serial": Peer(MODBUS, "coils, registers", npm_version),

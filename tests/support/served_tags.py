@@ -110,10 +110,13 @@ WRITABLE: tuple[str, ...] = (
 WRITABLE += ("Program:Main.*", "Local:1:O.Data")
 
 
-def write_rack(folder: Path, *, files: bool = False, writable: tuple[str, ...] = WRITABLE) -> Path:
-    """Write the bench and its rack file; return the path of that."""
+def write_rack(
+    folder: Path, *, files: bool = False, writable: tuple[str, ...] = WRITABLE, tags: str = ""
+) -> Path:
+    """Write the bench, with more tags, and its rack file; return the path of that."""
     name = "bench.SLC" if files else "bench.rung"
-    (folder / name).write_text(FILES if files else PROGRAM, "utf-8")
+    program = PROGRAM.replace("TASK Cycle", f"{tags}TASK Cycle")
+    (folder / name).write_text(FILES if files else program, "utf-8")
     rack = folder / "bench.toml"
     patterns = ("*",) if files else writable
     rack.write_text(RACK.format(program=name, writable=list(patterns)).replace("'", '"'), "utf-8")

@@ -62,13 +62,15 @@ class Bench:
 
 
 @contextmanager
-def served(folder: Path, security: str | None = None, users: Path | None = None) -> Iterator[Bench]:
-    """Serve the bench of `served_tags`; security and users are those of the command line."""
-    job = load_job(str(write_rack(folder)))
+def served(
+    folder: Path, security: str | None = None, users: Path | None = None, port: int = 0, tags: str = ""
+) -> Iterator[Bench]:
+    """Serve the bench of `served_tags`; security, users and port are those of the command line."""
+    job = load_job(str(write_rack(folder, tags=tags)))
     ending = threading.Event()
     with ExitStack() as ports:
         run = JobRun(job, ports, RunOptions(handled=True))
-        (where,) = addresses(["opc-ua:0"], security, users)
+        (where,) = addresses([f"opc-ua:{port}"], security, users)
         service = TagService(job, where, print, writes=True)
         ports.callback(service.end)
         desk = service.serve(run)

@@ -254,6 +254,10 @@ WORLDS: Mapping[str, Mapping[str, str]] = {
         "feeder.rung": (EXAMPLES / "feeder" / "feeder.rung").read_text("utf-8"), "rack.toml": FEEDER,
     },
     "wrong configuration": {"feeder.rung": BROKEN, "rack.toml": FEEDER},
+    "stations": {
+        name: (EXAMPLES / "sequences" / file).read_text("utf-8")
+        for name, file in (("stations.py", "stations.py"), ("rack.toml", "stations.toml"))
+    },
     "line": {
         name: (EXAMPLES / "three_stations_panel" / file).read_text("utf-8")
         for name, file in (("line.rung", "line.rung"), ("rack.toml", "line.toml"))
@@ -318,6 +322,19 @@ QUESTIONS = [
         ("1s press part 1s press part 1s press part 1s", "Jam", "input", "Part"),
         ("100ms", "Stop", "input", "Stop"),
     ),
+    *_rows("cut short", "stations",
+        ("14.2s", "lamp", "input", "IN_ESTOP"),
+        ("14.2s", "slot1.status.MOVING_CCW", "input", "IN_ESTOP"),
+        ("30s", "lamp", "input", "start"),
+    ),
+    *_rows("cut short", "feeder",
+        ("8.2s", "Feeding", "input", "IN_ESTOP"),
+        ("6s key program 100ms", "slot1.status.MOVING_CW", "mode", "program mode|since 6"),
+        ("6s key program 500ms key run 500ms", "Trouble", "mode", "at program since 6"),
+    ),
+    *_rows("cut short", "python",
+        ("1s press start 20s", "slot1.status.MOVING_CW", "input", "CW_LIMIT"),
+    ),
     *_rows("plain", "rungs",
         ("1s press start 1s drop stop 1s", "Run", "input", "Stop"),
         ("1s press start 2s", "Late", "input", "Start"),
@@ -352,7 +369,7 @@ QUESTIONS = [
         ("1s force Local:3:O.Data.0=1 1s", "Beacon", "force", "forced to 1|since"),
         ("1s press start 1s key program 1s", "Run", "mode", "program mode|since"),
         ("1s press start 1s key program 1s", "Local:3:O.Data.0", "mode", "program mode|since"),
-        ("1s press start 1s key program 1s key run 1s", "Run", "mode", "run mode"),
+        ("1s press start 1s key program 1s key run 1s", "Run", "mode", "run mode|at program since 2.0"),
         ("1s key program 1s key run 1s press start 1s", "Run", "input", "Start"),
         ("1s press start 1s hold sel 1s", "Beacon", "fault", "fault"),
         ("1s press start 1s hold sel 1s", "Run", "input", "Start"),
@@ -377,7 +394,7 @@ QUESTIONS = [
     ),
     *_rows("block", "wrong configuration", ("2s", "Configure.Error", "module", "starting speed|CFG")),
     *_rows("round", "line",
-        ("4.4s", "Going", "round", "Going|a round before"),
+        ("4.4s", "Going", "input", "IN_HOME"),  # what began the rounds
         ("400ms", "Run", "input", "Start|never"),
         ("400ms", "Going", "input", "Start|never"),
         ("9.5s", "Run", "input", "Stop|9 s"),

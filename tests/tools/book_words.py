@@ -21,8 +21,10 @@ def pages() -> list[Path]:
     """Return the reading pages, in the order of the contents."""
     text = (DOCS / "index.md").read_text(encoding="utf-8")
     found = [DOCS / "index.md"]
-    for caption, body in re.findall(r":caption: (.*?)\n:hidden:\n\n(.*?)\n```", text, re.DOTALL):
-        found += [DOCS / f"{name}.md" for name in body.split() if caption in READING and "/index" not in name]
+    parts = re.split(r"^## (.*)$", text, flags=re.MULTILINE)
+    for caption, body in zip(parts[1::2], parts[2::2], strict=True):
+        names = re.findall(r"^\* \[.+\]\((\S+)\)$", body, re.MULTILINE) if caption in READING else ()
+        found += [DOCS / name for name in names if "/index" not in name]
     return found
 
 

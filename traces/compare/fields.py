@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...io_images.amci3601 import LIVE_BITS, CommandMsw
-from ...io_images.image import WORDS
 from ..format.flags import FLAGS as CPU_FLAGS
 from ..format.flags import OVERRUN
 from ..format.layout import SlotInfo
@@ -136,7 +135,7 @@ def _fields_of(slot: SlotInfo) -> Iterator[Field]:
     if slot.is_stepper:
         for direction, fields in IMAGES_3601.items():
             yield from (_field_3601(slot, direction, *each) for each in fields)
-            for word in range(WORDS):
+            for word in range(len(slot.words.named(direction))):
                 key = partial(_where_configured, word)
                 name = f"configuration.word{word}"
                 yield Field(slot.number, direction, name, FieldKind.WORD, word, 1, key)

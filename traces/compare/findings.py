@@ -202,9 +202,8 @@ def _rows(side: Side, slots: Sequence[SlotInfo], row: int) -> Iterator[Row]:
 
 def _scan(side: Side, row: int) -> Scan:
     columns = side.columns
-    places = {slot: 2 * place for slot, place in side.places.items()}
-    memory = columns.words[row].tobytes()
-    return Scan(int(columns.scan[row]), int(columns.time_ns[row]), int(columns.flags[row]), memory, places)
+    scan, now_ns, flags = (int(column[row]) for column in (columns.scan, columns.time_ns, columns.flags))
+    return Scan(scan, now_ns, flags, columns.words[row].tobytes(), side.places)
 
 
 _LONGEST_EXCHANGE_NS = 2_000_000_000

@@ -17,9 +17,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...io_images.image import WORDS
-from ..format.layout import SlotInfo
-from ..read.columns import SLOT_WORDS, Columns, join, no_columns
+from ...io_images.memory_layout import ImagePlaces
+from ..format.layout import SlotInfo, block_layout
+from ..read.columns import Columns, join, no_columns
 from .alignment import TimeMap
 from .fields import TIME, Array, Field, FieldKind
 
@@ -69,10 +69,10 @@ def keyed_by_number(parts: Iterable[Columns]) -> Keyed:
 
 
 class Side(NamedTuple):
-    """Scans of one trace that are in memory: their columns, and the first column of each slot."""
+    """Scans of one trace that are in memory: their columns, and the places of each slot's images."""
 
     columns: Columns
-    places: Mapping[int, int]
+    places: Mapping[int, ImagePlaces]
 
     def images(self, field: Field, rows: Rows | None = None) -> Array:
         """Return the values of a field's image, in all rows or some."""
@@ -82,8 +82,7 @@ class Side(NamedTuple):
         elif field.slot is None:
             images = self.columns.time_ns if field is TIME else self.columns.flags
         else:
-            first = self.places[field.slot] + (WORDS if field.direction == "in" else 0)
-            images = self.columns.words[:, first : first + WORDS]
+            images = self.columns.words[:, self.places[field.slot].columns(field.direction)]
         return images if rows is None else images[rows]
 
 
@@ -98,13 +97,15 @@ class Stream:
     def __init__(
         self, slots: Sequence[SlotInfo], wanted: set[int], parts: Keyed, tags: np.dtype[np.void] | None = None
     ) -> None:
-        places = [place for place, slot in enumerate(slots) if slot.number in wanted]
-        self._places = {slots[place].number: SLOT_WORDS * to for to, place in enumerate(places)}
+        whole, read = block_layout(slots), [slot for slot in slots if slot.number in wanted]
+        layout = block_layout(read)
+        self._places = layout.places
         self._wanted = None
-        if len(places) < len(slots):
-            self._wanted = np.add.outer(SLOT_WORDS * np.array(places, int), np.arange(SLOT_WORDS)).ravel()
+        if len(read) < len(slots):
+            words = [np.arange(whole.words)[whole.places[slot.number].words] for slot in read]
+            self._wanted = np.concatenate([*words, np.zeros(layout.padding, int)])
         self._parts = parts
-        self._columns = [no_columns(len(places), tags)]
+        self._columns = [no_columns(layout.words, tags)]
         self._keys = [np.zeros(0, np.int64)]
         self._rows = 0
         self.row = 0  # the row at which the next block begins

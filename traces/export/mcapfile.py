@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from ..files.guard import TRACE
 from ..files.newfile import Target, new_file
 from ..format.batch import message_layout
-from ..format.layout import SLOT_BYTES
 from ..format.records import read_record
 from ..format.schema import (
     FORMAT_WITH_TAGS,
@@ -69,7 +68,7 @@ def write_mcap(
     """
     head = trace.head
     tags = None if head.tags is None else head.tags.dtype
-    memory_bytes = SLOT_BYTES * len(head.slots)
+    memory_bytes = head.layout.size
     own_bytes = memory_bytes + (0 if tags is None else tags.itemsize)
     decoded = DecodedValues(head.slots, SCAN_HEAD.size - 4 + own_bytes)
     schema = scan_schema(head.slots, head.tags, (FIELD, decoded.messages))

@@ -10,17 +10,20 @@
       $var real 64 & level $end                  a number with a fraction
       $var string 1 ' step $end                  the name that a code stands for
 
-The timescale is 1 ns, and only what changes is written.
+The timescale is 1 ns, and only what changes is written. pyvcd writes the file; its types, names, values and
+the order of changes at one instant are from here.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import chain
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from typing_extensions import override
+from vcd import VCDWriter
 
 from ..files.guard import beginning
 from ..files.newfile import Target, new_file
@@ -32,8 +35,6 @@ from .format import ExportFormat
 VCD = beginning("a value change dump", b"$version", b"$date", b"$comment", b"$timescale")
 
 Array = NDArray[Any]
-
-_FIRST, _SYMBOLS = 33, 94  # the printable letters of ASCII, from which identifiers are made
 
 
 def write_vcd(
@@ -57,36 +58,47 @@ def write_vcd(
     """
     catalog = Catalog.of(trace)
     wanted = catalog.matching(signals) if signals else [catalog[name] for name in catalog]
-    variables = [Variable(signal, _identifier(place)) for place, signal in enumerate(_in_scopes(wanted))]
+    variables = [Variable(signal) for signal in wanted]
     scans = 0
     stream = blocks(trace, selection, progress=progress)
     first = next(stream)
-    with new_file(path, VCD, encoding="ascii") as file:
-        file.writelines(_head(variables))
+    begin_ns = int(first.time_ns[0])
+    with (
+        new_file(path, VCD, encoding="ascii") as file,
+        VCDWriter(file, "1 ns", "", version="scanrack", check_values=False, init_timestamp=begin_ns) as dump,
+    ):
+        for each in variables:
+            each.register(dump)
         for block in chain([first], stream):
-            file.writelines(_changes(block, variables))
+            for time_ns, variable, value in _changes(block, variables):
+                dump.change(variable, time_ns, value)
             scans += len(block)
             end_ns = int(block.time_ns[-1])
-        file.write(f"#{end_ns}\n")  # the last scan, though nothing may have changed in it
+        dump.close(end_ns)  # the last scan, though nothing may have changed in it
     return scans
 
 
 class Variable:
-    """A signal in a dump."""
+    """A signal in a dump.
 
-    def __init__(self, signal: Signal, identifier: str) -> None:
+    Attributes:
+        dumped: the variable of the writer.
+    """
+
+    def __init__(self, signal: Signal) -> None:
         self.signal = signal
-        self._identifier = identifier
+        self.dumped: Any = None
         self._last: Any = None
 
-    def declaration(self) -> str:
-        """Return its declaration."""
+    def register(self, dump: VCDWriter) -> None:
+        """Declare it."""
         kind, size, bounds = _declared(self.signal)
-        name = self.signal.path[-1] if len(self.signal.path) < 4 else "_".join(self.signal.path[2:])
-        return f"$var {kind} {size} {self._identifier} {name}{bounds} $end\n"
+        path = self.signal.path
+        name = path[-1] if len(path) < 4 else "_".join(path[2:])
+        self.dumped = dump.register_var(path[:-1][:2], f"{name}{bounds}", kind, size)
 
-    def changes(self, block: Block) -> tuple[Array, list[str]]:
-        """Return the rows of a block with a new value, and a line for each."""
+    def changes(self, block: Block) -> tuple[Array, list[Any]]:
+        """Return the rows of a block with a new value, and the values."""
         values = self.signal.read(block)
         new = np.ones(len(values), bool)
         new[1:] = values[1:] != values[:-1]
@@ -97,11 +109,15 @@ class Variable:
             new[0] &= not (none[0] and self._last is not None and np.isnan(self._last))
         self._last = values[-1]
         rows = np.flatnonzero(new)
-        if self.signal.kind is SignalKind.CODE:
-            return rows, [
-                f"s{_word(name)} {self._identifier}\n" for name in named(values[rows], self.signal.names)
-            ]
-        return rows, _lines(values[rows], self.signal, self._identifier)
+        return rows, _dumped(values[rows], self.signal)
+
+
+class ExactReal(float):
+    """A number with all its digits: pyvcd writes sixteen, which may be another number."""
+
+    @override
+    def __format__(self, _spec: str) -> str:
+        return repr(float(self))
 
 
 _DECLARED = {
@@ -133,73 +149,31 @@ def _word(text: str) -> str:
     return plain or '""'
 
 
-def _lines(values: Array, signal: Signal, identifier: str) -> list[str]:
-    if signal.kind is SignalKind.BIT:
-        return [f"{value:d}{identifier}\n" for value in values.tolist()]
+def _dumped(values: Array, signal: Signal) -> list[Any]:
+    """Return values as the writer takes them: numbers without a sign, texts, `x` for a missing one."""
+    if signal.kind is SignalKind.CODE:
+        return [_word(name) for name in named(values, signal.names)]
     if signal.kind is SignalKind.VALUE:
         numbers, missing = whole_numbers(values)
-        return [
-            f"bx {identifier}\n" if none else f"b{number & 0xFFFF_FFFF:b} {identifier}\n"
-            for number, none in zip(numbers.tolist(), missing.tolist(), strict=True)
-        ]
+        pairs = zip(numbers.tolist(), missing.tolist(), strict=True)
+        return ["x" if none else number & 0xFFFF_FFFF for number, none in pairs]
     if values.dtype.kind == "f":
-        return [f"r{value!r} {identifier}\n" for value in values.tolist()]
+        return [ExactReal(value) for value in values.tolist()]
     mask = (1 << 8 * values.itemsize) - 1
-    return [f"b{value & mask:b} {identifier}\n" for value in values.tolist()]
+    return [value & mask for value in values.tolist()]
 
 
-def _changes(block: Block, variables: Sequence[Variable]) -> Iterator[str]:
+def _changes(block: Block, variables: Sequence[Variable]) -> Iterator[tuple[int, Any, Any]]:
+    """Yield time, variable and new value, in the order of time."""
     found = [variable.changes(block) for variable in variables]
-    lines = [line for _, texts in found for line in texts]
+    changed = [
+        (each.dumped, value) for each, (_, values) in zip(variables, found, strict=True) for value in values
+    ]
     rows = np.concatenate([rows for rows, _ in found])
     order = np.argsort(rows, kind="stable")
     times = block.time_ns[rows[order]].tolist()
-    last = None
     for place, time_ns in zip(order.tolist(), times, strict=True):
-        if time_ns != last:
-            yield f"#{time_ns}\n"
-            last = time_ns
-        yield lines[place]
-
-
-def _head(variables: Sequence[Variable]) -> Iterator[str]:
-    yield "$version scanrack $end\n$timescale 1 ns $end\n"
-    open_: tuple[str, ...] = ()
-    for variable in variables:
-        scopes = variable.signal.path[:-1][:2]
-        common = sum(1 for _ in _same(open_, scopes))
-        yield "$upscope $end\n" * (len(open_) - common)
-        yield from (f"$scope module {scope} $end\n" for scope in scopes[common:])
-        yield variable.declaration()
-        open_ = scopes
-    yield "$upscope $end\n" * len(open_) + "$enddefinitions $end\n"
-
-
-def _same(left: Sequence[str], right: Sequence[str]) -> Iterator[str]:
-    """Yield the common beginning of two lists."""
-    for one, other in zip(left, right, strict=False):
-        if one != other:
-            return
-        yield one
-
-
-def _in_scopes(signals: Iterable[Signal]) -> list[Signal]:
-    scopes: dict[tuple[str, ...], None] = {}
-    signals = list(signals)
-    for signal in signals:
-        scopes.setdefault(signal.path[:-1][:2])
-    order = {scope: place for place, scope in enumerate(scopes)}
-    return sorted(signals, key=lambda signal: order[signal.path[:-1][:2]])
-
-
-def _identifier(number: int) -> str:
-    """Return the short name of a variable.
-
-    >>> _identifier(0), _identifier(93), _identifier(94)
-    ('!', '~', '!!')
-    """
-    text = chr(_FIRST + number % _SYMBOLS)
-    return text if number < _SYMBOLS else _identifier(number // _SYMBOLS - 1) + text
+        yield time_ns, *changed[place]
 
 
 FORMAT = ExportFormat(

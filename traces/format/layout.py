@@ -1,8 +1,8 @@
 """The layout of a scan: slots, their images, and the names of the words.
 
 The rack's memory block is the payload of a scan, unchanged: per slot, in
-slot order, the output image, then the input image, eight little-endian words
-each.
+slot order, the output image, then the input image, little-endian words, as many as the module has names
+for; at the end the padding of the block, see `io_images.memory_layout`.
 
     byte  0        16       32       48
           slot 1   slot 1   slot 2   slot 2
@@ -18,12 +18,8 @@ from dataclasses import dataclass, replace
 
 from ...io_images.amci3601.words import WORDS_3601, is_stepper
 from ...io_images.cards import KINDS
-from ...io_images.image import IMAGE_BYTES
+from ...io_images.memory_layout import MemoryLayout, memory_layout
 from ...io_images.module_words import PLAIN_WORDS, ModuleWords
-
-SLOT_BYTES = 2 * IMAGE_BYTES
-"""Bytes of a slot in the memory block: output image, input image."""
-
 
 _BY_NAME = ModuleWords("", (), ())
 """Placeholder for the default words of a module's name."""
@@ -63,6 +59,11 @@ class SlotInfo:
         (True, 'word2')
         """
         return is_stepper(self.words)
+
+
+def block_layout(slots: Sequence[SlotInfo]) -> MemoryLayout:
+    """Return the places of the slots' images in the memory block."""
+    return memory_layout((slot.number, slot.words) for slot in slots)
 
 
 def check_slots(slots: Sequence[SlotInfo]) -> tuple[SlotInfo, ...]:

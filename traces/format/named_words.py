@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 
 from ...io_images.amci3601.words import WORDS_3601, family_facts, is_stepper, recorded_profile
 from ...io_images.doors import json_value
-from ...io_images.image import WORDS
+from ...io_images.image import WORDS_MAX
 from ...io_images.module_words import BitPlace, Groups, ModuleWords
 
 SEPARATOR = 80 * "="
@@ -36,7 +36,7 @@ def family_key(slot: int) -> str:
 def names_text(words: ModuleWords) -> str:
     """Return the named bits of a module in the form of the metadata.
 
-    >>> names_text(ModuleWords("Card", (), (), {"input": {"start": BitPlace("I", 0, 3)}}))
+    >>> names_text(ModuleWords("Card", ("data",), ("data",), {"input": {"start": BitPlace("I", 0, 3)}}))
     '{"input":{"start":["I",0,3]}}'
     """
     return json.dumps(words.groups, separators=(",", ":"))
@@ -66,7 +66,8 @@ def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, Module
         outputs, inputs = fields.get(f"{stem}Out", ()), fields.get(f"{stem}In", ())
         if not (slot.isdecimal() and _are_words(outputs) and _are_words(inputs)):
             continue
-        groups = _groups(metadata.get(names_key(int(slot)), "{}"))
+        sizes = {"O": len(outputs), "I": len(inputs)}
+        groups = _groups(metadata.get(names_key(int(slot)), "{}"), sizes)
         if (stem, outputs, inputs) == (WORDS_3601.message, WORDS_3601.outputs, WORDS_3601.inputs):
             found[int(slot)] = WORDS_3601
         elif family_key(int(slot)) in metadata and STATUS in groups:
@@ -82,22 +83,23 @@ def _message(text: str) -> tuple[str, tuple[str, ...]]:
 
 
 def _are_words(names: Sequence[str]) -> bool:
-    return len(set(names)) == len(names) == WORDS and all(name.isidentifier() for name in names)
+    return 1 <= len(set(names)) == len(names) <= WORDS_MAX and all(name.isidentifier() for name in names)
 
 
-def _groups(text: str) -> Groups:
+def _groups(text: str, sizes: Mapping[str, int]) -> Groups:
     try:
         given = json_value(text)
         return {
-            group: {name: _place(name, at) for name, at in names.items()} for group, names in given.items()
+            group: {name: _place(name, at, sizes) for name, at in names.items()}
+            for group, names in given.items()
         }
     except (AttributeError, TypeError, ValueError) as error:
         raise ValueError(f"names of bits: {error}") from None
 
 
-def _place(name: str, at: Sequence[object]) -> BitPlace:
+def _place(name: str, at: Sequence[object], sizes: Mapping[str, int]) -> BitPlace:
     image, word, bit = at if len(at) == 3 else (None, None, None)
     sound = image in ("I", "O") and type(word) is int and type(bit) is int and name.isidentifier()
-    if not (sound and 0 <= word < WORDS and 0 <= bit < BITS):  # type: ignore[operator]
+    if not (sound and 0 <= word < sizes[str(image)] and 0 <= bit < BITS):  # type: ignore[operator]
         raise ValueError(f"bit {name!r} at {at} is none of an image")
     return BitPlace(str(image), int(str(word)), int(str(bit)))

@@ -16,7 +16,7 @@ per module and direction:
     ...
 
 The payload is CDR, little-endian. Two uint32 and then nothing but int16 leave
-no gap in it, so the rack's memory block is copied as it is:
+no gap in it, so the rack's memory block is copied as it is, its padding as `int16[N] padding`:
 
     byte  0            4     8      12
           00 01 00 00  scan  flags  slot outputs, slot inputs, ...
@@ -37,7 +37,7 @@ from dataclasses import dataclass
 from struct import Struct
 
 from .cdr import leaves
-from .layout import SlotInfo
+from .layout import SlotInfo, block_layout
 from .named_words import SEPARATOR
 from .tagplan import FIELD, TagPlan
 
@@ -63,6 +63,9 @@ CDR_PREFIX = 0x0000_0100
 
 SCAN_HEAD = Struct("<III")
 """CDR prefix, scan number modulo 2**32, flags; the memory block follows."""
+
+PADDING = "padding"
+"""Name of the field of the words at the end of the memory block that belong to no module."""
 
 LEAVES_MAX, REST_BYTES_MAX = 100_000, 1 << 20
 """Most values of a scan that has fields after the tags, and most bytes of these fields."""
@@ -99,6 +102,9 @@ def scan_schema(
     words = [slot.words for slot in slots]
     scan = ["uint32 scan", "uint32 flags"]
     scan += [f"{names.message} slot{slot.number}" for slot, names in zip(slots, words, strict=True)]
+    padding = block_layout(slots).padding
+    if padding:
+        scan.append(f"int16[{padding}] {PADDING}")
     if tags is not None:
         scan.append(f"{tags.message} {FIELD}")
     if more is not None:

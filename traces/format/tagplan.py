@@ -1,9 +1,9 @@
 r"""The tags that a trace records beside the images: their fields, their bytes and their schema.
 
 A row of tags follows the memory block in the payload of a scan, widest fields first, so that no field
-needs padding, whatever alignment a decoder uses:
+needs padding, whatever alignment a decoder uses; the block has a multiple of eight bytes:
 
-    byte  0            4     8      12                  12 + 32 × slots
+    byte  0            4     8      12                  12 + block
           00 01 00 00  scan  flags  outputs, inputs ... tags
 
 The schema has everything that a reader needs; the full name of a tag is a comment in it:

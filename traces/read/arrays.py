@@ -35,7 +35,7 @@ __all__ = [
 
 
 def read_columns(trace: Trace, selection: Selection = ALL, *, tags: bool = False) -> Columns:
-    """Read the selected scans of a trace into memory: 20 bytes per scan and 32 per scan and slot.
+    """Read the selected scans of a trace into memory: 20 bytes per scan, and two per word of it.
 
     Scans of a damaged chunk are missing; `trace.notes` lists them.
 
@@ -48,7 +48,7 @@ def read_columns(trace: Trace, selection: Selection = ALL, *, tags: bool = False
         start, stop = selection.rows(columns)
         parts.append(columns.rows(start, max(start, stop)))
     plan = trace.head.tags if tags else None
-    return join(parts) if parts else no_columns(len(trace.head.slots), None if plan is None else plan.dtype)
+    return join(parts) if parts else no_columns(trace.head.layout.words, None if plan is None else plan.dtype)
 
 
 def column_chunks(
@@ -91,7 +91,7 @@ def extent(trace: Trace) -> Columns:
     """Return two rows, the first scan of a trace and its last; none for a trace without scans."""
     ends = [trace.edge(last=last) for last in (False, True)]
     parts = [_columns(rows) for rows in ends if rows is not None]
-    return join(parts) if parts else no_columns(len(trace.head.slots))
+    return join(parts) if parts else no_columns(trace.head.layout.words)
 
 
 def _needed(trace: Trace, selection: Selection, margin: int) -> Sequence[Section]:

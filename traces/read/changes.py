@@ -11,21 +11,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from struct import Struct
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...io_images.image import IMAGE_BYTES
 from ...io_images.thousands import join_reported
-from ..format.layout import SLOT_BYTES, SlotInfo
+from ..format.layout import SlotInfo, block_layout
 from ..format.tagplan import FIELD
 from .image_text import Words, in_configuration_mode, module_text, risen_and_fallen
 from .reader import Scan
 from .sections import ScanRows
 from .tag_text import TagText
 
-_IMAGE = Struct("<8h")
 _POSITION = slice(4, 8)
 _ENCODER = slice(8, 12)
 """Bytes of a 3601's input image."""
@@ -68,11 +65,12 @@ class ChangeRows:
     ) -> None:
         self._tags = tags
         self._tag_row = b""
-        self._slots = [(slot, SLOT_BYTES * place) for place, slot in enumerate(slots)]
-        self._reporting = [place + IMAGE_BYTES for slot, place in self._slots if slot.is_stepper]
+        layout = block_layout(slots)
+        self._slots = [(slot, layout.places[slot.number]) for slot in slots]
+        self._reporting = [place.inputs.start for slot, place in self._slots if slot.is_stepper]
         self._flag_names = flag_names
         self._every = every
-        self._memory = bytes(SLOT_BYTES * len(slots))
+        self._memory = bytes(layout.size)
         self._flags: int | None = None
         self._folded = 0
         self._folded_what = dict.fromkeys(_REPORTS, False)
@@ -196,12 +194,13 @@ class ChangeRows:
             text = risen_and_fallen(old, self._flag_names(scan.flags))
             yield Row(scan.scan, scan.now_ns, None, "cpu", None, None, text)
         for slot, place in self._slots:
-            for direction, offset in (("in", place + IMAGE_BYTES), ("out", place)):
-                if scan.memory[offset : offset + IMAGE_BYTES] != self._memory[offset : offset + IMAGE_BYTES]:
-                    yield self._row(scan, slot, direction, offset)
+            for direction, image in (("in", place.inputs), ("out", place.outputs)):
+                if scan.memory[image] != self._memory[image]:
+                    yield self._row(scan, slot, direction, image)
 
-    def _row(self, scan: Scan, slot: SlotInfo, direction: str, offset: int) -> Row:
-        before, after = _IMAGE.unpack_from(self._memory, offset), _IMAGE.unpack_from(scan.memory, offset)
+    def _row(self, scan: Scan, slot: SlotInfo, direction: str, image: slice) -> Row:
+        both = self._memory, scan.memory
+        before, after = (memoryview(memory)[image].cast("h").tolist() for memory in both)
         position, encoder = _reported(slot, direction, after)
         text = module_text(slot, direction, before, after)
         return Row(scan.scan, scan.now_ns, slot.number, direction, position, encoder, text)

@@ -9,10 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..format.layout import SLOT_BYTES, SlotInfo
-
-SLOT_WORDS = SLOT_BYTES // 2
-"""Columns of a slot: eight output words, then eight input words."""
+from ..format.layout import SlotInfo, block_layout
 
 
 class Columns(NamedTuple):
@@ -21,7 +18,7 @@ class Columns(NamedTuple):
     scan: NDArray[np.int64]  # number of the scan, int64
     time_ns: NDArray[np.int64]  # virtual time of its input latch, int64
     flags: NDArray[np.uint32]  # the CPU's flags, uint32
-    words: NDArray[np.int16]  # the memory block as int16: per slot eight output words, then eight input words
+    words: NDArray[np.int16]  # the memory block as int16: per slot its output words, then its input words
     tags: NDArray[np.void] | None = None  # recorded tags by field, None if not read or absent
 
     def rows(self, start: int, stop: int) -> Columns:
@@ -52,13 +49,13 @@ def join(parts: Sequence[Columns]) -> Columns:
     )
 
 
-def no_columns(slots: int, tags: np.dtype[np.void] | None = None) -> Columns:
-    """Return columns without scans, for a number of slots and such tags."""
+def no_columns(words: int, tags: np.dtype[np.void] | None = None) -> Columns:
+    """Return columns without scans, for a memory block of a number of words and such tags."""
     return Columns(
         np.zeros(0, np.int64),
         np.zeros(0, np.int64),
         np.zeros(0, np.uint32),
-        np.zeros((0, SLOT_WORDS * slots), np.int16),
+        np.zeros((0, words), np.int16),
         None if tags is None else np.zeros(0, tags),
     )
 
@@ -75,7 +72,15 @@ def by_name(words: NDArray[np.int16], slots: Sequence[SlotInfo]) -> NDArray[np.v
         words: `words` of `Columns`, rows one after the other in memory.
         slots: the slots of the trace, `head.slots`.
     """
-    return words.view(np.dtype([(f"slot{slot.number}", _slot_layout(slot)) for slot in slots]))[:, 0]
+    fields = {f"slot{slot.number}": _slot_layout(slot) for slot in slots}
+    layout = block_layout(slots)
+    table = {
+        "names": list(fields),
+        "formats": list(fields.values()),
+        "offsets": [place.whole.start for place in layout.places.values()],
+        "itemsize": layout.size,
+    }
+    return words.view(np.dtype(table))[:, 0]  # type: ignore[call-overload]
 
 
 def _slot_layout(slot: SlotInfo) -> np.dtype[np.void]:

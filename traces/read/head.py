@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import BinaryIO
 
 from mcap.opcode import Opcode
 from mcap.records import Channel, Header, Metadata, Schema
 
+from ...io_images.memory_layout import MemoryLayout
 from ...io_images.module_words import PLAIN_WORDS
-from ..format.layout import SlotInfo
+from ..format.layout import SlotInfo, block_layout
 from ..format.named_words import recorded_words
 from ..format.records import Span, TraceError, read_chunk, read_record
 from ..format.schema import (
@@ -29,7 +31,7 @@ from ..format.topics import SCAN_TOPIC
 from .finding import sound_summary
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class TraceHead:
     """The head of a trace: rack, metadata and layout."""
 
@@ -40,6 +42,11 @@ class TraceHead:
     channels: Mapping[str, Channel]
     tags: TagPlan | None = None  # the recorded tags, or None
     rest_bytes: int = 0  # bytes of a scan after the tags, which are ignored
+
+    @cached_property
+    def layout(self) -> MemoryLayout:
+        """The places of the images in the memory block."""
+        return block_layout(self.slots)
 
 
 def read_head(file: BinaryIO, spans: Sequence[Span]) -> TraceHead:

@@ -7,12 +7,11 @@ from enum import IntFlag
 
 from ...io_images.amci3601.bits import CommandLsw, CommandMsw, ConfigMsw, InputBit, StatusMsw
 from ...io_images.amci3601.words import WORDS_3601, Profile, is_stepper
-from ...io_images.image import WORDS
 from ...io_images.thousands import is_legal_pair, join_reported, join_thousands
 from ..format.layout import SlotInfo
 
 Words = Sequence[int]
-"""Eight signed words."""
+"""The signed words of an image."""
 
 _MODE_CONFIG = StatusMsw.MODE_CONFIG.value
 _OTHER_USE = (CommandLsw.BLEND_PROGRAM | CommandLsw.ENC_FOLLOWER).value
@@ -34,7 +33,7 @@ def output_wording(before: Words, after: Words) -> str:
         parts.append("words 2 to 7: " + " ".join(map(str, after[2:])))
         return ", ".join(parts)
     if before[0] & _MODE_CONFIG:
-        before = (0,) * WORDS  # a configuration can't be compared with parameters
+        before = (0,) * len(after)  # a configuration can't be compared with parameters
     given = bool(after[0] & ~before[0])
     for name, words in _PARAMETERS.items():
         values = [after[word] for word in words]
@@ -116,13 +115,13 @@ def module_text(slot: SlotInfo, direction: str, before: Words, after: Words) -> 
             return output_wording(before, after)
         return input_wording(before, after, slot.words)
     image, names = ("O", slot.words.outputs) if direction == "out" else ("I", slot.words.inputs)
-    named = {word: bits for word in range(WORDS) if (bits := dict(slot.words.bits(image, word)))}
+    named = {word: bits for word in range(len(names)) if (bits := dict(slot.words.bits(image, word)))}
     changed = [
         risen_and_fallen(*(_names_on(names[word], bits, words[word]) for words in (before, after)))
         for word, bits in named.items()
         if before[word] != after[word]
     ]
-    rest = [word for word in range(WORDS) if word not in named]
+    rest = [word for word in range(len(names)) if word not in named]
     plain = plain_wording(
         [names[word] for word in rest], [before[word] for word in rest], [after[word] for word in rest]
     )

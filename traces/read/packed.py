@@ -29,17 +29,17 @@ RECENT = 16
 class PackedScans:
     """Scans, packed chunk by chunk."""
 
-    def __init__(self, slots: int) -> None:
-        self._slots = slots
+    def __init__(self, words: int) -> None:
+        self._words = words
         self._packed: list[bytes] = []
-        self._waiting = no_columns(slots)
+        self._waiting = no_columns(words)
         self._compressor = zstandard.ZstdCompressor(level=1)
         self._recent: dict[int, Columns] = {}  # unpacked chunks, the latest one last
 
     @classmethod
-    def of(cls, slots: int, parts: Iterator[Columns] | Sequence[Columns]) -> PackedScans:
-        """Return scans of a number of slots, packed part by part."""
-        scans = cls(slots)
+    def of(cls, words: int, parts: Iterator[Columns] | Sequence[Columns]) -> PackedScans:
+        """Return scans of a memory block of a number of words, packed part by part."""
+        scans = cls(words)
         for columns in parts:
             scans.add(columns)
         return scans
@@ -64,7 +64,7 @@ class PackedScans:
             if len(self._recent) > RECENT:
                 del self._recent[next(iter(self._recent))]
             return known
-        return self._waiting if number == len(self._packed) else no_columns(self._slots)
+        return self._waiting if number == len(self._packed) else no_columns(self._words)
 
     def chunks(self, first: int = 0) -> Iterator[Columns]:
         """Iterate over the chunks from one on; none is kept."""
@@ -72,8 +72,8 @@ class PackedScans:
             yield self._unpack(self._packed[number]) if number < len(self._packed) else self._waiting
 
     def columns(self, first: int = 0) -> Columns:
-        """Return all scans from a chunk on as columns: 20 bytes per scan and 32 per scan and slot."""
-        return join([no_columns(self._slots), *self.chunks(first)])
+        """Return all scans from a chunk on as columns: 20 bytes per scan and two per word."""
+        return join([no_columns(self._words), *self.chunks(first)])
 
     def view(self, values: Callable[[Columns], Sequence[T]]) -> View[T]:
         """Return the values that a function computes from the scans, chunk by chunk, as one sequence."""
@@ -85,7 +85,7 @@ class PackedScans:
 
     def _unpack(self, packed: bytes) -> Columns:
         data = zstandard.decompress(packed)
-        like = no_columns(self._slots)
+        like = no_columns(self._words)
         offset, columns = 0, []
         for column in like.images():
             width = column.shape[1] if column.ndim > 1 else 1
@@ -99,8 +99,8 @@ class PackedScans:
 class NotedScans:
     """Scans that a listener of the scan loop receives, packed one by one."""
 
-    def __init__(self, slots: int) -> None:
-        self._packed = PackedScans(slots)
+    def __init__(self, words: int) -> None:
+        self._packed = PackedScans(words)
         self._heads = array("q")
         self._blocks = bytearray()
 

@@ -24,11 +24,11 @@ from mcap.records import Attachment, Channel, Schema
 from typing_extensions import override
 
 from ...io_images.doors import json_value
-from ...io_images.image import IMAGE_BYTES, Image
+from ...io_images.image import Image
+from ...io_images.memory_layout import ImagePlaces
 from ...io_images.times import seconds_column
 from ..files.locking import is_being_recorded
 from ..format import hooks
-from ..format.layout import SLOT_BYTES
 from ..format.records import (
     DRAFT,
     MAGIC,
@@ -67,19 +67,19 @@ class Scan(NamedTuple):
     now_ns: int
     flags: int
     memory: bytes  # the rack's memory block: per slot the output image, then the input image
-    places: Mapping[int, int]  # slot number -> offset of the slot in the memory block
+    places: Mapping[int, ImagePlaces]  # slot number -> its images in the memory block
     tags: bytes = b""  # the row of tags; empty without any
 
     def outputs(self, slot: int) -> Image:
         """Return a copy of a slot's output image (logic to module); KeyError for no such slot."""
-        return self._image(self.places[slot])
+        return self._image(self.places[slot].outputs)
 
     def inputs(self, slot: int) -> Image:
         """Return a copy of a slot's input image (module to logic); KeyError for no such slot."""
-        return self._image(self.places[slot] + IMAGE_BYTES)
+        return self._image(self.places[slot].inputs)
 
-    def _image(self, offset: int) -> Image:
-        return Image(buffer=bytearray(self.memory[offset : offset + IMAGE_BYTES]))
+    def _image(self, place: slice) -> Image:
+        return Image(buffer=bytearray(self.memory[place]))
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,10 +233,10 @@ class Trace(Records):
         except TraceError as error:
             raise TraceError("; ".join([str(error), *self.notes])) from error
         self._topics = {channel.id: topic for topic, channel in self.head.channels.items()}
-        self._places = {slot.number: SLOT_BYTES * place for place, slot in enumerate(self.head.slots)}
+        self._places = self.head.layout.places
         self._firsts: dict[int, int] = {}
         tags = None if self.head.tags is None else self.head.tags.dtype
-        memory_bytes = SLOT_BYTES * len(self.head.slots)
+        memory_bytes = self.head.layout.size
         rest_bytes = self.head.rest_bytes
         self._scan_bytes = SCAN_HEAD.size + memory_bytes + (0 if tags is None else tags.itemsize) + rest_bytes
         self.shape = ScanShape(self.head.channels[SCAN_TOPIC].id, memory_bytes, tags, rest_bytes)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ...io_images.amci3601 import LIVE_BITS, CommandMsw, StatusMsw
 
 Words = NDArray[np.int16]
-"""Eight columns, a row per scan: one image of one slot."""
+"""A column per word, a row per scan: one image of one slot."""
 
 _MODE_CONFIG = StatusMsw.MODE_CONFIG.value  # the same bit in either direction
 _WRAP = 65_536_000
@@ -70,7 +70,7 @@ def travel(words: Words) -> NDArray[np.float64]:
     while neither MOVING bit is set, or against its direction, count as 0.
 
     Args:
-        words: an input image's eight words, a row per scan.
+        words: an input image's words, a row per scan.
     """
     steps = np.zeros(len(words))
     moved = np.diff(value(words, 2))
@@ -84,7 +84,7 @@ def speed(words: Words, time_ns: NDArray[np.int64], margin: int) -> NDArray[np.f
     """Return the mean speed from `margin` scans before to `margin` scans after each one, steps/s, signed.
 
     Args:
-        words: an input image's eight words, a row per scan.
+        words: an input image's words, a row per scan.
         margin: scans either way, 1 or more; fewer at the ends.
     """
     distance = np.cumsum(travel(words))

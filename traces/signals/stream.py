@@ -15,8 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ...io_images.image import WORDS
-from ..format.layout import SLOT_BYTES
+from ...io_images.memory_layout import ImagePlaces
 from ..read.arrays import column_chunks, extent, scan_count
 from ..read.columns import ALL, Columns, Selection
 from ..read.reader import Trace
@@ -33,7 +32,7 @@ class Block:
     start: int  # first row of `wide` that belongs to the block
     stop: int  # the row after its last
     margin: int  # scans in half of `SPEED_WINDOW_NS`, 1 or more
-    places: Mapping[int, int]  # slot number -> first column of its output words
+    places: Mapping[int, ImagePlaces]  # slot number -> its images in the memory block
 
     def __len__(self) -> int:
         return self.stop - self.start
@@ -60,13 +59,12 @@ class Block:
         return self.wide.tags[self.start : self.stop]
 
     def image(self, slot: int, direction: str) -> NDArray[np.int16]:
-        """Return an image's eight words in every scan; `direction` is "in" or "out"."""
+        """Return an image's words in every scan; `direction` is "in" or "out"."""
         return self.wide_image(slot, direction)[self.start : self.stop]
 
     def wide_image(self, slot: int, direction: str) -> NDArray[np.int16]:
-        """Return an image's eight words in every row of `wide`."""
-        first = self.places[slot] + (WORDS if direction == "in" else 0)
-        return self.wide.words[:, first : first + WORDS]
+        """Return an image's words in every row of `wide`."""
+        return self.wide.words[:, self.places[slot].columns(direction)]
 
 
 class EmptySelectionError(ValueError):
@@ -86,7 +84,7 @@ def blocks(
         TraceError: the file is damaged beyond what can be left out.
     """
     margin = half_window(trace)
-    places = {slot.number: SLOT_BYTES // 2 * place for place, slot in enumerate(trace.head.slots)}
+    places = trace.head.layout.places
     found = False
     columns = column_chunks(trace, selection, margin=margin, tags=True)
     for wide, start, stop in _with_margins(columns, margin):

@@ -23,7 +23,7 @@ from typing import Never
 
 from ..files.keeping import RecordingKeeper
 from ..format.batch import ScanBatch, TagBatch, message_layout
-from ..format.layout import SLOT_BYTES, SlotInfo, check_slots
+from ..format.layout import SlotInfo, block_layout, check_slots
 from ..format.named_words import facts_of
 from ..format.schema import (
     FORMAT,
@@ -108,8 +108,8 @@ class ScanRecorder:
         self._sequences = sequences
         self._snapshots = snapshots
         self._slots = check_slots(slots)
-        if len(memory) != SLOT_BYTES * len(slots):
-            wanted = SLOT_BYTES * len(slots)
+        wanted = block_layout(self._slots).size
+        if len(memory) != wanted:
             raise ValueError(f"{len(slots)} slots need a memory block of {wanted} bytes, got {len(memory)}")
         self._memory = memory
         self._tags = tags

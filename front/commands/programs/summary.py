@@ -29,7 +29,7 @@ def summary(
             ("late scans", _late_scans(pacer)),
             ("moves", _moves(result)),
             ("errors", _errors(result)),
-            ("every start", _start(result)),
+            ("normal start", _start(result)),
             ("sequences", iter(sequences)),
             ("stubs", iter(stubs)),
             ("hints", iter(result.hints)),
@@ -98,7 +98,7 @@ def _errors(result: RunResult) -> Iterator[str]:
 
 
 def _start(result: RunResult) -> Iterator[str]:
-    """Yield the rules of a normal start, which are not among the errors."""
+    """Yield the bits that every start sets, which are not errors."""
     for seen in result.every_start:
         yield f"{_of(seen.slot, result)}{seen.text}"
 

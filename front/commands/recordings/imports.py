@@ -115,12 +115,12 @@ def _import_command(
         found = read_capture(
             options.capture, pairing_of(options.controller, rtu=options.rtu_over_tcp), at_port, options.unit
         )
+        _tell(found.notes, quiet=options.quiet)  # before a refusal, which they may explain
         if has_words:
             scans, notes = cip_scans(found.exchanges) if over_enip else (word_scans(found.exchanges), [])
             first = found.exchanges[0]
             record_words(target, scans, first.asked_ns, first.unit if over_enip else 1, sampled=over_enip)
-            found.notes += notes
-            _tell(found.notes, f"{target}: {len(scans):,} scans of a PLC", quiet=options.quiet)
+            _tell(notes, f"{target}: {len(scans):,} scans of a PLC", quiet=options.quiet)
             raise typer.Exit(DONE)
         real = said_by(options.controller, found.exchanges)
         model = [] if options.simulated_to is None else simulated(options.controller, real)
@@ -129,15 +129,16 @@ def _import_command(
         if options.simulated_to is not None:
             record(options.simulated_to, options.controller, model, names)
         done = f"{target}: {len(real):,} exchanges with unit {found.exchanges[0].unit}"
-        _tell(found.notes, done, quiet=options.quiet)
+        _tell([], done, quiet=options.quiet)
     raise typer.Exit(DONE)
 
 
-def _tell(notes: list[str], done: str, *, quiet: bool) -> None:
+def _tell(notes: list[str], done: str = "", *, quiet: bool) -> None:
     if not quiet:
         for note in notes:
             complain(f"note: {note}")
-        say(done)
+        if done:
+            say(done)
 
 
 def register(app: typer.Typer) -> None:

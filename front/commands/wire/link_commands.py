@@ -84,7 +84,19 @@ class LinkPlace:
     address: int  # of the controller on its line
     answer_s: float  # longest time of an answer
 
+    def open(self, line_format: LineFormat) -> Link:
+        """Open the line; see `open_link`."""
+        return open_link(self.port, self.tcp, line_format)
 
+
+class Opened(Protocol):
+    """A line that is open."""
+
+    def close(self) -> None:
+        """Release it."""
+
+
+Line = TypeVar("Line", bound=Opened)
 Client = TypeVar("Client", bound=Mover)
 
 
@@ -103,33 +115,28 @@ def open_link(port: str | None, tcp: str | None, line_format: LineFormat) -> Lin
 
 
 @contextmanager
-def opened_client(
-    place: LinkPlace, line_format: LineFormat, client_on: Callable[[Link], Client]
-) -> Iterator[Client]:
+def opened_client(opened: Callable[[], Line], client_on: Callable[[Line], Client]) -> Iterator[Client]:
     """Open the line to a controller within the context; print a fault of it, and end.
 
     If the line is lost while the motor moves, it is reopened to stop the motor.
 
     Args:
-        client_on: makes the client of a link.
+        opened: opens the line.
+        client_on: makes the client of a line.
     """
-
-    def opened() -> Link:
-        return open_link(place.port, place.tcp, line_format)
-
     with reported_faults():
         try:
-            with closing(opened()) as link:
-                yield client_on(link)
+            with closing(opened()) as line:
+                yield client_on(line)
         except MonitoringLostError as lost:
             if lost.stopped or not _stopped_anew(lambda: _stop_once(opened, client_on)):
                 raise
             raise MonitoringLostError(lost.why, stopped=True, received=lost.received) from lost
 
 
-def _stop_once(opened: Callable[[], Link], client_on: Callable[[Link], Mover]) -> None:
-    with closing(opened()) as link:
-        client_on(link).stop()
+def _stop_once(opened: Callable[[], Line], client_on: Callable[[Line], Mover]) -> None:
+    with closing(opened()) as line:
+        client_on(line).stop()
 
 
 def _stopped_anew(stop: Callable[[], None]) -> bool:

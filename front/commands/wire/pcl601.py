@@ -12,11 +12,13 @@ import typer
 
 from ...io_images.pcl601 import Code
 from ...io_images.pcl601.errors import CAUSES
+from ...jobs.serve.line import socket_address
 from ...runtime.controllers.pcl601.controller import Protocol
 from ...runtime.controllers.pcl601.line import FORMATS
 from ...runtime.controllers.pcl601.program import read_program
-from ...runtime.line.clients.link import Link
-from ...runtime.line.clients.modbus import RtuLine, TcpLine
+from ...runtime.line.clients.link import checked_answer_s
+from ...runtime.line.clients.modbus import ModbusLine, RtuLine
+from ...runtime.line.clients.modbus_tcp import ModbusTcpLine
 from ...runtime.line.clients.pcl601 import READABLE, Pcl601Client
 from ...terminal.complaints import reported_mistakes
 from ...terminal.terminal import say
@@ -61,12 +63,13 @@ def client_at(context: typer.Context) -> Iterator[Pcl601Client]:
     place: LinkPlace
     place, rtu_over_tcp = context.obj
 
-    def client_on(link: Link) -> Pcl601Client:
-        in_rtu = place.tcp is None or rtu_over_tcp
-        line = RtuLine(link, place.answer_s) if in_rtu else TcpLine(link, place.answer_s)
-        return Pcl601Client(line, place.address)
+    def opened() -> ModbusLine:
+        answer_s = checked_answer_s(place.answer_s)
+        if place.tcp is None or place.port is not None or rtu_over_tcp:
+            return RtuLine(place.open(FORMATS[Protocol.MODBUS]), answer_s)
+        return ModbusTcpLine(*socket_address(place.tcp), answer_s)
 
-    with opened_client(place, FORMATS[Protocol.MODBUS], client_on) as client:
+    with opened_client(opened, lambda line: Pcl601Client(line, place.address)) as client:
         yield client
 
 

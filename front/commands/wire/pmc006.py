@@ -59,7 +59,7 @@ def client_at(context: typer.Context) -> Iterator[Pmc006Client]:
     def client_on(link: Link) -> Pmc006Client:
         return Pmc006Client(link, place.address, answer_s=place.answer_s, by_zero=by_zero)
 
-    with opened_client(place, LINE_FORMAT, client_on) as client:
+    with opened_client(lambda: place.open(LINE_FORMAT), client_on) as client:
         yield client
 
 

@@ -261,7 +261,7 @@ class ServeOptions:
         typer.Option(
             "--gap-ms",
             metavar="MS",
-            help="PCL601: silence that ends bytes that are not a frame; 5, on a serial port 25.",
+            help="PCL601: silence after which another frame may begin; 5, on a serial port 25.",
         ),
     ] = None
     slot: Annotated[

@@ -35,7 +35,8 @@ from ...io_images.enip.codes import (
 )
 from ...io_images.enip.frames import COMMAND_MOST, HEAD, items_in
 from ...io_images.enip.paths import Instance, Path, parse_path
-from ...runtime.tag_servers.images import IMAGE_BYTES, ImagePlace, image_place
+from ...io_images.image import WORDS
+from ...runtime.tag_servers.images import ImagePlace, image_place
 from .pairing import OPEN_MAX, PairedExchange, Pairing
 
 DEEPEST = 2
@@ -94,7 +95,7 @@ class CipPairing(Pairing):
                 self._open.move_to_end(key)
                 if len(self._open) > OPEN_MAX:
                     self._open.popitem(last=False)
-            elif waiting := self._open.get(key):
+            elif (waiting := self._open.get(key)) and waiting[0][0] <= at_ns:
                 asked_ns, request = waiting.popleft()
                 if not waiting:
                     del self._open[key]
@@ -252,7 +253,7 @@ def _change(place: ImagePlace, service: int, data: bytes, said: bytes) -> _Chang
 
 
 def _within(at: int, data: bytes, keep: bytes) -> _Change | None:
-    """Return the part of a change that is in the eight words."""
-    first, end = max(0, -at), IMAGE_BYTES - at
+    """Return the part of a change that is in the eight words of a 3601."""
+    first, end = max(0, -at), 2 * WORDS - at
     data = data[first:end] if end > 0 else b""
     return (at + first, data, keep[first:end]) if data else None

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from ...io_images.enip.listing import patched
-from ...runtime.tag_servers.images import IMAGE_BYTES, WORDS
+from ...io_images.image import WORDS
 from .cip_pairing import ImageExchange
 from .pairing import PairedExchange
 from .words import WordScan
@@ -21,8 +21,8 @@ def cip_scans(exchanges: Sequence[PairedExchange]) -> tuple[list[WordScan], list
     Raises:
         ValueError: no input word is read.
     """
-    images = {False: bytearray(IMAGE_BYTES), True: bytearray(IMAGE_BYTES)}
-    told = {False: bytearray(IMAGE_BYTES), True: bytearray(IMAGE_BYTES)}
+    images = {False: bytearray(2 * WORDS), True: bytearray(2 * WORDS)}
+    told = {False: bytearray(2 * WORDS), True: bytearray(2 * WORDS)}
     scans: list[WordScan] = []
     packet: tuple[int, int] | None = None  # of the latest scan
     for each in exchanges:
@@ -45,7 +45,7 @@ def cip_scans(exchanges: Sequence[PairedExchange]) -> tuple[list[WordScan], list
 
 
 def _words(image: bytearray) -> list[int]:
-    return [int.from_bytes(image[at : at + 2], "little") for at in range(0, IMAGE_BYTES, 2)]
+    return [int.from_bytes(image[at : at + 2], "little") for at in range(0, 2 * WORDS, 2)]
 
 
 def _untold(told: dict[bool, bytearray]) -> Iterator[str]:

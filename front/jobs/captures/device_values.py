@@ -8,8 +8,9 @@ from ...io_images.pcl601 import WORD_COUNT, WORDS
 from ...io_images.pmc006.frame import STATE_ERROR, UNKNOWN_ERROR
 from ...io_images.pmc006.instructions import BY_CODE, Kind
 from ...runtime.line import pcl601_pdus as pdus
+from ...runtime.line.modbus_pdus import number_of
 from ...traces.format.tagplan import Tag
-from .pairing import PairedExchange
+from .pairing import PairedExchange, decoded
 
 Values = dict[str, int]
 
@@ -20,33 +21,20 @@ def pcl601_says(exchange: PairedExchange, words: dict[int, int]) -> Values:
     Args:
         words: the register words said so far, by address; it is brought up to date.
     """
-    request, reply = exchange.request, exchange.reply
-    if reply is None or not reply or reply[0] & pdus.EXCEPTION or reply[0] != request[0] or len(request) < 5:
+    found = decoded(exchange)
+    if found is None:
         return {}
-    first, second = int.from_bytes(request[1:3], "big"), int.from_bytes(request[3:5], "big")
-    if reply[0] in (pdus.READ_COILS, pdus.READ_INPUTS):
-        return _bits(reply, first)
-    if reply[0] == pdus.READ_INPUT_REGISTERS and len(reply) >= 4:
-        return {"inputs": int.from_bytes(reply[2:4], "big")}
-    written: Mapping[int, int] = {}
-    if reply[0] == pdus.READ_REGISTERS:
-        written = _numbered(first, reply[2:])
-    elif reply[0] == pdus.WRITE_REGISTER:
-        written = {first: second}
-    elif reply[0] == pdus.WRITE_REGISTERS:
-        written = _numbered(first, request[6:])
-    known = {address: word for address, word in written.items() if address < WORD_COUNT}
+    request, answer = found
+    function, first = request.function_code, request.address
+    if function in (pdus.READ_COILS, pdus.READ_INPUTS):
+        name = "outputs" if function == pdus.READ_COILS else "inputs"
+        return {name: number_of(answer.bits)} if first == 0 else {}
+    if function == pdus.READ_INPUT_REGISTERS:
+        return {"inputs": answer.registers[0]}
+    said = answer if function == pdus.READ_REGISTERS else request
+    known = {address: word for address, word in enumerate(said.registers, first) if address < WORD_COUNT}
     words.update(known)
     return _registers(known, words)
-
-
-def _numbered(first: int, data: bytes) -> Mapping[int, int]:
-    return {first + at // 2: int.from_bytes(data[at : at + 2], "big") for at in range(0, len(data) - 1, 2)}
-
-
-def _bits(reply: bytes, first: int) -> Values:
-    name = "outputs" if reply[0] == pdus.READ_COILS else "inputs"
-    return {name: int.from_bytes(reply[2:], "little")} if first == 0 else {}
 
 
 def _registers(known: Mapping[int, int], words: Mapping[int, int]) -> Values:

@@ -24,8 +24,6 @@ from .device_values import SAYS, Values
 from .pairing import PairedExchange
 from .recording import Statement
 
-READS = (*pdus.COUNTED, pdus.REPORT_ID)
-
 Answer = Callable[[int, PairedExchange], bytes | None]
 """From an instant, which never goes back, and a request to the reply."""
 
@@ -47,7 +45,7 @@ def simulated(controller: str, said: Sequence[Statement]) -> list[Statement]:
 
 def _is_read(controller: str, exchange: PairedExchange) -> bool:
     if controller == "pcl601":
-        return exchange.request[0] in READS
+        return exchange.request[0] in pdus.READS
     row = BY_CODE.get(exchange.request[0])
     return row is not None and row.kind is Kind.READ
 

@@ -7,10 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Protocol
 
+from pymodbus.pdu import ModbusPDU
 from typing_extensions import override
 
 from ...io_images.pmc006 import frame as pmc
-from ...runtime.line import pcl601_pdus as pdus
+from ...runtime.line.modbus_pdus import EXCEPTION, REQUESTS, mismatch
+from ...runtime.line.pcl601_pdus import ANSWERS
 from ...runtime.line.ports.modbustcp import HEADER, NotModbusError, split_frames
 from ...runtime.line.rtu import LONGEST, Framer, Timing, is_frame
 
@@ -19,8 +21,6 @@ OPEN_MAX = 256
 
 GAP_NS = 1_000_000_000
 """Silence after which unfinished bytes of a line are dropped."""
-
-AROUND = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,6 +60,13 @@ class Pairing(Protocol):
         return ""
 
 
+def decoded(exchange: PairedExchange) -> tuple[ModbusPDU, ModbusPDU] | None:
+    """Return a Modbus request and its answer; None if there is none of it, or it is refused."""
+    request = REQUESTS.decode(exchange.request)
+    answer = ANSWERS.decode(exchange.reply or b"")
+    return None if request is None or answer is None or mismatch(request, answer) else (request, answer)
+
+
 def _unanswered(asked_ns: int, unit: int, request: bytes) -> PairedExchange:
     return PairedExchange(asked_ns, asked_ns, unit, request, None)
 
@@ -84,7 +91,7 @@ class ModbusTcpPairing(Pairing):
             pdu = frame[HEADER.size :]
             if asked:
                 yield from self._ask(transaction, (at_ns, unit, pdu))
-            elif transaction in self._open:
+            elif transaction in self._open and self._open[transaction][0] <= at_ns:
                 asked_ns, unit, request = self._open.pop(transaction)
                 yield PairedExchange(asked_ns, at_ns, unit, request, pdu)
 
@@ -130,11 +137,11 @@ class RtuPairing(Pairing):
         self._heard.clear()
 
     def _answer(self, at_ns: int, data: bytes) -> Iterator[PairedExchange]:
-        if self._asked is None:
+        if self._asked is None or at_ns < self._asked[0]:
             return
         asked_ns, request = self._asked
         self._heard += data[:LONGEST]
-        size = _reply_bytes(request, self._heard)
+        size = _reply_bytes(request, bytes(self._heard))
         if size is None or len(self._heard) < size:
             return
         reply = bytes(self._heard[:size])
@@ -144,13 +151,12 @@ class RtuPairing(Pairing):
         yield PairedExchange(asked_ns, at_ns, request[0], request[1:-2], reply[1:-2] if sound else None)
 
 
-def _reply_bytes(request: bytes, heard: bytearray) -> int | None:
-    """Return the length of the reply that begins with `heard`; None if it is not known yet."""
-    if len(heard) < 2:
+def _reply_bytes(request: bytes, heard: bytes) -> int | None:
+    """Return the length of the reply that begins with `heard`; None if it is not known (yet)."""
+    if len(heard) < 2 or heard[1] & ~EXCEPTION != request[1]:
         return None
-    if heard[1] & pdus.EXCEPTION:
-        return pdus.EXCEPTION_BYTES + AROUND
-    return pdus.answer_bytes(request[1:-2]) + AROUND
+    kind = ANSWERS.lookupPduClass(heard)
+    return kind.calculateRtuFrameSize(heard) or None if kind is not None else None
 
 
 class PmcPairing(Pairing):
@@ -168,10 +174,17 @@ class PmcPairing(Pairing):
             if asked and frame.second != pmc.REPLY:
                 yield from self.finish()  # one at a time: without a reply before the next it has none
                 self._open.append((at_ns, frame))
-            elif self._open and frame.second == pmc.REPLY and frame.third == self._open[0][1].second:
+            elif self._answers(at_ns, frame):
                 asked_ns, request = self._open.popleft()
                 reply = _signed(frame.data)
                 yield PairedExchange(asked_ns, at_ns, request.second, _instruction(request), reply)
+
+    def _answers(self, at_ns: int, frame: pmc.Frame) -> bool:
+        """Whether a frame is the reply to the open request."""
+        if not self._open or frame.second != pmc.REPLY:
+            return False
+        asked_ns, request = self._open[0]
+        return frame.third == request.second and asked_ns <= at_ns
 
     @override
     def finish(self) -> Iterator[PairedExchange]:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
 
-from ...io_images.captures.packets import PCAP_MAGICS, SECTION, Capture
-from ...io_images.captures.segments import segment_in
+from ...io_images.captures.packets import PCAP_MAGICS, SECTION, Capture, CutFrames
+from ...io_images.captures.segments import Segment, segment_in
 from ...io_images.captures.streams import CONNECTIONS_MAX, Streams
 from ...io_images.input_files import open_input
 from .cip_pairing import CipPairing
@@ -88,8 +88,8 @@ def _captured(file: BinaryIO, head: bytes, pairing: Callable[[], Pairing], port:
 def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> DeviceCapture:
     streams, pairings, ports = Streams(), OrderedDict[object, Pairing](), set[int]()
     found = DeviceCapture([])
-    segments = (segment for packet in capture.packets() if (segment := segment_in(packet)) is not None)
-    for chunk in streams.chunks(segments):
+    cut = CutFrames()
+    for chunk in streams.chunks(_segments(capture, port, cut)):
         asked = chunk.target[1] == port
         if not asked and chunk.source[1] != port:
             if len(ports) < PORTS_SHOWN:
@@ -108,12 +108,31 @@ def _of_packets(capture: Capture, pairing: Callable[[], Pairing], port: int) -> 
     if not found.exchanges:
         seen = f"; its ports are {', '.join(map(str, sorted(ports)))}" if ports else ""
         others = next(filter(None, (one.passed_over for one in pairings.values())), "")
+        frames = cut if cut.count else capture.cut_frames
+        if frames.count:
+            others = f"no whole exchange at port {port}: {_cut(frames)}"
         raise ValueError(others or f"no exchange at port {port}{seen}")
     if capture.cut_off is not None:
         found.notes.append(f"the file ends within a packet, at byte {capture.cut_off:,}")
+    if cut.count:
+        found.notes.append(_cut(cut))
     if streams.gaps:
-        found.notes.append(f"the capture lacks bytes at {streams.gaps:,} places")
+        found.notes.append(f"places at which the capture lacks bytes: {streams.gaps:,}")
     return found
+
+
+def _segments(capture: Capture, port: int, cut: CutFrames) -> Iterator[Segment]:
+    """Yield the segments of a capture; count the cut ones of a port."""
+    for packet in capture.packets():
+        segment = segment_in(packet)
+        if segment is not None:
+            if segment.cut and port in (segment.source[1], segment.target[1]):
+                cut.add(packet)
+            yield segment
+
+
+def _cut(frames: CutFrames) -> str:
+    return f"frames that the capture cut: {frames}; capture whole frames, with a snap length of 0"
 
 
 def _of_text(file: BinaryIO, pairing: Pairing) -> DeviceCapture:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from struct import Struct
 
-from ...traces.format.layout import SLOT_BYTES, SlotInfo
+from ...traces.format.layout import SlotInfo, block_layout
 from ...traces.format.tagplan import TagPlan, plan_of
 from ...traces.write.recorder import ScanRecorder
 from .device_values import ALWAYS, SAYS, Values, tag_of
@@ -24,15 +24,15 @@ EXCEPTION = 0x80
 class ExchangeTags:
     """The tags of the present exchange, see `traces.format.tagplan.TagSource`."""
 
-    def __init__(self, plan: TagPlan) -> None:
-        self.plan = plan
+    def __init__(self, plan: TagPlan, images: bytes) -> None:
+        self.plan, self._images = plan, images
         self.pending: list[tuple[str, Mapping[str, str | int]]] = []
         self.values: dict[str, float] = {each.tag.name: 0 for each in plan.fields}
         self._row = Struct(f"<{plan.letters}")
 
     def take(self) -> bytes:
-        """Return the empty image of the slot, and the row of tags."""
-        return bytes(SLOT_BYTES) + self._row.pack(*(self.values[each.tag.name] for each in self.plan.fields))
+        """Return the empty images of the slot, and the row of tags."""
+        return self._images + self._row.pack(*(self.values[each.tag.name] for each in self.plan.fields))
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,12 +63,13 @@ def record(target: Path, controller: str, said: Sequence[Statement], names: Sequ
     Raises:
         OSError: it can't be written.
     """
-    tags = ExchangeTags(plan_of([*map(tag_of, names), *ALWAYS]))
+    slot = SlotInfo(1, controller)
+    images = bytes(block_layout([slot]).size)
+    tags = ExchangeTags(plan_of([*map(tag_of, names), *ALWAYS]), images)
     begin_ns = said[0].exchange.asked_ns
     facts = {"name": target.stem, "controller": controller, "source": "capture"}
-    slot = SlotInfo(1, controller)
     recorder = ScanRecorder(
-        target, bytearray(SLOT_BYTES), [slot], scan_period_ns=SCAN_PERIOD_NS, metadata=facts, tags=tags
+        target, bytearray(images), [slot], scan_period_ns=SCAN_PERIOD_NS, metadata=facts, tags=tags
     )
     with closing(recorder):
         for number, each in enumerate(said):

@@ -6,33 +6,34 @@ that reads, computes and writes. A write without a read before it belongs to the
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from struct import Struct
 
+from pymodbus.pdu import ModbusPDU
+from pymodbus.pdu.register_message import ReadWriteMultipleRegistersRequest
+
 from ...runtime.line.remote_words import (
     READ_HOLDING,
     READ_INPUTS,
     WORDS,
-    WRITE_AND_READ,
     WRITE_ONE,
     WRITE_SEVERAL,
 )
-from ...traces.format.layout import SLOT_BYTES, SlotInfo
+from ...traces.format.layout import SlotInfo, block_layout
 from ...traces.write.recorder import ScanRecorder
-from .pairing import PairedExchange
+from .pairing import PairedExchange, decoded
 from .recording import RUN_MODE, SCAN_PERIOD_NS
 
 CATALOG = "amci3601"
-_PAIR = Struct(">HH")
-_BOTH = Struct(">HHHH")
 _IMAGES = Struct(f"<{2 * WORDS}H")
 
-Span = tuple[int, bytes]
-"""Address of the first word, and words, high byte first."""
+Span = tuple[int, Sequence[int]]
+"""Number of the first word, and words."""
+NO_WORDS: Span = 0, ()
 
 
 @dataclass(slots=True)
@@ -58,49 +59,42 @@ def word_scans(exchanges: Sequence[PairedExchange]) -> list[WordScan]:
     scans: list[WordScan] = []
     outputs, inputs = [0] * WORDS, [0] * WORDS
     for exchange in exchanges:
-        if exchange.reply is None or exchange.reply[:1] != exchange.request[:1]:
-            continue  # unanswered, or refused
-        if _put(inputs, _read(exchange.request, exchange.reply)):
+        found = decoded(exchange)
+        if found is None:
+            continue
+        request, answer = found
+        if _put(inputs, _read(request, answer)):
             scans.append(WordScan(exchange.answered_ns, list(outputs), list(inputs)))
-        if _put(outputs, _written(exchange.request)) and scans:
+        if _put(outputs, _written(request)) and scans:
             scans[-1].outputs = list(outputs)
     if not scans:
         raise ValueError("no input words are read: registers 0 to 7 by function 04, or 8 to 15 by 03 or 17h")
     return scans
 
 
-def _read(request: bytes, reply: bytes) -> Span | None:
-    """Return the input words that a reply brings: their number in the input image, and the words."""
-    if request[0] not in (READ_HOLDING, READ_INPUTS, WRITE_AND_READ) or len(request) < 5:
-        return None
-    first, _ = _PAIR.unpack_from(request, 1)
-    return first - (0 if request[0] == READ_INPUTS else WORDS), reply[2:]
+def _read(request: ModbusPDU, answer: ModbusPDU) -> Span:
+    """Return the input words that an answer brings: their number in the input image, and the words."""
+    if isinstance(request, ReadWriteMultipleRegistersRequest):
+        return request.read_address - WORDS, answer.registers
+    if request.function_code == READ_HOLDING:
+        return request.address - WORDS, answer.registers
+    return (request.address, answer.registers) if request.function_code == READ_INPUTS else NO_WORDS
 
 
-def _written(request: bytes) -> Span | None:
-    if request[0] == WRITE_ONE and len(request) == 5:
-        return _PAIR.unpack_from(request, 1)[0], request[3:]
-    if request[0] == WRITE_SEVERAL and len(request) > 6:
-        return _PAIR.unpack_from(request, 1)[0], request[6:]
-    if request[0] == WRITE_AND_READ and len(request) > 10:
-        return _BOTH.unpack_from(request, 1)[2], request[10:]
-    return None
+def _written(request: ModbusPDU) -> Span:
+    if isinstance(request, ReadWriteMultipleRegistersRequest):
+        return request.write_address, request.write_registers
+    is_write = request.function_code in (WRITE_ONE, WRITE_SEVERAL)
+    return (request.address, request.registers) if is_write else NO_WORDS
 
 
-def _put(image: list[int], span: Span | None) -> bool:
+def _put(image: list[int], span: Span) -> bool:
     """Put words into an image; return whether any is of it."""
-    if span is None:
-        return False
-    found = dict(_inside(*span))
+    first, words = span
+    found = {at: word for at, word in enumerate(words, first) if 0 <= at < WORDS}
     for at, word in found.items():
         image[at] = word
     return bool(found)
-
-
-def _inside(first: int, data: bytes) -> Iterator[tuple[int, int]]:
-    for place in range(len(data) // 2):
-        if 0 <= first + place < WORDS:
-            yield first + place, int.from_bytes(data[2 * place : 2 * place + 2], "big")
 
 
 SAMPLED, SAMPLED_APART = "sampled", "sampled apart"
@@ -130,13 +124,13 @@ def record_words(
     Raises:
         OSError: it can't be written.
     """
-    memory = bytearray(SLOT_BYTES)
     facts = {"name": target.stem, "controller": "remote i/o", "source": "capture"}
     if sampled:
         facts["words"] = SAMPLED_APART if any(each.apart for each in scans) else SAMPLED
     if begin_ns > _YEAR_2000_NS:
         facts[CAPTURED_AT] = datetime.fromtimestamp(begin_ns // 10**9, UTC).strftime("%Y-%m-%d %H:%M:%S UTC")
     module = SlotInfo(slot, CATALOG, "4.1")
+    memory = bytearray(block_layout([module]).size)
     recorder = ScanRecorder(target, memory, [module], scan_period_ns=SCAN_PERIOD_NS, metadata=facts)
     with closing(recorder):
         for number, scan in enumerate(scans):

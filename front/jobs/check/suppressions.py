@@ -22,7 +22,7 @@ from ..load.loading import LoadedRack
 from .facts import FileLine
 
 _PYTHON = re.compile(r"#\s*scanrack:\s*ignore\[([\w\s,-]+)\]", re.IGNORECASE)
-_RUNGS = re.compile(r"check:\s*ignore\s+([\w-]+(?:\s*,\s*[\w-]+)*)", re.IGNORECASE)
+_RUNGS = re.compile(r"check:\s*ignore\s+([\w-]+(?:\s*,\s*[\w-]+)*+)", re.IGNORECASE)
 _MARKS = ("//", "(*", "/*", "#")
 _ALL = "all"
 

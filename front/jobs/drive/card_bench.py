@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from ...io_images.image import WORDS, Image
+from ...io_images.image import Image
 from ...runtime.loop.module import Module
 from ...runtime.machine import MachineSpec
 from ...runtime.modules.record import ModuleRecord, NamedInputs
@@ -23,12 +23,12 @@ class CardOptions(Strict):
 
 
 class CardRequest(Strict):
-    """One request to a card; `out` may have fewer than eight words, the others are 0."""
+    """One request to a card; `out` may have fewer words than the module, the others are 0."""
 
     new: CardOptions | None = None
     power_cycle: Literal[True] | None = None
     plc_mode: Literal["run", "program"] | None = None
-    out: Annotated[list[Word], Field(max_length=WORDS)] | None = None
+    out: list[Word] | None = None
     inputs: dict[str, Level] = Field(default_factory=dict)
     for_ms: Milliseconds = Decimal(0)
     changes: Annotated[bool, Field(strict=True)] = False
@@ -56,7 +56,7 @@ class CardBench:
         self.words = self._record.words(options.options)
         self.scan_ns = int(options.scan_ms * NS_PER_MS)
         self.now_ns = self.scan = 0
-        self._outputs = Image()
+        self._outputs = Image(size=len(self.words.outputs))
         self._inputs = self.module.update(0, self._outputs)
 
     def answer_line(self, line: str) -> dict[str, Any]:
@@ -68,13 +68,15 @@ class CardBench:
         request = read(line, CardRequest, CARD_TABLES)
         if request.new is not None:
             self._renew(request.new)
+        if request.out is not None and len(request.out) > len(self.words.outputs):
+            raise RequestError(f"out: {len(request.out)} words: must be at most {len(self.words.outputs)}")
         self._set_inputs(request.inputs)
         if request.power_cycle:
             self.module.power_cycle()
         if request.plc_mode is not None:
             self.module.plc_run(request.plc_mode == "run")
         if request.out is not None:
-            self._outputs = Image(request.out)
+            self._outputs = Image(request.out, size=len(self.words.outputs))
         changes = self._run(-(-int(request.for_ms * NS_PER_MS) // self.scan_ns))
         return self._reply() | ({"changes": changes} if request.changes else {})
 

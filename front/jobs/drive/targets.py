@@ -7,10 +7,12 @@ from functools import partial
 from typing import Any
 
 from ...io_images.amci3601.words import is_stepper
+from ...io_images.drives.models import MODELS, Model
 from ...runtime.modules.record import ModuleRecord, Trait
 from ...runtime.modules.registry import OWN
 from .adapter_bench import AdapterBench
 from .card_bench import CardBench
+from .drive_bench import DriveBench
 from .image_bench import ImageBench, on_bench
 from .pcl601_bench import pcl601_bench
 from .pmc006_bench import pmc006_bench
@@ -30,9 +32,14 @@ def module_bench(record: ModuleRecord) -> Answer:
     return CardBench(record).answer_line
 
 
+def _drive_bench(model: Model) -> Answer:
+    return DriveBench(model).answer
+
+
 BENCHES: Mapping[str, Callable[[], Answer]] = {
     **{name: partial(module_bench, record) for name, record in OWN.items()},
     "pcl601": lambda: pcl601_bench().answer,
     "pmc006": lambda: pmc006_bench().answer,
+    **{name: partial(_drive_bench, model) for name, model in MODELS.items()},
 }
 """Makers of the targets' benches, by name."""

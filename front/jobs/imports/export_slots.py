@@ -15,6 +15,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from ...io_images.cards import KINDS
 from ...runtime.modules.record import Trait
 from ...runtime.modules.registry import OWN
 from .toml_text import comment, text
@@ -108,10 +109,14 @@ def _wiring(module: str) -> Iterator[str]:
         yield '#     { input = "home", first = -1500, last = -1300 },'
         yield '#     { input = "cw_limit", first = 12000 },'
         yield "# ]"
-    elif OWN[module].words({}).inputs and "I" in module.rpartition("-")[2]:
+    elif module in KINDS and KINDS[module].inputs:
         yield "# [slot.options]"
         yield "# inputs = { start = 0 }"
         yield '# timeline = [{ at_ms = 500, input = "start", for_ms = 200 }]'
+    elif module in KINDS and KINDS[module].channels_in:
+        yield "# [slot.options]"
+        yield "# inputs = { level = 0 }"
+        yield '# timeline = [{ at_ms = 500, input = "level", value = 4000 }]'
 
 
 def differences(slots: Iterable[ExportSlot], rack: Iterable[tuple[int, str]]) -> Iterator[str]:

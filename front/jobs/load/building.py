@@ -48,7 +48,7 @@ def build_rack(
     return Rack(
         Card(
             slot.number,
-            _exposed(spec, slot.number, modules[slot.number], handled=handled and not slot.is_live),
+            _exposed(spec, slot, modules[slot.number], handled=handled and not slot.is_live),
             slot.module,
             slot.recorded_firmware,
             slot.words,
@@ -69,9 +69,11 @@ def round_trip_ms(spec: RackSpec, slot: SlotSpec) -> int:
     return own_ms + -(-(2 * spec.rpi_ns + spec.scan_ns) // 1_000_000)
 
 
-def _exposed(spec: RackSpec, slot: int, module: Module, *, handled: bool) -> Module:
+def _exposed(spec: RackSpec, slot: SlotSpec, module: Module, *, handled: bool) -> Module:
     """Return a slot's module, exposed to the incidents of the rack file and to later orders."""
-    coming = [each for each in spec.incidents if each.slot == slot]
+    coming = [each for each in spec.incidents if each.slot == slot.number]
+    for each in coming:
+        each.check_late_words(len(slot.words.outputs))
     return ExposedModule(module, coming) if coming or handled else module
 
 

@@ -310,7 +310,7 @@ class _RackPlace:
 
 
 def _loaded(place: _RackPlace, load: Callable[[Stubs], LoadedProgram], *, own: bool = True) -> LoadedRack:
-    """Return the job of a program that takes the stubs, the cards and the axes of its rack.
+    """Return the job of a program that takes the stubs, the modules and the axes of its rack.
 
     Args:
         own: whether the rack file names the program.
@@ -384,8 +384,7 @@ def _stubs(place: _RackPlace) -> Stubs:
     if REFUSED in spec.stubs and PurePath(str(spec.program)).suffix not in EXPORT_SUFFIXES:
         text = "only an export, an .L5X or an .SLC, has refused rungs"
         raise place.refusal("stubs", text, REFUSED)
-    cards = {slot.number: slot.module for slot in spec.slot}
-    return Stubs(read, MISSING_TAGS in spec.stubs, REFUSED in spec.stubs, cards)
+    return Stubs(read, MISSING_TAGS in spec.stubs, REFUSED in spec.stubs, spec.words)
 
 
 def racks_beside(spec: RackSpec) -> tuple[str, ...]:

@@ -383,7 +383,7 @@ def _load_steps(path: Path) -> LoadedProgram:
 
 
 def build(path: Path, program: LadderLogic, stubs: Stubs = NO_STUBS) -> None:
-    """Build a program with the stubs and cards of its rack; a ProgramError if it can't be built."""
+    """Build a program with the stubs and modules of its rack; a ProgramError if it can't be built."""
     try:
         program.take_stubs(stubs)
         program.build()

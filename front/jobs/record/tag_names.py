@@ -17,7 +17,7 @@ from types import FunctionType, ModuleType
 from typing import Any, get_type_hints
 
 from ...io_images.annotations import declared
-from ...io_images.tag_names import TEXT, matches_part
+from ...io_images.tag_names import TEXT, NamesByPattern
 from ...ladder.python.sequences import Logic
 from ...runtime.loop.scan import ScanLogic
 
@@ -62,9 +62,10 @@ def named_values(namespace: Mapping[str, Any], patterns: Sequence[str]) -> list[
         ValueError: a pattern matches nothing, or a value that can't be recorded.
     """
     known = list(_all_values(namespace))
+    names = NamesByPattern(each.name for each in known)
     found: dict[str, NamedValue] = {}
     for pattern in patterns:
-        matches = [each for each in known if matches_part(pattern, each.name)]
+        matches = [known[place] for place in names.places(pattern)]
         matches = matches or [_at_address(namespace, known, pattern)]
         found.update((each.name, each) for each in matches if each.name not in found)
     return list(found.values())

@@ -12,13 +12,14 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from struct import Struct
 from types import CellType, CodeType, FunctionType
 from typing import Any
 
 from ...io_images.tag_names import TEXT
 from ...ladder.debug import Debugger
-from ...ladder.debug.tag_values import tag_values
+from ...ladder.debug.tag_values import TagValue, TagValues, tag_values
 from ...ladder.lowering.runnable import LadderLogic
 from ...ladder.model.errors import LadderError
 from ...ladder.run.engine import Engine
@@ -126,22 +127,25 @@ class ProgramTags:
         call = f"__pack(__images(), {', '.join(sources)})"
         body = f"try:\n   return {call}\n  except __error:\n   return __slowly()"
         variables = {**cells, **{name: CellType(value) for name, value in own.items()}}
-        self.take: Callable[[], bytes] = _function(body, variables, namespace)
-        self._single = [
-            (each.tag, _function(f"return [{source}]", variables, namespace))
-            for each, source in zip(order, sources, strict=True)
-        ]
+        self.take: Callable[[], bytes] = _functions([body], variables, namespace)[0]
+        self._sources, self._variables, self._namespace = sources, variables, namespace
+
+    @cached_property
+    def _single(self) -> list[Callable[[], list[Any]]]:
+        """For each tag what reads it alone, compiled only when a value does not fit."""
+        bodies = [f"return [{source}]" for source in self._sources]
+        return _functions(bodies, self._variables, self._namespace)
 
     def _slowly(self) -> bytes:
         """Return images and tags; a value that does not fit is 0, with one event per tag."""
         parts = [self._images()]
-        for (tag, read), each in zip(self._single, self.plan.fields, strict=True):
+        for read, each in zip(self._single, self.plan.fields, strict=True):
             form = Struct("<" + each.letters)
             try:
                 parts.append(form.pack(*read()))
             except Exception as error:
                 parts.append(bytes(form.size))
-                self._refuse(tag, error)
+                self._refuse(each.tag, error)
         return b"".join(parts)
 
     def _refuse(self, tag: Tag, error: Exception) -> None:
@@ -180,14 +184,15 @@ class WatchedTags:
     def _read_from(self, engine: Engine) -> None:
         """Read the tags of an edited program."""
         self._engine = engine
-        recorded = [_after_edit(engine, field.tag) for field in self.plan.fields]
+        values = TagValues(engine.lowered.layout)
+        recorded = [_after_edit(values, field.tag) for field in self.plan.fields]
         self._tags = ProgramTags(recorded, engine.memory.cells, {}, self._memory, self._tags.texts)
 
 
-def _after_edit(engine: Engine, tag: Tag) -> RecordedTag:
+def _after_edit(values: TagValues, tag: Tag) -> RecordedTag:
     """Return a tag's expression in an edited program."""
     try:
-        found = [each for each in _of_ladder(engine, [tag.name]) if each.tag == tag]
+        found = [each for each in map(_recorded, values.matching(tag.name)) if each.tag == tag]
     except LadderError:
         found = []
     zeros = "0, []" if tag.type == TEXT else f"*[0] * {tag.length}" if tag.length else "0"
@@ -195,10 +200,11 @@ def _after_edit(engine: Engine, tag: Tag) -> RecordedTag:
 
 
 def _of_ladder(engine: Engine, patterns: Sequence[str]) -> list[RecordedTag]:
-    return [
-        RecordedTag(Tag(each.name, each.type, each.length), each.source)
-        for each in tag_values(engine.lowered.layout, patterns)
-    ]
+    return [_recorded(each) for each in tag_values(engine.lowered.layout, patterns)]
+
+
+def _recorded(value: TagValue) -> RecordedTag:
+    return RecordedTag(Tag(value.name, value.type, value.length), value.source)
 
 
 def tags_of(logic: ScanLogic, patterns: Sequence[str], memory: bytearray) -> ProgramTags | WatchedTags:
@@ -244,13 +250,20 @@ def _services(
     return own, sources
 
 
-def _function(body: str, cells: Mapping[str, CellType], namespace: dict[str, Any]) -> Callable[[], Any]:
-    """Compile a function without arguments whose free variables are cells, and its globals a namespace."""
-    text = f"def outer({', '.join(cells)}):\n def take():\n  {body}\n return take"
-    outer = _code_in(compile(text, "<tags>", "exec"))
-    code = _code_in(outer)
-    return FunctionType(code, namespace, "take", None, tuple(cells[name] for name in code.co_freevars))
+def _functions(
+    bodies: Sequence[str], cells: Mapping[str, CellType], namespace: dict[str, Any]
+) -> list[Callable[[], Any]]:
+    """Compile functions without arguments whose free variables are cells, and their globals a namespace.
+
+    The cells are named once for all bodies: a function for each of many tags costs no more than its body.
+    """
+    inner = "".join(f" def take():\n  {body}\n" for body in bodies)
+    outer = _code_in(compile(f"def outer({', '.join(cells)}):\n{inner}", "<tags>", "exec"))[0]
+    return [
+        FunctionType(code, namespace, "take", None, tuple(cells[name] for name in code.co_freevars))
+        for code in _code_in(outer)
+    ]
 
 
-def _code_in(code: CodeType) -> CodeType:
-    return next(each for each in code.co_consts if isinstance(each, CodeType))
+def _code_in(code: CodeType) -> list[CodeType]:
+    return [each for each in code.co_consts if isinstance(each, CodeType)]

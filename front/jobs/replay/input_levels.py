@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...io_images.amci3601 import ALL_INPUTS, InputBit
-from ...io_images.image import WORDS
+from ...io_images.memory_layout import ImagePlaces
 from ...traces.replay import PackedTrace
 from ...traces.signals.decode import in_command_mode
 from ..run.playback import Stimulus
@@ -40,7 +40,7 @@ def recorded_levels(
 def _levels_of(recording: PackedTrace, slot: int, high: int) -> Iterator[Stimulus]:
     first_ns = recording.times[0]
     before: int | None = None
-    for at_ns, levels in _shown(recording, recording.place(slot) // 2, high):
+    for at_ns, levels in _shown(recording, recording.layout.places[slot], high):
         for bit in InputBit:
             if before is None:
                 yield Stimulus(first_ns, slot, bit, bool(levels & bit.value))
@@ -49,15 +49,15 @@ def _levels_of(recording: PackedTrace, slot: int, high: int) -> Iterator[Stimulu
         before = levels
 
 
-def _shown(recording: PackedTrace, place: int, high: int) -> Iterator[tuple[int, int]]:
+def _shown(recording: PackedTrace, places: ImagePlaces, high: int) -> Iterator[tuple[int, int]]:
     """Yield the first levels of a slot, and those after every change: time, ns, and mask of energized inputs.
 
     Args:
         recording: read chunk by chunk.
-        place: the first column of the slot's output words.
+        places: the slot's images.
         high: the inputs that are active when energized at the beginning.
     """
-    outputs, inputs = slice(place, place + WORDS), slice(place + WORDS, place + 2 * WORDS)
+    outputs, inputs = places.columns("out"), places.columns("in")
     before, configured, last_ns = _NOTHING, np.uint16(high), recording.times[0]
     for columns in recording.scans.chunks():
         if not len(columns.scan):

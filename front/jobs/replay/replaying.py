@@ -61,7 +61,7 @@ class Replay:
             self.rack = build_rack(spec, around=partial(self._resumed.around, exact_inputs=exact_inputs))
         else:
             self.rack = build_rack(spec)
-        self._logic = logic or recorded_outputs(self._score, recording.memory)
+        self._logic = logic or recorded_outputs(self._score, recording.memory, recording.layout)
         directions = {
             ReplayTarget.MODULE: ("in",),
             ReplayTarget.PROGRAM: ("out",),

@@ -14,14 +14,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ...io_images.amci3601.bits import InputBit
-from ...io_images.image import IMAGE_BYTES, Image
+from ...io_images.image import Image
+from ...io_images.memory_layout import MemoryLayout
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.events import Event
 from ...runtime.loop.exchange import Exchange
 from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.pace import Watchdog
 from ...runtime.loop.phases import IDLE_PHASES
-from ...runtime.loop.rack import SLOT_BYTES, Rack
+from ...runtime.loop.rack import Rack
 from ...runtime.loop.scan import MODE_MASK, CpuMode, LogicScan, ScanFlag, ScanLogic
 from ...runtime.machine import MachineSpec, TimelineEntry
 from ..record.link_losses import LinkChange
@@ -114,7 +115,7 @@ class RecordedInputs:
     """A module that shows the input images of a recording, one after the other.
 
     Args:
-        images: 16 bytes per scan.
+        images: the bytes of an image per scan.
         times: of the images, ns, ascending.
         links: losses and returns of its link, ascending.
     """
@@ -127,7 +128,7 @@ class RecordedInputs:
         self._times = times
         self._last = len(times) - 1
         self._row = -1
-        self._image = Image()
+        self._image = Image(buffer=bytearray(images[0])) if images else Image()
         self._links = list(links)
         self.linked = True
 
@@ -154,14 +155,14 @@ class RecordedInputs:
         """Do nothing: the recording continues; see `Module.power_cycle`."""
 
 
-def recorded_outputs(score: ReplayPlan, memory: Sequence[bytes]) -> ScanLogic:
+def recorded_outputs(score: ReplayPlan, memory: Sequence[bytes], layout: MemoryLayout) -> ScanLogic:
     """Return logic that writes the output images of a recording, scan by scan."""
     written = (image for row, image in enumerate(memory) if "logic" not in IDLE_PHASES[score.mode(row)])
 
     def logic(scan: LogicScan) -> None:
         image = next(written)
-        for place, slot in enumerate(scan.slot.values()):
-            slot.outputs.raw[:] = image[SLOT_BYTES * place : SLOT_BYTES * place + IMAGE_BYTES]
+        for slot in scan.slot.values():
+            slot.outputs.raw[:] = image[layout.places[slot.number].outputs]
 
     return logic
 

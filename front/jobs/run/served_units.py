@@ -87,10 +87,10 @@ def pcl601_units(
     thumbwheels: Sequence[str] = (),
     gap_ms: float = PORT_GAP_MS,
 ) -> list[Unit]:
-    """Make PCL601s, one for each address, by default 1; a frame ends by its length.
+    """Make PCL601s, one for each address, by default 1; a frame ends by its length and its CRC.
 
-    Silence of `gap_ms` of real time ends other bytes. A program goes to the unit that its `.axis` names;
-    without that directive, to the only unit.
+    After silence of `gap_ms` of real time another frame may begin. A program goes to the unit that its
+    `.axis` names; without that directive, to the only unit.
 
     Raises:
         ValueError: an illegal address, or an unusable program or thumbwheel.

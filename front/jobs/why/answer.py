@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any
 
 from ...io_images.addresses import Address, parse_address
-from ...io_images.image import IMAGE_BYTES, WORDS
 from ...io_images.module_words import ModuleWords
 from ...ladder.debug import CauseLink, Debugger, Remedies, told
 from ...ladder.debug.remedies import of_input
@@ -148,10 +147,10 @@ class Why:
         if place.image == "I":
             value = place.bit is None or not self._value(place) if wanted is None else wanted
             return of_input(text, value, self._terminal(place.slot, place.word, place.bit))
-        at = self._offset(place.slot) + 2 * place.word
+        at = self._offset(place.slot, place.word)
 
         def read() -> Value:
-            word = int.from_bytes(trials.outputs()[at : at + 2], "little", signed=True)
+            word = int.from_bytes(trials.block()[at : at + 2], "little", signed=True)
             return word if place.bit is None else bool(word >> place.bit & 1)
 
         return trials.of(text, lambda _logic: read, wanted, chains.name)
@@ -223,29 +222,27 @@ class Why:
             return None
         return run_again(self.recording, self.spec, self.load, rows, last, watched)
 
-    def _by_line(self, said: str, row: int, again: TracedRun | None, at: int, mask: int) -> Iterator[str]:
-        """Yield the line that changed a word; `at` is its place among all output images."""
+    def _by_line(self, said: str, row: int, again: TracedRun | None, slot: int, word: int) -> Iterator[str]:
+        """Yield the line that changed an output word."""
         if self.recording.flags[row] & ScanFlag.FAULT:
             yield f"{said}: the CPU faulted, which zeroes all outputs"
             yield from self._on_record(0, row)
         elif again is None:
-            yield f"{said}{self._rung(at, row)}"
+            yield f"{said}{self._rung(slot, word, row)}"
         elif not again.explains(row):
             yield f"{said}: {again.no_line(self.past)}"
         else:
-            made = [each for each in again.changes.get(row, ()) if _differs(each, at, mask)]
-            yield from self._told(said, made, row, self._slot_at(at))
+            at = self._offset(slot, word)
+            made = [each for each in again.changes.get(row, ()) if _differs(each, at)]
+            yield from self._told(said, made, row, slot)
 
-    def _rung(self, at: int, row: int) -> str:
+    def _rung(self, slot: int, word: int, row: int) -> str:
         """Return the rung that last changed a word, after a colon; a full stop if it is unknown."""
         if self.debugger is None:
             return "."
-        change = self.debugger.cause(f"Local:{self._slot_at(at)}:O.Data[{at % IMAGE_BYTES // 2}]")
+        change = self.debugger.cause(f"Local:{slot}:O.Data[{word}]")
         known = change is not None and change[0] == self.recording.numbers[row]
         return f": {change[1]}" if change is not None and known else "."
-
-    def _slot_at(self, at: int) -> int:
-        return self.recording.slots[at // IMAGE_BYTES].number
 
     def _told(self, said: str, made: Sequence[TracedChange], row: int, slot: int = 0) -> Iterator[str]:
         """Yield sentences about the last of some changes in a scan, in the words of `slot`."""
@@ -260,8 +257,9 @@ class Why:
             self.lines.append(made[-1].line)
             yield from told_change(said, made[-1], slots, lambda slot: self.past.words(slot, "in", row))
 
-    def _offset(self, slot: int) -> int:
-        return self.recording.place(slot) // 2
+    def _offset(self, slot: int, word: int) -> int:
+        """Return the place of an output word in the memory block, bytes."""
+        return int(self.recording.span((slot, "out")).start) + 2 * word
 
     # --- the rack
 
@@ -270,26 +268,27 @@ class Why:
         if slot.is_stepper:
             said = waits(past)
         else:
-            said = [module_text(slot, "in", (0,) * WORDS, past.inputs) or "all inputs are 0"]
+            said = [module_text(slot, "in", (0,) * len(past.inputs), past.inputs) or "all inputs are 0"]
         yield f"slot {slot.number}: {said[0]}"
         yield from (f"  {each}" for each in said[1:])
 
     def _last_changes(self, slot: SlotInfo) -> Iterator[tuple[int, list[int]]]:
         """Yield the scans that last changed an output word, the latest first, each with its words."""
         by_row: dict[int, list[int]] = {}
-        for word in range(WORDS):
+        for word in range(len(slot.words.outputs)):
             row = self.past.last_change(slot.number, "out", word)
             if row is not None:
                 by_row.setdefault(row, []).append(word)
         yield from sorted(by_row.items(), reverse=True)
 
     def _of_words(self, slot: SlotInfo, row: int, words: Sequence[int], again: TracedRun | None) -> list[str]:
-        before = self.past.words(slot.number, "out", row - 1) if row else (0,) * WORDS
-        what = module_text(slot, "out", before, self.past.words(slot.number, "out", row))
+        now = self.past.words(slot.number, "out", row)
+        before = self.past.words(slot.number, "out", row - 1) if row else (0,) * len(now)
+        what = module_text(slot, "out", before, now)
         names = f"word{'s' if len(words) > 1 else ''} {', '.join(map(str, words))}"
         said = f"output {names} since {self.past.when(row)}: {what}"
-        at = self._offset(slot.number) + 2 * words[0]
-        return [line for each in self._by_line(said, row, again, at, ALL_BITS) for line in each.splitlines()]
+        found = self._by_line(said, row, again, slot.number, words[0])
+        return [line for each in found for line in each.splitlines()]
 
     def _value(self, place: Address) -> Value:
         word = self.past.words(place.slot, _side(place), self.row)[place.word]
@@ -311,7 +310,7 @@ def _side(place: Address) -> str:
     return "in" if place.image == "I" else "out"
 
 
-def _differs(change: TracedChange, at: int, mask: int) -> bool:
-    """Return whether a change affects the masked bits of the word at a place."""
-    before, after = (int.from_bytes(each[0][at : at + 2], "little") for each in (change.before, change.after))
-    return bool((before ^ after) & mask)
+def _differs(change: TracedChange, at: int) -> bool:
+    """Return whether a change affects the word at a place of the memory block."""
+    before, after = (each[0][at : at + 2] for each in (change.before, change.after))
+    return bool(before != after)

@@ -11,6 +11,7 @@ from ...io_images.addresses import Address
 from ...io_images.amci3601 import COMPLETION_BITS, MOTIONS, CommandMsw, StatusMsw
 from ...io_images.amci3601.rules.causes import BitCause, Origin, cause_of
 from ...io_images.amci3601.words import is_stepper
+from ...io_images.times import seconds
 from ...ladder import LadderLogic
 from ...ladder.debug import CauseLink, Chains, Debugger, linked
 from ...ladder.debug.causes import CellChange
@@ -33,6 +34,9 @@ ANSWER = 2
 
 _SWITCHED = {"rule", "home", "registration"}
 """Events of a module that a terminal may have made: rules, and moves that end at an input."""
+
+_CUT = {"cut short", "found no home", "stopped by the external input"}
+"""Outcomes of a move that its command does not explain."""
 
 _INCIDENTS = {each.value for each in FaultKind}
 
@@ -98,8 +102,13 @@ class RackChain:
             return chains.of_tag(tag, scan)
         while row and CpuMode(self.recording.flags[row] & MODE_MASK) is CpuMode.PROGRAM:
             row -= 1  # the program has not run since then
-        value = chains.causes.value(cells[0], self.recording.numbers[row]) if len(cells) == 1 else None
-        return self._outranked(outranked, tag, value)
+        ran = self.recording.numbers[row]
+        value = chains.causes.value(cells[0], ran) if len(cells) == 1 else None
+        link = self._outranked(outranked, tag, value)
+        if outranked.kind != "mode":
+            return link
+        changed = chains.of_tag(tag, ran)  # the key holds a value that is older
+        return link if changed is None else replace(link, scan=changed.scan, now_ns=changed.now_ns)
 
     def of_bits(self, bits: Bits, name: str, row: int) -> CauseLink | None:
         """Return the chain of bits of an image after a scan."""
@@ -131,9 +140,21 @@ class RackChain:
         """What makes chains through the ladder program."""
         if self._chains is None:
             assert self.maker is not None
-            hooks = {"outside": self._of_input, "at_rest": self._of_input_at_rest}
+            hooks = {
+                "outside": self._of_input,
+                "at_rest": self._of_input_at_rest,
+                "run_mode": self._before_run_mode,
+            }
             self._chains = self.maker(deep=self.deep, **hooks, blocks=AxisBlocks(self))
         return self._chains
+
+    def _before_run_mode(self, scan: int) -> str:
+        """Return since when the key was at program before a first scan in run mode; "" if it was not."""
+        row = bisect_left(self.recording.numbers, scan)
+        mode = of_cpu(self.recording, row - 1) if 0 < row < len(self.recording.numbers) else None
+        if mode is None or mode.kind != "mode":
+            return ""
+        return f"the key was at program since {seconds(mode.now_ns)} s"
 
     def lost(self, slot: int, name: str, row: int) -> CauseLink | None:
         """Return the link of a lost link to a module in a scan; None if it is good."""
@@ -319,12 +340,30 @@ class RackChain:
         own = own or [each for each in rules if not _named(each)]
         text = "; ".join(event_text(each) for each in own[:1])
         text = self._standing(slot, bits, row) or text
-        switched = any(
+        cut = any(each.fields.get("outcome") in _CUT for each in own)
+        switched = cut or any(
             each.fields.get("kind") == "rule" or each.fields.get("name") in _SWITCHED for each in own
         )
         behind = list(self._terminals(slot, row)) if switched else []
+        behind = behind or (list(self._interruption(slot, row, rules)) if cut else [])
         behind = behind or list(self._command(slot, bits, row))
         return self.link("module", bits, name, row, text or self._of_bit(bits, row), *behind)
+
+    def _interruption(self, slot: SlotInfo, row: int, events: list[TraceEvent]) -> Iterator[CauseLink]:
+        """Yield what cut a motion short in a scan: the CPU that left run mode, a command, or a rule."""
+        mode = of_cpu(self.recording, row)
+        if mode is not None:
+            yield self._outranked(mode, "the CPU", None)
+            return
+        answered = self._answered(slot, row)
+        if answered is not None:
+            yield answered
+            return
+        rules = [each for each in events if each.fields.get("kind") == "rule"]
+        if rules:
+            parts = {"kind": "module", "name": f"slot {slot.number}", "value": None}
+            at = {"scan": self.recording.numbers[row], "now_ns": self.recording.times[row]}
+            yield linked([], **parts, **at, text=event_text(rules[0]))
 
     def _of_bit(self, bits: Bits, row: int) -> str:
         """Return what a change of a bit says, by its row; of a word nothing."""
@@ -396,15 +435,10 @@ class RackChain:
     def _command(self, slot: SlotInfo, bits: Bits, row: int) -> Iterator[CauseLink]:
         """Yield what a module answers to: its outputs just before, or the last start of a motion."""
         past = Past(self.recording, row)
-        first = max(0, row - ANSWER)
-        for word in range(8):
-            changed = past.last_change_between(slot.number, "out", word, first, row)
-            if changed is not None:
-                before = past.words(slot.number, "out", changed - 1)[word] if changed else 0
-                now = past.words(slot.number, "out", changed)[word]
-                mask = (now & ~before or now ^ before) & ALL_BITS
-                yield self._output(Bits(slot.number, "out", word, mask), slot, changed)
-                return
+        answered = self._answered(slot, row)
+        if answered is not None:
+            yield answered
+            return
         if bits.word or bits.mask & (_BY_MOTION | _RATES):
             for changed in reversed(past.changes(slot.number, "out", 0, MOTIONS.value)):
                 before = past.words(slot.number, "out", changed - 1)[0] if changed else 0
@@ -412,6 +446,18 @@ class RackChain:
                 if begun:
                     yield self._output(Bits(slot.number, "out", 0, begun), slot, changed)
                     return
+
+    def _answered(self, slot: SlotInfo, row: int) -> CauseLink | None:
+        """Return the chain of the outputs that changed just before a scan; None if none did."""
+        past = Past(self.recording, row)
+        for word in range(len(slot.words.outputs)):
+            changed = past.last_change_between(slot.number, "out", word, max(0, row - ANSWER), row)
+            if changed is not None:
+                before = past.words(slot.number, "out", changed - 1)[word] if changed else 0
+                now = past.words(slot.number, "out", changed)[word]
+                mask = (now & ~before or now ^ before) & ALL_BITS
+                return self._output(Bits(slot.number, "out", word, mask), slot, changed)
+        return None
 
     def _output(self, bits: Bits, slot: SlotInfo, row: int) -> CauseLink:
         names = [name for name, bit in slot.words.bits("O", bits.word) if bits.mask >> bit & 1]

@@ -5,12 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 
-from ...io_images.image import IMAGE_BYTES
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.faults import Cause, CpuFault
 from ...runtime.loop.listeners import QuietListener
 from ...runtime.loop.pace import Watchdog
-from ...runtime.loop.rack import SLOT_BYTES
 from ...runtime.loop.scan import ScanLogic
 from ...traces.replay import PackedTrace
 from ..replay.replaying import recorded_rack, score_of
@@ -35,7 +33,7 @@ class InputReplay(QuietListener):
         self._recorded = recording.memory
         self._rack = recorded_rack(recording, spec)
         self._memory = self._rack.memory
-        self._spans = [slice(at, at + IMAGE_BYTES) for at in range(0, len(self._memory), SLOT_BYTES)]
+        self._spans = [places.outputs for places in self._rack.layout.places.values()]
         self._stop: Callable[[], None] = lambda: None
         self.row = 0  # the present scan; after the run the next one
         self.departs: int | None = None  # row of the first scan with other outputs than recorded, or None
@@ -67,9 +65,9 @@ class InputReplay(QuietListener):
         assert isinstance(module, RecordedInputs)
         module.hold(image)
 
-    def outputs(self) -> bytes:
-        """Return all present output images."""
-        return b"".join([self._memory[span] for span in self._spans])
+    def block(self) -> bytes:
+        """Return the rack's present memory block, with the outputs as the program has written them so far."""
+        return bytes(self._memory)
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:
         """Compare a scan, and end the run with the last one."""

@@ -21,7 +21,7 @@ class Journal(QuietListener):
         self._slots = tuple(
             SlotInfo(slot.number, slot.catalog, slot.firmware, slot.words) for slot in rack.slots.values()
         )
-        self._scans = NotedScans(len(self._slots))
+        self._scans = NotedScans(rack.layout.words)
         self._events: list[TraceEvent] = []
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:

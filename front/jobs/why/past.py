@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from ...io_images.image import WORDS
 from ...io_images.times import seconds
 from ...traces.format.layout import SlotInfo
 from ...traces.read.event_text import describe
@@ -46,8 +45,8 @@ class Past:
 
     def words(self, slot: int, image: str, row: int) -> tuple[int, ...]:
         """Return an image of a slot in a scan; `image` is "in" or "out"."""
-        begin, chunk = self._column(slot, image, 0), self.recording.scans.chunk(row // CHUNK_SCANS)
-        return tuple(chunk.words[row % CHUNK_SCANS, begin : begin + WORDS].tolist())
+        own, chunk = self._own(slot, image), self.recording.scans.chunk(row // CHUNK_SCANS)
+        return tuple(chunk.words[row % CHUNK_SCANS, own].tolist())
 
     def last_change(self, slot: int, image: str, word: int, mask: int = ALL_BITS) -> int | None:
         """Return the row in which bits of a word last changed, or None.
@@ -89,7 +88,10 @@ class Past:
         return None
 
     def _column(self, slot: int, image: str, word: int) -> int:
-        return self.recording.place(slot) // 2 + (WORDS if image == "in" else 0) + word
+        return int(self._own(slot, image).start) + word
+
+    def _own(self, slot: int, image: str) -> slice:
+        return self.recording.layout.places[slot].columns(image)
 
     def _chunks(self) -> Iterator[np.ndarray[tuple[int, int], np.dtype[np.int16]]]:
         for number in range(self.row // CHUNK_SCANS + 1):

@@ -200,7 +200,7 @@ class _TracedLogic(LogicWrapper):
                 self.found.value, self.found.watched = value, self.following.row
 
     def _watch(self) -> tuple[bytes, Any]:
-        return self.following.outputs(), None if self._read is None else self._read()
+        return self.following.block(), None if self._read is None else self._read()
 
     def _begins(self, line: Line, frame: FrameType) -> None:
         self._looked += 1

@@ -94,10 +94,10 @@ class ProgramTrials:
     def _to_play(self, over: Callable[[], bool]) -> InputReplay:
         return InputReplay(_longer(self._recording, self._row, self._scans), self._spec, 1 << 62, over)
 
-    def outputs(self) -> bytes:
-        """Return all output images of the run."""
+    def block(self) -> bytes:
+        """Return the rack's present memory block in the run."""
         assert self._replay is not None
-        return self._replay.outputs()
+        return self._replay.block()
 
     def _over(self, own: _Observation, text: str, wanted: Value | None, name: Callable[[Bits], str]) -> bool:
         """At the scan in question try all sets; return whether the run is over."""
@@ -230,7 +230,7 @@ def _longer(recording: PackedTrace, row: int, scans: int) -> PackedTrace:
         for each in range(1, scans + 1)
     ]
     events = tuple(each for each in recording.events if each.scan <= recording.numbers[row])
-    return PackedTrace(recording.slots, PackedScans.of(len(recording.slots), [columns, *more]), events)
+    return PackedTrace(recording.slots, PackedScans.of(recording.layout.words, [columns, *more]), events)
 
 
 def _image(past: Past, slot: int, changes: Sequence[InputChange]) -> bytes:

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from ...io_images.image import IMAGE_BYTES
 from ...io_images.module_words import ModuleWords
 from ...jobs.run.playback import RecordedInputs
 from ...ladder import LadderLogic
@@ -17,7 +16,7 @@ from ...ladder.model.errors import LadderFault
 from ...runtime.live import actions
 from ...runtime.live.actions import ALL, Action
 from ...runtime.live.ring import Rows
-from ...runtime.loop.rack import SLOT_BYTES, Card, Rack
+from ...runtime.loop.rack import Card, Rack
 from ...runtime.loop.scan import LogicScan
 from .event_log import LAST_SCAN
 from .program_replica import Row, scans_in
@@ -119,8 +118,8 @@ class Indexer:
 
     def _run(self, row: Row, memory: bytes) -> None:
         own = self._rack.memory
-        for at in range(IMAGE_BYTES, len(own), SLOT_BYTES):
-            own[at : at + IMAGE_BYTES] = memory[at : at + IMAGE_BYTES]
+        for places in self._rack.layout.places.values():
+            own[places.inputs] = memory[places.inputs]
         view = self._view
         view.number, view.now_ns, view.first = row.scan, row.now_ns, row.first
         try:

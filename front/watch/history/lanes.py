@@ -19,6 +19,7 @@ from itertools import pairwise
 from typing import Any
 
 from ...io_images.addresses import Address
+from ...io_images.memory_layout import NO_MEMORY, MemoryLayout
 from ...ladder.state.memory import same
 from .catalog import shown_value, value_of
 from .program_replica import ProgramReplica
@@ -139,10 +140,10 @@ class TagLanes:
         replica: ProgramReplica | None,
         told: ValueHistory,
         address: Callable[[str], Address | None] = lambda _name: None,
-        slots: Sequence[int] = (),
+        layout: MemoryLayout = NO_MEMORY,
     ) -> None:
         self._timeline, self._replica, self._told = timeline, replica, told
-        self._address, self._slots = address, slots
+        self._address, self._layout = address, layout
         self._period_ns = told.period_ns
         self._known: tuple[tuple[int, int, tuple[str, ...]], Series] | None = None
 
@@ -203,7 +204,7 @@ class TagLanes:
         times = rows["now_ns"].tolist()
         unknown = [] if times and times[0] == piece["from"] else [[piece["from"], None]]
         lanes = {
-            name: unknown + points_of(times, values_at(rows, self._slots, address).tolist())
+            name: unknown + points_of(times, values_at(rows, self._layout, address).tolist())
             for name, address in images.items()
         }
         return {**piece, "tags": piece["tags"] | lanes}

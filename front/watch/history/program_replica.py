@@ -23,7 +23,7 @@ import numpy as np
 import zstandard
 from typing_extensions import override
 
-from ...io_images.image import IMAGE_BYTES
+from ...io_images.memory_layout import MemoryLayout
 from ...ladder import LadderLogic
 from ...ladder.debug.executed import TracedEngine
 from ...ladder.debug.forces import Forces
@@ -32,7 +32,6 @@ from ...ladder.debug.stretch import ScanInputs
 from ...ladder.state.snapshots import restore, snapshot
 from ...runtime.live.ring import Rows
 from ...runtime.loop.phases import IDLE_PHASES
-from ...runtime.loop.rack import SLOT_BYTES
 from ...runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag
 from .recent import RecentRows
 from .timeline import Timeline
@@ -147,14 +146,13 @@ class SessionScans(Source):
     """Snapshots and inputs of a program, from the rows of a session; see `ladder.debug.replay.Source`."""
 
     def __init__(
-        self, program: LadderLogic, slots: list[int], timeline: Timeline | RecentRows, kept: SnapshotStore
+        self, program: LadderLogic, rack: MemoryLayout, timeline: Timeline | RecentRows, kept: SnapshotStore
     ) -> None:
         self._timeline, self._kept = timeline, kept
         self._is_impure = bool(program.functions)
         layout = program.build().layout
-        places = {number: place * SLOT_BYTES + IMAGE_BYTES for place, number in enumerate(slots)}
-        starts = [places[int(leaf.slot or 0)] for leaf in layout.images if not leaf.output]
-        self._images = [slice(at, at + IMAGE_BYTES) for at in starts]
+        images = [int(leaf.slot or 0) for leaf in layout.images if not leaf.output]
+        self._images = [rack.places[slot].inputs for slot in images]
         self._leaves = {leaf.ident: leaf for leaf in layout.leaves.values()}
 
     def snapshots(self, scan: int) -> Iterator[int]:
@@ -197,10 +195,10 @@ class ProgramReplica(Replayer):
     """A ladder program that repeats scans of a session."""
 
     def __init__(
-        self, program: LadderLogic, slots: list[int], timeline: Timeline | RecentRows, kept: SnapshotStore
+        self, program: LadderLogic, rack: MemoryLayout, timeline: Timeline | RecentRows, kept: SnapshotStore
     ) -> None:
         engine = TracedEngine(program.build(), program.scanner)
-        super().__init__(engine, SessionScans(program, slots, timeline, kept), MOST_REPEATED, CHAPTERS)
+        super().__init__(engine, SessionScans(program, rack, timeline, kept), MOST_REPEATED, CHAPTERS)
         self.is_impure = bool(program.functions)  # whether routines in Python prevent repetition of scans
         self._kept = kept
 

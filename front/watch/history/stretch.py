@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ...io_images.addresses import Address, parse_address
+from ...io_images.memory_layout import MemoryLayout, memory_layout
 from ...io_images.module_words import ModuleWords
 from ...jobs.why.source.class_names import Names
 from ...ladder import LadderLogic
@@ -84,6 +85,11 @@ class Stretch:
             return ""
 
     @cached_property
+    def layout(self) -> MemoryLayout:
+        """The places of the images in a row."""
+        return memory_layout(self.words.items())
+
+    @cached_property
     def live(self) -> ProgramReplica | None:
         """Repeats the latest scans; None for a program that can't be repeated."""
         return self._replica()
@@ -96,7 +102,7 @@ class Stretch:
     @cached_property
     def lanes(self) -> TagLanes:
         """Returns the points of tags in the timing strip."""
-        return TagLanes(self.timeline, self._replica(), self.told, self.address, list(self.words))
+        return TagLanes(self.timeline, self._replica(), self.told, self.address, self.layout)
 
     def address(self, name: str) -> Address | None:
         """Return the word or bit of an image that a name means; None for any other name."""
@@ -131,7 +137,7 @@ class Stretch:
     def _replica(self) -> ProgramReplica | None:
         if not isinstance(self.logic, LadderLogic):
             return None
-        return ProgramReplica(self.logic, list(self.words), self.timeline, self.kept)
+        return ProgramReplica(self.logic, self.layout, self.timeline, self.kept)
 
     def described(self, values: Mapping[str, object]) -> Json:
         """Return routines, tags and stubs for a page."""

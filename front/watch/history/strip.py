@@ -22,15 +22,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...io_images.addresses import Address
-from ...io_images.image import WORDS
+from ...io_images.memory_layout import MemoryLayout, memory_layout
 from ...io_images.module_words import ModuleWords
 from ...runtime.live.ring import Rows
 
 MOST_EDGES = 400
 """Most edges of one signal in one piece; more are combined to stretches."""
-
-STATUS_TO_POSITION = 2
-"""Words from a 3601's status to its position [chapter 6, Input Data]."""
 
 EVERY_BIT = np.uint16(0xFFFF)
 
@@ -59,14 +56,10 @@ class Signals:
     modes: Mapping[int, int]
 
 
-def values_at(rows: Rows, slots: Sequence[int], address: Address) -> NDArray[Any]:
-    """Return a word of an image in each of some rows, or a bit of it, as an array of bool.
-
-    Args:
-        slots: their numbers, in the order of the rows.
-    """
-    image = 2 * slots.index(address.slot) + (address.image == "I")
-    words: NDArray[Any] = rows["words"][:, image * WORDS + address.word]
+def values_at(rows: Rows, layout: MemoryLayout, address: Address) -> NDArray[Any]:
+    """Return a word of an image in each of some rows, or a bit of it, as an array of bool."""
+    at = layout.places[address.slot].columns(address.image).start + address.word
+    words: NDArray[Any] = rows["words"][:, at]
     return words if address.bit is None else (words >> address.bit & 1).astype(bool)
 
 
@@ -78,22 +71,22 @@ def signals_of(slots: Mapping[int, ModuleWords], steppers: Sequence[int]) -> Sig
         steppers: the slots with the words of a 3601.
     """
     bits: dict[int, dict[int, str]] = {}
-    for place, (slot, words) in enumerate(slots.items()):
+    places = memory_layout(slots.items()).places
+    for slot, words in slots.items():
         named = [(name, at) for names in words.groups.values() for name, at in names.items()]
-        inputs = {name for name, at in named if at.image == "I"}
+        reported = {name for name, at in named if at.image == "I"}
         for name, at in named:
-            if at.image == "I" or name not in inputs:  # MODE_CONFIG is in both: the status is shown
-                word = (2 * place + (at.image == "I")) * WORDS + at.word
+            if at.image == "I" or name not in reported:  # MODE_CONFIG is in both: the status is shown
+                word = places[slot].columns(at.image).start + at.word
                 bits.setdefault(word, {})[at.bit] = f"{slot}.{name}"
-    order = list(slots)
     positions = {}
     modes: dict[int, int] = {}
     for slot in steppers:
-        outputs = 2 * order.index(slot) * WORDS
-        first = outputs + WORDS
-        positions[f"{slot}.position"] = first + 2, first + 3
-        for image in (outputs, first):
-            modes |= dict.fromkeys(range(image, image + WORDS), image)
+        outputs, inputs = places[slot].columns("O"), places[slot].columns("I")
+        thousands = inputs.start + slots[slot].inputs.index("position_msw")
+        positions[f"{slot}.position"] = thousands, thousands + 1
+        for image in (outputs, inputs):
+            modes |= dict.fromkeys(range(image.start, image.stop), image.start)
     return Signals(bits, positions, modes)
 
 
@@ -176,7 +169,7 @@ def _positions(rows: Rows, begins: Flags, signals: Signals, most: int) -> dict[s
     words, times = rows["words"], rows["now_ns"]
     found = {}
     for name, (thousands, rest) in signals.positions.items():
-        said = words[:, thousands - STATUS_TO_POSITION] >= 0  # bit 15: these words are a mirror
+        said = words[:, signals.modes[thousands]] >= 0  # bit 15: these words are a mirror
         values = words[:, thousands].astype(np.int64) * 1000 + words[:, rest]
         points = _envelope(times, values, begins | np.diff(said, prepend=said[:1]), most)
         spoken = said[np.searchsorted(times, [point[0] for point in points])].tolist()

@@ -11,7 +11,7 @@ from ...ladder.debug import CauseLink, Chains, linked
 from ...ladder.debug.causes import Causes
 from ...ladder.debug.links import said
 from ...runtime.loop.faults import Fault
-from ...traces.format.layout import SlotInfo
+from ...traces.format.layout import SlotInfo, block_layout
 from ...traces.read.packed import PackedScans
 from ...traces.read.reader import TraceEvent
 from ...traces.replay import PackedTrace
@@ -67,7 +67,7 @@ def _chains(monitor: Monitor, causes: Causes, tags: Sequence[str], scan: int) ->
     )
     told = monitor.states.up_to(scan, BACK)
     events = tuple(_event(each, monitor.states.forces_at(each["scan"])) for each in told)
-    recording = PackedTrace(slots, PackedScans.of(len(slots), [columns_of(rows)]), events)
+    recording = PackedTrace(slots, PackedScans.of(block_layout(slots).words, [columns_of(rows)]), events)
 
     def chains(*, deep: bool, **hooks: Any) -> Chains:
         return Chains(causes.engine.lowered, causes, deep, most=DEEPEST, **hooks)

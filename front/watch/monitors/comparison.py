@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...io_images.image import WORDS
+from ...io_images.memory_layout import ImagePlaces
 from ...traces.format.records import TraceError
 from ..history.catalog import NOTHING_SHOWN
 from .asked import Said, strip_in
@@ -110,8 +110,9 @@ class Comparison:
         """
         searched = scan
         for first, last in self._pieces(scan, way):
-            scans, masks = self._masks(first - 1, last)
-            changed = np.flatnonzero((masks[1:] != masks[:-1]) & (masks[1:] != 0) & (np.diff(scans) == 1)) + 1
+            scans, differs = self._differing_words(first - 1, last)
+            other = (differs[1:] != differs[:-1]).any(axis=1) & differs[1:].any(axis=1)
+            changed = np.flatnonzero(other & (np.diff(scans) == 1)) + 1
             found = [int(scans[at]) for at in changed if first <= scans[at] <= last]
             if found:
                 return (found[0] if way > 0 else found[-1]), searched
@@ -132,32 +133,32 @@ class Comparison:
             for last in range(min(scan - 1, high), max(low, scan - MOST_SEARCHED) - 1, -PIECE):
                 yield max(last - PIECE + 1, low), last
 
-    def _masks(self, first: int, last: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
-        """Return the scans of a stretch that both have, and which words differ in each, as bits."""
+    def _differing_words(self, first: int, last: int) -> tuple[np.ndarray[Any, Any], np.ndarray[Any, Any]]:
+        """Return the scans of a stretch that both have, and for each, a row, whether each word differs."""
         first = max(first, 0)
         mine, others = (each.subject.timeline.between(first, last) for each in (self._own, self.other))
         scans, here, there = np.intersect1d(mine["scan"], others["scan"], return_indices=True)
-        masks = np.zeros(len(scans), np.int64)
-        for number, slot in enumerate(self._slots()):
-            pair = [
-                rows["words"][at][:, _columns(each, slot)]
-                for rows, at, each in ((mine, here, self._own), (others, there, self.other))
-            ]
-            bits = (pair[0] != pair[1]) << np.arange(2 * WORDS)
-            masks ^= bits.sum(axis=1) * (2 * number + 1)
-        return scans, masks
+        pair = [
+            rows["words"][at][:, self._columns(each)]
+            for rows, at, each in ((mine, here, self._own), (others, there, self.other))
+        ]
+        return scans, pair[0] != pair[1]
 
-    def _slots(self) -> list[int]:
-        return [slot for slot in self._own.subject.words if slot in self.other.subject.words]
+    def _columns(self, monitor: Monitor) -> np.ndarray[Any, Any]:
+        """Return the words, in rows of a monitor, of the slots with as many words in both recordings."""
+        mine, others = (each.subject.spec.layout.places for each in (self._own, self.other))
+        slots = [slot for slot, own in mine.items() if slot in others and _sizes(own) == _sizes(others[slot])]
+        every = np.arange(monitor.subject.spec.layout.words)
+        own = [every[monitor.subject.spec.layout.places[slot].words] for slot in slots]
+        return np.concatenate([*own, np.zeros(0, int)])
 
 
 COLUMNS = 88
 """Width for which routines of the other program are laid out; no one sees them."""
 
 
-def _columns(monitor: Monitor, slot: int) -> slice:
-    at = 2 * list(monitor.subject.words).index(slot) * WORDS
-    return slice(at, at + 2 * WORDS)
+def _sizes(places: ImagePlaces) -> tuple[int, ...]:
+    return tuple(each.stop - each.start for each in places)
 
 
 def _differing(mine: Mapping[str, Any], others: Mapping[str, Any]) -> Json:
@@ -165,8 +166,9 @@ def _differing(mine: Mapping[str, Any], others: Mapping[str, Any]) -> Json:
 
 
 def _words(mine: list[int], others: list[int] | None) -> Json:
-    """Return the other's words by place, inputs 0 to 7 and outputs 8 to 15, where they differ."""
-    pairs = enumerate(zip(mine, others, strict=True)) if others is not None else ()
+    """Return the other's words by place, inputs before outputs, where they differ; none of another size."""
+    same_size = others is not None and len(others) == len(mine)
+    pairs = enumerate(zip(mine, others or (), strict=True)) if same_size else ()
     return {str(place): other for place, (one, other) in pairs if one != other}
 
 

@@ -112,7 +112,7 @@ def would(monitor: Monitor, page: Page, said: Said) -> None:
     rows = monitor.subject.timeline.between(first, last)
     inputs = [each for scan, each in program.kept.inputs.items() if first <= scan <= last]
     given = ReplayPackage(
-        first, program.kept.values(at), program.kept.forces(first), inputs, rows, list(monitor.subject.words),
+        first, program.kept.values(at), program.kept.forces(first), inputs, rows, monitor.subject.spec.layout,
         ran, draft.rungs, draft.tags,
     )  # fmt: skip
     monitor.elsewhere.effects(page, said.get("id"), given)

@@ -116,7 +116,7 @@ def _replica(given: ReplayPackage, program: LadderLogic, values: Mapping[str, An
     kept.take(Values(given.first, dict(values), 0))
     for record in (Inputs(given.first - 1, (), given.forces, None, 0), *given.inputs):
         kept.take(record)
-    return ProgramReplica(program, given.slots, rows, kept)
+    return ProgramReplica(program, given.layout, rows, kept)
 
 
 def _contents(cell: CellType) -> Any:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from ...io_images.amci3601.words import is_stepper
-from ...io_images.image import WORDS
 from ...io_images.module_words import ModuleWords
 from ...runtime.config.rackspec import RackSpec, SlotSpec
 from ...runtime.loop.incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind
 from ...runtime.machine.spec import INPUT_NAMES, MachineSpec, input_name
 from ...runtime.modules.record import Trait
-from .picture import VALUES
+from .picture import values_of
 
 Json = dict[str, Any]
 
@@ -51,9 +50,9 @@ def slot_of(slot: SlotSpec) -> Json:
         "number": slot.number,
         "catalog": slot.module,
         "title": _title(slot),
-        "words": {"in": WORDS, "out": WORDS},
+        "words": {"in": len(words.inputs), "out": len(words.outputs)},
         "bits": bits_of(slot.number, words),
-        "values": [each._asdict() for each in VALUES] if is_stepper(words) else [],
+        "values": [each._asdict() for each in values_of(words)],
         "inputs": inputs_of(slot),
         "lamps": [
             {"name": name, "title": name, "word": at.word, "bit": at.bit}
@@ -101,7 +100,7 @@ def addresses_of(spec: RackSpec) -> list[Json]:
                     "type": "INT",
                     "description": f"slot {slot.number}, {what} word {word}",
                 }
-                for word in range(WORDS)
+                for word in range(len(slot.words.named(image)))
             ]
     return found
 
@@ -189,7 +188,7 @@ def incidents_of(spec: RackSpec) -> list[Json]:
         if kind in LASTING or kind is FaultKind.TORN_UPDATE:
             fields.append({"name": "for_ms", "title": "For", "kind": "number", "default": 100, "unit": "ms"})
         if kind is FaultKind.TORN_UPDATE:
-            words = list(range(WORDS))
+            words = list(range(max(len(each.words.outputs) for each in spec.slot if each.number in slots)))
             late = {"name": "late_words", "title": "Late words", "kind": "words", "default": [1, 2]}
             fields.append(late | {"choices": words})
         found.append({"name": kind.value, "title": title, "fields": fields})

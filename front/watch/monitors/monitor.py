@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from ...io_images.amci3601.words import is_stepper
-from ...io_images.module_words import ModuleWords
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.live.ring import Row
 from ..history.catalog import NOTHING_SHOWN, shown_value, value_of
@@ -78,9 +77,7 @@ class Subject:
         trace: Path | None,
     ) -> None:
         self.spec = spec
-        self.words: Mapping[int, ModuleWords] = {
-            slot.number: slot.words for slot in sorted(spec.slot, key=lambda each: each.number)
-        }
+        self.words = spec.words
         self.places = Places(self.words, machines)
         self.signals = signals_of(self.words, [slot for slot, each in self.words.items() if is_stepper(each)])
         self.recent = RecentRows(dtype)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...io_images.amci3601.words import is_stepper
-from ...io_images.image import WORDS
+from ...io_images.memory_layout import MemoryLayout, memory_layout
 from ...io_images.module_words import ModuleWords
 from ...runtime.live.ring import Row, Rows
 from ...runtime.loop.scan import MODE_MASK, CpuMode, mode_name
@@ -26,7 +27,8 @@ class StepperValue(NamedTuple):
     """A value in the words of a 3601 in command mode [chapters 5 and 6].
 
     Attributes:
-        words: inputs 0 to 7, outputs 8 to 15; of two the first has the thousands.
+        words: places in the words of its slot, the inputs before the outputs; of two the first has the
+            thousands.
     """
 
     name: str
@@ -35,28 +37,51 @@ class StepperValue(NamedTuple):
     words: tuple[int, ...]
 
     def of(self, words: Sequence[int]) -> int:
-        """Return the value in the sixteen words of a slot."""
+        """Return the value in the words of its slot."""
         first, *rest = (words[each] for each in self.words)
         return first * 1000 + rest[0] if rest else first
 
 
-VALUES = (
-    StepperValue("position", "Position", "steps", (2, 3)),
-    StepperValue("encoder", "Encoder", "counts", (4, 5)),
-    StepperValue("captured", "Captured", "steps", (6, 7)),
-    StepperValue("target", "Target", "steps", (10, 11)),
-    StepperValue("speed", "Speed", "steps/s", (12, 13)),
-    StepperValue("acceleration", "Acceleration", "steps/ms/s", (14,)),
-    StepperValue("deceleration", "Deceleration", "steps/ms/s", (15,)),
+_VALUES = (
+    ("position", "Position", "steps", ("position_msw", "position_lsw")),
+    ("encoder", "Encoder", "counts", ("encoder_msw", "encoder_lsw")),
+    ("captured", "Captured", "steps", ("captured_msw", "captured_lsw")),
+    ("target", "Target", "steps", ("target_msw", "target_lsw")),
+    ("speed", "Speed", "steps/s", ("speed_msw", "speed_lsw")),
+    ("acceleration", "Acceleration", "steps/ms/s", ("acceleration",)),
+    ("deceleration", "Deceleration", "steps/ms/s", ("deceleration",)),
 )
+"""Name, title, unit and words by name."""
 
 
-@dataclass(frozen=True, slots=True)
+def values_of(words: ModuleWords) -> tuple[StepperValue, ...]:
+    """Return the values of a module: those of a stepper whose words it has; none of another module."""
+    if not is_stepper(words):
+        return ()
+    names = [*words.inputs, *words.outputs]
+    return tuple(
+        StepperValue(name, title, unit, tuple(names.index(each) for each in own))
+        for name, title, unit, own in _VALUES
+        if set(own) <= set(names)
+    )
+
+
+@dataclass(frozen=True)
 class Places:
     """The layout of a row."""
 
     slots: Mapping[int, ModuleWords]
     machines: Sequence[int]
+
+    @cached_property
+    def layout(self) -> MemoryLayout:
+        """The places of the images."""
+        return memory_layout(self.slots.items())
+
+    @cached_property
+    def values(self) -> Mapping[int, tuple[StepperValue, ...]]:
+        """The values of each slot."""
+        return {slot: values_of(words) for slot, words in self.slots.items()}
 
     def of(self, row: Row, before: Rows, *, past: bool = False) -> Json:
         """Return a frame's contents about the images and machines of a row.
@@ -68,26 +93,26 @@ class Places:
         """
         words = row["words"].tolist()
         shown: Json = {"words": {}, "values": {}, "machine": {}}
-        for place, (slot, names) in enumerate(self.slots.items()):
-            at = 2 * place * WORDS
-            own = shown["words"][str(slot)] = words[at + WORDS : at + 2 * WORDS] + words[at : at + WORDS]
-            if is_stepper(names):
-                shown["values"][str(slot)] = {each.name: each.of(own) for each in VALUES}
+        for slot, places in self.layout.places.items():
+            own = shown["words"][str(slot)] = words[places.columns("I")] + words[places.columns("O")]
+            if self.values[slot]:
+                shown["values"][str(slot)] = {each.name: each.of(own) for each in self.values[slot]}
         figures = row["figures"].tolist()
         past = past or not row["wall_ns"]  # a row of a trace
         for place, slot in enumerate(self.machines):
-            shaft, encoder, levels = figures[PER_SLOT * place :][:PER_SLOT]
+            shaft, encoder, levels, zero = figures[PER_SLOT * place :][:PER_SLOT]
             configured = shown["words"][str(slot)][0] >= 0
             values = shown["values"].get(str(slot), {}) if configured else {}
             if past:
                 shaft = encoder = None
                 levels = shown["words"][str(slot)][1]  # status LSW: the levels as the module reads them
             known = configured or not past  # a configuration's mirror has no levels
-            commanded = shown["words"][str(slot)][WORDS] >= 0  # else these words configure
+            commanded = words[self.layout.places[slot].columns("O").start] >= 0  # else these words configure
             shown["machine"][str(slot)] = {
                 "position": values.get("position"),
                 "shaft": shaft,
                 "encoder": encoder,
+                "zero": zero,  # 0 in a trace, which has no machine
                 "target": values.get("target") if commanded else None,
                 "speed": self._speed(slot, row, before),
                 "inputs": {
@@ -100,10 +125,12 @@ class Places:
         """Return the speed of a stepper's position, steps/s; None if unknown."""
         if slot not in self.slots or not len(before) or before[0]["now_ns"] >= row["now_ns"]:
             return None
-        at = (2 * list(self.slots).index(slot) + 1) * WORDS + 2
-        if row["words"][at - 2] < 0 or before[0]["words"][at - 2] < 0:
+        inputs = self.layout.places[slot].columns("I")
+        both = [each["words"][inputs].tolist() for each in (row, before[0])]
+        position = next((each for each in self.values[slot] if each.name == "position"), None)
+        if position is None or any(each[0] < 0 for each in both):
             return None  # in configuration mode these words are a mirror
-        now, then = (int(each["words"][at]) * 1000 + int(each["words"][at + 1]) for each in (row, before[0]))
+        now, then = map(position.of, both)
         return round((now - then) * 1e9 / (int(row["now_ns"]) - int(before[0]["now_ns"])))
 
 

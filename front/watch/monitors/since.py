@@ -32,7 +32,7 @@ def last_change(monitor: Monitor, tag: str, scan: int) -> LastChange | None:
 
 def _of_image(monitor: Monitor, place: Address, scan: int) -> LastChange | None:
     rows = monitor.subject.timeline.between(max(0, scan - BACK), scan)
-    values = values_at(rows, list(monitor.subject.words), place)
+    values = values_at(rows, monitor.subject.spec.layout, place)
     changes = np.flatnonzero(values[1:] != values[:-1])
     if not len(changes):
         return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from ...io_images.memory_layout import MemoryLayout
 from ...ladder.debug.forces import Forces
 from ...runtime.live.ring import Rows
 from ..history.watched_program import Inputs
@@ -27,7 +28,7 @@ class ReplayPackage(NamedTuple):
     forces: Forces
     inputs: Sequence[Inputs]  # beside the images
     rows: Rows
-    slots: list[int]
+    layout: MemoryLayout  # of the rows
     ran: SessionProgram
     rungs: Sequence[tuple[str, int, tuple[str, ...]]]
     tags: Sequence[tuple[str, str, str]]

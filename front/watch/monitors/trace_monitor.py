@@ -14,7 +14,6 @@ from ...ladder import LadderLogic
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.live.actions import ACTIONS, NAMES, Branch, action_of
 from ...runtime.live.ring import row_type
-from ...runtime.loop.rack import SLOT_BYTES
 from ...runtime.loop.scan import ScanLogic
 from ...runtime.modules.record import Trait
 from ...traces.read.reader import Trace
@@ -66,7 +65,7 @@ class TraceMonitor(Monitor):
         branch: Callable[[int, bool], None],
     ) -> None:
         machines = tuple(slot.number for slot in spec.slot if slot.has(Trait.MACHINE))
-        dtype = row_type(SLOT_BYTES * len(spec.slot), PER_SLOT * len(machines))
+        dtype = row_type(spec.layout.size, PER_SLOT * len(machines))
         subject = Subject(spec, machines, dtype, path)
         subject.timeline.use(trace)
         for each in sources:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...io_images.amci3601.words import is_stepper
-from ...io_images.image import WORDS
+from ...io_images.memory_layout import memory_layout
 from ...io_images.module_words import BitPlace, ModuleWords
 from ...runtime.live.ring import Rows
 
@@ -64,11 +64,12 @@ class ErrorWatch:
 
 def _bits(words: Mapping[int, ModuleWords]) -> Iterator[tuple[tuple[int, bool], ErrorBit]]:
     """Yield the error bits, each with the place of its image in a row, and whether that is of a 3601."""
-    for number, (slot, names) in enumerate(words.items()):
+    places = memory_layout(words.items()).places
+    for slot, names in words.items():
         for group in names.groups.values():
             for name in names.errors:
                 if name in group:
-                    start = (2 * number + 1) * WORDS
+                    start = int(places[slot].columns("I").start)
                     yield (start, is_stepper(names)), ErrorBit(slot, name, group[name])
 
 

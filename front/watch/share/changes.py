@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...io_images.memory_layout import MemoryLayout
 from ...runtime.live.ring import Rows
 from ..history.catalog import shown_value
 from ..history.timeline import Timeline
@@ -120,15 +121,14 @@ def _differences(values: Sequence[int]) -> list[int]:
     return [one - other for one, other in zip(values, [0, *values], strict=False)]
 
 
-def take_words(lists: ChangeLists, rows: Rows, slots: Iterable[int]) -> None:
+def take_words(lists: ChangeLists, rows: Rows, layout: MemoryLayout) -> None:
     """Collect the words of the images, inputs before outputs as in frames."""
     words, scans = rows["words"], rows["scan"]
-    half = words.shape[1] // (2 * len(list(slots)))
-    for column in range(words.shape[1]):
-        slot, place = list(slots)[column // (2 * half)], (column + half) % (2 * half)
-        values = words[:, column]
-        at = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]]))
-        lists.take(f"words\n{slot}\n{place}", scans[at].tolist(), values[at].tolist())
+    for slot, places in layout.places.items():
+        images = [words[:, places.columns(image)] for image in ("I", "O")]
+        for place, values in enumerate(np.concatenate(images, axis=1).T):
+            at = np.flatnonzero(np.concatenate([[True], values[1:] != values[:-1]]))
+            lists.take(f"words\n{slot}\n{place}", scans[at].tolist(), values[at].tolist())
 
 
 def take_recorded(

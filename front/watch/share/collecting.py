@@ -105,7 +105,7 @@ def gathered(monitor: TraceMonitor, wanted: SharedStretch) -> StretchValues:
         pass
     lead = max(start, wanted.first - SPEED_SCANS)
     rows = subject.timeline.between(lead, wanted.last)
-    take_words(lists, rows, subject.words)
+    take_words(lists, rows, subject.spec.layout)
     _take_times(lists, rows, subject.spec.scan_ns)
     own = rows[np.searchsorted(rows["scan"], wanted.first) :]
     events = monitor.states.up_to(wanted.last, MOST_EVENTS)

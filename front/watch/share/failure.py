@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...io_images.image import WORDS
+from ...io_images.memory_layout import MemoryLayout
 from ..monitors.trace_monitor import TraceMonitor
 from .changes import ChangeLists
 from .collecting import SharedStretch, gathered
@@ -55,10 +55,11 @@ class Failure:
         if found is None:
             return told | {"against": {"equal_to": last}}
         before = found.scan == wanted.first > extent[0]  # earlier scans are not in the page
-        return told | {"against": {"scan": found.scan, "before": before, **_named(found.keys)}}
+        names = _named(found.keys, passed.subject.spec.layout)
+        return told | {"against": {"scan": found.scan, "before": before, **names}}
 
 
-def _named(keys: Iterable[str]) -> Json:
+def _named(keys: Iterable[str], layout: MemoryLayout) -> Json:
     """Return the names of lists, by kind: tags, rungs, and images or states of the rack."""
     tags, rungs, others = [], [], []
     for key in keys:
@@ -68,7 +69,9 @@ def _named(keys: Iterable[str]) -> Json:
         elif part == "power":
             rungs.append(rest[-1])
         elif part == "words":
-            others.append(f"slot {rest[0]} {'inputs' if int(rest[1]) < WORDS else 'outputs'}")
+            inputs = layout.places[int(rest[0])].columns("I")
+            image = "inputs" if int(rest[1]) < inputs.stop - inputs.start else "outputs"
+            others.append(f"slot {rest[0]} {image}")
         else:
             others.append({"mode": "mode", "forced": "forces"}[part])
     lists = {"tags": tags, "rungs": rungs, "others": others}

@@ -8,13 +8,14 @@ const PARTS = ["power", "tags"], STATES = ["mode", "forced", "lines", "rules", "
 const BACK = 50, EVENTS = 100, HITS = 200; // scans of a speed, as the server has it; rows of an answer
 
 const lists = new Map(); // key -> { scans, values }
-let data = null, heard = null, at = null, number = 0, sent = {};
+let data = null, sizes = {}, heard = null, at = null, number = 0, sent = {}; // sizes: words in and out of each slot
 
 export async function connect(_key, listener) {
   heard = listener;
   const packed = Uint8Array.from(atob(document.getElementById("data").textContent), letter => letter.charCodeAt(0));
   const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
   data = read(await new Response(stream).text());
+  sizes = Object.fromEntries(data.hello.slots.map(slot => [slot.number, slot.words]));
   for (const [key, { steps, ...packed }] of Object.entries(data.lists)) lists.set(key, { scans: Int32Array.from(added(steps, data.lead)), values: unpacked(packed) });
   number = programAt(data.scan);
   heard({ hello: { ...data.hello, ...data.programs[number].described } });
@@ -48,7 +49,7 @@ function valueAt(key, scan) {
 }
 
 const timeOf = scan => scan * data.hello.period_ns + (valueAt("offset", scan) ?? 0);
-const wordsAt = (slot, scan) => Array.from({ length: 16 }, (_, place) => valueAt(`words\n${slot}\n${place}`, scan) ?? 0);
+const wordsAt = (slot, scan) => Array.from({ length: sizes[slot].in + sizes[slot].out }, (_, place) => valueAt(`words\n${slot}\n${place}`, scan) ?? 0);
 const programAt = scan => data.programs.findLastIndex(each => each.first <= scan);
 const pair = (words, place) => words[place] * 1000 + words[place + 1];
 const valuesOf = (slot, words) => Object.fromEntries(slot.values.map(({ name, words: [first, ...rest] }) => [name, rest.length ? pair(words, first) : words[first]]));
@@ -58,7 +59,7 @@ function machineOf(slot, words, values, scan) {
   const spoken = says && before[0] >= 0 && wide > 0 && data.steppers.includes(slot);
   return {
     position: says ? values?.position ?? null : null, shaft: null, encoder: null,
-    target: says && words[8] >= 0 ? values?.target ?? null : null,
+    target: says && words[sizes[slot].in] >= 0 ? values?.target ?? null : null,
     speed: spoken ? Math.round((pair(words, 2) - pair(before, 2)) * 1e9 / wide) : null,
     inputs: Object.fromEntries(Object.entries(data.inputs).map(([name, bit]) => [name, says ? Boolean(words[1] & bit) : null])),
   };
@@ -118,7 +119,7 @@ function pointOf([scan, value]) {
 
 // The edges of a bit; words that configure a stepper have no bits but the one that says so.
 function edgesOf(slot, { word, bit, output }, from, to) {
-  const place = word + (output ? 8 : 0), mode = output ? 8 : 0, stepper = data.steppers.includes(slot);
+  const mode = output ? sizes[slot].in : 0, place = word + mode, stepper = data.steppers.includes(slot);
   const keys = [place, ...(stepper && place !== mode ? [mode] : [])].map(each => `words\n${slot}\n${each}`);
   const scans = new Set(keys.flatMap(key => between(key, from, to).map(([scan]) => scan))), edges = [];
   for (const scan of [...scans].sort((one, other) => one - other)) {
@@ -171,7 +172,7 @@ const unknown = tags => tags.filter(tag => !isTag(tag) && !isAddress(tag));
 function listOf(tag) {
   const [, slot, image, word, bit] = ADDRESS.exec(addressOf(tag)) ?? [];
   if (!slot) return [`tags\n${number}\n${tag}`, value => value];
-  return [`words\n${slot}\n${Number(word) + (image === "O" ? 8 : 0)}`, value => bit === undefined ? value : Boolean((value >> bit) & 1)];
+  return [`words\n${slot}\n${Number(word) + (image === "O" ? sizes[slot]?.in : 0)}`, value => bit === undefined ? value : Boolean((value >> bit) & 1)];
 }
 
 // Its points: of a bit those of its word at which it changes.

@@ -1,4 +1,5 @@
 // The rail of an axis: switches beneath it, stations above it, the shaft, the position that the module knows, the target.
+// All are drawn in steps of the shaft since power-up: `zero` is where the module's position 0 lies.
 
 import { el, setAttribute, setText, svg } from "./dom.js";
 import { count, plain } from "./format.js";
@@ -106,12 +107,13 @@ class Rail {
       svg("path", { d: `M${x - 4} ${RAIL - 4}l8 8m-8 0l8 -8` }));
   }
 
-  move({ shaft, position, target, encoder, speed }) {
+  move({ shaft, position, target, encoder, speed, zero }) {
     if (!this.parts) return;
-    this.fit(shaft ?? position);
+    const known = onShaft(position, zero);
+    this.fit(shaft ?? known);
     this.put(this.parts.cart, shaft); // none where the shaft is not known: in the past
-    this.put(this.parts.known, position);
-    this.put(this.parts.target, target);
+    this.put(this.parts.known, known);
+    this.put(this.parts.target, onShaft(target, zero));
     for (const { spec, node } of this.switches) setAttribute(node, "data-value", operated(spec, shaft));
     this.readings.say({ shaft, position, target, speed, encoder });
   }
@@ -123,6 +125,9 @@ class Rail {
     if (there) setAttribute(node, "transform", `translate(${Math.round(x * 10) / 10})`);
   }
 }
+
+// The place of a module's position on the rail.
+const onShaft = (position, zero) => typeof position === "number" ? position + (zero ?? 0) : position;
 
 // Whether the shaft operates a switch, 1 or 0; null: not known.
 const operated = ({ first, last }, shaft) =>

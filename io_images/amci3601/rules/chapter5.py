@@ -29,7 +29,8 @@ ROWS: tuple[Rule, ...] = (
          "An acceleration or deceleration was outside 1 to 2000 steps/ms/s.",
          REFUSED),
     Rule("PRG-01", "chapter 5, Programming Information 9",
-         "The PLC left run mode, which stops any move and makes the position invalid.",
+         "The PLC left run mode or its connection was lost, which stops any move and makes the position "
+         "invalid.",
          POSITION_INVALID, reading=("A-78",)),
     # Command Word MSW
     Rule("PST-04", "chapter 5, Command Word MSW bit 9",

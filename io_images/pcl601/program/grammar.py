@@ -16,7 +16,7 @@ TERMINALS: Mapping[str, tuple[str, str]] = {
     "DIGITS6": (r"/[01]{6}\b/", "six digits 0 or 1, input 1 first"),
     "DIGITS8": (r"/[01]{8}\b/", "eight digits 0 or 1, output 1 first"),
     "NAME": (r"/[A-Za-z][A-Za-z0-9_]{0,15}\b/", "a label (a letter, then up to 15 letters, digits or _)"),
-    "TEXT_": (r'/"([^"\\]|\\.)*"/', "text in quotes"),
+    "TEXT_": (r'/"(?:[^"\\]++|\\.)*+"/', "text in quotes"),
     "EQUALS": ('"="', "="),
 }
 """Terminals with their names in messages."""

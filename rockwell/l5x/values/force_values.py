@@ -27,9 +27,9 @@ from .value_texts import ValueTextError
 Force = tuple[str, bool | int | float]
 """An address behind the tag's name, and its value."""
 
-_LIST = re.compile(r"\s*\[\s*(-?\d{1,3}(?:\s*,\s*-?\d{1,3})*)\s*\]\s*")
+_LIST = re.compile(r"\s*\[\s*(-?\d{1,3}(?:\s*,\s*-?\d{1,3})*+)\s*\]\s*")
 _PATTERN = re.compile(r"2#([01.]{1,64})")
-_INDEX = re.compile(r"\[\d{1,9}(?:,\d{1,9})*\]")
+_INDEX = re.compile(r"\[\d{1,9}(?:,\d{1,9})*+\]")
 
 
 def forces_of(forced: Sequence[Data], kind: DataType, dims: tuple[int, ...], types: Types) -> Iterator[Force]:

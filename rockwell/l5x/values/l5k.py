@@ -18,7 +18,7 @@ _DEEPEST = 64  # maximum depth of brackets
 
 
 _TOKEN = re.compile(
-    r"\s*(?:(?P<mark>[\[\],])|(?P<string>'(?:[^'$]|\$.)*')|(?P<value>[^\[\],'\s]+))", re.DOTALL
+    r"\s*(?:(?P<mark>[\[\],])|(?P<string>'(?:[^'$]++|\$.)*+')|(?P<value>[^\[\],'\s]+))", re.DOTALL
 )
 
 

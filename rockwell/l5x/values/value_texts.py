@@ -18,7 +18,7 @@ _DATE = re.compile(
     re.IGNORECASE,
 )
 _DURATION = re.compile(
-    r"(LT|T|T32|LTIME|TIME|TIME32)#([+-]?)((?:_?\d{1,19}(?:\.\d{1,9})?(?:d|h|ms|m|us|ns|s))+)", re.IGNORECASE
+    r"(LT|T|T32|LTIME|TIME|TIME32)#([+-]?)((?:_?\d{1,19}(?:\.\d{1,9})?(?:d|h|ms|m|us|ns|s))++)", re.IGNORECASE
 )
 _PART = re.compile(r"(\d+)(?:\.(\d+))?([a-z]+)")
 _NANOSECONDS = {

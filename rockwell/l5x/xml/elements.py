@@ -20,7 +20,7 @@ def text_of(element: Any) -> str:
     return "".join(chosen.itertext()).strip()
 
 
-_DIMS = re.compile(r"\d{1,9}(?:[\s,]+\d{1,9})*")
+_DIMS = re.compile(r"\d{1,9}(?:[\s,]+\d{1,9})*+")
 
 
 def dims_in(text: str) -> tuple[int, ...]:

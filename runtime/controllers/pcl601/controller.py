@@ -285,9 +285,11 @@ class Pcl601Controller:
         return self.index(distance)
 
     def index(self, distance: int) -> bool:
-        """Index over a distance with sign."""
+        """Index over a distance with sign, to a position within the register's range."""
         if self.busy:
             return self.refuse(Error.BUSY)
+        if distance and abs(distance) > self.axis.room(1 if distance > 0 else -1):
+            return self.refuse(Error.RANGE)
         if not self.axis.speeds.fit():
             return self.refuse(Error.MOTOR)
         if distance:
@@ -300,7 +302,9 @@ class Pcl601Controller:
         return self.index(self._last_distance)
 
     def _seek(self, begin: Callable[[], None]) -> bool:
-        """Begin an endless motion if the speeds are legal."""
+        """Begin an endless motion if the speeds are legal, and the position can count it."""
+        if self.axis.room(1 if self.values[Register.DIRECTION] else -1) == 0:
+            return self.refuse(Error.RANGE)
         if not self.axis.speeds.fit():
             return self.refuse(Error.MOTOR)
         begin()

@@ -11,35 +11,35 @@ Frames as printed, less address and CRC:
 The reply to a refused request is an exception, which the manual does not print:
 1 unknown function, 2 outside the map or read only, 3 quantity, byte count or
 value, 6 while a program runs or motion locks the register. A request is refused
-as a whole.
+as a whole; its quantity and byte count are checked before its address
+[Modbus V1.1b3, 6.11 and 6.12].
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from struct import pack, unpack
 
-from ....io_images.pcl601 import FIRMWARE, WORD_COUNT, WORDS, Code, Error, Register
+from pymodbus.pdu import ModbusPDU
+from pymodbus.pdu import bit_message as bits
+from pymodbus.pdu import register_message as words
+
+from ....io_images.pcl601 import FIRMWARE, ROWS, WORD_COUNT, WORDS, Code, Error, Register, with_word
 from ....io_images.pcl601.terminals import INPUT_COUNT, OUTPUT_BITS, OUTPUT_COUNT
+from ...line.modbus_pdus import (
+    DEVICE_BUSY,
+    ILLEGAL_ADDRESS,
+    ILLEGAL_VALUE,
+    ModbusRefusedError,
+    answer_to,
+    bits_of,
+    number_of,
+    request_of,
+)
+from ...line.pcl601_pdus import Pcl601Identity
 from .controller import Pcl601Controller
 
-BITS_MAX = 2000
-WORDS_MAX = 125
-WRITE_BITS_MAX = 1968
-WRITE_WORDS_MAX = 123
-ON, OFF = 0xFF00, 0x0000
 PLACES = tuple((row.register, 16 * word) for row, word in WORDS)
 """Register and first bit of each data word."""
-EXCEPTION = 0x80
-ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, DEVICE_BUSY = 1, 2, 3, 6
-
-
-class ModbusRefusalError(Exception):
-    """A refused request, with its exception code."""
-
-    def __init__(self, code: int) -> None:
-        super().__init__(f"exception {code}")
-        self.code = code
 
 
 class Modbus:
@@ -47,7 +47,7 @@ class Modbus:
 
     def __init__(self, controller: Pcl601Controller) -> None:
         self._controller = controller
-        self._functions: dict[int, Callable[[bytes], bytes]] = {
+        self._functions: dict[int, Callable[[ModbusPDU], ModbusPDU]] = {
             0x01: self._read_outputs,
             0x02: self._read_inputs,
             0x03: self._read_registers,
@@ -61,95 +61,93 @@ class Modbus:
 
     def answer(self, request: bytes) -> bytes:
         """Carry out a request (function code and data); return the reply."""
-        function, data = request[0], request[1:]
-        try:
-            if function not in self._functions:
-                raise ModbusRefusalError(ILLEGAL_FUNCTION)
-            return bytes((function,)) + self._functions[function](data)
-        except ModbusRefusalError as refused:
-            return bytes((function & 0x7F | EXCEPTION, refused.code))
+        return answer_to(request_of(request, self._functions), self._carry_out)
+
+    def _carry_out(self, request: ModbusPDU) -> ModbusPDU:
+        return self._functions[request.function_code](request)
 
     # reading
 
-    def _read_outputs(self, data: bytes) -> bytes:
-        first, count = _span(data, BITS_MAX, OUTPUT_BITS)
-        return _bits(self._controller.output_pins, first, count)
+    def _read_outputs(self, request: ModbusPDU) -> ModbusPDU:
+        _check_span(request, OUTPUT_BITS)
+        return bits.ReadCoilsResponse(bits=_bits_read(self._controller.output_pins, request))
 
-    def _read_inputs(self, data: bytes) -> bytes:
-        first, count = _span(data, BITS_MAX, INPUT_COUNT)
-        return _bits(self._controller.inputs.active(), first, count)
+    def _read_inputs(self, request: ModbusPDU) -> ModbusPDU:
+        _check_span(request, INPUT_COUNT)
+        return bits.ReadDiscreteInputsResponse(bits=_bits_read(self._controller.inputs.active(), request))
 
-    def _read_registers(self, data: bytes) -> bytes:
-        first, count = _span(data, WORDS_MAX, WORD_COUNT)
+    def _read_registers(self, request: ModbusPDU) -> ModbusPDU:
+        _check_span(request, WORD_COUNT)
         values = self._controller.read()
-        places = PLACES[first : first + count]
-        return _words([values[register] >> shift & 0xFFFF for register, shift in places])
+        places = PLACES[request.address : request.address + request.count]
+        read = [values[register] >> shift & 0xFFFF for register, shift in places]
+        return words.ReadHoldingRegistersResponse(registers=read)
 
-    def _read_input_register(self, data: bytes) -> bytes:
-        _span(data, WORDS_MAX, 1)
-        return _words([self._controller.inputs.active()])
+    def _read_input_register(self, request: ModbusPDU) -> ModbusPDU:
+        _check_span(request, 1)
+        return words.ReadInputRegistersResponse(registers=[self._controller.inputs.active()])
 
-    def _report_id(self, data: bytes) -> bytes:
-        if data:
-            raise ModbusRefusalError(ILLEGAL_VALUE)
-        text = bytes((self._controller.values[Register.ADDRESS],)) + FIRMWARE.encode()
-        return bytes((len(text),)) + text
+    def _report_id(self, _request: ModbusPDU) -> ModbusPDU:
+        return Pcl601Identity(bytes((self._controller.values[Register.ADDRESS],)) + FIRMWARE.encode())
 
     # writing
 
-    def _write_output(self, data: bytes) -> bytes:
-        address, value = _pair(data)
-        if value not in (ON, OFF):
-            raise ModbusRefusalError(ILLEGAL_VALUE)
-        if address >= OUTPUT_COUNT:
-            raise ModbusRefusalError(ILLEGAL_ADDRESS)
+    def _write_output(self, request: ModbusPDU) -> ModbusPDU:
+        self._set_outputs(request.address, request.bits)
+        return request  # the reply repeats it
+
+    def _write_outputs(self, request: ModbusPDU) -> ModbusPDU:
+        self._set_outputs(request.address, request.bits)
+        return bits.WriteMultipleCoilsResponse(address=request.address, count=request.count)
+
+    def _set_outputs(self, first: int, values: Sequence[bool]) -> None:
+        if first + len(values) > OUTPUT_COUNT:
+            raise ModbusRefusedError(ILLEGAL_ADDRESS)
         self._not_while_program_runs()
-        self._controller.set_outputs(0xFF if value == ON else 0, 1 << address)
-        return data
+        self._controller.set_outputs(number_of(values) << first, (1 << len(values)) - 1 << first)
 
-    def _write_outputs(self, data: bytes) -> bytes:
-        first, count = _span(data[:4], WRITE_BITS_MAX, OUTPUT_COUNT)
-        if data[4:5] != bytes(((count + 7) // 8,)) or len(data) != 5 + data[4]:
-            raise ModbusRefusalError(ILLEGAL_VALUE)
-        self._not_while_program_runs()
-        values = int.from_bytes(data[5:], "little")
-        self._controller.set_outputs(values << first, (1 << count) - 1 << first)
-        return data[:4]
+    def _write_register(self, request: ModbusPDU) -> ModbusPDU:
+        self._write_words(request.address, request.registers)
+        return request
 
-    def _write_register(self, data: bytes) -> bytes:
-        address, value = _pair(data)
-        self._write_words(address, (value,))
-        return data
+    def _write_registers(self, request: ModbusPDU) -> ModbusPDU:
+        self._write_words(request.address, request.registers)
+        return words.WriteMultipleRegistersResponse(address=request.address, count=request.count)
 
-    def _write_registers(self, data: bytes) -> bytes:
-        first, count = _span(data[:4], WRITE_WORDS_MAX, WORD_COUNT)
-        if data[4:5] != bytes((2 * count,)) or len(data) != 5 + 2 * count:
-            raise ModbusRefusalError(ILLEGAL_VALUE)
-        self._write_words(first, unpack(f">{count}H", data[5:]))
-        return data[:4]
-
-    def _write_words(self, first: int, words: Sequence[int]) -> None:
+    def _write_words(self, first: int, values: Sequence[int]) -> None:
         """Check all values, then store all; carry out a command last."""
-        if first + len(words) > WORD_COUNT:
-            raise ModbusRefusalError(ILLEGAL_ADDRESS)
-        targets = WORDS[first : first + len(words)]
+        if first + len(values) > WORD_COUNT:
+            raise ModbusRefusedError(ILLEGAL_ADDRESS)
+        targets = WORDS[first : first + len(values)]
         if not all(row.writable for row, _ in targets):
-            raise ModbusRefusalError(ILLEGAL_ADDRESS)
-        is_stop = first == 0 and tuple(words) == (Code.STOP_MOTION,)
+            raise ModbusRefusedError(ILLEGAL_ADDRESS)
+        is_stop = first == 0 and tuple(values) == (Code.STOP_MOTION,)
         if not is_stop:
             self._not_while_program_runs()
-        for (row, _), value in zip(targets, words, strict=True):
+        for (row, _), value in zip(targets, values, strict=True):
             if row.locked and self._controller.busy:
                 self._refuse(DEVICE_BUSY, Error.BUSY)
             if row.words == 1 and not row.allows(value):
                 is_command = row.register is Register.COMMAND
                 self._refuse(ILLEGAL_VALUE, Error.COMMAND if is_command else Error.RANGE)
-        for (row, word), value in zip(targets, words, strict=True):
+        if not self._position_fits(first, values):
+            self._refuse(ILLEGAL_VALUE, Error.RANGE)
+        for (row, word), value in zip(targets, values, strict=True):
             if row.register is not Register.COMMAND:
                 self._controller.values.set_word(row, word, value)
                 self._controller.written(row.register)
         if first == 0:
-            self._controller.do(words[0])
+            self._controller.do(values[0])
+
+    def _position_fits(self, first: int, values: Sequence[int]) -> bool:
+        """Whether a position of which both words are written is in range; its write is its use."""
+        at = PLACES.index((Register.POSITION, 0)) - first
+        if not 0 <= at < len(values) - 1:
+            return True
+        row, position = ROWS[Register.POSITION], 0
+        for word in (0, 1):
+            position = with_word(row, position, word, values[at + word])
+        return row.allows(position)
 
     def _not_while_program_runs(self) -> None:
         if self._controller.program_running:
@@ -157,30 +155,13 @@ class Modbus:
 
     def _refuse(self, code: int, error: Error) -> None:
         self._controller.report(error)
-        raise ModbusRefusalError(code)
+        raise ModbusRefusedError(code)
 
 
-def _pair(data: bytes) -> tuple[int, int]:
-    if len(data) != 4:
-        raise ModbusRefusalError(ILLEGAL_VALUE)
-    first, second = unpack(">HH", data)
-    return first, second
+def _check_span(request: ModbusPDU, size: int) -> None:
+    if request.address + request.count > size:
+        raise ModbusRefusedError(ILLEGAL_ADDRESS)
 
 
-def _span(data: bytes, limit: int, size: int) -> tuple[int, int]:
-    """Return first address and quantity, both checked."""
-    first, count = _pair(data)
-    if not 1 <= count <= limit:
-        raise ModbusRefusalError(ILLEGAL_VALUE)
-    if first + count > size:
-        raise ModbusRefusalError(ILLEGAL_ADDRESS)
-    return first, count
-
-
-def _bits(bits: int, first: int, count: int) -> bytes:
-    size = (count + 7) // 8
-    return bytes((size,)) + (bits >> first & (1 << count) - 1).to_bytes(size, "little")
-
-
-def _words(words: Sequence[int]) -> bytes:
-    return pack(f">B{len(words)}H", 2 * len(words), *words)
+def _bits_read(number: int, request: ModbusPDU) -> list[bool]:
+    return bits_of(number >> request.address, request.count)

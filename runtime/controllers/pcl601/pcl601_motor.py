@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ....io_images.pcl601 import Error, Register
+from ....io_images.pcl601 import POSITION_LIMIT, Error, Register
 from ....io_images.pcl601.terminals import HARD_LIMITS, SOFT_LIMITS
 from ...kinematics import Motion, go_on, move, run
 from .activities import HOMING, SLOWED_ONCE, AxisActivity
@@ -69,6 +69,11 @@ class SimulatedPcl601Axis:
     def busy(self) -> bool:
         """Whether motion is in progress, including the encoder's delay and corrections."""
         return self.kind is not None
+
+    def room(self, direction: int) -> int:
+        """Return the steps that the position register can still count; none if it is out of its range."""
+        position = self._values[Register.POSITION]
+        return POSITION_LIMIT - direction * position if abs(position) <= POSITION_LIMIT else 0
 
     def index(self, now_ns: int, distance: int) -> None:
         """Begin an index move over a distance in steps, not 0; do nothing against a hard limit."""
@@ -144,6 +149,8 @@ class SimulatedPcl601Axis:
         edge = self._pins.next_edge(self._motor.position, self.direction)
         if edge is not None:
             steps.append(self._made + self._motor.steps_to(edge))
+        if self.kind is not AxisActivity.CORRECTION:
+            steps.append(self._made + self.room(self.direction))
         if self.fly.next_position is not None:
             steps.append(self._made + abs(self.fly.next_position - self._values[Register.POSITION]))
         if self.kind is AxisActivity.SLEW and self._made == 0:
@@ -165,6 +172,10 @@ class SimulatedPcl601Axis:
             return True
         if self._at_limit(HARD_LIMITS, self.direction):
             self._hit_hard_limit(now_ns)
+            return True
+        if self.kind is not AxisActivity.CORRECTION and self.room(self.direction) == 0:
+            self._report(Error.RANGE)
+            self.stop_hard()
             return True
         return self._watch(now_ns)
 
@@ -294,6 +305,9 @@ class SimulatedPcl601Axis:
     def _jog_from_rest(self, now_ns: int) -> bool:
         direction = self.jog.wanted()
         if direction == 0:
+            return False
+        if self.room(direction) == 0:
+            self._report(Error.RANGE)
             return False
         if not self.speeds.fit(Register.JOG_SPEED):
             self._report(Error.MOTOR)

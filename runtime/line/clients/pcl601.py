@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from struct import unpack
 
+from pymodbus.pdu import ModbusPDU
 from typing_extensions import override
 
 from ....io_images.pcl601 import CAUSES, NEEDS_IDLE, POSITION_LIMIT, ROWS, WORDS, Code, Error, Register
 from ....io_images.pcl601.registers import Row, firmware_text, word_of
 from ....io_images.pcl601.terminals import HARD_LIMIT_BIT, OUTPUT_COUNT
 from .. import pcl601_pdus as pdus
+from ..modbus_pdus import number_of
 from .link import BadResponseError, NoAnswerError, Progress, RefusedError, StoppedError, until_answered
-from .modbus import ModbusLine
+from .modbus import ModbusExceptionError, ModbusLine
 from .names import known, settable
 from .watching import ControllerView, MotionClient, stopped_when_lost
 
@@ -27,6 +28,13 @@ SETTABLE: dict[str, Row] = {
 
 SHOWN = [(row, word) for row, word in WORDS if Register.POSITION <= row.register <= Register.ERROR_CODE]
 """Words of one read: everything that a motion changes lies between position and errors."""
+
+EXCEPTIONS = {
+    1: "it does not know the function",
+    2: "no such register, or it can't be written",
+    3: "the value is out of range",
+    6: "a program is running, or the register is locked while the motor moves",
+}
 
 MOTIONS = frozenset({Code.GO, Code.GO_SLEW, Code.HOME_TYPE_0, Code.HOME_TYPE_1})
 
@@ -66,8 +74,7 @@ class Pcl601Client(MotionClient[Registers]):
             ValueError: the name is unknown.
         """
         row = known(READABLE, name, "read")
-        words = unpack(f">{row.words}H", self._asked(pdus.read_registers(row.register, row.words)))
-        return value_of(row, words)
+        return value_of(row, self._asked(pdus.read_registers(row.register, row.words)).registers)
 
     def set(self, name: str, value: int) -> None:
         """Set a register by its name in `SETTABLE`, and read it back.
@@ -86,7 +93,7 @@ class Pcl601Client(MotionClient[Registers]):
     @override
     def look(self) -> Registers:
         """Read position, motion and errors in one exchange."""
-        words = unpack(f">{len(SHOWN)}H", self._asked(pdus.read_registers(Register.POSITION, len(SHOWN))))
+        words = self._asked(pdus.read_registers(Register.POSITION, len(SHOWN))).registers
         by_row: dict[Row, list[int]] = {}
         for (row, _), word in zip(SHOWN, words, strict=True):
             by_row.setdefault(row, []).append(word)
@@ -117,12 +124,12 @@ class Pcl601Client(MotionClient[Registers]):
     @property
     def inputs(self) -> int:
         """The input bits of function 02, read; bit 0 is input 1, 1 is active."""
-        return int.from_bytes(self._asked(pdus.read_inputs()), "little")
+        return number_of(self._asked(pdus.read_inputs()).bits)
 
     @property
     def outputs(self) -> int:
         """The outputs, read; bit 0 is output 1, 1 is on."""
-        return int.from_bytes(self._asked(pdus.read_outputs()), "little")
+        return number_of(self._asked(pdus.read_outputs()).bits)
 
     def set_output(self, number: int, on: bool) -> None:
         """Switch an output, 1 to 8, and read it back; ValueError for an unknown output."""
@@ -220,13 +227,16 @@ class Pcl601Client(MotionClient[Registers]):
             message = f"the move ended with the encoder {off:+} pulses off, its window is ±{window}"
             raise StoppedError(f"{message}{self.reasons(seen.errors)}")
 
-    def _asked(self, pdu: bytes) -> bytes:
-        """Ask, up to `TRIES` times; return the data of the answer."""
-        return until_answered(lambda: self._once(pdu))
+    def _asked(self, request: ModbusPDU) -> ModbusPDU:
+        """Ask, up to `TRIES` times; return the answer."""
+        return until_answered(lambda: self._once(request))
 
-    def _once(self, pdu: bytes) -> bytes:
+    def _once(self, request: ModbusPDU) -> ModbusPDU:
         try:
-            return self._line.ask(self.address, pdu)
+            return self._line.ask(self.address, request)
+        except ModbusExceptionError as refused:
+            meaning = EXCEPTIONS.get(refused.code, "not one of its own")
+            raise ModbusExceptionError(refused.function, refused.code, meaning) from None
         except (NoAnswerError, BadResponseError):
             self.faults += 1
             raise
@@ -238,7 +248,7 @@ def value_of(row: Row, words: Sequence[int]) -> int:
     return value - (1 << 32) if row.low < 0 and value >> 31 else value
 
 
-def _write(row: Row, value: int) -> bytes:
+def _write(row: Row, value: int) -> ModbusPDU:
     """Return the request that writes all words of a value at once."""
     words = [word_of(value, at) for at in range(row.words)]
     if row.words == 1:

@@ -177,9 +177,10 @@ class Exchanges(Generic[Drive]):
             self.position = goal
 
     def halt(self) -> Talk:
-        """Stop at once, and read the position."""
+        """Stop at once, and read the position at rest; every motion is over then."""
         yield from self.stop_and_read_status()
         self.task = None
+        self.tasks.clear()
         self.cut = False
 
     def stop_and_read_status(self) -> Talk:

@@ -12,7 +12,7 @@ from __future__ import annotations
 from typing import Any, Generic
 
 from ....io_images.amci3601 import Configuration, InputBit
-from ...kinematics import Profile, Rate, Shape
+from ...kinematics import AnyShape, Profile, Rate
 from ..amci3601 import Capabilities
 from ..amci3601.axis_protocol import BlendProgram
 from .capabilities import RowCapabilities
@@ -62,17 +62,19 @@ class LinkedAxis(Generic[Drive]):
 
     @property
     def task(self) -> Task[Drive] | None:
-        """The motion as the command layer knows it."""
+        """The motion as the command layer knows it, until a reply shows that it has ended."""
+        return next((task for task in self._tasks if task.shown), None)
+
+    @property
+    def _tasks(self) -> tuple[Task[Drive], ...]:
+        """All motions, the present one first."""
         driver = self._driver
-        if driver.cut:
-            return None
-        tasks = [driver.task] if driver.task is not None else []
-        return next((task for task in (*tasks, *driver.tasks) if task.shown), None)
+        return tuple(driver.tasks) if driver.task is None else (driver.task, *driver.tasks)
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is requested or in progress."""
-        return self.task is not None
+        """Whether a motion is requested or in progress, or a hard stop has not been confirmed yet."""
+        return self._driver.cut or self.task is not None
 
     @property
     def direction(self) -> int:
@@ -109,8 +111,8 @@ class LinkedAxis(Generic[Drive]):
 
     @property
     def settled(self) -> bool:
-        """Whether new words may act: no stop and no configuration is in progress."""
-        return not (self._driver.cut or self._driver.setup)
+        """Whether new words may act: no hard stop, no configuration and no single pulse is in progress."""
+        return not (self._driver.cut or self._driver.setup) and all(task.shown for task in self._tasks)
 
     # -- commands -----------------------------------------------------------------------------
 
@@ -154,7 +156,7 @@ class LinkedAxis(Generic[Drive]):
             task.following = self.task_for(TaskKind.SLEW, task.direction, profile, task.steps)
             task.stopping = True
 
-    def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: Shape) -> None:
+    def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
         """Set the mark from which the controller counts its steps."""
         task = self.task
         if task is not None:
@@ -173,21 +175,19 @@ class LinkedAxis(Generic[Drive]):
         assert following is not None
         self._driver.tasks.append(following)
 
-    def stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> None:
+    def stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
         """Begin a controlled stop, at the rate of the motion."""
         task = self.task
         if task is not None:
             task.stopping, task.following = True, None
 
-    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
+    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
         """Return the steps that a controlled stop beginning now would still make."""
         raise NotImplementedError
 
     def cut(self, now_ns: int) -> None:
-        """End the step output at once."""
-        if self._driver.task is not None or self._driver.tasks:
-            self._driver.tasks.clear()
-            self._driver.cut = True
+        """Send a hard stop before anything else; `moving` lasts until the axis has been read at rest."""
+        self._driver.cut = True
 
     def watch_steps(self, steps: int) -> None:
         """Do nothing: every read causes a tick."""

@@ -5,14 +5,22 @@
     words --^    line: request, reply, request, reply ... published --^ tick
 
 Without a good exchange MODULE_OK is clear, the words freeze and commands are
-ignored. A new configuration is shown once the controller has it; words that arrive
-during a hard stop or a configuration wait for its end.
+ignored. A new configuration is shown once the controller has it. STOPPED, MOVE_COMPLETE,
+AT_HOME and HOLD_STATE are shown once the controller has been read at rest. Words that arrive
+during a hard stop or a configuration wait for its end, in their order:
+
+    words  STOP  0  PRESET  0                         outputs, one image after the other
+    obeyed STOP ........................ 0 PRESET 0   a tick each, so no edge is lost
+    line        stop, status, position |
+    image  MOVING                      | STOPPED
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Generic
 
 from ....io_images.amci3601 import Firmware, InputBit, StatusMsw
@@ -22,6 +30,7 @@ from ...loop.events import Event
 from ...loop.incidents import FaultKind
 from ...machine import Machine
 from ..amci3601 import Amci3601Options, CommandLayer, Refusal
+from ..amci3601.latches import COMPLETION
 from ..amci3601.report import report
 from ..record import Options
 from .capabilities import CommandRow, ConfigurationRow
@@ -31,6 +40,9 @@ from .findings import Finding, FindingKind
 from .linked_axis import LinkedAxis
 from .plant import LinkedController, Plant
 from .task import Drive
+
+Words = tuple[int, ...]
+"""The eight output words of an image."""
 
 TICK_NS = 250_000
 NEVER = 1 << 62
@@ -43,6 +55,8 @@ INVALID_PROFILE = StatusMsw.INVALID_PROFILE.value
 STOPPED = StatusMsw.STOPPED.value
 CLEARED_BY_RETURN = MODE_CONFIG - 1 & ~(MODULE_OK | CONFIG_ERROR)
 COMMAND_BITS = 0x7FFF
+MOST_WAITING = 1000
+"""Images that may wait for the end of a stop or a configuration."""
 ENDLESS = 1 << 62
 """More replies than there will ever be."""
 
@@ -131,6 +145,9 @@ class Adapter(Generic[Drive]):
         self.layer.state.running = self._plc_running
         self._acted_on: bytes | None = None
         self._tick_due_ns = NEVER
+        self._waiting: deque[Words] = deque()  # words that have not been obeyed yet, in their order
+        self._missed = False  # a command among them has to be refused
+        self._was_settled = True
 
     # -- the contract -------------------------------------------------------------------------
 
@@ -138,7 +155,7 @@ class Adapter(Generic[Drive]):
         """Advance to `now_ns` with `outputs` in force since the last call; return the input image then."""
         words_due = NEVER
         if outputs.raw.tobytes() != self._acted_on:
-            words_due = _tick_at_or_after(self._now_ns)
+            words_due = self._words_due_ns()
         while True:
             wire, tick = self._wire_due_ns(), min(self._tick_due_ns, words_due)
             if tick < now_ns and tick <= wire:
@@ -193,6 +210,10 @@ class Adapter(Generic[Drive]):
 
     # -- time ---------------------------------------------------------------------------------
 
+    def _words_due_ns(self) -> int:
+        """Return the instant at which changed words act."""
+        return _tick_at_or_after(self._now_ns)
+
     def _wire_due_ns(self) -> int:
         wake_ns = self.driver.master.next_wake_ns
         event_ns = self.controller.next_event_ns(self._now_ns)
@@ -211,48 +232,94 @@ class Adapter(Generic[Drive]):
             self._tick(now_ns, outputs)
 
     def _tick(self, now_ns: int, outputs: Image) -> None:
+        self._acted_on = outputs.raw.tobytes()
+        given = tuple(outputs)
         findings = self.driver.findings.take()
-        self._take_notice(now_ns, findings)
+        self._take_notice(now_ns, findings, given)
         if self.driver.state is ControllerState.ABSENT:
-            self._pass_over(now_ns, outputs)
+            self._pass_over(now_ns, given)
             return
         if self.layer.state.running != self._plc_running:
             self._change_mode(now_ns)
-        words = tuple(outputs) if self.axis.settled else self.layer.state.command.words
+        words = self._next_words(given)
         if self._locked_out:
-            self._locked_out = bool(words[0] & COMMAND_BITS) and words[0] >= 0
-            if self._locked_out:
-                self.layer.overlook(words)
+            self._stay_locked_out(now_ns, words)
         self.layer.tick(now_ns, words, self.axis.levels)
         self._look_at_the_end(now_ns, findings)
+        self._refuse_missed(now_ns)
         self._tell_of_substitutions(now_ns)
-        if self.axis.settled:
-            self._acted_on = outputs.raw.tobytes()
-        wake_ns = self.layer.next_wake_ns(now_ns)
-        if wake_ns is not None:
-            self._tick_due_ns = max(_tick_at_or_after(wake_ns), now_ns + 1)
+        self._tick_due_ns = self._next_tick(now_ns)
         if self.layer.state.configuration is not None:
             self.controller.rewire(now_ns, self.layer.state.configuration)
 
-    def _pass_over(self, now_ns: int, outputs: Image) -> None:
+    def _next_tick(self, now_ns: int) -> int:
+        """Return the next tick without a change of words or a reply."""
+        wake_ns = self.layer.next_wake_ns(now_ns)
+        if self._waiting and self.axis.settled:
+            wake_ns = now_ns + 1
+        return NEVER if wake_ns is None else max(_tick_at_or_after(wake_ns), now_ns + 1)
+
+    # -- output words -------------------------------------------------------------------------
+
+    def _next_words(self, given: Words) -> Words:
+        """Return the words to obey now: those given, or earlier ones that have waited.
+
+        The tick at which a wait ends obeys no new words: a motion has to end before the next one begins.
+        """
+        waiting, obeyed = self._waiting, self.layer.state.command.words
+        ready, self._was_settled = self._was_settled and self.axis.settled, self.axis.settled
+        if not self._plc_running:
+            return obeyed  # outputs count as zero
+        if given != (waiting[-1] if waiting else obeyed):
+            waiting.append(given)
+        if len(waiting) > MOST_WAITING:
+            self._miss_waiting()
+            waiting.append(given)
+        return waiting.popleft() if waiting and ready else obeyed
+
+    def _miss_waiting(self) -> None:
+        """Drop waiting words; commands among them are refused."""
+        images = (self.layer.state.command.words, *self._waiting)
+        self._missed = self._missed or any(_rises(*pair) for pair in pairwise(images))
+        self._waiting.clear()
+
+    def _refuse_missed(self, now_ns: int) -> None:
+        """Refuse commands that could not wait for their turn, once an error bit can show it."""
+        if self._missed and self.axis.settled and not self.layer.state.in_configuration_mode:
+            self._missed = False
+            self._refuse(now_ns, "missed", "a command waited for a stop or a configuration for too long")
+
+    def _stay_locked_out(self, now_ns: int, words: Words) -> None:
+        """After a loss of the link, refuse commands until all command bits have been low."""
+        self._locked_out = bool(words[0] & COMMAND_BITS) and words[0] >= 0
+        if self._locked_out:
+            if _rises(self.layer.state.command.words, words):
+                text = "all command bits have to be low after a loss of the link before one counts again"
+                self._refuse(now_ns, "locked out", text)
+            self.layer.overlook(words)
+
+    def _pass_over(self, now_ns: int, given: Words) -> None:
         """Ignore words without the controller: a motion ends, and bits make no edges later."""
-        self._acted_on = outputs.raw.tobytes()
-        if self.layer.operation is not None:
-            self.layer.cut(now_ns)
-            self.driver.cut = False
+        self.layer.abandon(now_ns)
+        self._waiting.clear()
+        self._missed = False
         if self.layer.state.configuration is not None:
             self.layer.state.held = None
-            self.layer.overlook(tuple(outputs))
+            self.layer.overlook(given)
+
+    def _refuse(self, now_ns: int, name: str, text: str) -> None:
+        self.layer.refuse(now_ns, Refusal(name, COMMAND_ERROR, text))
 
     def _change_mode(self, now_ns: int) -> None:
         if self.layer.state.running:
+            self._miss_waiting()
             self.layer.leave_run_mode(now_ns)
         else:
             self.layer.enter_run_mode()
 
     # -- findings of the driver ---------------------------------------------------------------
 
-    def _take_notice(self, now_ns: int, findings: Iterable[Finding]) -> None:
+    def _take_notice(self, now_ns: int, findings: Iterable[Finding], given: Words) -> None:
         """Convert findings about the controller to the 3601's bits."""
         for finding in findings:
             match finding.kind:
@@ -261,10 +328,9 @@ class Adapter(Generic[Drive]):
                 case FindingKind.COMPLAINT:
                     self._show(now_ns, "controller error", finding.bits, finding.text)
                 case FindingKind.RETURNED:
-                    self._return(now_ns)
+                    self._return(now_ns, given)
                 case FindingKind.STRAYED:
-                    text = "the axis has moved without being told to"
-                    self._show(now_ns, "strayed", POSITION_INVALID, text)
+                    self._stray(now_ns)
                 case FindingKind.OUT_OF_RANGE:
                     self._end_of_range(now_ns)
 
@@ -273,11 +339,19 @@ class Adapter(Generic[Drive]):
         self._begin_anew()
         self._image.clear()
 
-    def _return(self, now_ns: int) -> None:
-        """Show that the link is back, and that the position is unknown."""
+    def _stray(self, now_ns: int) -> None:
+        """Show that the axis has moved without a command: what was said of its rest is no longer true."""
+        self.layer.state.latches.clear(COMPLETION)
+        self.layer.state.held = None
+        text = "the axis has moved without being told to"
+        self._show(now_ns, "strayed", POSITION_INVALID, text)
+
+    def _return(self, now_ns: int, given: Words) -> None:
+        """Show that the link is back, and that the position is unknown; bits that are set make no edges."""
         self.layer.state.latches.clear(CLEARED_BY_RETURN)
         text = "the controller answers again; what it did meanwhile is not known"
         self._show(now_ns, "link restored", POSITION_INVALID | STOPPED, text)
+        self.layer.overlook(given)
         self._locked_out = True
 
     def _end_of_range(self, now_ns: int) -> None:
@@ -288,11 +362,11 @@ class Adapter(Generic[Drive]):
 
     def _look_at_the_end(self, now_ns: int, findings: Iterable[Finding]) -> None:
         """End a move that has stopped before its target without a visible limit."""
-        short = any(finding.kind is FindingKind.STOPPED_SHORT for finding in findings)
-        if short and self.layer.operation is not None:
+        if any(finding.kind is FindingKind.STOPPED_SHORT for finding in findings):
             text = "the controller has stopped before the target"
             self._show(now_ns, "stopped short", POSITION_INVALID, text)
-            self.layer.cut(now_ns)
+            if self.layer.cuttable:
+                self.layer.cut(now_ns)
 
     def _tell_of_substitutions(self, now_ns: int) -> None:
         substitutions = self.axis.substitutions
@@ -318,7 +392,7 @@ class Adapter(Generic[Drive]):
         else:
             report(layer, words)
         if self.driver.unfit:
-            words[0] = signed_word(words[0] & 0xFFFF & ~MODULE_OK)
+            words[0] = signed_word(words[0] & 0xFFFF & ~(MODULE_OK | COMPLETION))
 
 
 class SimulatedAdapter(Adapter[Drive]):
@@ -345,6 +419,11 @@ class SimulatedAdapter(Adapter[Drive]):
             line.take_down()
         else:
             line.put_up()
+
+
+def _rises(before: Words, words: Words) -> bool:
+    """Whether a command bit rises from one image to the next; a configuration word has none."""
+    return words[0] >= 0 and bool(words[0] & ~before[0] & COMMAND_BITS)
 
 
 def _tick_at_or_after(instant_ns: int) -> int:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ....io_images.amci3601 import Configuration
-from ...kinematics import BlendLeg, Profile, Rate, Shape
+from ...kinematics import AnyShape, BlendLeg, Profile, Rate
 from .capabilities import Capabilities
 
 
@@ -21,7 +21,7 @@ class BlendProgram:
 
     segments: tuple[BlendLeg, ...]  # 2 to 16: steps, steps/s, steps/ms/s, acceleration type
     final_deceleration: int  # steps/ms/s
-    final_shape: Shape  # acceleration type of the ramp down at the end
+    final_shape: AnyShape  # acceleration type of the ramp down at the end
 
 
 class Axis(Protocol):
@@ -34,7 +34,7 @@ class Axis(Protocol):
 
     @property
     def moving(self) -> bool:
-        """Whether a motion is under way."""
+        """Whether a motion is under way; after `cut` until the axis is known to be at rest."""
 
     @property
     def direction(self) -> int:
@@ -77,20 +77,20 @@ class Axis(Protocol):
     def change_speed(self, now_ns: int, profile: Profile) -> None:
         """Ramp from the present speed to the profile's, which may be below its starting speed."""
 
-    def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: Shape) -> None:
+    def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
         """End the motion after exactly `steps` more whole steps, deceleration included."""
 
     def blend(self, now_ns: int, direction: int, program: BlendProgram) -> None:
         """Start a blend move over all segments of a stored program."""
 
-    def stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> None:
+    def stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
         """Begin a controlled stop: ramp down to the starting speed, end on a whole step."""
 
-    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
+    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
         """Return the steps that a controlled stop beginning now would still make."""
 
     def cut(self, now_ns: int) -> None:
-        """End the step output at once."""
+        """End the step output at once, or as soon as the axis can be reached: `moving` says until when."""
 
     def watch_steps(self, steps: int) -> None:
         """Request a tick when the motion has made `steps` steps."""

@@ -38,6 +38,7 @@ from .latches import (
 )
 from .operation import Host, Operation
 from .operations.blending import obey_programming
+from .operations.cut_short import CutShort
 from .operations.follower import EncoderFollower, obey_follower
 from .options import Amci3601Options
 from .refusals import faults_of_several
@@ -83,6 +84,11 @@ class CommandLayer(Host):
     @override
     def busy(self) -> bool:
         return self.operation is not None and self.operation.busy
+
+    @property
+    @override
+    def cuttable(self) -> bool:
+        return self.busy and not isinstance(self.operation, CutShort)
 
     def next_wake_ns(self, now_ns: int) -> int | None:
         """Return the instant of the next tick without a change of words or inputs, or None."""
@@ -130,7 +136,7 @@ class CommandLayer(Host):
     def leave_run_mode(self, now_ns: int) -> None:
         """Leave run mode: any motion stops, the position becomes invalid [chapter 5 note 9]."""
         self.state.running = False
-        if self.busy:
+        if self.cuttable:
             latches = self.state.latches
             (latches.fire if self.options.invalid_after_program_mode else latches.note)(now_ns, "PRG-01")
             self.cut(now_ns, stopped=self.options.stopped_after_program_mode)
@@ -299,12 +305,25 @@ class CommandLayer(Host):
     def cut(self, now_ns: int, *, stopped: bool = True) -> None:
         """End any motion without a ramp; the rest of a move is lost."""
         self.axis.cut(now_ns)
-        if self.operation is not None:
-            self.finish(now_ns, STOPPED if stopped else 0, "cut short")
+        self._finish_at_rest(now_ns, STOPPED if stopped else 0, "cut short")
 
     @override
     def abort_homing(self, now_ns: int, rule_id: str) -> None:
         """End homing at end limits; it does not set STOPPED [chapter 6, Stopped 4]."""
         self.axis.cut(now_ns)
         self.fire(now_ns, rule_id)
-        self.finish(now_ns, 0, "found no home")
+        self._finish_at_rest(now_ns, 0, "found no home")
+
+    def _finish_at_rest(self, now_ns: int, completion: int, how: str) -> None:
+        """End the running operation as soon as its axis is at rest, which is now unless a stop takes time."""
+        if self.operation is None or isinstance(self.operation, CutShort):
+            return
+        if self.axis.moving:
+            self.operation = CutShort(self, self.operation, completion, how)
+        else:
+            self.finish(now_ns, completion, how)
+
+    def abandon(self, now_ns: int) -> None:
+        """End the running operation without a completion bit: nothing is known of the axis."""
+        if self.operation is not None:
+            self.finish(now_ns, 0, "cut short")

@@ -128,7 +128,7 @@ def hold(host: Host, now_ns: int, command: CommandWords) -> None:
 
 def immediate_stop(host: Host, now_ns: int, command: CommandWords) -> None:
     """Cut the steps; without motion no status bit changes [chapter 4, Immediate Stop]."""
-    if host.busy:
+    if host.cuttable:
         host.state.latches.fire(now_ns, "POS-02", alone=True)
         host.cut(now_ns)
 

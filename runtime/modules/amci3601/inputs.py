@@ -55,7 +55,7 @@ class InputWatch:
 
     def _emergency_stop(self, now_ns: int) -> None:
         """Obey an active emergency stop input [chapter 6, Emergency Stop Input; reading A-15]."""
-        if self.host.busy:
+        if self.host.cuttable:
             self.state.latches.fire(now_ns, "INP-01")
             self.state.latches.fire(now_ns, "POS-03", alone=True)
             self.host.cut(now_ns)

@@ -62,6 +62,10 @@ class Host(Protocol):
     def busy(self) -> bool:
         """Whether a move is in progress that a new one has to wait for."""
 
+    @property
+    def cuttable(self) -> bool:
+        """Whether a move is in progress that has not been cut yet."""
+
     def fire(self, now_ns: int, rule_id: str, *, alone: bool = False) -> None:
         """Set the bits of a broken rule."""
 
@@ -87,7 +91,7 @@ class Host(Protocol):
         """End the running operation with a completion bit, or 0."""
 
     def cut(self, now_ns: int, *, stopped: bool = True) -> None:
-        """End any motion without a ramp."""
+        """End any motion without a ramp; STOPPED is set once the axis is known to be at rest."""
 
     def abort_homing(self, now_ns: int, rule_id: str) -> None:
         """End homing that end limits have stopped."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from typing_extensions import override
 
-from ...kinematics import Profile, Rate, Shape
+from ...kinematics import AnyShape, Profile, Rate
 from .step_generator import StepGenerator
 
 _AS_PROGRAMMED = Fraction(1)
@@ -59,13 +59,13 @@ class ScaledGenerator(StepGenerator):
         super().change_speed(now_ns, self._scales.profile(profile))
 
     @override
-    def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: Shape) -> None:
+    def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
         super().register(now_ns, steps, deceleration_spmss * self._scales.deceleration, shape)
 
     @override
-    def stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> None:
+    def stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
         super().stop(now_ns, deceleration_spmss * self._scales.deceleration, shape)
 
     @override
-    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
+    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
         return super().steps_to_stop(now_ns, deceleration_spmss * self._scales.deceleration, shape)

@@ -11,10 +11,9 @@ the module's count.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
-from ....io_images.amci3601 import Configuration
-from ...kinematics import FOREVER, PICO, Motion, Profile, Rate, Segment, Shape, stopping_distance
+from ...kinematics import FOREVER, PICO, AnyShape, Motion, Profile, Rate, Segment, stopping_distance
 from ...kinematics import blend as plan_blend
 from ...kinematics import change_speed as plan_speed_change
 from ...kinematics import move as plan_move
@@ -33,6 +32,22 @@ if TYPE_CHECKING:
 NEVER = FOREVER
 
 
+class AxisConfiguration(Protocol):
+    """What a step generator needs of a configuration."""
+
+    @property
+    def starting_speed(self) -> int:
+        """Steps/s."""
+
+    @property
+    def encoder_counted(self) -> bool:
+        """Whether the encoder words are live."""
+
+    @property
+    def diagnostic_feedback(self) -> bool:
+        """Whether the step outputs give the counts."""
+
+
 class StepGenerator:
     """An `Axis` whose steps are computed and whose motor turns a `Machine`.
 
@@ -49,7 +64,7 @@ class StepGenerator:
         self.motion: Motion | None = None
         self.segment: Segment | None = None
         self._diagnostic_wiring = diagnostic_wiring
-        self._configuration: Configuration | None = None
+        self._configuration: AxisConfiguration | None = None
         self._start_sps = 1
         self._steps_made = 0  # of the present motion, as reported to the machine
         self.now_ns = 0
@@ -186,6 +201,11 @@ class StepGenerator:
         self._marker_watched = True
         self.marker_seen = False
 
+    def instant_after(self, steps: int) -> int:
+        """Return the instant at which the motion will have made a number of steps more, or NEVER."""
+        instant = self._when_made(steps)
+        return NEVER if instant is None else instant
+
     # -- prediction ---------------------------------------------------------------------------
 
     def counts_calm_until_ns(self) -> int:
@@ -243,7 +263,7 @@ class StepGenerator:
 
     # -- commands -----------------------------------------------------------------------------
 
-    def configure(self, configuration: Configuration | None) -> None:
+    def configure(self, configuration: AxisConfiguration | None) -> None:
         """Adopt an accepted configuration; the encoder continues from its last count."""
         self._encoder_held = self.encoder if self.counting else self._encoder_held
         self._configuration = configuration
@@ -294,7 +314,7 @@ class StepGenerator:
                 ),
             )
 
-    def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: Shape) -> None:
+    def register(self, now_ns: int, steps: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
         """End the motion after exactly `steps` more whole steps, deceleration included."""
         if self.motion is not None:
             start, speed = self._start_sps, self.motion.speed_at(now_ns)
@@ -318,7 +338,7 @@ class StepGenerator:
             )
         )
 
-    def stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> None:
+    def stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> None:
         """Begin a controlled stop on a whole step.
 
         A motion on its last ramp continues with it, unless another ramp ends sooner; any other begins to
@@ -332,7 +352,7 @@ class StepGenerator:
         if by_itself is None or stopped.final_steps < by_itself or not self.motion.on_last_ramp(now_ns):
             self._replace(now_ns, stopped)
 
-    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
+    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
         """Return the steps that a controlled stop beginning now would still make."""
         if self.motion is None:
             return 0

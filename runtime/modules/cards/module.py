@@ -139,6 +139,13 @@ class GenericCard(Module):
         self.before_change()
         self._put_level(name, energised)
 
+    def end_timeline(self) -> bool:
+        """Drop the presses of the timeline that are still to come; return whether there are any."""
+        self.before_change()
+        there_are = self._next < len(self._changes)
+        del self._changes[self._next :]
+        return there_are
+
     def _put_level(self, name: str, energised: bool) -> None:
         place = self._place(name)
         self._levels = self._levels | 1 << place if energised else self._levels & ~(1 << place)

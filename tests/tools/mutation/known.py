@@ -111,7 +111,7 @@ EQUIVALENT = (
         "direction >= 0",
         A_DIRECTION,
     ),
-    Equivalent("traces/export/vcd.py", "_lines", "True", "False", "both have a row for each value"),
+    Equivalent("traces/export/vcd.py", "_dumped", "True", "False", "both have a row for each value"),
     Equivalent(
         "traces/read/packed.py", "PackedScans.__init__", "1", "2", "how well it compresses shows nowhere"
     ),

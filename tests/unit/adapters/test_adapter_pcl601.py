@@ -97,7 +97,7 @@ def test_a_search_may_begin_on_a_limit_whose_side_is_not_known(search):
     bench = AdapterBench(Switch(InputBit.CW_LIMIT, -500, None), Switch(InputBit.HOME, -3000, -1000))
     bench.give(*CONFIGURE, ms=400).release()
     assert {"IN_CW_LIMIT", "IN_CCW_LIMIT"} <= bench.bits
-    bench.give(*search, ms=60)
+    bench.give(*search, ms=100)
     towards = search is HOME_CW  # and stands still for two seconds
     assert {"IN_CW_LIMIT"} == bench.bits - {"MODULE_OK", "POSITION_INVALID", "MOVING_CCW", "ACCELERATING"}
     assert ("MOVING_CCW" in bench.bits) is not towards

@@ -48,7 +48,7 @@ def run(tmp_path, monkeypatch):
 def test_what_every_start_brings_is_no_error(run):
     summary, notes = run(MOVE + "idle\n")
     assert summary["errors"] == ["none"]
-    assert [line.split()[0] for line in summary["every start"]] == ["CONFIG_ERROR", "POSITION_INVALID"]
+    assert [line.split()[0] for line in summary["normal start"]] == ["CONFIG_ERROR", "POSITION_INVALID"]
     assert summary["moves"] == ["1", "1 absolute: complete"]
     assert "hints" not in summary
     assert notes == ""
@@ -59,7 +59,7 @@ def test_a_second_configuration_in_a_run_is_an_error_again(run):
     summary, _ = run(again)
     assert summary["errors"][0] == "1"
     assert summary["errors"][1].startswith("POSITION_INVALID")
-    assert len(summary["every start"]) == 2
+    assert len(summary["normal start"]) == 2
 
 
 def test_a_search_that_finds_nothing_is_still_under_way(run):

@@ -75,7 +75,7 @@ def test_a_run_is_recorded_and_summed_up(folder):
     assert lines[4] == "errors        1"
     assert "[CMD-03, chapter 6" in lines[5]
     assert lines[5].strip().startswith("COMMAND_ERROR at scan 42: a move was started before")
-    assert lines[6].startswith("every start   CONFIG_ERROR at scan 0: ")
+    assert lines[6].startswith("normal start  CONFIG_ERROR at scan 0: ")
     assert lines[-1] == f"trace         line.mcap ({(folder / 'line.mcap').stat().st_size:,} bytes)"
 
 

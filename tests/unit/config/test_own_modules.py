@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Iterator
 from importlib.metadata import EntryPoint
 from pathlib import Path
@@ -136,6 +137,58 @@ def test_a_mistake_is_told_with_its_place(rack: Path, old: str, new: str, said: 
     status, output = scanrack("run", rack, "--no-record")
     assert status == 2
     assert said in output
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "said"),
+    [
+        (
+            '"LIT": BitPlace("I", 0, 0)',
+            '"LIT": BitPlace("I", 0, 3), "DARK": BitPlace("I", 0, 3), "HOT": BitPlace("I", 0, 15)',
+            "status: LIT and DARK are both bit 3 of input word 0; free bits: 0 to 2, 4 to 14 of word 0",
+        ),
+        (
+            '"ON": BitPlace("O", 0, 0)',
+            '"ON": BitPlace("O", 0, 0), "OFF": BitPlace("O", 0, 0)',
+            "Blinker: command: ON and OFF are both bit 0 of output word 0; free bits: 1 to 15 of word 0",
+        ),
+        (
+            'BitPlace("I", 0, 0)',
+            'BitPlace("I", 0, 16)',
+            "Blinker: status.LIT: .*bit=16.*: must be of image I or O",
+        ),
+        (
+            'BitPlace("I", 0, 0)',
+            'BitPlace("Q", 0, 0)',
+            "Blinker: status.LIT: .*'Q'.*: must be of image I or O",
+        ),
+        (
+            'BitPlace("O", 0, 0)',
+            'BitPlace("O", 8, 0)',
+            "Blinker: command.ON: .*word=8.*word 0 to 7, bit 0 to 15",
+        ),
+    ],
+)
+def test_names_of_bits_are_refused_when_the_file_is_loaded(
+    rack: Path, right: str, wrong: str, said: str
+) -> None:
+    file = Path("blinker.py")
+    source = file.read_text(encoding="utf-8")
+    assert right in source
+    file.write_text(source.replace(right, wrong), encoding="utf-8")
+    for command in ("run", "check"):
+        status, output = scanrack(command, rack)
+        assert status == 2
+        assert re.search(said, " ".join(output.split()))
+
+
+def test_a_module_that_is_not_executed_refuses_no_key_of_its_slot(rack: Path) -> None:
+    edited(rack, 'module = "blinker"', 'module = "blinker"\nfirmware = "7"\nport = "COM3"\naddress = 300')
+    card = '[[slot]]\nnumber = 5\nmodule = "discrete16"\n[slot.options]\ninputs = { at = 0 }\n'
+    cam = 'cam = [{ input = "at", slot = 6, first = 0 }]\n'
+    with rack.open("a", encoding="utf-8") as file:
+        file.write(f'\n{card}{cam}\n[[slot]]\nnumber = 6\nmodule = "blinker"\n')
+    assert [each.number for each in load_rack_file(rack).spec.slot][-2:] == [5, 6]
 
 
 def test_the_schema_lets_a_rack_name_its_own_modules() -> None:

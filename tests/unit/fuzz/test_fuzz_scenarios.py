@@ -152,8 +152,8 @@ def test_torn_updates_belong_to_a_controller_that_does_not_wait(spec):
         ({"presses": [{"slot": 1}]}, "input"),
         ({"incidents": [{"at_ns": 0, "what": "flood"}]}, "flood"),
         (
-            {"incidents": [{"at_ns": 0, "what": "torn-update", "late_words": [9]}]},
-            r"late_words \[9\] are not allowed: 0 to 7",
+            {"incidents": [{"at_ns": 0, "what": "torn-update", "late_words": [250]}]},
+            r"late_words \[250\] are not allowed: 0 to 249",
         ),
         ({"firmware": {"1": "9.9"}}, "unknown 3601 firmware '9.9'"),
         ({"shifts": [{"slot": True, "steps": 2}]}, r"shifts\.0\.slot = True: .* valid integer"),

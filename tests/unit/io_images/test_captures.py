@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scanrack.io_images.captures.packets import Capture, CaptureError, Packet
 from scanrack.io_images.captures.segments import segment_in
-from scanrack.io_images.captures.streams import Streams
+from scanrack.io_images.captures.streams import Chunk, Streams
 
 FRAMES = [Frame(1_700_000_000_123_456_789, b"one"), Frame(1_700_000_001_000_000_000, b"second")]
 
@@ -141,17 +141,36 @@ def test_what_is_no_whole_segment_is_passed_over(data: bytes) -> None:
     assert segment_in(Packet(0, 1, data)) is None
 
 
+@pytest.mark.parametrize("make", [pcap, pcapng])
+def test_a_frame_that_the_capture_cut_is_a_segment_without_its_data(make) -> None:
+    """54 bytes are headers; a frame without data is whole in 60."""
+    frames = [Frame(0, ethernet(segment(data, 7, acknowledged=9))) for data in (b"abcdef", b"1234567", b"")]
+    capture = Capture(BytesIO(make(frames, snap=60)))
+    found = [segment_in(packet) for packet in capture.packets()]
+    assert [(each.data, each.cut, each.acknowledged) for each in found if each is not None] == [
+        (b"abcdef", False, 9),
+        (b"", True, 9),
+        (b"", False, 9),
+    ]
+    assert str(capture.cut_frames) == "1 at 60 bytes"
+    assert [segment_in(packet) for packet in Capture(BytesIO(make(frames, snap=47))).packets()] == [None] * 3
+
+
 # -- streams -----------------------------------------------------------------------------------------
 
 
 def stream(*parts: tuple[int, bytes], syn: int | None = None) -> tuple[list[tuple[bytes, bool]], Streams]:
     """Return the chunks of segments of one direction, each at a sequence number."""
     frames = [] if syn is None else [segment(b"", syn, flags=SYN)]
-    frames += [segment(data, sequence) for sequence, data in parts]
+    chunks, streams = in_order(frames + [segment(data, sequence) for sequence, data in parts])
+    return [(each.data, each.after_gap) for each in chunks], streams
+
+
+def in_order(frames: list[bytes]) -> tuple[list[Chunk], Streams]:
+    """Return the chunks of IP packets; the time of each is its number."""
     found = [segment_in(Packet(at, 101, data)) for at, data in enumerate(frames)]
     streams = Streams()
-    chunks = streams.chunks(each for each in found if each is not None)
-    return [(each.data, each.after_gap) for each in chunks], streams
+    return list(streams.chunks(each for each in found if each is not None)), streams
 
 
 def test_early_segments_wait_for_those_before_them() -> None:
@@ -173,9 +192,44 @@ def test_without_its_beginning_a_connection_begins_with_its_first_segment() -> N
 
 
 def test_bytes_that_never_come_are_a_gap() -> None:
-    chunks, streams = stream((1, b"a"), (5, b"e"), (6, b"f"), (9, b"i"), syn=0)
-    assert chunks == [(b"a", True), (b"ef", True), (b"i", True)]
+    """Each has its own time, though only the end shows that none comes."""
+    frames = [segment(data, at) for at, data in ((0, b"a"), (4, b"e"), (5, b"f"), (8, b"i"))]
+    chunks, streams = in_order(frames)
+    said = [(each.data, each.after_gap, each.at_ns) for each in chunks]
+    assert said == [(b"a", True, 0), (b"e", True, 1), (b"f", False, 2), (b"i", True, 3)]
     assert streams.gaps == 2
+
+
+def test_what_the_other_end_acknowledges_and_nobody_saw_is_missing() -> None:
+    """Bytes 4 to 6 of the server are lost; what the client sends next says that it has all up to 9."""
+    chunks, streams = in_order(
+        [
+            segment(b"abc", 1, asked=False),
+            segment(b"ask", 1, acknowledged=4),
+            segment(b"ghi", 7, asked=False, acknowledged=4),
+            segment(b"", 4, acknowledged=10),  # without data: the bytes may still come, in another order
+            segment(b"ask", 4, acknowledged=10),
+            segment(b"jkl", 10, asked=False, acknowledged=7),
+        ]
+    )
+    said = [(each.data, each.after_gap, each.at_ns) for each in chunks if each.source == SERVER]
+    assert said == [(b"abc", True, 0), (b"ghi", True, 2), (b"jkl", False, 5)]
+    assert [each.data for each in chunks] == [b"abc", b"ask", b"ghi", b"ask", b"jkl"]
+    assert streams.gaps == 1
+
+
+def test_bytes_up_to_an_acknowledged_one_are_missing_although_none_waits() -> None:
+    chunks, streams = in_order(
+        [
+            segment(b"abc", 2**32 - 3, asked=False),
+            segment(b"ask", 1, acknowledged=3),
+            segment(b"ghi", 3, asked=False),
+            segment(b"ask", 4, acknowledged=0),  # an old one says nothing new
+        ]
+    )
+    said = [(each.data, each.after_gap, each.at_ns) for each in chunks if each.source == SERVER]
+    assert said == [(b"abc", True, 0), (b"ghi", True, 2)]
+    assert streams.gaps == 1
 
 
 def test_a_new_connection_of_the_same_ends_begins_anew() -> None:

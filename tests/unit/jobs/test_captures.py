@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-from captured import conversation, modbus_tcp, pcap, pcapng
+from captured import Frame, conversation, modbus_tcp, pcap, pcapng
 from scanrack.commands import build
 from scanrack.io_images.pmc006.frame import command, reply
 from scanrack.io_images.pmc006.instructions import BY_NAME
@@ -171,6 +172,77 @@ def test_what_cannot_be_imported(
     assert done.exit_code == 2
     assert said in done.stderr
     assert [each.name for each in tmp_path.iterdir()] == ["line.bin"]
+
+
+PMC_READ = BY_NAME["read_position"].code
+
+SPOKEN: dict[str, tuple[Callable[[int], tuple[bytes, bytes]], Callable[[], Pairing]]] = {
+    "Modbus TCP": (
+        lambda at: (modbus_tcp(at, "03 0005 0001"), modbus_tcp(at, f"03 02 {at:04x}")),
+        ModbusTcpPairing,
+    ),
+    "RTU over TCP": (
+        lambda at: (frame(1, READ_BASE), frame(1, b"\x03\x02" + at.to_bytes(2, "big"))),
+        RtuPairing,
+    ),
+    "PMC006": (lambda at: (command(1, PMC_READ), reply(1, at)), PmcPairing),
+}
+"""A request and its reply by their number, and what finds them."""
+
+
+@pytest.mark.parametrize("lost", [(3,), (5, 6, 7), (1,), (12,)], ids=str)
+@pytest.mark.parametrize("spoken", SPOKEN)
+def test_a_lost_reply_has_no_part_in_the_times_of_the_others(
+    tmp_path: Path, spoken: str, lost: tuple[int, ...]
+) -> None:
+    """A request every 50 ms, each answered after 4 ms; some replies are not in the capture."""
+    said, pairing = SPOKEN[spoken]
+    talk = [part for at in range(1, 13) for part in zip((True, False), said(at), strict=True)]
+    handshake, frames = conversation(talk)[:2], conversation(talk)[2:]
+    there = [
+        Frame((number // 2 * 50 + number % 2 * 4) * MS, each.data)
+        for number, each in enumerate(frames)
+        if number % 2 == 0 or number // 2 + 1 not in lost
+    ]
+    (tmp_path / "a.pcap").write_bytes(pcap([*handshake, *there]))
+    captured = read_capture(tmp_path / "a.pcap", pairing)
+    assert [(each.answered_ns - each.asked_ns) // MS for each in captured.exchanges if each.reply] == [4] * (
+        12 - len(lost)
+    )
+    assert [each.asked_ns // MS // 50 + 1 for each in captured.exchanges if each.reply is None] == list(lost)
+    places = 0 if lost[-1] == 12 else 1  # no later request says that the last one is lacking
+    assert captured.notes == [
+        *([f"places at which the capture lacks bytes: {places}"] if places else []),
+        f"requests without a sound reply: {len(lost)}",
+    ]
+
+
+@pytest.mark.parametrize("make", [pcap, pcapng])
+def test_frames_that_the_snap_length_cut_are_told(tmp_path: Path, make) -> None:
+    """Requests have 66 bytes, replies up to 67; the handshake 54."""
+    capture = tmp_path / "a.pcap"
+
+    def imported(snap: int, *options: str) -> tuple[int, str]:
+        capture.write_bytes(make(conversation(TALK), snap=snap))
+        done = CliRunner().invoke(
+            build(), ["import", str(capture), "--out", str(tmp_path / "a.mcap"), *options]
+        )
+        return done.exit_code, done.stderr
+
+    whole = "; capture whole frames, with a snap length of 0\n"
+    assert imported(66) == (
+        0,
+        f"scanrack: note: frames that the capture cut: 1 at 66 bytes{whole}"
+        "scanrack: note: places at which the capture lacks bytes: 1\n"
+        "scanrack: note: requests without a sound reply: 1\n",
+    )
+    for snap, frames in ((60, "8 at 60 bytes"), (40, "10 at 40 bytes")):
+        status, said = imported(snap)
+        assert status == 2
+        assert said.endswith(f"no whole exchange at port 502: frames that the capture cut: {frames}{whole}")
+    status, said = imported(66, "--as", "amci3601")
+    assert status == 2
+    assert "frames that the capture cut: 1 at 66 bytes" in said
 
 
 def test_a_truncated_capture_is_told(tmp_path: Path) -> None:

@@ -236,7 +236,8 @@ def test_the_command_prints_the_chain_and_its_data(made, tmp_path):
         "Cause: Stop is on since 0.04 s: slot 2 input 1 (stop): The stop input is energised.",
     ]
     deep = CliRunner().invoke(build(), [*words, "--deep"]).output
-    assert deep.splitlines()[-1] == (
+    assert max(map(len, deep.splitlines())) <= 110
+    assert " ".join(deep.split()).endswith(
         "Lamp off (0.04 s, Main rung 1: XIC(Run)) <- Run off (0.04 s, rung 0: XIO(Stop)) <- "
         "Stop on (0.04 s, slot 2 input 1 (stop): The stop input is energised.)"
     )
@@ -258,7 +259,7 @@ def test_a_recording_has_the_same_chain(made, tmp_path):
     words = ["run", str(tmp_path / "rack.toml"), "--for", "60 ms", "--record", str(file), "-q"]
     run = CliRunner().invoke(build(), words)
     assert run.exit_code == 0, run.output
-    said = CliRunner().invoke(build(), ["why", str(file), "Lamp", "--deep"]).output
+    said = " ".join(CliRunner().invoke(build(), ["why", str(file), "Lamp", "--deep"]).output.split())
     assert "Run off (0.04 s, rung 0: XIO(Stop)) <- Stop on (0.04 s, slot 2 input 1" in said
 
 

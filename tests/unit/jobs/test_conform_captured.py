@@ -65,7 +65,7 @@ def later_images(recording: PackedTrace, rows: int) -> PackedTrace:
     columns = recording.columns
     words = columns.words.copy()
     words[rows:, WORDS:] = columns.words[: len(words) - rows, WORDS:]
-    return PackedTrace(recording.slots, PackedScans.of(1, [columns._replace(words=words)]), ())
+    return PackedTrace(recording.slots, PackedScans.of(16, [columns._replace(words=words)]), ())
 
 
 @pytest.mark.parametrize("late", [0, 1])
@@ -94,7 +94,7 @@ def test_a_rest_that_shows_the_error_of_a_configuration_has_none(tmp_path: Path)
     refused = StatusMsw.CONFIG_ERROR | StatusMsw.MODE_CONFIG
     first = max(row for row, image in enumerate(images) if image[0] & refused == refused)
     columns = whole.columns.rows(first, len(images))
-    late = PackedTrace(whole.slots, PackedScans.of(1, [columns]), ())
+    late = PackedTrace(whole.slots, PackedScans.of(16, [columns]), ())
     found = scenes_in(late, {}, 1, TIMING, [0x843F, 0x3F, 0, 500, 0, 0, 0, 0])
     state = found.scenes[0].moments[0]
     assert isinstance(state, KnownState)

@@ -35,7 +35,7 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> PackedTrace:
 
 def cut(recording: PackedTrace, first: int) -> PackedTrace:
     columns = recording.columns
-    rest = PackedScans.of(len(recording.slots), [columns.rows(first, len(columns.scan))])
+    rest = PackedScans.of(recording.layout.words, [columns.rows(first, len(columns.scan))])
     number = int(columns.scan[first])
     return PackedTrace(recording.slots, rest, tuple(each for each in recording.events if each.scan >= number))
 

@@ -9,12 +9,16 @@ from typing import Any
 
 import numpy as np
 import pytest
+from costs import lines_executed
 from scanrack.commands import build
 from scanrack.jobs import open_bench
+from scanrack.jobs.record import tag_source
 from scanrack.jobs.record.tag_source import tags_of
 from scanrack.ladder import LadderError
+from scanrack.ladder.debug import Debugger
 from scanrack.ladder.debug.tag_values import tag_values
 from scanrack.ladder.files import parse_program
+from scanrack.ladder.lowering.runnable import LadderLogic
 from scanrack.traces import open_trace, read_columns
 from typer.testing import CliRunner
 
@@ -233,3 +237,43 @@ def test_a_bench_records_the_program_it_runs_also_after_an_edit(tmp_path: Path) 
     assert tags["level"][[0, 9, 10, 19]].tolist() == [0.5, 5.0, 7.0, 25.0]
     assert tags["counts"].shape == (20, 3)
     assert not tags["counts"][10:].any(), "it has another length now"
+
+
+def of_many_tags(count: int, value: int = 1) -> LadderLogic:
+    tags = "".join(f"TAG A{number} : DINT\n" for number in range(count))
+    return parse_program(f"PROGRAM line\n{tags}ROUTINE Main\nMOV({value},A0);\nEND\n")
+
+
+def test_the_tags_of_a_program_are_compiled_once_however_many_there_are(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    compiled: list[str] = []
+
+    def counted(text: str, *rest: Any) -> Any:
+        compiled.append(text)
+        return compile(text, *rest)
+
+    monkeypatch.setattr(tag_source, "compile", counted, raising=False)
+    for count in (100, 400):
+        compiled.clear()
+        tags_of(of_many_tags(count), ["*"], bytearray(16))
+        assert len(compiled) == 1
+        assert len(compiled[0]) < 20 * count
+
+
+def test_after_an_edit_each_of_many_tags_is_looked_up_once() -> None:
+    def lines_of(count: int) -> int:
+        debugger = Debugger(of_many_tags(count), remembered=0)
+        source = tags_of(debugger, ["*"], bytearray(16))
+        debugger.edit(of_many_tags(count, value=2))
+        return lines_executed(source.take)
+
+    assert lines_of(400) < 5 * lines_of(100)
+
+
+def test_a_value_that_does_not_fit_is_found_among_many(tmp_path: Path) -> None:
+    text = "a = b = c = 1\ndef logic(scan):\n    global b\n    b = 'many' if scan.number else 2\n"
+    (tmp_path / "logic.py").write_text(text, encoding="utf-8")
+    tags, events = recorded(run(rack(tmp_path, "logic.py", '["a", "b", "c"]'), scans=2))
+    assert [tags[each].tolist() for each in "abc"] == [[1, 1], [2, 0], [1, 1]]
+    assert [fields["name"] for topic, fields in events if fields.get("kind") == "tag"] == ["b"]

@@ -56,7 +56,7 @@ class Cut:
 def cut(recording: PackedTrace, first: int) -> PackedTrace:
     columns = recording.columns
     number = int(columns.scan[first])
-    rest = PackedScans.of(len(recording.slots), [columns.rows(first, len(columns.scan))])
+    rest = PackedScans.of(recording.layout.words, [columns.rows(first, len(columns.scan))])
     return PackedTrace(recording.slots, rest, tuple(each for each in recording.events if each.scan >= number))
 
 

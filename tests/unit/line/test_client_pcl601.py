@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
+from modbus_standard import rtu
+from pymodbus.pdu.register_message import WriteSingleRegisterRequest
 from scanrack.commands import build
 from scanrack.io_images.pcl601 import Code, Error
 from scanrack.io_images.pcl601.registers import firmware_text
@@ -21,12 +23,13 @@ from scanrack.runtime.line.clients.link import (
     RefusedError,
     SerialLink,
     StoppedError,
-    TcpLink,
     UnconfirmedMotionError,
 )
-from scanrack.runtime.line.clients.modbus import RtuLine, TcpLine, check_answer
+from scanrack.runtime.line.clients.modbus import RtuLine
+from scanrack.runtime.line.clients.modbus_tcp import ModbusTcpLine
 from scanrack.runtime.line.clients.pcl601 import READABLE, SETTABLE, Pcl601Client
 from scanrack.runtime.line.clients.watching import MonitoringLostError
+from scanrack.runtime.line.modbus_pdus import REQUESTS
 from scanrack.runtime.line.ports import ModbusTcpPort, PduServer
 from scanrack.runtime.machine.contacts import GROUND
 from typer.testing import CliRunner, Result
@@ -234,9 +237,8 @@ def test_an_answer_may_take_longer() -> None:
     faulty = FaultyDevice(Pcl601(), {0: Fault.DELAYED, 1: Fault.DELAYED})  # 0.26 s
     client = Pcl601Client(RtuLine(BusLink(faulty), 0.4))
     assert (client.position, client.position, client.faults) == (0, 0, 0)
-    for line in (RtuLine, TcpLine):
-        with pytest.raises(ValueError, match=r"timeout 61 s: must be 0\.01 to 60"):
-            line(BusLink(faulty), 61)
+    with pytest.raises(ValueError, match=r"timeout 61 s: must be 0\.01 to 60"):
+        RtuLine(BusLink(faulty), 61)
 
 
 def test_the_firmware_is_text() -> None:
@@ -315,8 +317,26 @@ def test_a_line_that_is_dead_is_told() -> None:
     ],
 )
 def test_what_cannot_be_the_answer_is_not_taken_for_it(question: str, answer: str) -> None:
+    request = REQUESTS.decode(bytes.fromhex(question))
+    assert request is not None
     with pytest.raises(BadResponseError):
-        check_answer(bytes.fromhex(question), bytes.fromhex(answer))
+        RtuLine(SaidLink(rtu(1, bytes.fromhex(answer)))).ask(1, request)
+
+
+class SaidLink(BusLink):
+    """A line on which one answer comes, whatever is asked."""
+
+    def __init__(self, said: bytes) -> None:
+        super().__init__(FaultyDevice(Pcl601(), {}))
+        self._said = b""
+        self._next = said
+
+    def send(self, data: bytes) -> None:
+        self._said = self._next
+
+    def receive(self, count: int, seconds: float) -> bytes:
+        came, self._said = self._said[:count], self._said[count:]
+        return came
 
 
 @pytest.mark.slow
@@ -357,13 +377,13 @@ def served_on_modbus_tcp(device: Pcl601) -> Iterator[int]:
 
 def test_end_to_end_over_modbus_tcp() -> None:
     with served_on_modbus_tcp(Pcl601()) as port:
-        link = TcpLink("127.0.0.1", port)
-        client = Pcl601Client(TcpLine(link), 1)
+        line = ModbusTcpLine("127.0.0.1", port)
+        client = Pcl601Client(line, 1)
         client.set("accel", 50_000)
         assert client.move(500) == 500
         with pytest.raises(RefusedError, match="exception 2"):
-            client._asked(bytes.fromhex("06 00 22 00 01"))
-        link.close()
+            client._asked(WriteSingleRegisterRequest(address=0x22, registers=[1]))
+        line.close()
 
 
 def scanrack(*arguments: str) -> Result:

@@ -62,6 +62,52 @@ def test_by_length_a_stub_that_promises_much_delays_but_loses_nothing():
     assert framer.silence() == [READ]
 
 
+WRITE = frame(1, hexed("10 00 05 00 03 06 01 f4 0b b8 07 d0"))
+CONTAINS = frame(2, hexed("10 00 05 00 04 08") + frame(1, hexed("05 00 02 ff 00")))
+UNKNOWN = frame(1, hexed("2b 0e 01 00"))
+PIECES = [(each, cut) for each in (READ, WRITE, CONTAINS, UNKNOWN) for cut in range(1, len(each))]
+
+
+@pytest.mark.parametrize("before", [b"", READ, READ[:3], b"\x55"], ids=["first", "second", "stub", "noise"])
+@pytest.mark.parametrize(("whole", "cut"), PIECES)
+def test_by_length_a_silence_within_a_frame_does_not_end_it(before, whole, cut):
+    """TCP promises no timing: a second may pass between two pieces, at any place."""
+    framer = Framer(PORT_TIMING)
+    fed(framer, MS, before)
+    framer.silence()
+    frames = fed(framer, 1_000 * MS, whole[:cut])
+    frames += framer.silence()
+    frames += fed(framer, 2_000 * MS, whole[cut:])
+    frames += framer.silence()
+    assert frames == [whole]
+    assert fed(framer, 3_000 * MS, READ) == [READ]
+
+
+@pytest.mark.parametrize("cuts", [(1, 2, 3), (2, 4, 9), (6, 7, 8), (7, 13, 14)])
+def test_by_length_a_frame_in_four_pieces(cuts):
+    framer, frames, now_ns = Framer(PORT_TIMING), [], 0
+    for start, end in zip((0, *cuts), (*cuts, len(WRITE)), strict=True):
+        now_ns += 1_000 * MS
+        frames += fed(framer, now_ns, WRITE[start:end]) + framer.silence()
+    assert frames == [WRITE]
+
+
+def test_by_length_a_client_that_begins_anew_after_a_silence_is_heard_at_once():
+    """The beginning of a frame that never goes on does not swallow the requests behind it."""
+    for cut in range(1, len(WRITE)):
+        framer = Framer(PORT_TIMING)
+        assert fed(framer, MS, WRITE[:cut]) + framer.silence() == []
+        for at in range(1, 5):
+            assert fed(framer, at * 1_000 * MS, READ) + framer.silence() == [READ]
+
+
+def test_by_length_bytes_that_are_never_a_frame_are_not_kept():
+    framer = Framer(PORT_TIMING)
+    for at in range(1, 1_000):
+        assert fed(framer, at * 100 * MS, b"\x01") + framer.silence() == []
+    assert len(framer._buffer) <= 256
+
+
 def test_by_length_an_unknown_function_is_taken_at_the_silence():
     framer = Framer(PORT_TIMING)
     odd = frame(1, hexed("2b 0e 01 00"))

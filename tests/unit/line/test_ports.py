@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
+import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
 from dataclasses import dataclass, field
@@ -13,6 +14,7 @@ from typing import Any
 import pytest
 import serial
 from scanrack.runtime import Clock, LineFormat
+from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
 from scanrack.runtime.line.ports import (
     BusSegment,
     LineServer,
@@ -117,6 +119,25 @@ def test_raw_tcp_goes_on_when_its_client_has_gone(raw: tuple[LineServer, RawTcpP
         two.sendall(b"two")
         until(server.step, lambda: port.traffic.received == 6)
         assert two.recv(10) == b"TWO"
+
+
+def test_raw_tcp_answers_a_frame_that_comes_in_two_pieces() -> None:
+    """Four times the silence of `--gap-ms` passes between them, at any place of the frame."""
+    port = RawTcpPort("127.0.0.1", 0)
+    request = bytes.fromhex("01 03 00 05 00 01 94 0b")
+    with (
+        closing(LineServer(Pcl601(timing=PORT_TIMING), port, Clock())) as server,
+        connect(port.name) as client,
+    ):
+        for cut in range(1, len(request)):
+            heard = port.traffic.received
+            client.sendall(request[:cut])
+            until(server.step, lambda due=heard + cut: port.traffic.received == due)  # type: ignore[misc]
+            end_s = time.monotonic() + 4 * PORT_TIMING.gap_ns / 1e9
+            until(server.step, lambda due=end_s: time.monotonic() >= due)  # type: ignore[misc]
+            client.sendall(request[cut:])
+            until(server.step, lambda due=7 * cut: port.traffic.sent == due)  # type: ignore[misc]
+            assert client.recv(100) == bytes.fromhex("01 03 02 01 f4 b8 53")
 
 
 def tcp(transaction: int, unit: int, pdu: bytes, protocol: int = 0) -> bytes:

@@ -88,6 +88,13 @@ def test_a_torn_write_is_carried_out_and_counted_or_refused(torn: bytes) -> None
         ("10 0001 0008 10" + 16 * "00", 2),
         ("17 0000 0001 0000 0001 02", 3),
         ("17 0000 0000 0000 0001 02 0000", 3),
+        # count or byte count are wrong, and the address: the counts are checked first [6.12, 6.17]
+        ("10 0000 007c f8" + 124 * "0000", 3),
+        ("10 0000 007d fa" + 125 * "0000", 3),
+        ("17 0000 0001 0000 007a f4" + 122 * "0000", 3),
+        ("17 0000 0001 0000 007d fa" + 125 * "0000", 3),
+        ("17 0013 0001 0000 0001 04 0000 0000", 3),
+        ("10 0009 0001 04 0000 0000", 3),
     ],
 )
 def test_what_is_refused_changes_nothing(request_: str, code: int) -> None:

@@ -67,7 +67,7 @@ BAD: list[tuple[object, str]] = [
     ({"do": "write", "tag": "a", "value": [1]}, "write: value"),
     ({"do": "incident", "kind": "program-mode", "slot": 1}, "incident: kind 'program-mode' is not allowed"),
     ({"do": "incident", "kind": "removed", "slot": 1, "for_ms": -1}, "incident: for_ms -1 is not allowed"),
-    ({"do": "incident", "kind": "removed", "slot": 1, "late_words": [8]}, "incident: late_words"),
+    ({"do": "incident", "kind": "removed", "slot": 1, "late_words": [250]}, "incident: late_words"),
 ]
 
 

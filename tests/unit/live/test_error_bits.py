@@ -6,14 +6,14 @@ Broken on purpose: the first row of a batch left out, a configuration's mirror r
 import numpy as np
 import pytest
 from scanrack.io_images.amci3601 import WORDS_3601
-from scanrack.io_images.module_words import BitPlace, ModuleWords
+from scanrack.io_images.module_words import BitPlace, ModuleWords, numbered
 from scanrack.watch.monitors.troubles import ErrorWatch
 
 ROW = np.dtype([("scan", np.uint32), ("words", np.int16, (32,))])
 CARD = ModuleWords(
     "Analog",
-    (),
-    (),
+    numbered(8),
+    numbered(8),
     {"status": {"level_over": BitPlace("I", 5, 1), "level_under": BitPlace("I", 5, 2)}},
     errors=("level_over", "level_under"),
 )

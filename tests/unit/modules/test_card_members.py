@@ -52,7 +52,7 @@ def test_members_of_a_1769_of4(row: tuple[int, ...]) -> None:
 
 def test_the_members_are_where_the_card_puts_them() -> None:
     few = {name: {each for each, _ in table} for name, table in MEMBERS.items() if not KINDS[name].analog}
-    assert few == {name: {"ReadBack"} if name.startswith("1769-O") else set() for name in few}
+    assert few == {name: {"ReadBack"} if KINDS[name].echo else set() for name in few}
     assert {"discrete16", "1769-IQ32", "1769-OB16", "1769-OW8"} < few.keys()
     assert {"1769-IF4", "1769-OF4"} <= MEMBERS.keys() - few.keys()
     cards = ("discrete16", "1769-OW8", "1769-OB32", "1769-IF4")
@@ -93,7 +93,7 @@ def test_a_read_back_behind_inputs_has_the_same_word_in_addresses_and_in_rungs(
     words = {2: CardOptions().words(kind)}
     assert str(parse_address("Local:2:I.ReadBack.18", words)) == "Local:2:I.Data[3].2"
     assert str(parse_address("Local:2:I.ReadBack", words)) == "Local:2:I.Data[2]"
-    place = Resolver(Layout([], cards={2: kind.name})).named("Local:2:I.ReadBack.18")
+    place = Resolver(Layout([], modules=words)).named("Local:2:I.ReadBack.18")
     assert isinstance(place, Place)
     assert place.address == "Local:2:I.Data[3].2"
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import copy
 import json
+from dataclasses import replace
 from pathlib import Path
 from shutil import copy as copy_file
-from typing import cast
+from typing import Any, cast
 
 import amci3602
 import pytest
@@ -16,6 +17,7 @@ from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import Configuration, Move, MoveKind, decode
 from scanrack.io_images.amci3601.words import Profile
 from scanrack.jobs.drive.targets import module_bench
+from scanrack.modules import RULES, WORDS_3601, BitPlace, Rule
 from scanrack.runtime.modules.amci3601.module import Amci3601
 from scanrack.testing.modules import check_module
 from scanrack.watch.monitors.hello import slots_of
@@ -204,3 +206,54 @@ def test_a_3601_refuses_what_the_3602_allows() -> None:
 def test_the_page_shows_its_file() -> None:
     page = (Path(__file__).parents[3] / "docs" / "own-module.md").read_text(encoding="utf-8")
     assert f"```python\n{Path(amci3602.__file__).read_text(encoding='utf-8')}```\n" in page
+
+
+def test_check_takes_a_firmware_of_a_module_from_a_file(rack: Path) -> None:
+    text = rack.read_text(encoding="utf-8")
+    rack.write_text(text + 'firmware = "4.1"\n', encoding="utf-8")
+    status, said = scanrack("check", rack)
+    assert (status, "firmware" in said) == (0, False), said
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        (
+            {"status": {"BRAKE": BitPlace("I", 1, 10)}},
+            "status: MIN_REG_NONZERO and BRAKE are both bit 10 of input word 1; "
+            "free bits: 6, 11, 13 to 15 of word 1$",
+        ),
+        (
+            {"status": {"HOT": BitPlace("I", 1, 6), "COLD": BitPlace("I", 1, 6)}},
+            "status: HOT and COLD are both bit 6 of input word 1; free bits: 11, 13 to 15 of word 1$",
+        ),
+        (
+            {"status": {"BRAKE": BitPlace("I", 0, 0)}},
+            "status: MOVING_CW and BRAKE are both bit 0 of input word 0; "
+            "free bits: 6, 11, 13 to 15 of word 1$",
+        ),
+        (
+            {"status": {"BRAKE": BitPlace("O", 1, 11)}},
+            "status.BRAKE: .*'O'.*: must be in word 0 or 1 of image I",
+        ),
+        ({"status": {"BRAKE": BitPlace("I", 2, 0)}}, "status.BRAKE: .*word=2.*: must be in word 0 or 1"),
+        ({"status": {"STOPPED": BitPlace("I", 1, 11)}}, "status.STOPPED: .*bit=11.*: must be .*bit=3"),
+        ({"errors": ("BREAK",)}, "errors: no status bit 'BREAK'"),
+        ({"refuses": "BRK-02"}, "further_refusals: no rule 'BRK-02' in rules"),
+        ({"sets": 0}, "rule BRK-01: sets must be named status bits; without a name: none"),
+        ({"sets": 1 << 16 + 13}, "rule BRK-01: sets must be named status bits; without a name: 29"),
+    ],
+)
+def test_a_profile_with_a_mistake_is_refused(changed: dict[str, Any], said: str) -> None:
+    further = changed.get("status", {"BRAKE": BitPlace("I", 1, 11)})
+    rule = Rule("BRK-01", "imaginary", "The brake is on.", sets=changed.get("sets", 1 << 16 + 11))
+    status = {**WORDS_3601.groups["status"], **further}
+    with pytest.raises(ValueError, match=f"Amci3603: {said}"):
+        replace(
+            WORDS_3601,
+            message="Amci3603",
+            groups={**WORDS_3601.groups, "status": status},
+            errors=changed.get("errors", WORDS_3601.errors),
+            rules={**RULES, rule.id: rule},
+            further_refusals=((changed.get("refuses", rule.id), lambda words, move: True),),
+        )

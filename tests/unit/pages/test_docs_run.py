@@ -94,7 +94,8 @@ def clone(tmp_path_factory):
 
 
 READS = r"scanrack (?:show|run|watch|plot|query|export) \S+\.(?:mcap|toml)\b[^`]*"
-INLINE = re.compile(rf"^    (scanrack \S.*)$|`({READS})`", re.MULTILINE)
+BIN = r"\.venv/bin/"
+INLINE = re.compile(rf"^    (?:python3 .* && {BIN})?(scanrack \S.*)$|`(?:{BIN})?({READS})`", re.MULTILINE)
 
 
 @pytest.mark.slow

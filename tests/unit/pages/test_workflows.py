@@ -34,15 +34,14 @@ def test_the_tests_run_on_each_system_with_the_first_and_the_last_python_and_on_
     }
 
 
-def test_they_begin_with_the_two_commands_of_the_readme() -> None:
+@pytest.mark.parametrize(
+    ("system", "begin"), [("runner.os != 'Windows'", "python3 "), ("runner.os == 'Windows'", "py ")]
+)
+def test_they_begin_with_the_two_commands_of_the_readme(system: str, begin: str) -> None:
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    blocks = [
-        "\n".join(line.strip() for line in each.splitlines())
-        for each in re.findall(r"(?:^    .+\n)+", readme, re.M)
-    ]
-    commands = [line for each in blocks for line in each.splitlines() if each.startswith("pip install")]
-    assert len(commands) == 3  # install and run, install and test
-    assert re.findall(r"- run: (.*)", TESTS)[:3] == commands
+    commands = re.findall(rf"^    ({begin}.*)$", readme, re.MULTILINE)
+    assert len(commands) == 2  # install and run, install and test
+    assert re.findall(rf"- if: {re.escape(system)}\n        run: (.*)", TESTS) == commands
 
 
 @pytest.mark.parametrize("name", WORKFLOWS)

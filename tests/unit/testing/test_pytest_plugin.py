@@ -9,25 +9,12 @@ from scanrack import open_bench, open_trace
 from scanrack.testing import artefacts, page
 from scanrack.watch.share.command import ShareOptions, shared
 from scanrack.watch.share.failure import Failure
+from tested_racks import RACK, TWO, left, write_rack
 
 pytestmark = pytest.mark.slow  # together they take seconds
 
 pytest_plugins = ["pytester"]
 
-RUNGS = """PROGRAM Line
-TAG Lamp : BOOL
-TAG Rounds : COUNTER
-ROUTINE Main
-XIC(Local:1:I.Data.0)OTE(Lamp);
-XIC(Lamp)CTU(Rounds,2,0);
-END
-"""
-RACK = """program = "line.rung"
-[[slot]]
-number = 1
-module = "1769-IQ16"
-options = { inputs = { start = 0 } }
-"""
 FAILED = page.FailedTest("test_line.py::test_lamp", "Lamp is off")
 FEEDER = Path(__file__).parents[3] / "examples/feeder/feeder.toml"
 FAULTY = "def logic(scan):\n    if scan.number == 4:\n        raise KeyError('lost')\n"
@@ -35,8 +22,7 @@ FAULTY = "def logic(scan):\n    if scan.number == 4:\n        raise KeyError('lo
 
 @pytest.fixture
 def project(pytester):
-    (pytester.path / "line.rung").write_text(RUNGS, encoding="utf-8")
-    (pytester.path / "line.toml").write_text(RACK, encoding="utf-8")
+    write_rack(pytester.path)
     yield pytester
     for name, module in list(sys.modules.items()):  # the runs of this process hid the lines of scanrack
         if name.startswith("scanrack."):
@@ -55,12 +41,6 @@ def run(project, monkeypatch):
     return run
 
 
-def left(project):
-    base = project.path / "scanrack-artefacts"
-    names = (str(each.relative_to(base)) for each in base.rglob("*") if each.is_file())
-    return sorted(name for name in names if not name.rpartition("/")[2].startswith("."))
-
-
 def section(result):
     """Return the lines of the report's section, and those of the whole report."""
     lines = result.outlines
@@ -70,31 +50,10 @@ def section(result):
     return lines[begin + 1 : end], end - first
 
 
-TWO = """
-import pytest
-
-def test_dark(rack):
-    line = rack("line.toml")
-    line.slot[1].press("start", "10 ms")
-    line.run_for("20 ms")
-
-def test_rounds(rack):
-    line = rack("line.toml")
-    line.slot[1].press("start", "10 ms")
-    line.run_until("Rounds.DN", within="100 ms")
-
-@pytest.mark.rack("line.toml")
-def test_lamp(bench):
-    bench.slot[1].press("start", "10 ms")
-    bench.run_for("20 ms")
-    assert bench["Lamp"], "the lamp stays on"
-"""
-
-
 def test_a_failed_test_keeps_its_recording_and_says_why(project, run):
     result = run(TWO)
     result.assert_outcomes(passed=1, failed=2)
-    assert left(project) == ["test_line.py--test_lamp/line.mcap", "test_line.py--test_rounds/line.mcap"]
+    assert left(project.path) == ["test_line.py--test_lamp/line.mcap", "test_line.py--test_rounds/line.mcap"]
     told, lines = section(result)
     assert told[0].startswith("Rounds.DN is off: Main rung 1")
     assert "line: scan 54, 0.108 s" in told
@@ -113,7 +72,7 @@ def test_a_failed_test_keeps_its_recording_and_says_why(project, run):
 def test_what_is_kept_is_an_option(project, run, keep, kept):
     result = run(TWO, "--scanrack-keep", keep, "-k", "dark or lamp")
     result.assert_outcomes(passed=1, failed=1, deselected=1)
-    assert left(project) == kept
+    assert left(project.path) == kept
     told, _ = section(result)
     assert told[0].startswith("Lamp is off since 0.01 s (scan 5)")
     assert any("scanrack watch" in line for line in told) == (keep == "all")
@@ -122,7 +81,7 @@ def test_what_is_kept_is_an_option(project, run, keep, kept):
 
 def test_a_mended_test_leaves_nothing(project, run):
     run(TWO, "-k", "lamp")
-    assert left(project) == ["test_line.py--test_lamp/line.mcap"]
+    assert left(project.path) == ["test_line.py--test_lamp/line.mcap"]
     run(TWO.replace('assert bench["Lamp"]', 'assert not bench["Lamp"]'), "-k", "lamp")
     assert not (project.path / "scanrack-artefacts").exists()
 
@@ -164,7 +123,7 @@ def test_expected(rack):
 def test_each_stage_of_a_test_may_fail_and_the_recording_ends_there(project, run):
     result = run(STAGES)
     result.assert_outcomes(passed=1, failed=1, errors=2, xfailed=1)
-    assert left(project) == [
+    assert left(project.path) == [
         f"test_line.py--test_{stage}/line.mcap" for stage in ("call", "setup", "teardown")
     ]
     for stage, last in {"setup": 4, "call": 4, "teardown": 2}.items():
@@ -191,7 +150,7 @@ def test_a_fault_names_the_scan_that_faulted_and_hides_the_library(project, run)
 
 def test_two_benches_of_one_rack_have_two_recordings(project, run):
     run("def test_two(rack):\n    for scans in (2, 5, 0): rack('line.toml').scan(scans)\n    assert 0\n")
-    assert left(project) == [f"test_line.py--test_two/line{number}.mcap" for number in ("-2", "-3", "")]
+    assert left(project.path) == [f"test_line.py--test_two/line{number}.mcap" for number in ("-2", "-3", "")]
 
 
 def test_the_rack_of_the_fixture_bench_is_a_key_of_the_configuration(project, run):
@@ -256,14 +215,14 @@ def test_lit(rack):
 def test_a_failure_keeps_the_run_that_passed_until_the_next_one_passes(project, run):
     kept = "test_line.py--test_lit/"
     run(LIT.format(scans=5, more=""), "--scanrack-keep", "all").assert_outcomes(passed=1)
-    assert left(project) == [f"{kept}line.mcap"]
+    assert left(project.path) == [f"{kept}line.mcap"]
     for _ in range(2):  # the second failure has the same run beside it
         run(LIT.format(scans=5, more=" + 1")).assert_outcomes(failed=1)
-        assert left(project) == [f"{kept}line.mcap", f"{kept}passed/line.mcap"]
+        assert left(project.path) == [f"{kept}line.mcap", f"{kept}passed/line.mcap"]
         with open_trace(project.path / "scanrack-artefacts" / kept / "passed/line.mcap") as passed:
             assert len(list(passed.scans())) == 8
     run(LIT.format(scans=6, more=""), "--scanrack-keep", "all").assert_outcomes(passed=1)
-    assert left(project) == [f"{kept}line.mcap"]
+    assert left(project.path) == [f"{kept}line.mcap"]
 
 
 def test_the_page_of_a_failure_says_where_it_first_differs_from_the_run_that_passed(project):
@@ -291,22 +250,3 @@ def test_the_page_of_a_failure_says_where_it_first_differs_from_the_run_that_pas
     alike = Failure("test_line.py::test_lit", "", None, traces[0])
     same, _ = shared(traces[0], ShareOptions(7, trust=True, failure=alike))
     assert same["hello"]["failure"]["against"] == {"equal_to": 7}
-
-
-WITHOUT_PAGES = """
-from scanrack.testing import artefacts
-
-artefacts.page_line = lambda *_given: "(the page)"
-"""
-
-
-def test_processes_of_pytest_xdist_keep_the_same(project):
-    pytest.importorskip("xdist", reason="pytest-xdist is not installed")
-    project.makeconftest(WITHOUT_PAGES)
-    project.makepyfile(test_line=TWO)
-    result = project.runpytest_subprocess("-n", "2", "-p", "no:cacheprovider", "-p", "no:hypothesispytest")
-    result.assert_outcomes(passed=1, failed=2)
-    names = [f"test_line.py--test_{name}/line.mcap" for name in ("lamp", "rounds")]
-    assert left(project) == names
-    for name, scan in zip(names, (14, 54), strict=True):
-        result.stdout.fnmatch_lines([f"  scanrack watch 'scanrack-artefacts/{name}#scan={scan}'"])

@@ -77,7 +77,7 @@ def test_one_that_is_much_longer(short: range, tolerance: Tolerance) -> None:
 @pytest.mark.parametrize("tolerance", [EXACT, Tolerance(4_000_000)], ids=["exactly", "within a time"])
 def test_a_replay_that_goes_on_after_a_difference(tolerance: Tolerance) -> None:
     """Blocks have the size that they have for everyone; the answer is another one in nearly all scans."""
-    recording = PackedTrace((A3601,), PackedScans.of(1, parts()), ())
+    recording = PackedTrace((A3601,), PackedScans.of(16, parts()), ())
     follower = Follower(recording, bytearray(32), [(1, "in")], tolerance=tolerance)
     for number, now_ns in zip(recording.numbers, recording.times, strict=True):
         follower.scan(number, now_ns, 1)
@@ -94,7 +94,7 @@ def test_the_levels_of_a_recording_are_read_chunk_by_chunk() -> None:
     """HOME comes and goes every 100 scans of 20,000, which take 1.04 MB as columns."""
     (columns,) = [part._replace(words=idle(20_000)) for part in parts(range(20_000), size=20_000)]
     columns.words[:, 9] = np.where(np.arange(20_000) // 100 % 2, InputBit.HOME.value, 0)
-    recording = PackedTrace((A3601,), PackedScans.of(1, [columns]), ())
+    recording = PackedTrace((A3601,), PackedScans.of(16, [columns]), ())
     tracemalloc.start()
     stimuli = list(recorded_levels(recording))
     _, peak = tracemalloc.get_traced_memory()

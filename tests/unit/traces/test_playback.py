@@ -47,7 +47,7 @@ def play(score: ReplayPlan, memory: list[bytes]) -> tuple[Heard, list[bool]]:
     spec = RackSpec(program=print, slot=(SlotSpec(number=1, module="amci3601"),))
     rack = build_rack(spec)
     heard, firsts = Heard(rack.memory), []
-    written = recorded_outputs(score, memory)
+    written = recorded_outputs(score, memory, rack.layout)
 
     def logic(scan: LogicScan) -> None:
         firsts.append(scan.first)
@@ -108,7 +108,8 @@ def test_levels_are_what_the_status_bits_show_by_the_active_level(
     words[3:, 9] = InputBit.HOME.value
     scans = np.arange(6, dtype=np.int64)
     columns = Columns(scans, scans * 2 * MS, np.ones(6, np.uint32), words)
-    stimuli = list(recorded_levels(PackedTrace((SlotInfo(1, "amci3601"),), PackedScans.of(1, [columns]), ())))
+    recording = PackedTrace((SlotInfo(1, "amci3601"),), PackedScans.of(16, [columns]), ())
+    stimuli = list(recorded_levels(recording))
     home = [(each.at_ns, each.energised) for each in stimuli if each.input is InputBit.HOME]
     assert home[-1] == (5 * MS, energised), "half-way between the scans at 4 and 6 ms"
     assert home[-2][1] is not energised

@@ -11,6 +11,7 @@ from struct import pack
 import numpy as np
 import pytest
 from made_tags import MadeTags
+from recorded_numbers import record_numbers
 from scanrack.commands import build
 from scanrack.traces import ScanRecorder, SlotInfo, Tag, open_trace
 from scanrack.traces.compare import Tolerance, compare, report
@@ -243,3 +244,13 @@ def test_codes_are_compared_by_what_they_stand_for(tmp_path: Path) -> None:
         found = compare(a, b)
     assert found.same, "FILL is FILL, and NaN is NaN"
     assert ("tags of one trace only", "", "Lamp") in found.heads
+
+
+def test_vcd_has_all_digits_of_a_number(tmp_path: Path) -> None:
+    """0.1 + 0.2 takes 17 digits."""
+    numbers = [0.1 + 0.2, 0.3, 1e300, -1 / 3]
+    recorded = record_numbers(tmp_path / "reals.mcap", {"Level": ("LREAL", numbers)})
+    with open_trace(recorded) as opened:
+        write_vcd(opened, tmp_path / "reals.vcd", ["tags.*"])
+    lines = (tmp_path / "reals.vcd").read_text("ascii").splitlines()
+    assert [float(line[1:].split()[0]) for line in lines if line.startswith("r")] == numbers

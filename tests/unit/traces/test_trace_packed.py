@@ -33,7 +33,7 @@ def test_what_was_added_is_there(parts: list[int]) -> None:
     for count in parts:
         added.append(columns_of(count, first, slots=2))
         first += count
-    scans = PackedScans.of(2, added)
+    scans = PackedScans.of(32, added)
     whole = join([columns_of(0, slots=2), *added])
     assert len(scans) == len(whole.scan)
     for column, expected in zip(scans.columns().images(), whole.images(), strict=True):

@@ -75,12 +75,14 @@ class Images:
             return
         word, *bits = (each for each in numbers if each is not None)
         text = ast.unparse(node)
-        if not -WORDS <= word < WORDS:
-            self._remark("no-place", node, f"`{text}`: an image has words 0 to {WORDS - 1}")
+        known = [self._words[slot]] if slot in self._words else self._words.values()
+        words = max((len(each.named(kind[0].upper())) for each in known), default=WORDS)
+        if not -words <= word < words:
+            self._remark("no-place", node, f"`{text}`: the image has words 0 to {words - 1}")
         elif bits and not 0 <= bits[0] < BITS:
             self._remark("no-place", node, f"`{text}`: a word has bits 0 to {BITS - 1}")
         elif slot in self._words:
-            there = self._words[slot].terminals_instead(kind[0].upper(), word % WORDS, bits[0] if bits else 0)
+            there = self._words[slot].terminals_instead(kind[0].upper(), word % words, bits[0] if bits else 0)
             if there and (bits or there.startswith("no ")):
                 self._remark("no-place", node, f"`{text}`: the card in slot {slot} has {there}")
 

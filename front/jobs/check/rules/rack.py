@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from ....io_images.amci3601 import ALL_INPUTS, InputBit
 from ....io_images.module_words import BitPlace
 from ....runtime.config.rackspec import SlotSpec
-from ....runtime.loop.rack import SLOT_BYTES
 from ...record.tag_source import tags_of
 from ...run.hints import not_configured, wired_inputs
 from ..facts import FileLine
@@ -86,6 +85,6 @@ def unknown_tags(subject: Subject) -> Iterator[Violation]:
     """Find patterns of recorded tags that match none."""
     for index, pattern in enumerate(subject.job.spec.tags):
         try:
-            tags_of(subject.job.logic, [pattern], bytearray(SLOT_BYTES))
+            tags_of(subject.job.logic, [pattern], bytearray(subject.job.spec.layout.size))
         except ValueError as error:
             yield Violation(subject.place("tags", index), str(error))

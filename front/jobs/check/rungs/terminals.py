@@ -8,6 +8,7 @@ from pathlib import Path
 from ....io_images.amci3601.words import is_stepper
 from ....ladder.debug.crossref import Mention
 from ....ladder.model.operands import Constant, Group, Place, first_leaf
+from ....ladder.model.resolver import MEANINGS
 from ....ladder.model.tags import SlotAlias
 from ....ladder.state.lowered import LoweredLine, LoweredProgram, steps_of
 from ....runtime.config.rackspec import RackSpec
@@ -63,8 +64,10 @@ class Terminals:
         for each in self._mentions:
             name, _, rest = each.text.partition(".")
             slot = aliases.get(name.upper())
-            is_named = rest.lower().startswith(("status.", "command.", "config."))
-            if slot in self._cards and slot not in self._steppers and is_named and slot not in seen:
+            if slot is None or slot not in self._cards or slot in self._steppers or slot in seen:
+                continue
+            group = rest.lower().partition(".")[0]
+            if group.upper() in MEANINGS and group not in self._cards[slot].groups:
                 seen.add(slot)
                 yield each.text, slot, FileLine(str(self._path), self._declared(name))
         for call in calls:

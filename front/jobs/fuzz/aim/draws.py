@@ -17,7 +17,6 @@ from random import Random
 from typing import Any
 
 from ....io_images.amci3601.firmware import KNOWN, Firmware
-from ....io_images.image import WORDS
 from ....runtime.config.rackspec import RackSpec
 from ....runtime.live.actions import Write
 from ....runtime.loop.incidents import FaultKind, InjectedFault
@@ -124,6 +123,7 @@ class Draws:
         self._numbers = machines or [slot.number for slot in spec.slot]
         self.contacts = Contacts(spec, self._kinds)
         self._answering = with_trait(spec, Trait.STOPS_ANSWERING)
+        self._outputs = {slot.number: len(slot.words.outputs) for slot in spec.slot}
         self._lines = with_trait(spec, Trait.LINE)
         self._slipping = with_trait(spec, Trait.SLIPS)
         self._rungs, self._settings = rungs, settings
@@ -376,7 +376,9 @@ class Draws:
             slot, at = slots[place], min(max(scan + random.choice((0, 0, 0, 1, -1)), 0), self.scans - 1)
             late = random.sample(words, random.randint(1, len(words) - 1))
         else:
-            slot, late = random.choice(slots), random.sample(range(WORDS), random.randint(1, WORDS // 2))
+            slot = random.choice(slots)
+            outputs = range(self._outputs[slot])
+            late = random.sample(outputs, random.randint(1, max(1, len(outputs) // 2)))
         return InjectedFault(at * self.scan_ns, FaultKind.TORN_UPDATE, slot, 0, tuple(sorted(late)))
 
     def _tear(self, at: int, edges: Edges) -> TornUpdate:

@@ -23,7 +23,6 @@ from types import CellType
 from typing import Any
 
 from ....io_images.amci3601.words import may_be_stepper
-from ....io_images.image import WORDS
 from ....ladder.compiler import ObservedScanner, observed_scanner_of
 from ....ladder.compiler.observed import NOTED, Observation, lines_of
 from ....ladder.python.sequences import Sequence as LogicSequence
@@ -69,9 +68,12 @@ class Probe(QuietListener):
 
     def watch(self, logic: ScanLogic, rack: Rack) -> None:
         """Take a rack and its logic, before the first scan."""
-        self._slots = [(slot, 2 if may_be_stepper(slot.words) else WORDS) for slot in rack.slots.values()]
+        self._slots = [
+            (slot, 2, 2) if may_be_stepper(slot.words) else (slot, len(slot.inputs), len(slot.outputs))
+            for slot in rack.slots.values()
+        ]
         self._memory, self._seen = rack.memory, bytes(len(rack.memory))
-        self._words = [((0,) * WORDS, (0,) * WORDS) for _ in self._slots]
+        self._words = [((0,) * len(slot.inputs), (0,) * len(slot.outputs)) for slot, *_ in self._slots]
         self.logic = logic
         inside, notes = unwrapped(logic), self._notes
         if isinstance(inside, Engine):
@@ -102,8 +104,8 @@ class Probe(QuietListener):
     def state(self, surroundings: str) -> bytes:
         """Return a digest of what program and modules do at present: steps, flags, commands, status."""
         words = [
-            (slot.fault, tuple(slot.inputs.words[:count]), tuple(slot.outputs.words[:count]))
-            for slot, count in self._slots
+            (slot.fault, tuple(slot.inputs.words[:inputs]), tuple(slot.outputs.words[:outputs]))
+            for slot, inputs, outputs in self._slots
         ]
         kinds = [
             [(name, kind.__class__.__name__, kind) for name, kind in _kinds(last)]
@@ -114,23 +116,25 @@ class Probe(QuietListener):
 
     def _note_words(self, scan: int) -> None:
         add = self.edges.add
-        for place, (slot, count) in enumerate(self._slots):
+        for place, (slot, known, commanding) in enumerate(self._slots):
             inputs, outputs = now = tuple(slot.inputs.words), tuple(slot.outputs.words)
             inputs_before, outputs_before = self._words[place]
             if now == self._words[place]:
                 continue
             self._words[place] = now
             if outputs != outputs_before:
-                words = tuple(word for word in range(WORDS) if outputs[word] != outputs_before[word])
+                words = tuple(word for word, each in enumerate(outputs) if each != outputs_before[word])
                 if len(words) > 1:
                     add(TOGETHER, (place, words), scan)
-            for word in range(count):
-                if outputs[word] != outputs_before[word]:
+            for word in range(max(known, commanding)):
+                if word < commanding and outputs[word] != outputs_before[word]:
                     add(COMMAND, (place, word, outputs[word]), scan)
+                if word >= known:
+                    continue
                 if changed := (inputs[word] ^ inputs_before[word]) & 0xFFFF:
                     add("status", (place, word, changed), scan)
                     add(PAIR, (place, word, changed, outputs_before[0]), scan)
-            if count < WORDS and inputs[2] != inputs_before[2]:
+            if known < len(inputs) and inputs[2] != inputs_before[2]:
                 add("number", place, scan)
 
     def _note(self, group: str, place: int, now: Values, last: Values, scan: int) -> None:

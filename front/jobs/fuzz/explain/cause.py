@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ....io_images.addresses import Address
-from ....io_images.image import WORDS
 from ....ladder.debug import told
 from ....traces.replay import PackedTrace
 from ...bench.opening import loading
@@ -51,5 +50,5 @@ def _last_on(past: Past) -> tuple[int, str] | None:
 def _words(past: Past) -> Iterator[Address]:
     """Yield the words that hold commands or terminals: of a stepper two, of a card all."""
     for slot in past.recording.slots:
-        for word in range(2 if slot.is_stepper else WORDS):
+        for word in range(2 if slot.is_stepper else len(slot.words.outputs)):
             yield Address(slot.number, "O", word, None)

@@ -9,7 +9,6 @@ from typing_extensions import override
 
 from ....io_images.amci3601.bits import InputBit
 from ....io_images.amci3601.words import is_stepper
-from ....io_images.image import Image
 from ....runtime.config.rackspec import RackSpec, SlotSpec
 from ....runtime.loop.exposed import ExposedModule
 from ....runtime.loop.incidents import TROUBLES, FaultKind, InjectedFault
@@ -79,7 +78,7 @@ class DriveScript(QuietListener):
         self._free = [bit for bit in InputBit if bit not in fed]
         self._acts = _acts(spec.incidents, slot.number, spec.scan_ns)
         self._lines: list[dict[str, Any]] = [{"new": _bench(spec, slot)}]
-        self._before: tuple[list[int], int] = (list(Image()), 0)
+        self._before: tuple[list[int], int] = ([0] * len(live.outputs), 0)
         self._scans = 0
 
     def scan(self, scan: int, now_ns: int, flags: int) -> None:

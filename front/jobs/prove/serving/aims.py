@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 from ....io_images.amci3601.bits import InputBit
 from ....io_images.amci3601.words import is_stepper
-from ....io_images.image import WORDS
 from ....io_images.site import Site
 from ....ladder import LadderLogic
 from ....ladder.model.errors import LadderError
@@ -138,7 +137,7 @@ def _aimed(spec: RackSpec, problem: ProgramSystem, scans: Sequence[ScanOf], at_n
     presses: list[Press] = []
     pushes: list[ContactPress] = []
     supposed = []
-    for slot, word in ((slot, word) for slot in spec.slot for word in range(WORDS)):
+    for slot, word in ((each, word) for each in spec.slot for word in range(len(each.words.inputs))):
         name = f"Local:{slot.number}:I.Data[{word}]"
         forces = [(at[scan], each) for scan, each in found.orders if isinstance(each, Force)]
         levels = [(at_ns, each.value) for at_ns, each in forces if each.tag == name]

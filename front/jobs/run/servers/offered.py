@@ -20,7 +20,7 @@ def listing_of_job(job: LoadedRack) -> Listing:
         from ....ladder.state.listing import listing_of
 
         tags = listing_of(job.logic.build().layout)
-    return with_images(tags, [slot.number for slot in job.spec.slot], job.spec.server.profile)
+    return with_images(tags, job.spec.words, job.spec.server.profile)
 
 
 def database_of_job(job: LoadedRack) -> Database:

@@ -17,7 +17,7 @@ from hashlib import sha1
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ....runtime.tag_servers.ua_security import UaSecurity, users_of
+from ....runtime.tag_servers.ua_security import UaSecurity, application_uri, uris_of, users_of
 
 if TYPE_CHECKING:
     from cryptography.x509 import Certificate
@@ -132,7 +132,6 @@ def _checked(pem: bytes, der: bytes, key_path: Path, path: Path) -> str:
     """Return the URI that a certificate names; ValueError if it can't be used with the key."""
     from cryptography.hazmat.primitives.asymmetric.rsa import RSAPrivateKey
     from cryptography.hazmat.primitives.serialization import load_pem_private_key
-    from cryptography.x509 import ExtensionNotFound, SubjectAlternativeName, UniformResourceIdentifier
 
     try:
         key = load_pem_private_key(pem, None)
@@ -140,22 +139,16 @@ def _checked(pem: bytes, der: bytes, key_path: Path, path: Path) -> str:
         raise ValueError(f"{key_path}: it is no private key in PEM without a password") from error
     if not isinstance(key, RSAPrivateKey) or key.key_size not in KEY_BITS:
         raise ValueError(f"{key_path}: it must be an RSA key of {KEY_BITS[0]} to {KEY_BITS[-1]} bits")
-    try:
-        certificate = _loaded(der)
-        extensions = certificate.extensions
-        uris = extensions.get_extension_for_class(SubjectAlternativeName).value.get_values_for_type(
-            UniformResourceIdentifier
-        )
-    except (ValueError, ExtensionNotFound):
-        uris = []
+    uris = uris_of(der)
     if not uris:
         raise ValueError(f"{path}: it is no certificate in DER that names the URI of an application")
+    certificate = _loaded(der)
     if certificate.public_key() != key.public_key():
         raise ValueError(f"{path}: {key_path.name} is the key of another certificate")
     if not certificate.not_valid_before_utc <= datetime.now(UTC) <= certificate.not_valid_after_utc:
         end = f"{certificate.not_valid_after_utc:%Y-%m-%d}"
         raise ValueError(f"{path}: it is valid until {end} only: delete {KEY} and it, and both are made")
-    return str(uris[0])
+    return uris[0]
 
 
 def _make(key: Path, certificate: Path, host: str) -> None:
@@ -188,7 +181,7 @@ def _signed(key: Any, host: str) -> Certificate:
     from cryptography.x509.oid import ExtendedKeyUsageOID
 
     machine = socket.gethostname() or "localhost"
-    names: list[GeneralName] = [UniformResourceIdentifier(f"urn:{machine}:scanrack"), DNSName(machine)]
+    names: list[GeneralName] = [UniformResourceIdentifier(application_uri()), DNSName(machine)]
     try:
         address = ipaddress.ip_address(host)
         if not address.is_unspecified:

@@ -86,7 +86,7 @@ class ProgramChain(RackChain):
 
     def _of_program(self, bits: Bits, name: str, row: int) -> CauseLink:
         again = self._traced(row, "")
-        at = self.recording.place(bits.slot) // 2 + 2 * bits.word
+        at = self.recording.span((bits.slot, "out")).start + 2 * bits.word
         made = [each for each in again.changes.get(row, ()) if _differs(each, at, bits.mask)]
         values = self.value(bits, row), self.value(bits, row - 1) if row else None
         return self._of_line(bits.slot, name, values, row, again, made)

@@ -189,7 +189,7 @@ class Pcl601Driver(Driver[Drive]):
     def read_status(self) -> Talk:
         """Read encoder, busy and errors; complain about new error bits."""
         reply = yield from self.insist(frames.read_registers(self.unit, Register.ENCODER_POSITION, 5))
-        low, high, _, busy, errors = frames.words_of(reply)
+        low, high, _, busy, errors = reply.words
         self.encoder, self.busy = pdus.signed_pair(low, high), bool(busy)
         fresh, self.errors = Error(errors) & ~self.errors, Error(errors)
         for error, bits in ERRORS.items():
@@ -199,7 +199,7 @@ class Pcl601Driver(Driver[Drive]):
     @override
     def ask_position(self) -> Generator[Step, Reply | None, int]:
         reply = yield from self.insist(frames.read_registers(self.unit, Register.POSITION, 2))
-        return pdus.signed_pair(*frames.words_of(reply))
+        return pdus.signed_pair(*reply.words)
 
     @override
     def write_position(self, position: int) -> Talk:
@@ -210,7 +210,7 @@ class Pcl601Driver(Driver[Drive]):
     def read_inputs(self) -> Talk:
         """Read the input register, and determine the side of a hard limit."""
         reply = yield from self.insist(frames.read_inputs(self.unit))
-        (inputs,) = frames.words_of(reply)
+        (inputs,) = reply.words
         if self._begins_to_capture(inputs):
             yield from (self.read_status() if self.captures_encoder else self.read_position())
         self.inputs = inputs

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing_extensions import override
 
 from .....io_images.amci3601 import Configuration, InputBit
-from ....kinematics import Profile, Rate, Shape
+from ....kinematics import AnyShape, Profile, Rate, Shape
 from ....kinematics import stop as plan_stop
 from ..exchanges import ControllerState
 from ..linked_axis import LinkedAxis
@@ -83,7 +83,7 @@ class Pcl601Axis(LinkedAxis[Drive]):
         return self.driver.limit_side
 
     @override
-    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
+    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
         task = self.task
         if task is None or task.model is None:
             return 0

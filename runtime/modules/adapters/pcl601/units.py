@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from fractions import Fraction
 
-from ....kinematics import Profile
+from ....kinematics import Profile, Shape
 
 STEPS_MAX = 8_388_607
 SPEED_MAX = 50_000
@@ -44,7 +44,6 @@ class Drive:
 def drive_for(profile: Profile) -> Drive:
     """Convert a profile; its speed is 2 to 50,000 steps/s.
 
-    >>> from ....kinematics import Shape
     >>> drive_for(Profile(1000, 5000, 20, 10, Shape.TRAPEZOIDAL))
     Drive(base_sps=1000, speed_sps=5000, accel_sps2=7500)
     >>> drive_for(Profile(1000, 1000, 20, 20))
@@ -52,5 +51,6 @@ def drive_for(profile: Profile) -> Drive:
     """
     if not profile.has_ramps:
         return Drive(max(1, profile.speed_sps - 1), max(2, profile.speed_sps), WITHOUT_RAMP)
+    assert isinstance(profile.shape, Shape)  # the words of a 3601 have no jerk
     rate = min(profile.acceleration_spmss, profile.deceleration_spmss) / profile.shape.factor
     return Drive(profile.start_sps, profile.speed_sps, int(1000 * rate))

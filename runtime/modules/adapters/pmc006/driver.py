@@ -139,7 +139,9 @@ class Pmc006Driver(Driver[Pmc006Speeds]):
         self._note_ailment(OVERHEATED, 0, bool(status & Status2.OTS))
 
     def _note_ailment(self, text: str, bits: int, is_so: bool) -> None:
-        """Complain about a new ailment."""
+        """Complain about a new ailment; a reply that may be another request's tells nothing."""
+        if self.master.overdue:
+            return
         if is_so and not self._ailments.get(text):
             self.findings.complain(bits, text)
         self._ailments[text] = is_so

@@ -7,7 +7,7 @@ from typing_extensions import override
 from .....io_images.amci3601 import Configuration, InputBit
 from .....io_images.pmc006.status import Level, Status1
 from ....controllers.pmc006.ramps import Pmc006Speeds
-from ....kinematics import Profile, Rate, Shape
+from ....kinematics import AnyShape, Profile, Rate
 from ..exchanges import ControllerState
 from ..linked_axis import LinkedAxis
 from ..task import Task, TaskKind
@@ -80,6 +80,6 @@ class Pmc006Axis(LinkedAxis[Pmc006Speeds]):
         return next((bit.value for bit in FSET_INPUTS if used & bit.value), 0)
 
     @override
-    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: Shape) -> int:
+    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
         """Return 0: a move is held without a ramp."""
         return 0

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from typing_extensions import override
 
+from ....kinematics import Profile
 from ..capabilities import AxisHoming, Refusal
 from ..command_words import CommandWords
 from ..latches import HOME_INVALID, INPUT_ERROR, POSITION_INVALID
-from ..operation import CW_LIMIT, limit_of
+from ..operation import CW_LIMIT, Host, limit_of
 from .homing import HOME, Homing, Phase
 
 NO_HOME = HOME_INVALID | INPUT_ERROR | POSITION_INVALID
@@ -26,6 +27,12 @@ STOPPED_ELSEWHERE = Refusal(
 )
 
 
+def give_up(host: Host, now_ns: int, reason: Refusal) -> None:
+    """End a search at rest without home."""
+    host.refuse(now_ns, reason)
+    host.finish(now_ns, 0, "found no home")
+
+
 class HomingByAxis(Homing):
     """A search by an axis that finds the home switch itself: it stops on leaving the switch.
 
@@ -35,17 +42,24 @@ class HomingByAxis(Homing):
     again at starting speed.
     """
 
+    _sought_from = 0
+    """Position at the begin of the axis's own search."""
+
     @override
     def _begin_seek(self, now_ns: int) -> None:
         self.phase = Phase.SEEK
-        self.axis.home(now_ns, self.direction, self.profile)
+        self._search(now_ns, self.direction, self.profile)
+
+    def _search(self, now_ns: int, direction: int, profile: Profile) -> None:
+        self._sought_from = self.axis.position
+        self.axis.home(now_ns, direction, profile)
 
     @override
     def _back(self, now_ns: int) -> None:
         self.phase = Phase.BACK
         self._signal_was_on = self._signal
         if self._searches_behind:
-            self.axis.home(now_ns, -self.direction, self.profile)
+            self._search(now_ns, -self.direction, self.profile)
         else:
             self.axis.run(now_ns, -self.direction, self._slow_profile)
 
@@ -58,24 +72,29 @@ class HomingByAxis(Homing):
     def _creep(self, now_ns: int) -> None:
         if self.reversed:
             self.phase = Phase.CREEP
-            self.axis.home(now_ns, self.direction, self._slow_profile)
+            self._search(now_ns, self.direction, self._slow_profile)
         else:
             self._begin_seek(now_ns)
 
     @override
     def _seek(self, now_ns: int) -> None:
-        self.found = not self.axis.moving
+        """Wait for the end of the search; one that has made no step has not found the switch."""
+        if self.axis.moving:
+            return
+        self.found = self.axis.position != self._sought_from
+        if not self.found:
+            give_up(self.host, now_ns, STOPPED_ELSEWHERE)
 
     @override
     def _look_behind(self, now_ns: int) -> None:
         if self._searches_behind:
-            self.found = not self.axis.moving
+            self._seek(now_ns)
         else:
             super()._look_behind(now_ns)
 
     @override
     def _approach(self, now_ns: int, home_risen: bool) -> None:
-        self.found = not self.axis.moving
+        self._seek(now_ns)
 
     @override
     def _met_a_limit(self, now_ns: int) -> bool:
@@ -129,7 +148,7 @@ class HomingSlowedByProximity(Homing):
         if self.axis.moving:
             super()._seek(now_ns)
         else:
-            self._give_up(now_ns, HOME_BEFORE_PROXIMITY if self._at_switch else STOPPED_ELSEWHERE)
+            give_up(self.host, now_ns, HOME_BEFORE_PROXIMITY if self._at_switch else STOPPED_ELSEWHERE)
 
     @override
     def _is_home(self, home_risen: bool) -> bool:
@@ -145,15 +164,11 @@ class HomingSlowedByProximity(Homing):
             return
         self.found = self._at_switch
         if not self.found:
-            self._give_up(now_ns, STOPPED_ELSEWHERE)
+            give_up(self.host, now_ns, STOPPED_ELSEWHERE)
 
     @property
     def _at_switch(self) -> bool:
         return bool(self.state.active & HOME)
-
-    def _give_up(self, now_ns: int, reason: Refusal) -> None:
-        self.host.refuse(now_ns, reason)
-        self.host.finish(now_ns, 0, "found no home")
 
 
 HOMINGS: dict[AxisHoming, type[Homing]] = {

@@ -92,8 +92,8 @@ class Homing(Operation):
     @property
     @override
     def over(self) -> bool:
-        """Whether home is found; stops and waits are part of the search."""
-        return self.found
+        """Whether home is found, and the axis stands; stops and waits are part of the search."""
+        return self.found and not self.axis.moving
 
     @property
     def _alone(self) -> bool:
@@ -178,7 +178,9 @@ class Homing(Operation):
     @override
     def next_wake_ns(self, now_ns: int) -> int | None:
         """Return the end of a dwell, or the tick after a ramp of zero duration."""
-        if self.phase in TURNING and not self.axis.moving:
+        if self.axis.moving:
+            return None
+        if self.phase in TURNING:
             return now_ns + 1
         return self._dwell_until_ns if self.phase is Phase.DWELL else None
 
@@ -189,7 +191,7 @@ class Homing(Operation):
         """Check limits and signals, and start the next phase where due."""
         home_risen = bool(self.state.active & HOME) and not self._home_before
         self._home_before = bool(self.state.active & HOME)
-        if now_ns == self.started_ns:
+        if now_ns == self.started_ns or self.found:
             return  # a change before the start counts as present at the start
         if not self._is_home(home_risen) and self._met_a_limit(now_ns):
             return
@@ -201,7 +203,7 @@ class Homing(Operation):
             self._look_behind(now_ns)
         elif self.phase is Phase.CREEP:
             self._approach(now_ns, home_risen)
-        elif self.phase is Phase.DWELL and now_ns >= self._dwell_until_ns:
+        elif self.phase is Phase.DWELL and now_ns >= self._dwell_until_ns and not self.axis.moving:
             self._turn_round(now_ns, self._after_dwell)
         elif self.phase in TURNING and not self.axis.moving:
             self._after_ramp(now_ns)

@@ -1,0 +1,16 @@
+"""Words of AMCI's networked drives and controllers: SMD23E2, SMD24E2, SD17060E2, ANG1, ANF2.
+
+| file | contents |
+|---|---|
+| `bits` | the bits of all words of the family |
+| `models` | a row for each model: words, bits, ranges, functions |
+| `numbers` | positions and speeds in two registers: thousands, or 32 bits |
+| `configuration` | the words of configuration mode, and their checks |
+| `command` | the words of command mode |
+| `rules` | what a drive refuses or reports, a row for each rule, with its page |
+| `readings` | where the pages are silent: the choice, with its confidence |
+
+Sources by short names: "SMD" is the manual 940-0S15x of SMD23E2 and SMD24E2, "17" that of the SMD17E2, "SD"
+that of the SD17060E, "SD2" that of SD17060E2 and SD31045E2, "K" that of SD17060E-K, "EDS" the vendor's EDS
+file of the SMD23E2, version 1.6.
+"""

@@ -1,0 +1,120 @@
+"""The words of command mode: a command with its parameters [EDS Assem150; SD p. 55].
+
+    word 0    command bits          4, 5    programmed speed
+    word 1    modifiers             6, 7    acceleration, deceleration
+    2, 3      target, distance      8, 9    motor current, jerk; in a registration move its minimum distance
+
+Words that a command does not use may hold anything [17 p. 80].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+from .bits import Command, Modifier
+from .models import Model
+from .numbers import TARGET_MAX, TARGET_MIN, NumberFormat
+
+
+@dataclass(frozen=True)
+class DriveCommand:
+    """Ten output words, read as a model of the family reads them in a format of numbers."""
+
+    words: tuple[int, ...]  # unsigned
+    model: Model
+    format: NumberFormat = NumberFormat.THOUSANDS
+
+    @classmethod
+    def of(
+        cls, words: Sequence[int], model: Model, format: NumberFormat = NumberFormat.THOUSANDS
+    ) -> DriveCommand:
+        """Return the command of ten words, signed or unsigned."""
+        return cls(tuple(word & 0xFFFF for word in words), model, format)
+
+    @property
+    def configures(self) -> bool:
+        """Whether the words are those of configuration mode."""
+        return bool(self.words[0] & Command.MODE_CONFIG)
+
+    @cached_property
+    def bits(self) -> Command:
+        """The command bits that are on, at the places of the SMD family."""
+        return self.model.command_bits(self.words[0])
+
+    @cached_property
+    def modifiers(self) -> Modifier:
+        """The modifiers that are on, of those that the model knows."""
+        return Modifier(self.words[1]) & self.model.modifiers
+
+    @property
+    def lsw(self) -> int:
+        """The backplane proximity at its place in a 3601's word 1, for the home search of a 3601."""
+        return 1 << 12 if self.modifiers & Modifier.BACKPLANE_PROXIMITY else 0
+
+    @property
+    def reserved_modifiers(self) -> int:
+        """The bits of word 1 that are on and mean nothing to the model."""
+        return self.words[1] & ~self.model.modifiers.value
+
+    @property
+    def enables(self) -> bool:
+        """Whether the words enable the driver."""
+        return not self.model.enable_bit or bool(self.words[1] & Modifier.ENABLE_DRIVER)
+
+    @property
+    def selects_current(self) -> bool:
+        """Whether word 8 is the motor current."""
+        on, off = self.model.current_keys
+        return self.model.modifiers != 0 and self.words[1] & (on | off) == on
+
+    @cached_property
+    def target(self) -> int | None:
+        """Target, distance or preset of words 2 and 3; None for words out of range."""
+        value = self.format.join(self.words[2], self.words[3])
+        return value if value is not None and TARGET_MIN <= value <= TARGET_MAX else None
+
+    @cached_property
+    def speed(self) -> int | None:
+        """Programmed speed, steps/s; None for words that are no value."""
+        return self.format.join(self.words[4], self.words[5])
+
+    @property
+    def minimum_distance(self) -> int | None:
+        """Minimum distance of a registration move, words 8 and 9 [reading R-17]; None if out of range."""
+        value = self.format.join(self.words[8], self.words[9])
+        return value if value is not None and 0 <= value <= TARGET_MAX else None
+
+    @property
+    def rates(self) -> tuple[int, int]:
+        """Acceleration and deceleration, steps/ms/s."""
+        return self.words[6], self.words[7]
+
+    @property
+    def current(self) -> int:
+        """Motor current, 0.1 A."""
+        return self.words[8]
+
+    @property
+    def jerk(self) -> int:
+        """Jerk, % of the rate per 10 ms; 0 = constant acceleration. None of a registration move."""
+        registers = self.modifiers & Modifier.REGISTRATION_MOVE
+        return 0 if registers or not self.model.jerk else self.words[9]
+
+    def ranges_hold(self, starting_speed: int) -> bool:
+        """Whether speed, rates and jerk are within their ranges [EDS; SD p. 55]."""
+        limits, speed = self.model.limits, self.speed
+        return (
+            speed is not None
+            and starting_speed <= speed <= limits.speed
+            and all(1 <= rate <= limits.rate for rate in self.rates)
+            and self.jerk <= limits.jerk
+        )
+
+    @property
+    def current_holds(self) -> bool:
+        """Whether a selected motor current is within its range."""
+        low, high = self.model.limits.current
+        good = low <= self.current <= high and self.current % self.model.limits.current_step == 0
+        return good or not self.selects_current

@@ -1,0 +1,252 @@
+"""The models of the family: a row for each, with its words, bits, ranges and functions.
+
+A model differs from its neighbors by its row only. Sources of the rows: SMD and EDS for the SMD models; the
+manual of the SD17060E2 (p. 42, 59, 83) and of its EtherCAT version; for ANG1 and ANF2 the registers that the
+drivers of EPICS use, since only title pages of their manuals are known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from enum import Enum
+
+from ..amci3601.bits import InputBit
+from ..module_words import BitPlace, ModuleWords
+from .bits import Command, Modifier, Status
+from .numbers import NumberFormat
+
+WORDS = 10
+"""Registers of an axis in each direction [SMD p. 59]."""
+
+
+class Layout(Enum):
+    """The words of configuration mode."""
+
+    SMD = "two words of bits, starting speed, steps, 0, counts, idle current, current, 0"
+    ANF2 = "two words of bits, starting speed, homing time-out, zeros"
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Ranges of parameters, from the least to the greatest value."""
+
+    speed: int = 2_999_999  # steps/s, from the starting speed on [SD p. 55; EDS]
+    starting_speed: int = 1_999_999  # steps/s, from 1 [EDS; reading R-07]
+    rate: int = 5_000  # steps/ms/s, from 1 [EDS; SD p. 55]
+    jerk: int = 5_000  # from 0 [SMD p. 46]
+    current: tuple[int, int] = (10, 34)  # 0.1 A [EDS]
+    current_step: int = 1
+    steps_per_turn: tuple[int, int] = (200, 32_767)  # [EDS]
+    counts_per_turn: int = 4_096  # x4 counts, from 0 [EDS; reading R-27]
+    idle_percent: int = 100  # from 0 [EDS]
+    dwell_ms: int = 65_535
+    homing_timeout_s: int = 300  # ANF2 only
+
+
+NO_COMMAND = Command(0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Model:
+    """A model of the family.
+
+    Attributes:
+        name: as in rack files and commands.
+        title: as the vendor writes it.
+        layout: of the configuration words.
+        axes: most axes in a stack.
+        limits: ranges of its parameters.
+        terminals: its inputs in their order, where they have functions of their own; none for a model whose
+            configuration gives two inputs their functions.
+        moved_commands: bits of command word 0 that it has at another place than the SMD family.
+        missing_commands: bits that it lacks; a command with one is refused.
+        modifiers: bits of command word 1 that it knows; a command with another one is refused.
+        moved_status: status bits at another place; 0 for one that it lacks.
+        number_format: the fixed format of its numbers; None where the configuration selects it.
+        current_keys: bits of command word 1 that must be on, and off, for a current in the command.
+        enable_bit: whether the driver needs its enable bit in every command.
+        jerk: whether word 9 is the jerk of a move.
+        flash: whether it keeps a configuration without power.
+        leaves_configuration: whether it returns to command mode by itself with a valid configuration.
+        identity: vendor, device type, product code and revision of its EtherNet/IP identity, if known.
+    """
+
+    name: str
+    title: str
+    layout: Layout = Layout.SMD
+    axes: int = 1
+    limits: Limits = field(default_factory=Limits)
+    terminals: tuple[InputBit, ...] = ()
+    moved_commands: Mapping[Command, int] = field(default_factory=dict)
+    missing_commands: Command = NO_COMMAND
+    modifiers: Modifier = (
+        Modifier.MOTOR_CURRENT
+        | Modifier.ENCODER_MOVE
+        | Modifier.REVERSE_BLEND
+        | Modifier.SAVE_TO_FLASH
+        | Modifier.REGISTRATION_MOVE
+        | Modifier.INDEXED_COMMAND
+        | Modifier.DWELL_MOVE
+        | Modifier.BACKPLANE_PROXIMITY
+        | Modifier.ENCODER_TO_POSITION
+        | Modifier.ENABLE_DRIVER
+    )
+    moved_status: Mapping[Status, int] = field(default_factory=dict)
+    number_format: NumberFormat | None = None
+    current_keys: tuple[int, int] = (Modifier.MOTOR_CURRENT.value, 0)
+    enable_bit: bool = True
+    jerk: bool = True
+    flash: bool = True
+    leaves_configuration: bool = False
+    identity: tuple[int, int, int, int, int] | None = None
+    words: ModuleWords = field(init=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "words", _words_of(self))
+
+    @property
+    def input_names(self) -> tuple[str, ...]:
+        """Names of its inputs, in the order of `terminals`."""
+        if self.layout is Layout.SMD:
+            return ("in1", "in2")
+        return tuple(str(bit.name).lower() for bit in self.terminals)
+
+    def command_bits(self, word_0: int) -> Command:
+        """Return the commands of command word 0, at the places of the SMD family."""
+        if not self.moved_commands:
+            return Command(word_0 & 0xFFFF)
+        found = Command(0)
+        for bit in Command:
+            if word_0 & self.moved_commands.get(bit, 0 if bit in self.missing_commands else bit.value):
+                found |= bit
+        return found
+
+    def unknown_commands(self, word_0: int) -> int:
+        """Return the bits of command word 0 that no command has."""
+        known = 0
+        for bit in Command:
+            known |= self.moved_commands.get(bit, 0 if bit in self.missing_commands else bit.value)
+        return word_0 & 0xFFFF & ~known
+
+    def status_words(self, status: int) -> tuple[int, int]:
+        """Return the two status words of status bits at the places of the SMD family."""
+        for bit, place in self.moved_status.items():
+            if status & bit:
+                status = status & ~bit.value | place << 32
+        status = status & 0xFFFF_FFFF | status >> 32
+        return status & 0xFFFF, status >> 16
+
+
+_OUTPUTS = (
+    "command_0",
+    "command_1",
+    "target_upper",
+    "target_lower",
+    "speed_upper",
+    "speed_lower",
+    "acceleration",
+    "deceleration",
+    "motor_current",
+    "jerk",
+)
+_INPUTS = (
+    "status_0",
+    "status_1",
+    "position_upper",
+    "position_lower",
+    "encoder_upper",
+    "encoder_lower",
+    "captured_upper",
+    "captured_lower",
+    "motor_current",
+    "jerk",
+)
+_ERRORS = (
+    "INPUT_ERROR",
+    "COMMAND_ERROR",
+    "CONFIG_ERROR",
+    "DRIVER_FAULT",
+    "CONNECTION_LOST",
+    "STALL_DETECTED",
+)
+
+
+def _places(image: str, bits: Iterable[tuple[str, int]]) -> dict[str, BitPlace]:
+    """Return the places of bits over two words, the second word from bit 16."""
+    return {
+        name: BitPlace(image, (mask.bit_length() - 1) // 16, (mask.bit_length() - 1) % 16)
+        for name, mask in bits
+        if mask
+    }
+
+
+def _words_of(model: Model) -> ModuleWords:
+    status = [(str(bit.name), model.moved_status.get(bit, bit.value)) for bit in Status]
+    commands = [
+        (str(bit.name), model.moved_commands.get(bit, 0 if bit in model.missing_commands else bit.value))
+        for bit in Command
+    ]
+    modifiers = [(str(bit.name), bit.value << 16) for bit in Modifier if bit in model.modifiers]
+    groups = {
+        "status": _places("I", status),
+        "command": _places("O", commands),
+        "modifier": _places("O", modifiers),
+    }
+    errors = tuple(name for name in _ERRORS if name in groups["status"])
+    message = model.name.capitalize()
+    return ModuleWords(message, _OUTPUTS, _INPUTS, groups, errors=errors)
+
+
+SMD23E2 = Model(name="smd23e2", title="SMD23E2", identity=(10, 12, 29, 1, 6))
+SMD24E2 = Model(name="smd24e2", title="SMD24E2")
+SD17060E2 = Model(
+    name="sd17060e2",
+    title="SD17060E2",
+    limits=Limits(current=(10, 60), current_step=2),  # even values [SD p. 55]
+    modifiers=SMD23E2.modifiers | Modifier(0b1),  # bit 0 is a key
+    current_keys=(0b100001, 0b10),  # 5 = 1, 1 = 0, 0 = 1 [SD p. 58]
+)
+ANG1 = Model(name="ang1", title="ANG1", axes=6, limits=Limits(current=(10, 40)))
+ANF2 = Model(
+    name="anf2",
+    title="ANF2",
+    layout=Layout.ANF2,
+    axes=12,
+    limits=Limits(speed=1_000_000, starting_speed=1_000_000, rate=2_000),
+    terminals=(
+        InputBit.CAPTURE,
+        InputBit.EXTERNAL,
+        InputBit.HOME,
+        InputBit.CW_LIMIT,
+        InputBit.CCW_LIMIT,
+    ),
+    moved_commands={Command.PRESET_ENCODER: 1 << 10, Command.RESET_ERRORS: 1 << 11},
+    missing_commands=Command.PROGRAM_ASSEMBLED | Command.READ_ASSEMBLED_DATA | Command.RUN_ASSEMBLED_MOVE,
+    modifiers=Modifier(0),
+    moved_status={
+        Status.INPUT_1: 1 << 19,  # CW limit
+        Status.INPUT_2: 1 << 20,  # CCW limit
+        Status.ASSEMBLED_MODE: 0,
+        Status.WAITING_FOR_SEGMENT: 0,
+        Status.TEMPERATURE_90C: 0,
+        Status.PLC_IN_PROGRAM_MODE: 0,
+        Status.CONNECTION_LOST: 0,
+        Status.DRIVER_FAULT: 0,
+        Status.INVALID_JOG_CHANGE: 0,
+        Status.LIMIT_CONDITION: 0,
+        Status.HEARTBEAT: 0,
+        Status.ENCODER_ERROR: 0,
+        Status.ACKNOWLEDGE: 0,
+        Status.STALL_DETECTED: 0,
+        Status.DRIVE_ENABLED: 0,
+    },
+    number_format=NumberFormat.BINARY,
+    enable_bit=False,
+    jerk=False,
+    flash=False,
+    leaves_configuration=True,
+)
+
+MODELS: Mapping[str, Model] = {model.name: model for model in (SMD23E2, SMD24E2, SD17060E2, ANG1, ANF2)}
+"""The models by name."""

@@ -1,0 +1,52 @@
+"""Positions and speeds in two registers [SMD p. 25, p. 67, p. 81; SD p. 51, p. 55].
+
+    THOUSANDS     upper word: 1000s places, lower word: the rest; both negative for a negative value
+    BINARY        one signed 32-bit value, the high word first
+    BINARY_LOW    the same, the low word first
+
+What the host writes and what it reads are configured apart [SMD p. 13].
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from ..image import signed_word
+from ..thousands import is_legal_pair, split_reported
+
+TARGET_MIN, TARGET_MAX = -8_388_608, 8_388_607
+"""Range of positions and distances that the host writes, in each format [SD p. 55; reading R-12]."""
+
+
+class NumberFormat(Enum):
+    """How a value stands in two registers."""
+
+    THOUSANDS = "thousands"
+    BINARY = "binary"
+    BINARY_LOW = "binary, low word first"
+
+    def join(self, first: int, second: int) -> int | None:
+        """Return the value of two registers, signed or unsigned; None for words that are no value.
+
+        >>> NumberFormat.THOUSANDS.join(12, 345), NumberFormat.THOUSANDS.join(1, 1000)
+        (12345, None)
+        >>> NumberFormat.BINARY.join(0xFFFF, 0xFEA7), NumberFormat.BINARY_LOW.join(0x1170, 1)
+        (-345, 70000)
+        """
+        if self is NumberFormat.THOUSANDS:
+            upper, lower = signed_word(first), signed_word(second)
+            return 1000 * upper + lower if is_legal_pair(upper, lower) else None
+        high, low = (first, second) if self is NumberFormat.BINARY else (second, first)
+        value = (high & 0xFFFF) << 16 | low & 0xFFFF
+        return value - (value >> 31 << 32)
+
+    def split(self, value: int) -> tuple[int, int]:
+        """Return the two registers of a value, signed; a value beyond them wraps [reading R-12].
+
+        >>> NumberFormat.THOUSANDS.split(-12345), NumberFormat.BINARY.split(70000)
+        ((-12, -345), (1, 4464))
+        """
+        if self is NumberFormat.THOUSANDS:
+            return split_reported(value)
+        high, low = signed_word(value >> 16 & 0xFFFF), signed_word(value & 0xFFFF)
+        return (high, low) if self is NumberFormat.BINARY else (low, high)

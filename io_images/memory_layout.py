@@ -1,0 +1,100 @@
+"""Where the images of a rack's modules are in its block of memory.
+
+Slot after slot, each with its output image and its input image, two bytes a word. The block ends with
+0 to 3 words of padding, so that the tags that a recording has after it need none:
+
+    byte  0        16       32       40       44    48
+          slot 1   slot 1   slot 2   slot 2   pad
+          outputs  inputs   outputs  inputs           8 + 8 words, then 4 + 2
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from .image import WORDS_MAX
+from .module_words import INPUT, ModuleWords
+
+ALIGNED_TO = 8
+"""The size of the block is a multiple of this, bytes: that of the widest tag."""
+
+
+class ImagePlaces(NamedTuple):
+    """Places of a module's images in the block, bytes."""
+
+    outputs: slice
+    inputs: slice
+
+    def image(self, image: str) -> slice:
+        """Return the bytes of an image, "I" or "in", "O" or "out"."""
+        return self.inputs if image in INPUT else self.outputs
+
+    def columns(self, image: str) -> slice:
+        """Return the words of an image in the block as words."""
+        place = self.image(image)
+        return slice(place.start // 2, place.stop // 2)
+
+    @property
+    def whole(self) -> slice:
+        """The bytes of both images."""
+        return slice(self.outputs.start, self.inputs.stop)
+
+    @property
+    def words(self) -> slice:
+        """The words of both images in the block as words."""
+        return slice(self.outputs.start // 2, self.inputs.stop // 2)
+
+
+@dataclass(frozen=True, slots=True)
+class MemoryLayout:
+    """The layout of a block.
+
+    Attributes:
+        places: the places of the images by slot number, in the order of the block.
+        size: bytes of the block, its padding included.
+    """
+
+    places: Mapping[int, ImagePlaces]
+    size: int
+
+    @property
+    def words(self) -> int:
+        """Words of the block, its padding included."""
+        return self.size // 2
+
+    @property
+    def padding(self) -> int:
+        """Words of padding at its end."""
+        ends = (place.inputs.stop for place in self.places.values())
+        return (self.size - max(ends, default=0)) // 2
+
+
+NO_MEMORY = MemoryLayout({}, 0)
+"""The layout of a rack without modules."""
+
+
+def memory_layout(slots: Iterable[tuple[int, ModuleWords]]) -> MemoryLayout:
+    """Return the layout of the block of some slots: number and words, in the order of the block.
+
+    >>> from .module_words import PLAIN_WORDS, numbered
+    >>> layout = memory_layout([(1, PLAIN_WORDS), (3, ModuleWords("Small", numbered(1), numbered(2)))])
+    >>> layout.places[3].inputs, layout.size, layout.padding
+    (slice(34, 38, None), 40, 1)
+
+    Raises:
+        ValueError: an image without words, or with more than 250.
+    """
+    places, at = {}, 0
+    for number, words in slots:
+        for names, image in ((words.outputs, "output"), (words.inputs, "input")):
+            if not 1 <= len(names) <= WORDS_MAX:
+                raise ValueError(
+                    f"slot {number}: {words.message} has {len(names)} {image} words: must be 1 to {WORDS_MAX}"
+                )
+        middle = at + 2 * len(words.outputs)
+        end = middle + 2 * len(words.inputs)
+        places[number] = ImagePlaces(slice(at, middle), slice(middle, end))
+        at = end
+    return MemoryLayout(places, -(-at // ALIGNED_TO) * ALIGNED_TO)

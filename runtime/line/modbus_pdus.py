@@ -1,0 +1,193 @@
+"""Modbus PDUs by pymodbus, in both directions, behind one guard.
+
+    request   bytes -> request_of -> carry out -> reply -> bytes
+    answer    bytes -> GuardedDecoder(False) -> mismatch, with the request -> values
+
+pymodbus 3.15 and 3.16 decode more than the standard allows, such as bytes behind the data, and byte counts
+that disagree. The guard encodes again what was decoded and compares the bytes [Modbus V1.1b3, chapter 6]. The
+classes' own `datastore_update` is not used: it answers functions 05 and 06 by reading back.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Container, Mapping, Sequence
+from struct import error
+from typing import Any
+
+from pymodbus.exceptions import ModbusException
+from pymodbus.pdu import DecodePDU, ExceptionResponse, ModbusPDU
+from pymodbus.pdu.bit_message import WriteMultipleCoilsRequest
+from pymodbus.pdu.register_message import ReadWriteMultipleRegistersRequest, WriteMultipleRegistersRequest
+from typing_extensions import override
+
+EXCEPTION = 0x80
+EXCEPTION_BYTES = 2
+ILLEGAL_FUNCTION, ILLEGAL_ADDRESS, ILLEGAL_VALUE, FAILURE, DEVICE_BUSY = 1, 2, 3, 4, 6
+"""Exceptions [Modbus V1.1b3, chapter 7]."""
+
+WRITE_BITS_MOST, WRITE_WORDS_MOST, WRITE_AND_READ_MOST = 1968, 123, 121
+"""Most coils of 0Fh, registers of 10h, registers written by 17h; pymodbus's limits are higher, or none."""
+
+
+class ModbusRefusedError(ValueError):
+    """A request that gets an exception."""
+
+    def __init__(self, code: int) -> None:
+        super().__init__(f"exception {code:02x}h")
+        self.code = code
+
+
+class GuardedDecoder(DecodePDU):
+    """Decodes only what the standard allows.
+
+    Args:
+        is_server: decode requests; else answers.
+    """
+
+    @override
+    def decode(self, frame: bytes) -> ModbusPDU | None:
+        """Decode a PDU; None if it is none, or not a whole and valid one."""
+        try:
+            kind = self.lookupPduClass(b"\0" + frame)  # of an RTU frame: the function is its second byte
+            if kind is None:
+                return None
+            pdu = ExceptionResponse(frame[0]) if kind is ExceptionResponse else kind()
+            pdu.decode(frame[1:])
+            return pdu if _is_whole(pdu, frame) else None
+        except (ModbusException, ValueError, IndexError, error):
+            return None
+
+
+def _is_whole(pdu: ModbusPDU, data: bytes) -> bool:
+    """Whether the bytes are those of the PDU, and its counts are right."""
+    if isinstance(pdu, WriteMultipleCoilsRequest):  # the last byte may have more bits than are written
+        size = -(-pdu.count // 8)
+        return pdu.count <= WRITE_BITS_MOST and pdu.byte_count == size == pdu.data_byte_count
+    # Registers are counted: encoded with the counts that were received, wrong ones are the same again.
+    if isinstance(pdu, WriteMultipleRegistersRequest):
+        pdu.count = len(pdu.registers)
+        in_range = 1 <= pdu.count <= WRITE_WORDS_MOST
+    elif isinstance(pdu, ReadWriteMultipleRegistersRequest):
+        pdu.write_count = len(pdu.write_registers)
+        pdu.write_byte_count = 2 * pdu.write_count
+        in_range = 1 <= pdu.write_count <= WRITE_AND_READ_MOST
+    else:
+        in_range = True
+    return in_range and encoded(pdu) == data
+
+
+def encoded(pdu: ModbusPDU) -> bytes:
+    """Return a PDU as bytes.
+
+    >>> from pymodbus.pdu import ReadHoldingRegistersRequest
+    >>> encoded(ReadHoldingRegistersRequest(address=107, count=3)).hex(" ")
+    '03 00 6b 00 03'
+    """
+    return bytes((pdu.function_code,)) + pdu.encode()
+
+
+def bits_of(number: int, count: int) -> list[bool]:
+    """Return the lowest bits of a number, bit 0 first; the inverse of `number_of`."""
+    return [bool(number >> at & 1) for at in range(count)]
+
+
+def number_of(bits: Sequence[bool]) -> int:
+    """Return bits as a number, bit 0 first.
+
+    >>> number_of([True, False, True])
+    5
+    """
+    return sum(bit << at for at, bit in enumerate(bits))
+
+
+# --- requests
+
+REQUESTS = GuardedDecoder(True)
+
+
+def request_of(data: bytes, functions: Container[int]) -> ModbusPDU:
+    """Decode a request.
+
+    >>> request_of(bytes.fromhex("03 00 6b 00 03"), {3}).count
+    3
+    >>> encoded(request_of(bytes.fromhex("03 00 6b 00 00"), {3})).hex(" ")
+    '83 03'
+
+    Args:
+        data: function code and data, at least one byte.
+        functions: those that the device has.
+
+    Returns:
+        The request, or the exception that answers it: 01h or 03h.
+    """
+    if data[0] not in functions:
+        return ExceptionResponse(data[0], ILLEGAL_FUNCTION)
+    return REQUESTS.decode(data) or ExceptionResponse(data[0], ILLEGAL_VALUE)
+
+
+def carried_out(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> ModbusPDU:
+    """Carry out a request of `request_of`; return the reply or exception.
+
+    Args:
+        carry_out: from a request to its reply; it may raise `ModbusRefusedError`.
+    """
+    if isinstance(request, ExceptionResponse):
+        return request
+    try:
+        return carry_out(request)
+    except ModbusRefusedError as refused:
+        return ExceptionResponse(request.function_code, refused.code)
+
+
+def answer_to(request: ModbusPDU, carry_out: Callable[[Any], ModbusPDU]) -> bytes:
+    """Carry out a request, see `carried_out`; return the reply or exception as bytes."""
+    return encoded(carried_out(request, carry_out))
+
+
+# --- answers
+
+_BITS_READ = (0x01, 0x02)
+_SEVERAL_WRITTEN = (0x0F, 0x10)
+_WRITES = (0x05, 0x06, *_SEVERAL_WRITTEN, 0x16)
+"""Functions whose answer repeats the request, or address and count of it."""
+
+_REGISTERS_READ: Mapping[int, str] = {0x03: "count", 0x04: "count", 0x17: "read_count"}
+"""The request's number of registers."""
+
+
+def answer_bytes(request: ModbusPDU) -> int:
+    """Return the length of a good answer's PDU.
+
+    >>> from pymodbus.pdu import ReadCoilsRequest, ReadHoldingRegistersRequest
+    >>> answer_bytes(ReadHoldingRegistersRequest(count=2)), answer_bytes(ReadCoilsRequest(count=9))
+    (6, 4)
+    """
+    function = request.function_code
+    if function in _REGISTERS_READ:
+        return 2 + 2 * int(getattr(request, _REGISTERS_READ[function]))
+    if function in _BITS_READ:
+        return 2 + -(-request.count // 8)
+    return 5 if function in _SEVERAL_WRITTEN else len(encoded(request))
+
+
+def refusal(request: ModbusPDU, answer: ModbusPDU | None) -> int | None:
+    """Return the code of an exception that answers a request; None for anything else."""
+    if isinstance(answer, ExceptionResponse) and answer.function_code == request.function_code | EXCEPTION:
+        return answer.exception_code
+    return None
+
+
+def mismatch(request: ModbusPDU, answer: ModbusPDU) -> str:
+    """Return why an answer, no exception, is not the request's; "" if it is."""
+    function = request.function_code
+    if answer.function_code != function:
+        return "a response to a different request"
+    if function in _REGISTERS_READ:
+        wrong = len(answer.registers) != getattr(request, _REGISTERS_READ[function])
+    else:
+        wrong = function in _BITS_READ and len(answer.bits) != -(-request.count // 8) * 8
+    if wrong:
+        return "an answer with a wrong byte count"
+    if function in _WRITES and not request.encode().startswith(answer.encode()):
+        return "an answer to another write"
+    return ""

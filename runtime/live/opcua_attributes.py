@@ -1,0 +1,219 @@
+"""The attribute services of the OPC UA server: Read, and the operations of Write [OPC UA part 4, 5.11].
+
+asyncua (2.1) reads attributes of nodes that exist, and no more: it takes any age and timestamps, returns all
+timestamps, and knows neither ranges nor encodings. Here each row of the tables of result codes has its check:
+
+    Read, service       BadNothingToDo, BadTooManyOperations: `opcua_services.py`
+                        BadMaxAgeInvalid, BadTimestampsToReturnInvalid
+    Read, operation     BadNodeIdInvalid, BadNodeIdUnknown, BadAttributeIdInvalid, BadDataEncodingInvalid,
+                        BadDataEncodingUnsupported, BadIndexRangeInvalid, BadIndexRangeNoData; no node has a
+                        value that can't be read
+    Write, operation    BadNodeIdInvalid, BadNodeIdUnknown, BadAttributeIdInvalid, BadIndexRangeInvalid,
+                        BadNotWritable, BadWriteNotSupported, BadTypeMismatch, BadIndexRangeNoData,
+                        BadIndexRangeDataMismatch, BadOutOfRange
+"""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from importlib import import_module
+from typing import Any
+
+from ..tag_servers.index_ranges import MismatchError, NoDataError, parse_ranges, part_of, shape_of
+from ..tag_servers.tag_snapshot import Operation
+from ..tag_servers.variables import Variable
+from .opcua_space import TYPES, TagNode, TagSpace
+
+BINARY = "Default Binary"
+ENCODINGS = (BINARY, "Default XML", "Default JSON")
+"""Encodings of OPC UA; values are in the first one."""
+
+FIRST_YEAR = 1601
+"""Year in which the times of OPC UA begin [OPC UA part 6, 5.2.2.5]."""
+
+
+class RefusedError(ValueError):
+    """An operation that gets a bad status.
+
+    Attributes:
+        code: its name.
+    """
+
+    def __init__(self, code: str) -> None:
+        super().__init__(code)
+        self.code = code
+
+
+class Attributes:
+    """Attributes of nodes, as requests name them.
+
+    Args:
+        space: asyncua's address space.
+        tags: the nodes of tags.
+    """
+
+    def __init__(self, space: Any, tags: TagSpace) -> None:
+        self._ua: Any = import_module("asyncua.ua")
+        self._error: Any = import_module("asyncua.common.utils").ServiceError
+        self._space, self._tags = space, tags
+        stamps = self._ua.TimestampsToReturn
+        self._both = stamps.Both
+        self._with_source, self._with_server = (stamps.Source, stamps.Both), (stamps.Server, stamps.Both)
+
+    def tag_of(self, wanted: Any) -> TagNode | None:
+        """Return the tag whose value a request means."""
+        is_value = wanted.AttributeId == self._ua.AttributeIds.Value
+        return self._tags.nodes.get(wanted.NodeId) if is_value else None
+
+    def check_timestamps(self, timestamps: Any) -> None:
+        """Refuse a request for timestamps that do not exist."""
+        if timestamps == self._ua.TimestampsToReturn.Invalid:
+            raise self._error(self._ua.StatusCodes.BadTimestampsToReturnInvalid)
+
+    def check_read(self, params: Any) -> None:
+        """Refuse a Read request as a whole."""
+        if not params.MaxAge >= 0:
+            raise self._error(self._ua.StatusCodes.BadMaxAgeInvalid)
+        self.check_timestamps(params.TimestampsToReturn)
+
+    # --- reading
+
+    def read(self, params: Any) -> list[Any]:
+        """Return the values that a request names; those of tags are already read."""
+        now = datetime.now(UTC)
+        return [self._read(each, params.TimestampsToReturn, now) for each in params.NodesToRead]
+
+    def _read(self, wanted: Any, timestamps: Any, now: datetime) -> Any:
+        try:
+            self.check_named(wanted)
+            self.check_encoding(wanted)
+        except RefusedError as refused:
+            return self._stamped(self._bad(refused.code), wanted, timestamps, now)
+        value = self._space.read_attribute_value(wanted.NodeId, wanted.AttributeId)
+        return self.shaped(value, wanted, timestamps, now)
+
+    def shaped(self, value: Any, wanted: Any, timestamps: Any, now: datetime | None = None) -> Any:
+        """Return the part of a value that is named, with the timestamps that are asked for.
+
+        Args:
+            wanted: names the attribute, and a range.
+        """
+        if wanted.IndexRange and value.Value is not None and value.StatusCode.is_good():
+            try:
+                value = self._part_of(value, wanted.IndexRange)
+            except NoDataError:
+                value = self._bad("BadIndexRangeNoData", value)
+            except ValueError:
+                value = self._bad("BadIndexRangeInvalid", value)
+        return self._stamped(value, wanted, timestamps, now)
+
+    def _part_of(self, value: Any, text: str) -> Any:
+        variant = value.Value
+        rank = len(variant.Dimensions) if variant.Dimensions else int(variant.is_array)
+        part = part_of(variant.Value, parse_ranges(text), rank)
+        dims = shape_of(part)[:rank] if rank > 1 else None
+        made = self._ua.Variant(part, variant.VariantType, dims, bool(rank))
+        return self._ua.DataValue(made, value.StatusCode, value.SourceTimestamp, value.ServerTimestamp)
+
+    def _bad(self, code: str, of: Any = None) -> Any:
+        ua = self._ua
+        times = () if of is None else (of.SourceTimestamp, of.ServerTimestamp)
+        return ua.DataValue(None, ua.StatusCode(getattr(ua.StatusCodes, code)), *times)
+
+    def _stamped(self, value: Any, wanted: Any, timestamps: Any, now: datetime | None) -> Any:
+        """Return a value with the timestamps that are asked for; only values have one of their source."""
+        is_value = wanted.AttributeId == self._ua.AttributeIds.Value
+        source, server = value.SourceTimestamp, value.ServerTimestamp
+        if is_value and timestamps == self._both and source is not None and server is not None:
+            return value
+        now = now or datetime.now(UTC)
+        has_source = is_value and timestamps in self._with_source
+        if has_source and source is None and value.StatusCode.is_good():
+            source = now
+        return self._ua.DataValue(
+            value.Value,
+            value.StatusCode,
+            source if has_source else None,
+            (server or now) if timestamps in self._with_server else None,
+        )
+
+    # --- what a request names
+
+    def check_named(self, wanted: Any) -> None:
+        """Refuse an attribute that does not exist."""
+        if wanted.NodeId.is_null():
+            raise RefusedError("BadNodeIdInvalid")
+        node = self._space.get(wanted.NodeId)
+        if node is None:
+            raise RefusedError("BadNodeIdUnknown")
+        if wanted.AttributeId not in node.attributes:
+            raise RefusedError("BadAttributeIdInvalid")
+
+    def check_encoding(self, wanted: Any) -> None:
+        """Refuse an encoding that values do not have."""
+        encoding = wanted.DataEncoding
+        if not encoding.Name:
+            return
+        is_value = wanted.AttributeId == self._ua.AttributeIds.Value
+        if not is_value or encoding.NamespaceIndex or encoding.Name not in ENCODINGS:
+            raise RefusedError("BadDataEncodingInvalid")
+        if encoding.Name != BINARY:
+            raise RefusedError("BadDataEncodingUnsupported")
+
+    # --- writing
+
+    def changes(self, wanted: Any) -> list[Operation]:
+        """Return the writes of a value.
+
+        Raises:
+            RefusedError: it is not allowed.
+        """
+        self.check_named(wanted)
+        node = self.tag_of(wanted)
+        try:
+            ranges = parse_ranges(wanted.IndexRange) if wanted.IndexRange else None
+        except ValueError as error:
+            raise RefusedError("BadIndexRangeInvalid") from error
+        if node is None or not node.variable.writable:
+            raise RefusedError("BadNotWritable")
+        variable = node.variable
+        value = self._value_in(wanted.Value, variable, is_part=ranges is not None)
+        try:
+            if ranges is None:
+                return [variable.change_to(value)]
+            return list(variable.part_to(ranges, value, node.data or bytes(variable.size)))
+        except NoDataError as error:
+            raise RefusedError("BadIndexRangeNoData") from error
+        except MismatchError as error:
+            raise RefusedError("BadIndexRangeDataMismatch") from error
+        except TypeError as error:
+            raise RefusedError("BadTypeMismatch") from error
+        except ValueError as error:  # also a text with characters that no tag has
+            raise RefusedError("BadOutOfRange") from error
+
+    def _value_in(self, given: Any, variable: Variable, *, is_part: bool) -> Any:
+        """Return the value that is written; refused if it has not the type of the variable."""
+        kinds, variant = self._ua.VariantType, given.Value
+        has_value = variant is not None and variant.VariantType != kinds.Null
+        has_status = given.StatusCode is not None and given.StatusCode.value
+        # asyncua's client always sends a source timestamp; it is dropped: values have the time of their scan
+        if (
+            has_status
+            or _is_time(given.ServerTimestamp)
+            or (_is_time(given.SourceTimestamp) and not has_value)
+        ):
+            raise RefusedError("BadWriteNotSupported")
+        kind, rank = kinds[TYPES[variable.type_name]], len(variable.dims)
+        if not has_value or variant.Value is None:
+            raise RefusedError("BadTypeMismatch")
+        value, found = variant.Value, len(variant.Dimensions or ()) or int(variant.is_array)
+        if variant.VariantType == kinds.ByteString and kind == kinds.Byte and rank == 1 and not found:
+            return list(value)
+        if variant.VariantType != kind or found > rank or (found < rank and not is_part):
+            raise RefusedError("BadTypeMismatch")
+        return value
+
+
+def _is_time(stamp: datetime | None) -> bool:
+    """Whether a timestamp is one: the first instant of OPC UA, 1601, means none."""
+    return stamp is not None and stamp.year > FIRST_YEAR

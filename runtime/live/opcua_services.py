@@ -1,0 +1,82 @@
+"""What asyncua (2.1) lacks of services as a whole: limits of lists, BrowseNext, unknown enumerators.
+
+BadNothingToDo          a request with an empty list
+BadTooManyOperations    one with more than the nodes of the server's OperationLimits say
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Mapping
+from importlib import import_module
+from typing import Any
+
+OPERATIONS_MOST = 10_000
+"""Operations of a request, as the nodes of asyncua's OperationLimits say."""
+
+LISTS: Mapping[str, str] = {
+    "read": "NodesToRead",
+    "write": "NodesToWrite",
+    "browse": "NodesToBrowse",
+    "browse_next": "ContinuationPoints",
+    "translate_browsepaths_to_nodeids": "",
+    "call": "",
+    "create_monitored_items": "ItemsToCreate",
+    "modify_monitored_items": "ItemsToModify",
+    "delete_monitored_items": "MonitoredItemIds",
+    "set_monitoring_mode": "MonitoredItemIds",
+    "set_publishing_mode": "SubscriptionIds",
+    "delete_subscriptions": "",
+}
+"""Services of a session with their list of operations; "" = the list is all that asyncua passes on."""
+
+Service = Callable[..., Awaitable[Any]]
+
+
+def limit_operations(session: Any) -> None:
+    """Refuse requests of a session with no operation, or too many."""
+    ua: Any = import_module("asyncua.ua")
+    error: Any = import_module("asyncua.common.utils").ServiceError
+
+    def limited(service: Service, name: str) -> Service:
+        async def limiting(params: Any, *more: Any) -> Any:
+            count = len((getattr(params, name) if name else params) or ())
+            if (
+                not count and session.state.name != "Closed"
+            ):  # its end deletes subscriptions, if there are any
+                raise error(ua.StatusCodes.BadNothingToDo)
+            if count > OPERATIONS_MOST:
+                raise error(ua.StatusCodes.BadTooManyOperations)
+            return await service(params, *more)
+
+        return limiting
+
+    for name, operations in LISTS.items():
+        setattr(session, name, limited(getattr(session, name), operations))
+
+
+def accept_unknown_values() -> None:
+    """Let asyncua read unknown values of enumerations as *Invalid*: services have a status for them."""
+    ua: Any = import_module("asyncua.ua")
+    for each in (ua.TimestampsToReturn, ua.BrowseDirection):
+        each._missing_ = classmethod(lambda kind, _value: kind.Invalid)
+
+
+def answer_browse_next(processor: Any) -> None:
+    """Answer BrowseNext, which asyncua does not know, on a connection."""
+    ua: Any = import_module("asyncua.ua")
+    from_binary: Any = import_module("asyncua.ua.ua_binary").struct_from_binary
+    process = processor._process_message
+    browse_next = ua.NodeId(ua.ObjectIds.BrowseNextRequest_Encoding_DefaultBinary)
+
+    async def processed(kind: Any, header: Any, sequence: Any, body: Any) -> Any:
+        session = processor.session
+        if kind != browse_next or session is None or not session.is_activated():
+            return await process(kind, header, sequence, body)
+        session.touch()
+        params = from_binary(ua.BrowseNextParameters, body)
+        response = ua.BrowseNextResponse()
+        response.Parameters.Results = await session.browse_next(params)
+        processor.send_response(header.RequestHandle, sequence, response)
+        return True
+
+    processor._process_message = processed

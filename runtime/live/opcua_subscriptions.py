@@ -1,0 +1,178 @@
+"""Subscriptions of the OPC UA server, where asyncua (2.1) is not as OPC UA part 4, 5.13 and 5.14, has them.
+
+Publish      acknowledging answers BadSequenceNumberUnknown; BadNoSubscription if the session has none
+Republish    BadMessageNotAvailable and BadSubscriptionIdInvalid: a client asks until it gets one of them.
+             A message stays until it is acknowledged, and asking keeps the subscription alive
+items        BadTimestampsToReturnInvalid, BadMonitoredItemIdInvalid, BadIndexRangeInvalid,
+             BadDataEncodingInvalid, BadDataEncodingUnsupported, BadFilterNotAllowed,
+             BadMonitoredItemFilterUnsupported, BadEventFilterInvalid; an item brings the range and the
+             timestamps that it was made with
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable
+from importlib import import_module
+from typing import Any
+
+from ..tag_servers.index_ranges import parse_ranges
+from .opcua_attributes import Attributes, RefusedError
+
+KEEP_ALIVES = 3
+"""A subscription lives at least as long as so many messages to keep it alive take."""
+
+
+class Subscriptions:
+    """The subscriptions of a session.
+
+    Args:
+        session: of asyncua; its services are replaced.
+        service: of asyncua, with the subscriptions of all sessions.
+    """
+
+    def __init__(self, session: Any, service: Any, attributes: Attributes) -> None:
+        self._ua: Any = import_module("asyncua.ua")
+        self._error: Any = import_module("asyncua.common.utils").ServiceError
+        self._session, self._service, self._attributes = session, service, attributes
+        self._create_items, self._modify_items = (
+            session.create_monitored_items,
+            session.modify_monitored_items,
+        )
+        session.publish, session.republish = self.publish, self.republish
+        session.create_monitored_items, session.modify_monitored_items = self.create_items, self.modify_items
+
+    def _own(self, number: int) -> Any:
+        """Return a subscription of the session; None if it has no such one."""
+        found = self._service.subscriptions.get(number)
+        return found if found is not None and found.session_id == self._session.session_id else None
+
+    def publish(self, acknowledged: Any = None) -> tuple[int, list[Any]]:
+        """Acknowledge messages; return the number of subscriptions, and a status for each message."""
+        codes, session = self._ua.StatusCodes, self._session.session_id
+        own = sum(each.session_id == session for each in self._service.subscriptions.values())
+        if not own:
+            raise self._error(codes.BadNoSubscription)
+        results = []
+        for each in acknowledged or ():
+            subscription, code = self._own(each.SubscriptionId), codes.Good
+            if subscription is None:
+                code = codes.BadSubscriptionIdInvalid
+            elif subscription._not_acknowledged_results.pop(each.SequenceNumber, None) is None:
+                code = codes.BadSequenceNumberUnknown
+            results.append(self._ua.StatusCode(code))
+        return own, results
+
+    def republish(self, params: Any) -> Any:
+        """Return a message that is not acknowledged."""
+        codes, subscription = self._ua.StatusCodes, self._own(params.SubscriptionId)
+        if subscription is None:
+            raise self._error(codes.BadSubscriptionIdInvalid)
+        subscription._publish_cycles_count = 0
+        found = subscription._not_acknowledged_results.get(params.RetransmitSequenceNumber)
+        if found is None:
+            raise self._error(codes.BadMessageNotAvailable)
+        return found.NotificationMessage
+
+    # --- monitored items
+
+    async def create_items(self, params: Any) -> list[Any]:
+        """Make items; those that are refused are answered here."""
+        self._attributes.check_timestamps(params.TimestampsToReturn)
+        subscription = self._own(params.SubscriptionId)
+        if subscription is None:
+            raise self._error(self._ua.StatusCodes.BadSubscriptionIdInvalid)
+        refusals = list(map(self._refusal, params.ItemsToCreate))
+        wanted = [each for each, refusal in zip(params.ItemsToCreate, refusals, strict=True) if not refusal]
+        params.ItemsToCreate = wanted
+        service = subscription.monitored_item_srv
+        _shape(service, self._attributes).timestamps = params.TimestampsToReturn
+        made = await self._create_items(params) if wanted else []
+        for each in made:
+            if each.StatusCode.is_good():
+                service._monitored_items[each.MonitoredItemId].timestamps = params.TimestampsToReturn
+        results, refused = iter(made), self._ua.MonitoredItemCreateResult
+        return [refused(self._status(each)) if each else next(results) for each in refusals]
+
+    async def modify_items(self, params: Any) -> list[Any]:
+        """Change items."""
+        self._attributes.check_timestamps(params.TimestampsToReturn)
+        subscription = self._own(params.SubscriptionId)
+        if subscription is None:
+            raise self._error(self._ua.StatusCodes.BadSubscriptionIdInvalid)
+        items = subscription.monitored_item_srv._monitored_items
+        known = [items.get(each.MonitoredItemId) for each in params.ItemsToModify]
+        params.ItemsToModify = [
+            each for each, item in zip(params.ItemsToModify, known, strict=True) if item is not None
+        ]
+        changed = iter(await self._modify_items(params) if params.ItemsToModify else ())
+        for item in known:
+            if item is not None:
+                item.timestamps = params.TimestampsToReturn
+        unknown = self._status("BadMonitoredItemIdInvalid")
+        return [
+            next(changed) if each is not None else self._ua.MonitoredItemModifyResult(unknown)
+            for each in known
+        ]
+
+    def _status(self, code: str) -> Any:
+        return self._ua.StatusCode(getattr(self._ua.StatusCodes, code))
+
+    def _refusal(self, item: Any) -> str:
+        """Return the name of the status that refuses an item; "" for none."""
+        wanted = item.ItemToMonitor
+        try:
+            self._attributes.check_named(wanted)
+            self._attributes.check_encoding(wanted)
+            if wanted.IndexRange:
+                parse_ranges(wanted.IndexRange)
+        except RefusedError as refused:
+            return refused.code
+        except ValueError:
+            return "BadIndexRangeInvalid"
+        return self._filter_refusal(wanted, item.RequestedParameters.Filter)
+
+    def _filter_refusal(self, wanted: Any, given: Any) -> str:
+        ua = self._ua
+        kind = type(given).__name__  # asyncua reads filters as classes of its own, beside those of `ua`
+        if wanted.AttributeId == ua.AttributeIds.EventNotifier:
+            return "" if kind == "EventFilter" else "BadEventFilterInvalid"
+        if given is None or (kind == "ExtensionObject" and given.TypeId.is_null()):
+            return ""
+        if wanted.AttributeId != ua.AttributeIds.Value or kind == "EventFilter":
+            return "BadFilterNotAllowed"
+        if kind != "DataChangeFilter":
+            return "BadMonitoredItemFilterUnsupported"
+        if given.DeadbandType == ua.DeadbandType.None_:
+            return ""
+        tag = self._attributes.tag_of(wanted)
+        if tag is None or tag.variable.type_name in ("BOOL", "STRING"):
+            return "BadFilterNotAllowed"
+        is_simple = given.DeadbandType == ua.DeadbandType.Absolute and not tag.variable.dims
+        return "" if is_simple else "BadMonitoredItemFilterUnsupported"
+
+
+class _Shape:
+    """What values of items pass on their way to a subscription.
+
+    Attributes:
+        timestamps: those of items that are being made.
+    """
+
+    def __init__(self, service: Any, attributes: Attributes) -> None:
+        self._service, self._attributes = service, attributes
+        self._pass: Callable[..., Awaitable[None]] = service.datachange_callback
+        self.timestamps: Any = None
+
+    async def __call__(self, handle: int, value: Any, error: Any = None) -> None:
+        item = self._service._monitored_items[self._service._monitored_datachange[handle]]
+        timestamps = getattr(item, "timestamps", self.timestamps)
+        shaped = value if error else self._attributes.shaped(value, item.read_value_id, timestamps)
+        await self._pass(handle, shaped, error)
+
+
+def _shape(service: Any, attributes: Attributes) -> _Shape:
+    """Return what shapes the values of a subscription's items."""
+    there = service.datachange_callback
+    if not isinstance(there, _Shape):
+        there = service.datachange_callback = _Shape(service, attributes)
+    return there

@@ -1,0 +1,194 @@
+"""Browsing the OPC UA server: Browse and BrowseNext, with continuation points [OPC UA part 4, 5.9].
+
+asyncua (2.1) returns all references of a node, with all fields: it has no continuation points, and takes any
+direction and type of references. Here each row of the tables of result codes has its check:
+
+    Browse, service        BadNothingToDo, BadTooManyOperations: `opcua_services.py`;
+                           BadViewIdUnknown, since there is no view
+    Browse, operation      BadNodeIdInvalid, BadNodeIdUnknown, BadBrowseDirectionInvalid,
+                           BadReferenceTypeIdInvalid, BadNoContinuationPoints
+    BrowseNext, operation  BadContinuationPointInvalid
+    TranslateBrowsePaths   BadNodeIdInvalid, BadNodeIdUnknown, BadNothingToDo, BadBrowseNameInvalid
+"""
+
+from __future__ import annotations
+
+from collections.abc import Awaitable, Callable, Iterator
+from importlib import import_module
+from itertools import count, islice
+from typing import Any, NamedTuple
+
+FIELDS = ("ReferenceTypeId", "IsForward", "NodeClass", "BrowseName", "DisplayName", "TypeDefinition")
+"""Fields of a reference that a result mask names."""
+
+CONTINUATIONS_MOST = 16
+"""Continuation points of a session; the oldest is released for a new request."""
+
+
+class _Paused(NamedTuple):
+    """A browse that goes on behind a continuation point."""
+
+    edition: int
+    rest: Iterator[Any]
+    next: Any  # the first one of the rest
+    most: int
+
+
+class Views:
+    """The references of all nodes.
+
+    Args:
+        space: asyncua's address space.
+    """
+
+    def __init__(self, space: Any) -> None:
+        self._ua: Any = import_module("asyncua.ua")
+        self.space = space
+        self.edition = 0
+        ids = self._ua.ObjectIds
+        self._subtype = self._ua.NodeId(ids.HasSubtype)
+        self._fields = [each for each in self._ua.BrowseResultMask if each.name in FIELDS]
+        self._all = sum(self._fields)
+
+    def _start_refusal(self, node_id: Any) -> str:
+        if node_id.is_null():
+            return "BadNodeIdInvalid"
+        return "" if node_id in self.space else "BadNodeIdUnknown"
+
+    def path_refusal(self, path: Any) -> str:
+        """Return the name of the status that refuses a path; "" for none."""
+        if refusal := self._start_refusal(path.StartingNode):
+            return refusal
+        elements = path.RelativePath.Elements
+        if not elements:
+            return "BadNothingToDo"
+        return "" if all(each.TargetName.Name for each in elements) else "BadBrowseNameInvalid"
+
+    def refusal(self, wanted: Any) -> str:
+        """Return the name of the status that refuses a browse; "" for none."""
+        if refusal := self._start_refusal(wanted.NodeId):
+            return refusal
+        if wanted.BrowseDirection == self._ua.BrowseDirection.Invalid:
+            return "BadBrowseDirectionInvalid"
+        kind = wanted.ReferenceTypeId
+        if not kind.is_null() and not self._is_reference_type(kind):
+            return "BadReferenceTypeIdInvalid"
+        return ""
+
+    def references(self, wanted: Any) -> Iterator[Any]:
+        """Yield the references that a browse asks for."""
+        ua = self._ua
+        directions = {ua.BrowseDirection.Forward: (True,), ua.BrowseDirection.Inverse: (False,)}
+        forward = directions.get(wanted.BrowseDirection, (True, False))
+        kinds = None if wanted.ReferenceTypeId.is_null() else {wanted.ReferenceTypeId}
+        if kinds is not None and wanted.IncludeSubtypes:
+            kinds.update(self._subtypes(wanted.ReferenceTypeId))
+        for each in self.space[wanted.NodeId].references:
+            if each.IsForward not in forward or (kinds is not None and each.ReferenceTypeId not in kinds):
+                continue
+            if not wanted.NodeClassMask or wanted.NodeClassMask & each.NodeClass:
+                yield self._masked(each, wanted.ResultMask)
+
+    def _subtypes(self, kind: Any) -> Iterator[Any]:
+        for each in self.space[kind].references:
+            if each.ReferenceTypeId == self._subtype and each.IsForward:
+                yield each.NodeId
+                yield from self._subtypes(each.NodeId)
+
+    def _is_reference_type(self, node_id: Any) -> bool:
+        node, ua = self.space.get(node_id), self._ua
+        if node is None:
+            return False
+        return bool(
+            node.attributes[ua.AttributeIds.NodeClass].value.Value.Value == ua.NodeClass.ReferenceType
+        )
+
+    def _masked(self, reference: Any, mask: int) -> Any:
+        """Return a reference with the fields of a mask."""
+        if mask & self._all == self._all:
+            return reference
+        made = self._ua.ReferenceDescription(NodeId=reference.NodeId)
+        for each in self._fields:
+            if mask & each:
+                setattr(made, each.name, getattr(reference, each.name))
+        return made
+
+
+class Browsing:
+    """The browses of a session.
+
+    Args:
+        translate: asyncua's service.
+    """
+
+    def __init__(self, views: Views, translate: Callable[[list[Any]], Awaitable[list[Any]]]) -> None:
+        self._ua: Any = import_module("asyncua.ua")
+        self._translate = translate
+        self._error: Any = import_module("asyncua.common.utils").ServiceError
+        self._views = views
+        self._paused: dict[bytes, _Paused] = {}
+        self._numbers = count(1)
+
+    async def browse(self, params: Any) -> list[Any]:
+        """Answer Browse."""
+        if not params.View.ViewId.is_null():
+            raise self._error(self._ua.StatusCodes.BadViewIdUnknown)
+        most, before = params.RequestedMaxReferencesPerNode, list(self._paused)
+        results = []
+        for each in params.NodesToBrowse:
+            if refusal := self._views.refusal(each):
+                results.append(self._bad(refusal))
+            else:
+                results.append(self._results(self._views.references(each), most, before))
+        return results
+
+    async def translate(self, paths: list[Any]) -> list[Any]:
+        """Answer TranslateBrowsePathsToNodeIds; asyncua follows what is a path."""
+        results = []
+        for each in paths:
+            if refusal := self._views.path_refusal(each):
+                results.append(self._ua.BrowsePathResult(self._status(refusal)))
+            else:
+                results += await self._translate([each])
+        return results
+
+    async def browse_next(self, params: Any) -> list[Any]:
+        """Answer BrowseNext; no results if points are released."""
+        if params.ReleaseContinuationPoints:
+            for point in params.ContinuationPoints:
+                self._paused.pop(point, None)
+            return []
+        results = []
+        for point in params.ContinuationPoints:
+            paused = self._paused.pop(point, None)
+            if paused is None or paused.edition != self._views.edition:
+                results.append(self._bad("BadContinuationPointInvalid"))
+            else:
+                results.append(self._results(paused.rest, paused.most, [], paused.next))
+        return results
+
+    def _status(self, code: str) -> Any:
+        return self._ua.StatusCode(getattr(self._ua.StatusCodes, code))
+
+    def _bad(self, code: str) -> Any:
+        return self._ua.BrowseResult(self._status(code))
+
+    def _results(self, rest: Iterator[Any], most: int, before: list[bytes], first: Any = None) -> Any:
+        """Return the next references, and a point behind which there are more.
+
+        Args:
+            most: references; 0 = all.
+            before: points of earlier requests, which may be released.
+        """
+        found = [] if first is None else [first]
+        found += islice(rest, most - len(found)) if most else rest
+        following = next(rest, None) if most else None
+        if following is None:
+            return self._ua.BrowseResult(References=found)
+        while len(self._paused) >= CONTINUATIONS_MOST:
+            if not before:
+                return self._bad("BadNoContinuationPoints")
+            self._paused.pop(before.pop(0), None)
+        point = next(self._numbers).to_bytes(8, "big")
+        self._paused[point] = _Paused(self._views.edition, rest, following, most)
+        return self._ua.BrowseResult(ContinuationPoint=point, References=found)

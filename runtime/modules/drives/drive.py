@@ -1,0 +1,298 @@
+"""A simulated networked drive: time, inputs, its image of ten words in each direction.
+
+It has no clock and no port. In a slot the scan loop calls `update`; a server or an adapter calls `advance`
+and `obey`. New words act at the instant at which they arrive. Inputs are sampled every 250 us (reading
+R-41), and the end of a motion is exact; between such instants only the position moves, by a formula. So the
+image does not depend on the number of calls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from ....io_images.amci3601 import InputBit
+from ....io_images.drives.bits import Status
+from ....io_images.drives.models import WORDS, Model
+from ....io_images.image import Image, signed_word
+from ...loop.events import Event, JsonValue
+from ...loop.module import unnoticed
+from ...machine import Machine
+from ..amci3601.step_generator import NEVER, StepGenerator
+from .layer import DriveLayer
+from .nonvolatile import DriveMemory
+from .options import options_of
+
+NS_PER_MS = 1_000_000
+HOT_C = 90
+"""Temperature in degC above which TEMPERATURE_90C is on [17 p. 84]."""
+
+NO_WORDS = (0,) * WORDS
+
+
+class Drive:
+    """A simulated unit of the family with its machine; satisfies `runtime.loop.module.Module`.
+
+    Attributes:
+        events: in order of time; the caller empties it.
+        before_change: called before any access to the unit or its machine except `update`.
+        words: the ten output words in force, unsigned.
+        terminals: the machine's inputs that are wired to its inputs, in their order.
+
+    Args:
+        model: a row of the family's models.
+        machine: by default one without switches.
+        options: options of the model by name, see `SmdOptions`.
+        memory: the flash; by default empty, or with the configuration of the option `stored`.
+
+    Raises:
+        ValueError: an unknown option, or a stored configuration that the model does not accept.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        machine: Machine | None = None,
+        options: Mapping[str, JsonValue] | None = None,
+        memory: DriveMemory | None = None,
+    ) -> None:
+        self.model = model
+        self.machine = Machine() if machine is None else machine
+        self.options = options_of(model).of(options)
+        stored = self.options.stored_in(model)
+        self.terminals = self.options.terminals(model)
+        self.events: list[Event] = []
+        self.before_change: Callable[[], None] = unnoticed
+        self.machine.before_change = self.look_again
+        self._tick_ns = 1000 * self.options.input_scan_us
+        self._now_ns = 0
+        self._running = self._cable = True
+        self._due_ns = 0  # before this instant only position and encoder change
+        self._hot = False
+        self._conditions = Status(0)
+        self._image = Image(size=WORDS)
+        self._raw = b""  # the output image that `update` has obeyed
+        self._power_up(DriveMemory(configuration=stored) if memory is None else memory)
+
+    def _power_up(self, memory: DriveMemory) -> None:
+        self.axis = StepGenerator(self.machine)
+        self.axis.advance(self._now_ns)
+        self.layer = DriveLayer(self.axis, self.model, self.options, memory, self.events, self._now_ns)
+        self.words = NO_WORDS
+        self._raw = b""
+        self._reports_travel = False
+        self._due_ns = 0
+        self._tick(self._now_ns)
+
+    @property
+    def memory(self) -> DriveMemory:
+        """What the flash holds."""
+        return self.layer.memory
+
+    @property
+    def now_ns(self) -> int:
+        """The instant up to which the unit is advanced."""
+        return self._now_ns
+
+    # -- the contract of a slot -----------------------------------------------------------------
+
+    def update(self, now_ns: int, outputs: Image) -> Image:
+        """Advance to `now_ns` with `outputs` in force since the last call; return the input image then."""
+        raw = outputs.raw.tobytes()
+        if now_ns >= self._due_ns or raw != self._raw:
+            self.obey(outputs)
+            self._raw = raw
+            self.advance(now_ns)
+            words = self._image.words
+            for at, word in enumerate(self.inputs()):
+                words[at] = signed_word(word)
+            self._foresee(now_ns)
+        elif self._reports_travel:
+            self._report_travel(now_ns)
+        self._now_ns = now_ns
+        return self._image
+
+    def _foresee(self, now_ns: int) -> None:
+        """Compute until when nothing but the position and the encoder can change."""
+        beat_ns = NS_PER_MS * self.options.beat_ms
+        due_ns = min(self.axis.next_change_ns(), self._tick_due_ns, self._stall_due_ns)
+        self._due_ns = min(due_ns, (now_ns // beat_ns + 1) * beat_ns)
+        shown = not self.layer.in_configuration
+        self._reports_travel = shown and (self.axis.moving or self.axis.counting)
+
+    def _report_travel(self, now_ns: int) -> None:
+        """Report position and encoder; nothing else can have changed."""
+        self.axis.advance(now_ns)
+        words, split = self._image.words, self.layer.input_format.split
+        words[2], words[3] = split(self.axis.position)
+        if self.axis.counting:
+            words[4], words[5] = split(self.axis.encoder)
+
+    def plc_run(self, running: bool) -> None:
+        """Set whether the PLC is in run mode: an idle scanner counts as a lost connection [reading R-22]."""
+        if running != self._running:
+            self._running = running
+            if running:
+                self.layer.regain_connection(self._now_ns)
+            else:
+                self.lose_connection()
+            self.look_again()
+
+    def power_cycle(self) -> None:
+        """Remove and restore power at the last `now_ns`; the flash and the shaft keep what they have."""
+        self._touch()
+        self.axis.advance(self._now_ns)
+        self.axis.cut(self._now_ns)
+        self._power_up(self.memory)
+
+    # -- a server or an adapter -----------------------------------------------------------------
+
+    def obey(self, words: Sequence[int] | Image) -> None:
+        """Put ten output words, signed or unsigned, in force at the instant of the last call."""
+        fresh = tuple(word & 0xFFFF for word in words)
+        if self._running and fresh != self.words:
+            self.words = fresh
+            self._due_ns = 0
+            self._tick(self._now_ns)
+
+    def advance(self, now_ns: int) -> None:
+        """Let time pass up to `now_ns`, never less than in the previous call."""
+        while True:
+            change = self.axis.next_change_ns()
+            due_ns = min(change, self._tick_due_ns, self._stall_due_ns)
+            if due_ns > now_ns:
+                break
+            self._pass(due_ns)
+        self.axis.advance(now_ns)
+        self._now_ns = now_ns
+
+    def inputs(self) -> tuple[int, ...]:
+        """Return the ten input words, signed or unsigned, at the instant of the last call."""
+        further = self._conditions
+        if self._now_ns // (NS_PER_MS * self.options.beat_ms) & 1:
+            further |= Status.HEARTBEAT
+        if not self._running:
+            further |= Status.PLC_IN_PROGRAM_MODE
+        return self.layer.report(further)
+
+    # -- the machine, the driver, the link -------------------------------------------------------
+
+    def machine_at(self, now_ns: int) -> Machine:
+        """Return the machine as it is at `now_ns`, the instant of the last call."""
+        self.axis.advance(now_ns)
+        return self.machine
+
+    def figures(self) -> tuple[int, int, int]:
+        """Return shaft position, encoder counts and energized inputs at the last call."""
+        machine = self.machine_at(self._now_ns)
+        return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
+
+    def operate(self, bit: InputBit, energised: bool | None) -> None:
+        """Operate an input of the machine from the last call on, see `Machine.operate`."""
+        self.machine.operate(bit, energised, self._now_ns)
+        self.look_again()
+
+    def look_again(self) -> None:
+        """Sample the inputs at the next sample, after a change from outside."""
+        self._touch()
+        self._tick_due_ns = self._tick_at_or_after(self._now_ns)
+
+    def set_temperature(self, celsius: float) -> None:
+        """Set the temperature of the driver from now on."""
+        self._condition(Status.TEMPERATURE_90C, on=celsius > HOT_C)
+
+    def set_driver_fault(self, faulty: bool) -> None:
+        """Let the driver be too hot to work, or cool again, from now on."""
+        self._hot = faulty
+        self.layer.overheat(self._now_ns, faulty)
+        self.look_again()
+
+    def set_encoder_error(self, faulty: bool) -> None:
+        """Set the error of the multi-turn encoder from now on."""
+        self._condition(Status.ENCODER_ERROR, on=faulty)
+
+    def set_cable(self, connected: bool) -> None:
+        """Pull out the network cable, or plug it in again, from now on [17 p. 82, p. 84; reading R-22]."""
+        if connected != self._cable:
+            self._touch()
+            self._cable = connected
+            self.layer.fire(self._now_ns, "INP-05" if connected else "POS-05")
+
+    def lose_connection(self) -> None:
+        """Let the controlling connection time out now [reading R-22]."""
+        self._touch()
+        self.layer.lose_connection(self._now_ns)
+        self._plan(self._now_ns)
+
+    def stall(self) -> None:
+        """Let the motor stall now: a motion with stall detection stops."""
+        configuration = self.layer.state.configuration
+        if configuration is not None and configuration.stall_detection:
+            self._touch()
+            self.layer.stall(self._now_ns)
+            self._plan(self._now_ns)
+
+    def _touch(self) -> None:
+        """Note a change from outside: nothing computed ahead holds."""
+        self.before_change()
+        self._due_ns = 0
+
+    def _condition(self, bit: Status, *, on: bool) -> None:
+        self._touch()
+        self._conditions = self._conditions | bit if on else self._conditions & ~bit
+
+    # -- time ---------------------------------------------------------------------------------
+
+    def _pass(self, due_ns: int) -> None:
+        """Process an instant at which something happens."""
+        ended = self.axis.advance(due_ns)
+        if due_ns == self._stall_due_ns and self._behind() >= self._stall_steps():
+            self.layer.stall(due_ns)
+        if ended:
+            self.layer.settle(due_ns)
+        if ended or due_ns >= self._tick_due_ns:
+            self._tick(due_ns)
+        else:
+            self._plan(due_ns)
+
+    def _tick(self, at_ns: int) -> None:
+        self.layer.tick(at_ns, self.words, self._levels(at_ns))
+        if self._hot and self.layer.enabled:
+            self.layer.overheat(at_ns, True)
+        self._plan(at_ns)
+
+    def _levels(self, at_ns: int) -> int:
+        """Return the levels of the drive's inputs, bit n = input n + 1."""
+        levels = self.machine.levels(at_ns)
+        return sum(1 << at for at, bit in enumerate(self.terminals) if levels & bit)
+
+    def _plan(self, at_ns: int) -> None:
+        """Compute the next tick after `at_ns`, and the next look at the lag of the shaft."""
+        instants = [self.axis.next_input_ns()]
+        wake = self.layer.next_wake_ns(at_ns)
+        if wake is not None:
+            instants.append(wake)
+        instant = max(min(instants), at_ns + 1)
+        self._tick_due_ns = NEVER if instant >= NEVER else self._tick_at_or_after(instant)
+        self._stall_due_ns = self._next_stall(at_ns)
+
+    def _tick_at_or_after(self, instant_ns: int) -> int:
+        return -(-instant_ns // self._tick_ns) * self._tick_ns
+
+    # -- stall detection ------------------------------------------------------------------------
+
+    def _stall_steps(self) -> int:
+        configuration = self.layer.state.configuration
+        assert configuration is not None
+        return max(1, configuration.steps_per_turn * self.options.stall_angle // 360)
+
+    def _behind(self) -> int:
+        """Return by how many steps of this motion the shaft is behind."""
+        return abs(self.axis.position - self.machine.shaft - self._lead)
+
+    def _next_stall(self, at_ns: int) -> int:
+        configuration, motion = self.layer.state.configuration, self.axis.motion
+        if motion is None or configuration is None or not configuration.stall_detection:
+            self._lead = self.axis.position - self.machine.shaft
+            return NEVER
+        missing = self._stall_steps() - self._behind()
+        return self.axis.instant_after(self.machine.free_steps(motion.direction) + max(1, missing))

@@ -1,0 +1,760 @@
+"""The command layer of a drive: modes, rising bits, refusals, latched status.
+
+The unit calls it when its words change, when an input may have changed, and at the exact end of a motion.
+A tick does, in this order:
+
+1. sample the inputs;
+2. obey the words: configuration mode, the driver's enable bit, bits that fell, the one command bit that rose;
+3. obey the inputs that stop a motion, and the one that starts an armed move;
+4. let the running motion look at its inputs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+from ....io_images.amci3601 import InputBit
+from ....io_images.drives.bits import Command, Modifier, Status
+from ....io_images.drives.command import DriveCommand
+from ....io_images.drives.configuration import (
+    INDEXED,
+    DriveConfiguration,
+    broken_rules,
+    configuration_of,
+    stored_words,
+)
+from ....io_images.drives.models import WORDS, Layout, Model
+from ....io_images.drives.numbers import NumberFormat
+from ....io_images.drives.rules import RULES
+from ...kinematics import PICO, stopping_distance
+from ...loop.events import Event, JsonValue
+from ...machine import EncoderSpec
+from ..amci3601.step_generator import StepGenerator
+from .motions import (
+    STOP_JOG,
+    BlendMove,
+    DwellMove,
+    EncoderMove,
+    HeldMove,
+    HomeSearch,
+    Jog,
+    Motion,
+    Move,
+    RegistrationMove,
+    blend_program,
+    profile_of,
+)
+from .nonvolatile import DriveMemory
+from .options import DriveOptions
+
+ESTOP = InputBit.ESTOP.value
+LIMITS = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
+LIMIT_OF = {1: InputBit.CW_LIMIT.value, -1: InputBit.CCW_LIMIT.value}
+CAPTURE = InputBit.CAPTURE.value
+HOME = InputBit.HOME.value
+
+SEGMENTS_MAX = 16
+"""Segments of an assembled move [17 p. 80]."""
+
+MOVES = (
+    Command.ABSOLUTE_MOVE
+    | Command.RELATIVE_MOVE
+    | Command.RESUME_MOVE
+    | Command.FIND_HOME_CW
+    | Command.FIND_HOME_CCW
+    | Command.JOG_CW
+    | Command.JOG_CCW
+    | Command.RUN_ASSEMBLED_MOVE
+)
+SYNCHROSTEP = 1 << 12 | 1 << 14
+RESULTS = Status.HOLD_STATE | Status.AT_HOME | Status.MOVE_COMPLETE
+RESETTABLE = (
+    Status.COMMAND_ERROR
+    | Status.INPUT_ERROR
+    | Status.INVALID_JOG_CHANGE
+    | Status.LIMIT_CONDITION
+    | Status.CONNECTION_LOST
+    | Status.STALL_DETECTED
+)
+"""What Reset Errors clears [17 p. 82, p. 84]."""
+
+
+class Latched:
+    """The latched status bits."""
+
+    def __init__(self) -> None:
+        self.bits = Status.MODULE_OK
+
+    def clear(self, bits: int) -> None:
+        """Clear bits."""
+        self.bits &= ~Status(bits)
+
+
+@dataclass(slots=True)
+class DriveState:
+    """What a home search of a 3601 reads and writes: inputs by their functions, and latched bits."""
+
+    latches: Latched
+    configuration: DriveConfiguration | None = None
+    active: int = 0  # mask of active functions, see `ROLES`
+    risen: int = 0  # functions that became active at this tick
+    shown: int = 0  # active inputs by number
+    captured: int = 0
+    proximity: bool = False  # the backplane proximity bit
+
+
+@dataclass(slots=True)
+class AssembledSession:
+    """An assembled move in programming."""
+
+    segments: list[DriveCommand] = field(default_factory=list)
+    waiting: bool = True
+    good: bool = True
+
+
+class DriveLayer:
+    """Rules, modes and memory of one axis of a model.
+
+    Attributes:
+        held: the move that Resume continues.
+        memory: what the flash holds.
+        frozen: whether a write to flash has left the unit deaf until its power is cycled [SMD p. 72].
+        enabled: whether the driver is enabled.
+        faulty: whether the driver is too hot.
+        segments: the stored assembled move.
+    """
+
+    def __init__(
+        self,
+        axis: StepGenerator,
+        model: Model,
+        options: DriveOptions,
+        memory: DriveMemory,
+        events: list[Event],
+        now_ns: int,
+    ) -> None:
+        self.axis, self.model, self.options, self.memory = axis, model, options, memory
+        self.build = options.build
+        self.status = Latched()
+        self.state = DriveState(self.status)
+        self.operation: Motion | None = None
+        self.held: HeldMove | None = None
+        self.armed: Callable[[int], None] | None = None
+        self.session: AssembledSession | None = None
+        self.in_configuration = False
+        self.enabled = self.faulty = self.frozen = self.linked_again = False
+        self.current = self.jerk = 0
+        self._events = events
+        self._levels = 0
+        self._written: tuple[int, ...] | None = None  # configuration words of the present configuration mode
+        self._mirror: tuple[int, ...] = (0,) * WORDS
+        self.command = DriveCommand((0,) * WORDS, model, self._format)
+        self.fire(now_ns, "POS-01")
+        if memory.configuration is None:
+            self.fire(now_ns, "CFG-20")
+        else:
+            self._adopt(memory.configuration)
+        if memory.encoder_offset is not None and axis.counting:
+            axis.preset_encoder(axis.machine.encoder_counts(now_ns) + memory.encoder_offset)
+        self.segments = [DriveCommand(words, model, self._format) for words in memory.segments]
+
+    # -- present state ------------------------------------------------------------------------
+
+    @property
+    def start_sps(self) -> int:
+        """Starting speed of the configuration."""
+        return 1 if self.state.configuration is None else self.state.configuration.starting_speed
+
+    @property
+    def busy(self) -> bool:
+        """Whether a motion is under way."""
+        return self.operation is not None and not self.operation.over
+
+    @property
+    def _format(self) -> NumberFormat:
+        if self.model.number_format is not None:
+            return self.model.number_format
+        configuration = self.state.configuration
+        return NumberFormat.THOUSANDS if configuration is None else configuration.output_format
+
+    @property
+    def input_format(self) -> NumberFormat:
+        """Format of the numbers that the host reads."""
+        if self.model.number_format is not None:
+            return self.model.number_format
+        configuration = self.state.configuration
+        return NumberFormat.THOUSANDS if configuration is None else configuration.input_format
+
+    def next_wake_ns(self, now_ns: int) -> int | None:
+        """Return the instant of the next tick without a change of words or inputs, or None."""
+        return None if self.operation is None else self.operation.next_wake_ns(now_ns)
+
+    def report(self, further: Status) -> tuple[int, ...]:
+        """Return the ten input words, signed or unsigned.
+
+        Args:
+            further: status bits of the unit, beside those of the axis.
+        """
+        if self.in_configuration:
+            return self._mirror
+        bits, axis, motion = self.status.bits | further, self.axis, self.operation
+        direction = 0 if motion is None else motion.direction
+        if direction == 0:
+            bits |= Status.STOPPED
+        else:
+            bits |= Status.MOVING_CW if direction > 0 else Status.MOVING_CCW
+            ramp = 0 if motion is None else motion.ramp
+            if ramp:
+                bits |= Status.ACCELERATING if ramp > 0 else Status.DECELERATING
+        if self.session is not None:
+            bits |= Status.ASSEMBLED_MODE
+            if self.session.waiting:
+                bits |= Status.WAITING_FOR_SEGMENT
+        if self.enabled:
+            bits |= Status.DRIVE_ENABLED
+        bits |= self._shown_inputs()
+        split = self.input_format.split
+        return (
+            *self.model.status_words(int(bits)),
+            *split(axis.position),
+            *split(axis.encoder),
+            *split(self.state.captured),
+            self.current,
+            self.jerk,
+        )
+
+    def _shown_inputs(self) -> int:
+        if self.model.layout is Layout.ANF2:
+            cw, ccw = self.state.active & LIMIT_OF[1], self.state.active & LIMIT_OF[-1]
+            return (Status.INPUT_1 if cw else 0) | (Status.INPUT_2 if ccw else 0)
+        return self.state.shown << 16
+
+    # -- events -------------------------------------------------------------------------------
+
+    def fire(self, now_ns: int, rule_id: str) -> None:
+        """Set the bits of a rule, and record it."""
+        rule = RULES[rule_id]
+        self.status.bits |= rule.sets
+        fields: dict[str, JsonValue] = {
+            "bits": [str(bit.name) for bit in rule.sets],
+            "section": rule.section,
+        }
+        self._events.append(Event(now_ns, "rule", rule_id, rule.text, fields))
+
+    # -- the tick -----------------------------------------------------------------------------
+
+    def tick(self, now_ns: int, words: tuple[int, ...], levels: int) -> None:
+        """Do one tick.
+
+        Args:
+            now_ns: the instant; the axis has been advanced to it.
+            words: ten output words, unsigned.
+            levels: electrical levels of the inputs, bit n = input n + 1.
+        """
+        self._sample(levels)
+        if not self.frozen and words != self.command.words:
+            self._obey(now_ns, words)
+        if not self.in_configuration:
+            self._obey_inputs(now_ns)
+        if self.operation is not None and not self.operation.over:
+            self.operation.on_tick(now_ns)
+        self.settle(now_ns)
+
+    def settle(self, now_ns: int) -> None:
+        """End a motion that has come to its end."""
+        if self.operation is not None and self.operation.over:
+            self.operation.on_end(now_ns)
+
+    def _sample(self, levels: int) -> None:
+        state, configuration = self.state, self.state.configuration
+        self._levels = levels
+        before = state.active
+        if configuration is None:
+            state.shown, state.active = levels, 0
+        else:
+            state.shown, state.active = configuration.active(levels)
+        state.risen = 0 if self.in_configuration else state.active & ~before
+        if state.risen & CAPTURE:
+            state.captured = self.axis.encoder if self.axis.counting else self.axis.position
+        if not state.active & LIMITS:
+            self.status.clear(Status.LIMIT_CONDITION)
+
+    # -- words --------------------------------------------------------------------------------
+
+    def _obey(self, now_ns: int, words: tuple[int, ...]) -> None:
+        previous = self.command
+        if words[0] & Command.MODE_CONFIG:
+            self.command = DriveCommand(words, self.model, self._format)
+            self._configure(now_ns, words, entering=not previous.configures)
+            self._enable(now_ns)
+            return
+        if self.in_configuration:
+            self._leave_configuration(now_ns)
+        self.command = command = DriveCommand(words, self.model, self._format)
+        self.state.proximity = bool(command.modifiers & Modifier.BACKPLANE_PROXIMITY)
+        self._enable(now_ns)
+        self._fall(now_ns, previous.bits & ~command.bits)
+        if self.operation is not None and not self.operation.over:
+            self.operation.on_words(now_ns, command)
+        risen = command.bits & ~previous.bits
+        unknown = self.model.unknown_commands(words[0]) & ~previous.words[0]
+        if unknown:
+            self.fire(now_ns, "CMD-17")
+        elif risen:
+            self._command(now_ns, command, risen)
+
+    def _enable(self, now_ns: int) -> None:
+        """Obey the enable bit; without it the current is off, and a motion is cut [reading R-33]."""
+        command = self.command
+        self.enabled = self.state.configuration is not None and command.enables and not self.in_configuration
+        if self.busy and not self.enabled:
+            self.cut(now_ns, "DRV-02")
+
+    def _fall(self, now_ns: int, fallen: Command) -> None:
+        """React to bits that fell: the acknowledge, an armed move, assembled programming."""
+        if fallen & (Command.PRESET_POSITION | Command.PRESET_ENCODER | Command.RESET_ERRORS):
+            self.status.clear(Status.ACKNOWLEDGE)
+        if fallen & MOVES:
+            self.armed = None
+        if self.session is not None:
+            if fallen & Command.READ_ASSEMBLED_DATA:
+                self.session.waiting = True
+            if fallen & Command.PROGRAM_ASSEMBLED:
+                self._end_session(now_ns)
+
+    def _command(self, now_ns: int, command: DriveCommand, risen: Command) -> None:
+        """Refuse or carry out the command whose bit rose."""
+        error = bool(self.status.bits & Status.COMMAND_ERROR)
+        if risen.bit_count() > 1:
+            self.fire(now_ns, "CMD-01")
+        elif risen & Command.RESET_ERRORS:
+            self.status.clear(RESETTABLE)
+            self.status.bits |= Status.ACKNOWLEDGE
+        elif risen & Command.IMMEDIATE_STOP and not (error and self.options.error_locks_stop):
+            self._stop(now_ns)
+        elif self.state.configuration is None:
+            self.fire(now_ns, "CMD-09")
+        elif command.words[1] & SYNCHROSTEP & command.reserved_modifiers:
+            self.fire(now_ns, "CMD-14")
+        elif command.reserved_modifiers:
+            self.fire(now_ns, "CMD-02")
+        elif error and risen & (MOVES | Command.IMMEDIATE_STOP):
+            self.fire(now_ns, "CMD-13")
+        else:
+            HANDLERS[risen](self, now_ns, command)
+
+    def _refused(self, now_ns: int, *broken: tuple[str, bool]) -> bool:
+        """Report the first broken rule of some; return whether there is one."""
+        for rule_id, is_broken in broken:
+            if is_broken:
+                self.fire(now_ns, rule_id)
+                return True
+        return False
+
+    # -- configuration mode -------------------------------------------------------------------
+
+    def _configure(self, now_ns: int, words: tuple[int, ...], *, entering: bool) -> None:
+        """Take the words of configuration mode; they count when the mode is left."""
+        if entering:
+            self.in_configuration = True
+            self._written = self.armed = self.held = self.session = None
+            if self.busy:
+                self.cut(now_ns, "CFG-22")
+        if words[1] >> self.build.read_back_bit & 1 and self.model.layout is Layout.SMD:
+            present = self.state.configuration
+            self._mirror = (words[0] & 0x8000, *(0,) * (WORDS - 1)) if present is None else present.words
+            return
+        self._mirror = self._written = words
+        if self.model.leaves_configuration:
+            self.in_configuration = True
+            self._leave_configuration(now_ns)
+            self.in_configuration = self.state.configuration is None
+
+    def _leave_configuration(self, now_ns: int) -> None:
+        """Adopt or refuse the words last written; with read-back alone nothing changes."""
+        self.in_configuration = False
+        words, self._written = self._written, None
+        if words is None:
+            return
+        self.status.clear(RESULTS)
+        self.fire(now_ns, "CFG-21")
+        broken = broken_rules(words, self.model, self.build)
+        for rule in broken:
+            self.fire(now_ns, rule.id)
+        if broken:
+            self.state.configuration = None
+            self.axis.configure(None)
+            return
+        self._adopt(words)
+        configuration = self.state.configuration
+        if self.model.flash and configuration is not None and configuration.saves:
+            self.memory = self.memory.written(configuration=stored_words(words, self.build))
+
+    def _adopt(self, words: tuple[int, ...]) -> None:
+        """Use a valid configuration; the encoder keeps its count."""
+        configuration = configuration_of(words, self.model, self.build)
+        self.status.clear(Status.CONFIG_ERROR)
+        count = self.axis.encoder
+        self.state.configuration = configuration
+        _, self.state.active = configuration.active(self._levels)  # makes no transition, as on a 3601
+        if self.axis.machine.spec.encoder is None and configuration.counts_per_turn:
+            ratio = Fraction(configuration.counts_per_turn, configuration.steps_per_turn)
+            self.axis.machine.mount(EncoderSpec(ratio))
+        self.axis.configure(configuration)
+        self.axis.preset_encoder(count)
+        self.current = configuration.current
+        self.segments = []
+
+    # -- commands -----------------------------------------------------------------------------
+
+    def _stop(self, now_ns: int) -> None:
+        """Cut the motion, and end a hold; without either nothing changes, as on a 3601."""
+        self.held = self.armed = None
+        self.status.clear(Status.HOLD_STATE)
+        if self.busy:
+            self.status.clear(RESULTS)
+            self.cut(now_ns, "POS-02")
+
+    def _may_move(self, now_ns: int, *further: tuple[str, bool]) -> bool:
+        """Whether a move may begin; report why not."""
+        return not self._refused(
+            now_ns,
+            ("CMD-04", self.busy),
+            ("CMD-08", not self.enabled or self.faulty),
+            ("INP-01", bool(self.state.active & ESTOP)),
+            *further,
+        )
+
+    def _toward_limit(self, now_ns: int, heading: int, *, jog: bool = False) -> bool:
+        """Whether an active limit forbids a direction; report it [reading R-39]."""
+        limits = self.state.active & LIMITS
+        leaves_by_jog = self.model.layout is Layout.ANF2 and not jog
+        return self._refused(
+            now_ns,
+            ("CMD-19", leaves_by_jog and bool(limits)),
+            ("INP-03", bool(limits & LIMIT_OF.get(heading, 0))),
+        )
+
+    def _absolute(self, now_ns: int, command: DriveCommand) -> None:
+        target = command.target
+        self._move(
+            now_ns,
+            command,
+            "absolute",
+            lambda: target,
+            ("CMD-05", bool(self.status.bits & Status.POSITION_INVALID)),
+        )
+
+    def _relative(self, now_ns: int, command: DriveCommand) -> None:
+        encoder = bool(command.modifiers & Modifier.ENCODER_MOVE)
+        distance = command.target
+        if distance is None:
+            self.fire(now_ns, "CMD-03")
+            return
+        self._move(
+            now_ns,
+            command,
+            "relative",
+            lambda: distance + (self.axis.encoder if encoder else self.axis.position),
+        )
+
+    def _move(
+        self,
+        now_ns: int,
+        command: DriveCommand,
+        name: str,
+        target: Callable[[], int | None],
+        *further: tuple[str, bool],
+    ) -> None:
+        """Start, or arm, a move to a target that is known when it starts."""
+        encoder = bool(command.modifiers & Modifier.ENCODER_MOVE)
+        if not self._may_move(
+            now_ns,
+            *further,
+            ("CMD-12", encoder and not self.axis.counting),
+            ("CMD-03", not self._ranges_hold(command) or target() is None),
+        ):
+            return
+        profile = profile_of(command, self.start_sps)
+
+        def go(now_ns: int) -> None:
+            goal = target()
+            assert goal is not None
+            motion: Move | EncoderMove
+            if encoder:
+                motion = EncoderMove(self, now_ns, goal, profile)
+                heading = motion.heading
+            else:
+                motion = Move(self, now_ns, name, goal, profile)
+                heading = (goal > self.axis.position) - (goal < self.axis.position)
+            if not self._toward_limit(now_ns, heading):
+                self._begin(command, motion)
+                motion.start(now_ns)
+
+        self._start_or_arm(now_ns, command, go)
+
+    def _start_or_arm(self, now_ns: int, command: DriveCommand, go: Callable[[int], None]) -> None:
+        """Start a move, or with Indexed Command wait for its input's edge [reading R-18]."""
+        if command.modifiers & Modifier.INDEXED_COMMAND:
+            self.armed = go
+            self.status.clear(RESULTS)
+        else:
+            go(now_ns)
+
+    def _ranges_hold(self, command: DriveCommand) -> bool:
+        return command.ranges_hold(self.start_sps) and command.current_holds
+
+    def _begin(self, command: DriveCommand, motion: Motion) -> None:
+        """Make a motion the running one, and note current and jerk of its command."""
+        self.held = None
+        self.status.clear(RESULTS)
+        self.operation = motion
+        self._program(command)
+
+    def _program(self, command: DriveCommand) -> None:
+        configuration = self.state.configuration
+        assert configuration is not None
+        if not command.modifiers & Modifier.REGISTRATION_MOVE:
+            self.current = command.current if command.selects_current else configuration.current
+        self.jerk = command.jerk
+
+    def _hold(self, now_ns: int, command: DriveCommand) -> None:
+        if self.operation is not None and not self.operation.over:
+            self.operation.on_hold(now_ns)
+        elif self.options.hold_at_rest_refused:
+            self.fire(now_ns, "CMD-06")
+
+    def _resume(self, now_ns: int, command: DriveCommand) -> None:
+        held = self.held
+        ranges = self._ranges_hold(command)
+        if self._may_move(now_ns, ("CMD-07", held is None), ("CMD-03", not ranges)) and held is not None:
+            motion = Move(self, now_ns, held.name, held.target, profile_of(command, self.start_sps))
+            heading = 1 if held.target > self.axis.position else -1
+            if not self._toward_limit(now_ns, heading):
+                self._begin(command, motion)
+                motion.start(now_ns)
+
+    def _home(self, now_ns: int, command: DriveCommand, heading: int) -> None:
+        configuration = self.state.configuration
+        lost = configuration is not None and HOME not in configuration.roles
+        if self._may_move(now_ns, ("CMD-21", lost), ("CMD-03", not self._ranges_hold(command))):
+            motion = HomeSearch(self, now_ns, heading, profile_of(command, self.start_sps))
+            self._begin(command, motion)
+            motion.start(now_ns)
+
+    def _jog(self, now_ns: int, command: DriveCommand, heading: int) -> None:
+        running = self.operation
+        if isinstance(running, Jog) and not isinstance(running, RegistrationMove) and self.busy:
+            again = running.stopping and running.heading == heading and self.enabled
+            if again and not command.modifiers & Modifier.REGISTRATION_MOVE and self._ranges_hold(command):
+                running.change(now_ns, command)  # reading R-38
+                self._program(command)
+                return
+        registers = bool(command.modifiers & Modifier.REGISTRATION_MOVE)
+        good = self._ranges_hold(command) and (not registers or self._distances_hold(command))
+        if not self._may_move(now_ns, ("CMD-03", not good)) or self._toward_limit(now_ns, heading, jog=True):
+            return
+        if registers and self._refused(
+            now_ns,
+            ("CMD-15", self._too_short(command)),
+            ("CMD-20", bool(self.state.active & STOP_JOG)),
+        ):
+            return
+        motion = (RegistrationMove if registers else Jog)(self, now_ns, heading, command)
+        self._begin(command, motion)
+        motion.start(now_ns)
+
+    @staticmethod
+    def _distances_hold(command: DriveCommand) -> bool:
+        return command.target is not None and command.target > 0 and command.minimum_distance is not None
+
+    def _too_short(self, command: DriveCommand) -> bool:
+        """Whether the ramp of a registration move is longer than its stopping distance."""
+        assert command.target is not None
+        profile = profile_of(command, self.start_sps)
+        ramp = stopping_distance(
+            1000 * profile.speed_sps, profile.start_sps, profile.deceleration_spmss, profile.shape
+        )
+        return command.target * PICO < ramp
+
+    def _preset_position(self, now_ns: int, command: DriveCommand) -> None:
+        copies = bool(command.modifiers & Modifier.ENCODER_TO_POSITION)
+        value = self.axis.encoder if copies else command.target
+        broken = (
+            ("CMD-04", self.busy),
+            ("CMD-12", copies and not self.axis.counting),
+            ("CMD-03", value is None),
+        )
+        if self._refused(now_ns, *broken) or value is None:
+            return
+        self.axis.preset_position(value)
+        self.held = None
+        self.status.clear(Status.POSITION_INVALID | Status.HOLD_STATE)
+        self.status.bits |= Status.ACKNOWLEDGE
+
+    def _preset_encoder(self, now_ns: int, command: DriveCommand) -> None:
+        value = command.target
+        broken = ("CMD-04", self.busy), ("CMD-12", not self.axis.counting), ("CMD-03", value is None)
+        if self._refused(now_ns, *broken) or value is None:
+            return
+        self.axis.preset_encoder(value)
+        self.status.bits |= Status.ACKNOWLEDGE
+        if command.modifiers & Modifier.SAVE_TO_FLASH and not command.selects_current:
+            self._save(encoder_offset=value - self.axis.machine.encoder_counts(now_ns))
+
+    # -- assembled moves ----------------------------------------------------------------------
+
+    def _program_assembled(self, now_ns: int, command: DriveCommand) -> None:
+        if not self._refused(now_ns, ("CMD-04", self.busy)):
+            self.session = AssembledSession()
+
+    def _read_segment(self, now_ns: int, command: DriveCommand) -> None:
+        """Take a segment; a bad one ends the programming without a profile [reading R-30]."""
+        session = self.session
+        if session is None:
+            self.fire(now_ns, "CMD-16")
+            return
+        session.waiting = False
+        good = bool(command.target) and command.ranges_hold(self.start_sps)
+        if not good or len(session.segments) == SEGMENTS_MAX:
+            self.fire(now_ns, "CMD-11")
+            self.session, self.segments = None, []
+        else:
+            session.segments.append(command)
+
+    def _end_session(self, now_ns: int) -> None:
+        """Store the profile; with Save to Flash in the flash, which leaves the unit deaf [SMD p. 72]."""
+        session, self.session = self.session, None
+        assert session is not None
+        self.segments = session.segments
+        if self.command.modifiers & Modifier.SAVE_TO_FLASH and self.model.flash:
+            self._save(segments=tuple(segment.words for segment in self.segments))
+            self.frozen = True
+
+    def _save(self, **changes: object) -> None:
+        self.memory = self.memory.written(**changes)
+
+    def _run_assembled(self, now_ns: int, command: DriveCommand) -> None:
+        if not self._may_move(now_ns, ("CMD-10", not self.segments), ("CMD-03", not command.current_holds)):
+            return
+        dwells = bool(command.modifiers & Modifier.DWELL_MOVE)
+        segments = list(self.segments)
+        blend_heading = -1 if command.modifiers & Modifier.REVERSE_BLEND else 1
+        if not dwells and self._refused(now_ns, ("CMD-18", not self._fits(segments))):
+            return
+
+        def go(now_ns: int) -> None:
+            motion: BlendMove | DwellMove
+            if dwells:
+                motion = DwellMove(self, now_ns, segments, 1_000_000 * command.words[9])
+                heading = 1 if (segments[0].target or 0) > 0 else -1
+            else:
+                motion, heading = BlendMove(self, now_ns, blend_heading, segments), blend_heading
+            if not self._toward_limit(now_ns, heading):
+                self._begin(command, motion)
+                self.jerk = segments[-1].jerk
+                motion.start(now_ns)
+
+        self._start_or_arm(now_ns, command, go)
+
+    def _fits(self, segments: Sequence[DriveCommand]) -> bool:
+        try:
+            blend_program(segments, self.start_sps)
+        except ValueError:
+            return False
+        return True
+
+    # -- inputs -------------------------------------------------------------------------------
+
+    def _obey_inputs(self, now_ns: int) -> None:
+        """Obey emergency stop, end limits and the input of an armed move."""
+        risen, motion = self.state.risen, self.operation
+        if risen & ESTOP or (self.busy and self.state.active & ESTOP):
+            self.fire(now_ns, "INP-01")
+            self.held = self.armed = None
+            self.status.clear(Status.HOLD_STATE)
+            if self.busy:
+                self.cut(now_ns, "POS-03")
+        elif risen & LIMITS and motion is not None and self.busy and motion.stops_at_limits:
+            self.fire(now_ns, "INP-02")
+            self.cut(now_ns, "POS-04")
+        if risen & INDEXED and self.armed is not None:
+            go, self.armed = self.armed, None
+            if self._may_move(now_ns):
+                go(now_ns)
+
+    # -- the driver and the link --------------------------------------------------------------
+
+    def overheat(self, now_ns: int, faulty: bool) -> None:
+        """Begin or end a fault of the driver; it exists while the driver is enabled [17 p. 84]."""
+        self.faulty = faulty and self.enabled
+        if not self.faulty:
+            self.status.clear(Status.DRIVER_FAULT)
+        elif not self.status.bits & Status.DRIVER_FAULT:
+            self.fire(now_ns, "DRV-01")
+            if self.busy:
+                self.cut(now_ns, "DRV-04")
+
+    def stall(self, now_ns: int) -> None:
+        """Stop a motion whose shaft does not follow."""
+        if self.busy:
+            self.cut(now_ns, "DRV-03")
+
+    def regain_connection(self, now_ns: int) -> None:
+        """Obey the enable bit again; a command bit that is still on is no new command."""
+        self._enable(now_ns)
+
+    def lose_connection(self, now_ns: int) -> None:
+        """React to a time-out of the controlling connection [reading R-22]."""
+        if self.options.timeout_stops:
+            if self.busy:
+                self.cut(now_ns, "POS-06")
+            self.enabled = False
+
+    # -- ends ---------------------------------------------------------------------------------
+
+    def cut(self, now_ns: int, rule_id: str) -> None:
+        """End the motion without a ramp, for a rule."""
+        self.axis.cut(now_ns)
+        self.fire(now_ns, rule_id)
+        if self.operation is not None:
+            self.finish(now_ns, 0, "cut short")
+
+    def abort_homing(self, now_ns: int, rule_id: str) -> None:
+        """End a home search that end limits have stopped; `rule_id` is that of a 3601."""
+        self.cut(now_ns, "INP-04")
+
+    def finish(self, now_ns: int, result: int, how: str) -> None:
+        """End the running motion with a result bit, or 0, and record it."""
+        motion, self.operation = self.operation, None
+        assert motion is not None
+        self.status.clear(RESULTS)
+        self.status.bits |= Status(result)
+        fields: dict[str, JsonValue] = {
+            "from": motion.started_at,
+            "to": self.axis.position,
+            "started_ns": motion.started_ns,
+            "outcome": how,
+        }
+        text = f"{motion.name} move from {motion.started_at}: {how} at {self.axis.position}"
+        self._events.append(Event(now_ns, "move", motion.name, text, fields))
+
+
+HANDLERS: dict[Command, Callable[[DriveLayer, int, DriveCommand], None]] = {
+    Command.ABSOLUTE_MOVE: DriveLayer._absolute,
+    Command.RELATIVE_MOVE: DriveLayer._relative,
+    Command.HOLD_MOVE: DriveLayer._hold,
+    Command.RESUME_MOVE: DriveLayer._resume,
+    Command.FIND_HOME_CW: lambda layer, now_ns, command: layer._home(now_ns, command, 1),
+    Command.FIND_HOME_CCW: lambda layer, now_ns, command: layer._home(now_ns, command, -1),
+    Command.JOG_CW: lambda layer, now_ns, command: layer._jog(now_ns, command, 1),
+    Command.JOG_CCW: lambda layer, now_ns, command: layer._jog(now_ns, command, -1),
+    Command.PRESET_POSITION: DriveLayer._preset_position,
+    Command.PROGRAM_ASSEMBLED: DriveLayer._program_assembled,
+    Command.READ_ASSEMBLED_DATA: DriveLayer._read_segment,
+    Command.RUN_ASSEMBLED_MOVE: DriveLayer._run_assembled,
+    Command.PRESET_ENCODER: DriveLayer._preset_encoder,
+}
+"""The commands by their bits; Reset Errors and Immediate Stop come before all refusals."""

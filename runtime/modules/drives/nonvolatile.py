@@ -1,0 +1,37 @@
+"""What the flash of a drive keeps [SMD p. 59, p. 72], and how often it was written."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from ....io_images.drives.models import WORDS
+
+FLASH_WRITES = 10_000
+"""Writes that the flash is good for [SMD p. 72]."""
+
+_Word = Annotated[int, Field(ge=0, le=0xFFFF)]
+_Words = Annotated[tuple[_Word, ...], Field(strict=False, min_length=WORDS, max_length=WORDS)]
+
+
+class DriveMemory(BaseModel):
+    """The flash of one axis.
+
+    Attributes:
+        configuration: ten configuration words, None if there are none.
+        segments: output words of the stored assembled move's segments, in order; empty without one.
+        encoder_offset: count of the absolute encoder less that of the shaft, x4 counts; None if not saved.
+        writes: how often the flash was written.
+    """
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+
+    configuration: _Words | None = None
+    segments: Annotated[tuple[_Words, ...], Field(strict=False, max_length=16)] = ()
+    encoder_offset: int | None = None
+    writes: Annotated[int, Field(ge=0)] = 0
+
+    def written(self, **changes: object) -> DriveMemory:
+        """Return it after one more write."""
+        return self.model_copy(update={"writes": self.writes + 1, **changes})

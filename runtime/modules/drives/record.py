@@ -1,0 +1,50 @@
+"""The registry records of the networked drives: a slot whose module is the drive, of ten words each way."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+from ....io_images.drives.models import MODELS, Model
+from ....io_images.site import SettingError
+from ...loop.module import Module
+from ...machine import Machine, MachineSpec
+from ..record import ModuleRecord, Options, Trait
+
+if TYPE_CHECKING:
+    from .options import DriveOptions
+
+
+def make(
+    model: Model, firmware: str, machine: MachineSpec, seed: int, options: Options, wiring: str | None
+) -> Module:
+    """Make a simulated drive with a machine; ValueError for an unknown option or a wiring.
+
+    Args:
+        seed: of the machine's random numbers.
+        options: options of the model by name, see `SmdOptions`.
+    """
+    from .drive import Drive
+
+    if wiring is not None:
+        raise SettingError("wiring", f"wiring {wiring}: a {model.title} has none; leave it out")
+    return Drive(model, Machine(machine, seed), options)
+
+
+def _option_table(model: Model) -> type[DriveOptions]:
+    from .options import options_of
+
+    return options_of(model)
+
+
+def _record(model: Model) -> ModuleRecord:
+    return ModuleRecord(
+        name=model.name,
+        make=partial(make, model),
+        words=lambda _options: model.words,
+        traits=frozenset({Trait.MACHINE, Trait.SLIPS}),
+        option_table=partial(_option_table, model),
+    )
+
+
+RECORDS = tuple(map(_record, MODELS.values()))

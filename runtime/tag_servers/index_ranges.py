@@ -1,0 +1,120 @@
+"""Parts of arrays and texts, as OPC UA names them: `5`, `2:5`, `1:2,0:1` [OPC UA part 4, 7.27].
+
+array of DINT[10]     "3"         the list of one element
+                      "3:5"       three elements
+array of INT[3,4]     "1:2,0:1"   two rows of two
+STRING                "1:3"       the second to the fourth character
+array of STRING[3]    "0:1"       two texts
+                      "0:1,1:3"   of each of the two its second to fourth character
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from itertools import product
+from typing import Any
+
+_BOUNDS = re.compile(r"([0-9]{1,20})(?::([0-9]{1,20}))?")
+
+DIMENSIONS_MOST = 32
+"""Dimensions that a range may name."""
+
+
+class NoDataError(ValueError):
+    """A range that is well formed, and names nothing that is there."""
+
+
+class MismatchError(ValueError):
+    """A value whose size is not that of the range that it is written to."""
+
+
+def parse_ranges(text: str) -> list[range]:
+    """Return the places that a range names, by dimension.
+
+    >>> parse_ranges("1:2,0")
+    [range(1, 3), range(0, 1)]
+
+    Raises:
+        ValueError: the text is none; `5:5` and `7:5` are none either.
+    """
+    found = [_BOUNDS.fullmatch(each) for each in text.split(",", DIMENSIONS_MOST)]
+    if any(each is None or (each[2] and int(each[2]) <= int(each[1])) for each in found):
+        raise ValueError(f"{text[:50]!r} is no range: it must be as 5, 2:5 or 1:2,0:1")
+    return [range(int(each[1]), int(each[2] or each[1]) + 1) for each in found if each is not None]
+
+
+def part_of(value: Any, ranges: Sequence[range], rank: int) -> Any:
+    """Return a part of a value; an upper bound that is not there ends it.
+
+    >>> part_of([[1, 2, 3], [4, 5, 6]], parse_ranges("1,1:9"), 2)
+    [[5, 6]]
+    >>> part_of("scanrack", parse_ranges("0:3"), 0)
+    'scan'
+
+    Args:
+        rank: dimensions of the value; 0 = a single one.
+
+    Raises:
+        NoDataError: a lower bound that is not there, or another number of dimensions.
+    """
+    if rank == 0 and len(ranges) == 1 and isinstance(value, str | bytes):
+        if ranges[0].start >= len(value):
+            raise NoDataError(f"it has {len(value)} characters")
+        return value[ranges[0].start : ranges[0].stop]
+    parts = None
+    if len(ranges) == rank + 1 and rank:  # the last one means characters of texts
+        ranges, parts = ranges[:-1], ranges[-1]
+    if not rank or len(ranges) != rank:
+        raise NoDataError(f"it has {rank} dimensions")
+    return _elements(value, ranges, parts)
+
+
+def _elements(values: Any, ranges: Sequence[range], characters: range | None) -> list[Any]:
+    places, *rest = ranges
+    found = values[places.start : places.stop] if isinstance(values, list) else []
+    if not found:
+        raise NoDataError(f"no element {places.start}")
+    if rest:
+        return [_elements(each, rest, characters) for each in found]
+    return found if characters is None else [_characters(each, characters) for each in found]
+
+
+def _characters(text: Any, places: range) -> Any:
+    """Return characters of an element; None if it is shorter."""
+    if text is not None and not isinstance(text, str | bytes):
+        raise NoDataError("it is no text")
+    return (text or "")[places.start : places.stop] or None
+
+
+def shape_of(value: Any) -> list[int]:
+    """Return the lengths of nested lists.
+
+    >>> shape_of([[5, 6]]), shape_of(5)
+    ([1, 2], [])
+    """
+    return [len(value), *shape_of(value[0] if value else None)] if isinstance(value, list) else []
+
+
+def runs(ranges: Sequence[range], dims: Sequence[int]) -> list[range]:
+    """Return the places of elements that ranges name, as numbers in the order of memory.
+
+    >>> runs(parse_ranges("1:2,0:1"), (3, 4))
+    [range(4, 6), range(8, 10)]
+
+    Raises:
+        NoDataError: another number of dimensions, or an element that is not there.
+    """
+    fit = (each.stop <= size for each, size in zip(ranges, dims, strict=False))
+    if len(ranges) != len(dims) or not all(fit):
+        raise NoDataError(f"the array has {' x '.join(map(str, dims))} elements")
+    if not dims:
+        return [range(1)]
+    *outer, last = ranges
+    found = []
+    for indices in product(*outer):
+        row = 0
+        for index, size in zip(indices, dims, strict=False):
+            row = row * size + index
+        found.append(range(row * dims[-1] + last.start, row * dims[-1] + last.stop))
+    return found
