@@ -395,3 +395,14 @@ class _Steps:
         self._open, self.blown = answer == SAT, self.blown or answer == UNKNOWN
         self.k += 1
         return answer == UNSAT
+
+
+WITHOUT_FAULTS = Limits(scans=3, k=2, work=200_000, helped=False, replays=False)
+"""Limits for the question whether a program has a major fault at all."""
+
+
+def _never_holds(problem: ProgramSystem, t: T) -> bool:
+    return bool(prove(problem, t, WITHOUT_FAULTS))
+
+
+ProgramSystem.never_holds = staticmethod(_never_holds)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from ...model.errors import LadderError, LadderFault
 from ...model.tags import Leaf
@@ -65,6 +65,10 @@ Contract = Callable[["ProgramSystem"], T]
 """Makes a truth of each scan; `ProgramSystem.now` and `ProgramSystem.before` give it values."""
 
 
+def _unknown(_problem: ProgramSystem, _truth: T) -> bool:
+    return False
+
+
 ANY_BOUNDS = ScanBounds()
 ANYTHING_USUAL = Happenings()
 
@@ -85,6 +89,9 @@ class ProgramSystem(System):
     Raises:
         LadderError: what is not proved about, by name; a name in `free` or `written_outside` that no tag has.
     """
+
+    never_holds: ClassVar[Callable[[ProgramSystem, T], bool]] = staticmethod(_unknown)
+    """Whether a truth is known to hold in no scan; `induction` decides it. What can't fault needs no ends."""
 
     def __init__(
         self,
@@ -118,14 +125,8 @@ class ProgramSystem(System):
         self.happenings = happenings
         self._begin()
         self._build(ends=False)
-        if self.stops is not FALSE and not self._never_stops():
+        if self.stops is not FALSE and not type(self).never_holds(self, self.stops):
             self._build(ends=True)
-
-    def _never_stops(self) -> bool:
-        """Whether no run has a major fault: then a scan needs no ends before its last rung."""
-        from ..induction import Limits, prove
-
-        return bool(prove(self, self.stops, Limits(scans=3, k=2, work=200_000, helped=False, replays=False)))
 
     def _build(self, *, ends: bool) -> None:
         """Make the relation of a scan, and find the role of each value.
