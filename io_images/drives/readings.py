@@ -286,5 +286,12 @@ READINGS: tuple[Reading, ...] = (
         "C",
         ("stall_degrees",),
     ),
+    Reading(
+        "R-43",
+        "A home search without a home input.",
+        "It is a command error: the search would not end.",
+        "C",
+        fixed_because=_NO_DEVICE,
+    ),
 )
 """The readings by number; those from R-38 on were found while the drives were built."""

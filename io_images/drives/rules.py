@@ -61,6 +61,10 @@ ROWS: tuple[DriveRule, ...] = (
     DriveRule("CMD-17", "EDS", "The model has no such command.", _COMMAND),
     DriveRule("CMD-18", "SMD p. 38", "A segment is shorter than its ramps.", _COMMAND, ("R-20",)),
     DriveRule("CMD-19", "ANF2 README", "A limit is active: only a jog leaves it.", _COMMAND, ("R-39",)),
+    DriveRule(
+        "CMD-20", "3601", "The input of a registration move is active at its start.", _COMMAND, ("R-17",)
+    ),
+    DriveRule("CMD-21", "SMD p. 13", "No input has the function home.", _COMMAND, ("R-43",)),
     # jogs
     DriveRule(
         "JOG-01", "17 p. 84", "New values of a jog are out of range.", Status.INVALID_JOG_CHANGE, ("R-16",)

@@ -231,7 +231,16 @@ class RegistrationMove(Jog):
 
     @override
     def on_words(self, now_ns: int, command: DriveCommand) -> None:
+        """Note the released bit; until the input, follow a lower speed at the same rates, as a 3601 does."""
         self.released = self.released or not command.bits & JOG_BIT[self.heading]
+        if self.stopping or self.released or (command.words[4:8], command.jerk) == self.values:
+            return
+        faster = command.speed is None or command.speed > self.profile.speed_sps
+        if faster or command.words[6:8] != self.values[0][2:]:
+            self.values = command.words[4:8], command.jerk
+            self.layer.fire(now_ns, "JOG-01")
+        else:
+            self.change(now_ns, command)
 
     @override
     def on_tick(self, now_ns: int) -> None:
