@@ -215,7 +215,7 @@ def _vcd(path: str) -> list[Any]:
 
 @pytest.mark.parametrize("read", [_csv, _jsonl, _parquet, _vcd])
 def test_an_export_has_the_last_word(read: Callable[[str], list[Any]], recorded: str) -> None:
-    kinds = {_csv: "csv", _jsonl: "jsonl", _parquet: "parquet", _vcd: "vcd"}
+    kinds: dict[Any, str] = {_csv: "csv", _jsonl: "jsonl", _parquet: "parquet", _vcd: "vcd"}
     scanrack("export", f"{recorded}.mcap", f"--{kinds[read]}", f"{recorded}.{kinds[read]}")
     assert int(float(read(recorded)[-1])) == LAST
 
