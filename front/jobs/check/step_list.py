@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
+from ...io_images.amci3601 import CommandLsw
 from ...io_images.image import WORDS, Image
 from ...ladder.files.steps import Step, Steps
 from .facts import Command, Facts, FileLine, SentCommand, StepAction
@@ -16,6 +17,8 @@ from .written import WordValue, WordWrite
 
 MACHINE = "step"
 """The one number that says the step."""
+
+BLEND_PROGRAM = CommandLsw.BLEND_PROGRAM.value
 
 _WORD = 0xFFFF
 
@@ -40,7 +43,8 @@ def _written(facts: Facts, slot: int, place: FileLine, words: Sequence[int]) -> 
         facts.configurations.append(SentCommand(place, slot, tuple(words)))
     elif first & SEARCHES:
         facts.searches.append(SentCommand(place, slot))
-    for kind in ["configure"] if first & MODE_CONFIG else kinds_of(first):
+    programs = ["program_blend"] if words[1] & BLEND_PROGRAM else []
+    for kind in ["configure"] if first & MODE_CONFIG else [*kinds_of(first), *programs]:
         facts.commands.append(
             Command(
                 *(kind, f"slot {slot}", slot, place, f"the command {kind}"),
