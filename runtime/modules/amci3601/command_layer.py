@@ -316,6 +316,8 @@ class CommandLayer(Host):
             "started_ns": operation.started_ns,
             "outcome": how,
         }
+        if operation.cut_ns is not None:
+            fields["cut_ns"] = operation.cut_ns
         text = f"{operation.name} move from {operation.started_at}: {how} at {self.axis.position}"
         self._events.append(Event(now_ns, "move", operation.name, text, fields))
 
@@ -337,7 +339,7 @@ class CommandLayer(Host):
         if self.operation is None or isinstance(self.operation, CutShort):
             return
         if self.axis.moving:
-            self.operation = CutShort(self, self.operation, completion, how)
+            self.operation = CutShort(self, now_ns, self.operation, completion, how)
         else:
             self.finish(now_ns, completion, how)
 
