@@ -74,13 +74,14 @@ def _rule(row: DriveRule) -> Rule:
     return Rule(row.id, row.section, row.text, sets=int(row.sets), reading=row.reading)
 
 
+AMCI3601 = RuleTable(RULES, BITS)
+
 TABLES: Mapping[str, Callable[[], RuleTable]] = {
     "amci3601": lambda: AMCI3601,
     **{name: partial(_of_drive, model) for name, model in MODELS.items()},
 }
 """Modules with a rule table."""
 
-AMCI3601 = RuleTable(RULES, BITS)
 Table = StrEnum("Table", {name.upper(): name for name in TABLES})  # type: ignore[misc]  # from the table
 
 
