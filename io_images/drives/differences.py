@@ -1,8 +1,8 @@
 """What a program for a 3601 meets on a networked drive: a row for each bit or word of another meaning.
 
 A row names the bits of the 3601 (image, word, mask), what they mean there, what the drive does with them, and
-what to write. Sources are pages of the drive's manuals, or readings (R-nn) where these are silent. Bits that are
-not in a row mean the same on both.
+what to write. Sources are pages of the drive's manuals, or readings (R-nn) where these are silent. Bits that
+are in no row mean the same on both.
 """
 
 from __future__ import annotations
@@ -124,8 +124,8 @@ DIFFERENCES: tuple[Difference, ...] = (
         "O",
         0,
         _HOME.value,
-        "searches for home with switch, marker or proximity",
-        "searches with two inputs, without a marker",
+        "homes with a switch, a marker or proximity",
+        "homes with two inputs, without a marker",
         "give an input the function home",
         "SMD p. 13; R-19",
     ),
@@ -134,7 +134,7 @@ DIFFERENCES: tuple[Difference, ...] = (
         "O",
         0,
         _HOME.value,
-        "searches without a time limit",
+        "homes without a time limit",
         "ends with an error after the homing time-out",
         "the time-out of the configuration, 0 to 300 s",
         "ANF2md",

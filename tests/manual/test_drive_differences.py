@@ -52,7 +52,9 @@ SAME_NAME = {"D-01", "D-06", "D-07", "D-20", "D-23", "D-24"}
 """Rows of bits with the same name, whose behavior differs."""
 
 
-@pytest.mark.parametrize("row", [row for row in DIFFERENCES if row.id not in SAME_NAME], ids=lambda row: row.id)
+@pytest.mark.parametrize(
+    "row", [row for row in DIFFERENCES if row.id not in SAME_NAME], ids=lambda row: row.id
+)
 def test_the_bits_of_a_row_have_another_name_on_the_drive_or_none(row):
     for layout in row.layouts:
         model = SMD if layout is Layout.SMD else ANF2

@@ -1,6 +1,6 @@
-"""What a program for a 3601 must change to run on a networked drive: uses of words that mean something else there.
+"""What a program for a 3601 must change to run on a networked drive: words of another meaning.
 
-Motion blocks and the methods of an axis are no uses: they write the words of the module that is in their slot.
+Motion blocks and the methods of an axis are no uses: they write the words of the module in their slot.
 """
 
 from __future__ import annotations
@@ -51,14 +51,14 @@ Use = tuple[FileLine, str, int, int, str]
 def replaced(subject: Subject, model: Model) -> Iterator[Violation]:
     """Yield the uses of a 3601's words that mean something else on a drive, in the order of the lines."""
     rows = list(differences(model))
-    found: dict[Violation, None] = {}
+    found: dict[tuple[FileLine, str], Violation] = {}
     for place, image, word, mask, text in sorted(_uses(subject), key=lambda use: (use[0], use[1:4])):
         if not image:
-            found.setdefault(Violation(place, _sentence(text, *CONFIGURATION, model)))
+            found.setdefault((place, ""), Violation(place, _sentence(text, *CONFIGURATION, model)))
         for row in rows:
             if (row.image, row.word) == (image, word) and row.mask & mask:
-                found.setdefault(Violation(place, _of_row(row, mask, text, model)))
-    yield from found
+                found.setdefault((place, row.id), Violation(place, _of_row(row, mask, text, model)))
+    yield from found.values()
 
 
 def _of_row(row: Difference, mask: int, text: str, model: Model) -> str:
@@ -114,7 +114,7 @@ def _of_words(facts: Facts, slots: set[int]) -> Iterator[Use]:
 
 
 def _of_python(subject: Subject, slots: set[int]) -> Iterator[Use]:
-    """Yield the bits that a Python program names: `StatusMsw.STOPPED`, `axis.status.STOPPED`, `.bit(0, 3)`."""
+    """Yield the bits that a program names: `StatusMsw.STOPPED`, `axis.status.STOPPED`, `.bit(0, 3)`."""
     file = str(subject.job.program)
     tree = ast.parse(read_input_text(subject.job.program, TextKind.PYTHON))
     images = Images(Reader(file, tree, {}), subject.job.spec, Facts())
