@@ -1012,6 +1012,8 @@ PLANTED = [
         "self.lamp = self.late(self.feeder.moving)",
         "self.lamp = self.feeder.moving and not self.late",
     ),
+    Planted("blocks.rung", "beyond-limit", "OutGo,6000", "OutGo,16000"),
+    Planted("sequence.py", "beyond-limit", "(0, 4000, 8000)", "(0, 4000, 18000)", "self.feeder.move_to"),
     Planted("blocks.rung", "negative-preset", "TON(Blink,250,0)", "TON(Blink,-250,0)"),
     Planted("text.rung", "real-equality", "Mean > 2.5", "Mean = 2.5", "Mean = 2.5"),
     Planted(

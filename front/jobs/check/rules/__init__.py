@@ -294,6 +294,13 @@ RULES = (
         motion.without_position,
     ),
     Rule(
+        "beyond-limit",
+        "an absolute move to a place behind a limit switch",
+        "correct the position, or the limit switch of the machine",
+        "error",
+        motion.beyond_limits,
+    ),
+    Rule(
         "move-interrupted",
         "a motion that begins before the one before it is complete",
         "wait for its end",
