@@ -82,11 +82,11 @@ def _differences() -> Iterator[Generated]:
 
 GENERATORS: dict[str, Callable[[], Iterator[Generated]]] = {
     "answers": lambda: _table(answers_page.PAGE, answers_page.written),
-    "differences": _differences,
     "cards": lambda: _table(cards_page.PAGE, cards_page.written),
     "check": lambda: iter([Generated(check_page.PAGE, check_page.page())]),
     "clients": lambda: _table(clients_tried.PAGE, clients_tried.written),
     "commands": lambda: iter([Generated(commands_page.PAGE, commands_page.page())]),
+    "differences": _differences,
     "drives": _drives,
     "formats": lambda: _table(formats_page.PAGE, formats_page.written),
     "install": _install,
