@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import l5x_files as l5x
-from check_programs import SEQUENCE, USED
+from check_programs import BLOCKS, SEQUENCE, USED
 
 
 class Case(NamedTuple):
@@ -531,6 +531,17 @@ zero                       for 10 ms
 ]
 
 FRESH: dict[str, list[Row]] = {
+    "never-written": [
+        (
+            "edge.py",
+            function(
+                "    start = scan.slot[2].inputs.bit(0, 0)\n    scan.slot[3].outputs.set_bit(0, 0, start and not line.before)\n",
+                "before = False",
+            ),
+            "line.before",
+            (("line.before)\n", "line.before)\n    line.before = start\n"),),
+        ),
+    ],
     "never-run": [
         (
             "pulse.rung",
@@ -655,6 +666,42 @@ FRESH: dict[str, list[Row]] = {
             ),
             "FLL(0",
             (("Half[0],6", "Half[0],5"),),
+        ),
+    ],
+    "beyond-limit": [
+        (
+            "sequence.py",
+            SEQUENCE.replace("STATIONS = (0, 4000, 8000)", "STATIONS = (0, 4000, 18000)"),
+            "self.feeder.move_to",
+            (("18000", "8000"),),
+        ),
+        (
+            "left.py",
+            SEQUENCE.replace("STATIONS = (0, 4000, 8000)", "STATIONS = (0, -4000, 8000)"),
+            "self.feeder.move_to",
+            (("-4000", "-2000"),),
+        ),
+        (
+            "blocks.rung",
+            BLOCKS.replace("OutGo,6000", "OutGo,14000"),
+            "OutGo,14000",
+            (("OutGo,14000", "OutGo,13000"),),
+        ),
+    ],
+    "out-of-range": [
+        (
+            "blocks.rung",
+            BLOCKS.replace("Homing,-1,", "Homing,0,"),
+            "Homing,0,",
+            (("Homing,0,", "Homing,-1,"),),
+        ),
+    ],
+    "bad-call": [
+        (
+            "until.py",
+            SEQUENCE.replace('until(lambda: self.running, "running")', 'until(self.running, "running")'),
+            "until(self.running",
+            (("until(self.running", "until(lambda: self.running"),),
         ),
     ],
     "step-without-exit": [

@@ -37,6 +37,7 @@ def note_counting(reader: Reader, facts: Facts, recorded: Collection[str] = ()) 
     if any(isinstance(node, ast.Name) and node.id in ("setattr", "vars", "globals") for node in nodes):
         return
     _never_counted(reader, nodes, facts, recorded)
+    _never_set(reader, nodes, facts)
     _unbounded(reader, nodes, facts)
 
 
@@ -83,6 +84,27 @@ def _never_counted(reader: Reader, nodes: list[ast.AST], facts: Facts, recorded:
         if is_own and fails is not None and type(number) in (int, float) and fails(number):
             text = f"`{ast.unparse(node)}`: nothing counts {ast.unparse(left)}"
             facts.remark("never-run", FileLine(reader.file, node.lineno), text)
+
+
+def _never_set(reader: Reader, nodes: list[ast.AST], facts: Facts) -> None:
+    """Note a bit of an object of the module that a class declares as False, and that nothing assigns."""
+    objects = {
+        name: type(value)
+        for name, value in reader.names.items()
+        if type(value).__module__ == reader.names.get("__name__") and name not in reader.local
+    }
+    stored = {
+        node.attr for node in nodes if isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store)
+    }
+    seen: set[str] = set()
+    for node in nodes:
+        if not isinstance(node, ast.Attribute) or not isinstance(node.value, ast.Name):
+            continue
+        kind = objects.get(node.value.id)
+        if kind is not None and vars(kind).get(node.attr) is False and node.attr not in stored | seen:
+            seen.add(node.attr)
+            text = f"{ast.unparse(node)} is read, and nothing writes it: it is always False"
+            facts.remark("never-written", FileLine(reader.file, node.lineno), text)
 
 
 def _declared(tree: ast.Module) -> Iterator[tuple[str, bool]]:
