@@ -91,6 +91,13 @@ ROWS: tuple[DriveRule, ...] = (
         _INPUT | Status.CONNECTION_LOST,
         ("R-22",),
     ),
+    DriveRule(
+        "INP-06",
+        "ANF2 README",
+        "A home search has run out of its time.",
+        _INPUT | _POSITION,
+        ("R-44",),
+    ),
     # what makes the position invalid
     DriveRule("POS-01", "17 p. 82", "The unit has powered up.", _POSITION, ("R-09",)),
     DriveRule("POS-02", "SMD p. 83", "A motion was cut by Immediate Stop.", _POSITION),

@@ -137,14 +137,14 @@ async function main() {
   let text = '';
   for await (const piece of process.stdin) text += piece;
   const told = [];
-  const client = OPCUAClient.create({ clientName: 'peer', endpointMustExist: false, connectionStrategy: { maxRetry: 0 } });
-  await client.connect(url);
   for (const steps of JSON.parse(text)) {
+    const client = OPCUAClient.create({ clientName: 'peer', endpointMustExist: false, connectionStrategy: { maxRetry: 0 } });
+    await client.connect(url);
     const session = await client.createSession();
     told.push(await run(session, steps));
     await session.close();
+    await client.disconnect();
   }
-  await client.disconnect();
   console.log(JSON.stringify(told));
 }
 
