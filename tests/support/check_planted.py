@@ -1035,6 +1035,7 @@ PLANTED = [
 
 
 OF_THE_RACK = {
+    "drive-differs": ("a motion block", "`XIC(axis.status.STOPPED)`, checked with `--for smd23e2`"),
     "not-configured": ("a wired CW limit, and 16#8434 in word 0", "a wired CW limit, and 16#8424 in word 0"),
     "wrong-level": (
         "a normally closed home switch, and 16#003B in word 1",

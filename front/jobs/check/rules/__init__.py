@@ -325,6 +325,13 @@ RULES = (
         "await something in it, or change what it tests",
         "error",
     ),
+    # with `--for`
+    Rule(
+        "drive-differs",
+        "with `--for`: a word or bit of a 3601 that means something else on a networked drive",
+        "see docs/replacing.md",
+        "note",
+    ),
     Rule("bad-call", "a command or wait that fails when it is reached", "correct the call", "error"),
 )
 """The rules, in the order of the report."""
