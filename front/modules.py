@@ -15,6 +15,7 @@ others may move.
 """
 
 from .io_images.amci3601 import RULES, Limits, Rule
+from .io_images.amci3601.image_form import ImageForm, NumberFormat
 from .io_images.amci3601.words import WORDS_3601
 from .io_images.image import Image
 from .io_images.module_words import BitPlace, ModuleWords
@@ -32,10 +33,12 @@ __all__ = [
     "Follower",
     "ForeseeingModule",
     "Image",
+    "ImageForm",
     "Limits",
     "Module",
     "ModuleRecord",
     "ModuleWords",
+    "NumberFormat",
     "Options",
     "Rule",
     "stepper",

@@ -31,6 +31,7 @@ class Profile(ModuleWords):
         limits: the largest values of its commands.
         rules: its rules by id, a 3601's included.
         further_refusals: the rules of absolute and relative moves that a 3601 does not have, by id.
+        untold: names of the command bits of which its manual tells nothing: each is refused by name.
         further: its status bits beyond a 3601's, in its group "status": names and places.
         further_errors: the errors among them, as a mask of `StatusBits`; Reset Errors clears them.
         refusals: ids of the rules that refuse a command; others may fire in the same scan by chance.
@@ -45,6 +46,7 @@ class Profile(ModuleWords):
     limits: Limits = field(default=LIMITS_3601, compare=False)
     rules: Mapping[str, Rule] = field(default_factory=lambda: RULES, compare=False, repr=False)
     further_refusals: tuple[tuple[str, Broken], ...] = field(default=(), compare=False, repr=False)
+    untold: frozenset[str] = field(default=frozenset(), compare=False)
     further: Mapping[str, BitPlace] = field(init=False, compare=False)
     further_errors: int = field(init=False, compare=False)
     refusals: frozenset[str] = field(init=False, compare=False, repr=False)
@@ -55,6 +57,9 @@ class Profile(ModuleWords):
         ModuleWords.__post_init__(self)
         status = self.groups["status"]
         self._check_status(status)
+        for name in self.untold:
+            if name not in self.groups["command"]:
+                raise ValueError(f"{self.message}: untold: no command bit {name!r}")
         further = {name: at for name, at in status.items() if name not in _KNOWN}
         masks = {name: 1 << 16 * at.word + at.bit for name, at in status.items()}
         errors = sum(masks[name] for name in self.errors if name in further)

@@ -286,5 +286,19 @@ READINGS: tuple[Reading, ...] = (
         "C",
         ("stall_degrees",),
     ),
+    Reading(
+        "R-43",
+        "A home search without a home input.",
+        "It is a command error: the search would not end.",
+        "C",
+        fixed_because=_NO_DEVICE,
+    ),
+    Reading(
+        "R-44",
+        "End of a home search that runs out of the time-out of an ANF2's configuration.",
+        "It is cut, with an input error; a time-out of 0 is without end.",
+        "C",
+        fixed_because=_NO_DEVICE,
+    ),
 )
 """The readings by number; those from R-38 on were found while the drives were built."""

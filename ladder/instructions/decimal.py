@@ -21,5 +21,5 @@ def _frd(machine: Interpreter, source: Resolved, target: Place) -> None:
     machine.store(target, from_digits(machine.filled(source)))
 
 
-TOD = action("TOD/TO_BCD", Use.INTEGER, Use.INTEGER_TARGET, run=_tod)
+TOD = action("TOD/TO_BCD", Use.INTEGER, Use.INTEGER_TARGET, run=_tod, faults=False)
 FRD = action("FRD/BCD_TO", Use.INTEGER, Use.INTEGER_TARGET, run=_frd)

@@ -91,7 +91,7 @@ def _row(
             rungs.writer.line(f"else: {result} = None")
         rungs.writer.keep_texts(_left(rungs, texts, target, stored, result))
 
-    return action(name, *uses, run=run, write=write)
+    return action(name, *uses, run=run, write=write, faults=False)
 
 
 def _is_inline(name: str, source: Resolved, target: Resolved) -> bool:

@@ -128,6 +128,7 @@ class Spec:
             `run`: for rare and slow instructions that do not jump, call or leave a routine.
         prove: what `run` means for all values at once, called with the machine, the power before it and the
             operands, returns the power after it, see `prove.machine`; None runs `run` on terms.
+        faults: whether it may fault with all subscripts in range: a proof without a model of it expects that.
         partly: whether `write` leaves rare cases to `run`, by `interpret(site)`.
         fetch: computes in the interpreter what `write` asks for by `fetched(site, ...)`; called like `run`,
             with the further values before the operands.
@@ -155,6 +156,7 @@ class Spec:
     run: Callable[..., Any] = field(kw_only=True)
     write: Callable[..., Any] | None = field(default=None, kw_only=True)
     prove: Callable[..., Any] | None = field(default=None, kw_only=True)
+    faults: bool = field(default=True, kw_only=True)
     partly: bool = field(default=False, kw_only=True)
     fetch: Callable[..., Any] | None = field(default=None, kw_only=True)
     prescan: Callable[..., None] | None = field(default=None, kw_only=True)

@@ -32,6 +32,12 @@ _WAYS: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         lambda found, _: f'fix the fault first, or exclude it with assume = ["..."]: {found["fault"]}',
     ),
     (
+        r"the processor writes (?P<what>.*) itself",
+        lambda found, _: (
+            f"no proof knows what the processor writes to {found['what']}: claim nothing about it"
+        ),
+    ),
+    (
         r".*a defect of scanrack",
         lambda _found, _: "report it with the program: the relation and the program differ",
     ),

@@ -31,8 +31,8 @@ from .algebra.terms import T, and_
 from .claims import Claim, ClaimKind
 from .contracts import KeptBy
 from .induction import Limits, Verdict, VerdictKind, prove
-from .monitors import Key, MonitoredProgram, WatchedClaim, monitored
-from .replaying import ScanOf
+from .monitors import Key, MonitoredProgram, WatchedClaim, monitored, why_broken
+from .replaying import ScanOf, done_by
 from .smallest import smallest
 from .system import Happenings, ProgramSystem, ScanBounds
 from .system.happenings import PROGRAM_MODE
@@ -56,7 +56,7 @@ class ScenarioStep:
     `turned` and `again`: see `ScanOf`.
     """
 
-    ms: int
+    ms: float
     changes: tuple[tuple[str, Any], ...]
     turned: bool = False
     again: bool = False
@@ -80,6 +80,7 @@ class Answer:
         verdict: of its condition, see `induction`; of `reachable`, refuted means reached.
         scans: the run that breaks or reaches it, confirmed on the compiled program, see `smallest`.
         steps: its scans with the names of the tags.
+        end: what is special about its last scan: a major fault, a condition that can't be computed.
         held: numbers that nothing writes, with the values that the proof assumes.
         assumed: what else it assumes, a sentence each.
         deciding: number of values that decide it.
@@ -95,6 +96,7 @@ class Answer:
     deciding: int
     tags: int
     advice: str = ""  # what to do if it is unknown
+    end: tuple[str, ...] = ()
 
     def __bool__(self) -> bool:
         return self.word in (VerdictKind.PROVED, REACHED)
@@ -110,7 +112,7 @@ class Answer:
     def __str__(self) -> str:
         lines = [f"{self.word}: {self.claim.sentence}"]
         lines += [f"  scan {number}: {step}" for number, step in enumerate(self.steps, start=1)]
-        lines += [f"  {each}" for each in self.verdict.blame]
+        lines += [f"  {each}" for each in (*self.end, *self.verdict.blame)]
         lines += [f"  to do: {self.advice}"] if self.advice else []
         return "\n".join(lines)
 
@@ -140,12 +142,23 @@ def answer(
         (
             *problem.happenings.assumed(),
             *[each.text for each in (*program.assumptions, *own)],
-            *verdict.assumed,
         ),
         sum(name in problem.key_of for name in cone),
         len(problem.machine.vars),
         advice(verdict.blame, _numbers_in(problem, cone)),
+        tuple(_end_of(program.program, scans, asked.bit)),
     )
+
+
+def _end_of(program: LadderLogic, scans: Sequence[ScanOf], bit: Key) -> Iterator[str]:
+    """Yield what is special about the last scan of a run."""
+    if not scans:
+        return
+    engine, fault = done_by(program, scans)
+    if fault is not None:
+        yield f"there the processor stops: {fault}"
+    if why := why_broken(engine, bit):
+        yield f"the condition can't be computed: {why}"
 
 
 def _numbers_in(problem: ProgramSystem, cone: Mapping[str, T]) -> list[str]:

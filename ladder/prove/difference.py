@@ -6,24 +6,27 @@
 | now | after equal states and inputs, one scan may leave different values |
 | later | only after a scan in which another value differed |
 
-A value that is written by one program alone is listed, too. Each listed value has a run in which it differs,
-done by both compiled programs, or none was found within the limits.
+All values are compared that either program writes and both have; what only one of them has is named.
+Each value that can differ has a run in which it does, done by both compiled programs, or none was found
+within the limits. Runs are compared up to the first major fault; whether only one of the programs has it is a
+value, too.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
-from .algebra.numbers import eq
-from .algebra.terms import FALSE, T, and_, mk, not_, reach, var, variables
-from .differing_runs import differs, random_runs
+from .algebra.numbers import same
+from .algebra.terms import FALSE, TRUE, T, and_, mk, not_, reach, replaced, variables
+from .differing_runs import FAULT, differs, random_runs
 from .induction import Limits, prove
-from .replaying import ScanOf
-from .sharing import Occasions, found_alike, occasions_of, reached, root_of, roots_of, unlike_roots
+from .relation.shapes import form_of
+from .replaying import ScanOf, scenario
+from .sharing import NEW, Unknowns, deciding, own
 from .solving.frames import Frame
-from .solving.solver import UNSAT, Solver
-from .system import RUN_ONLY, HeldNumber, Key, ProgramSystem, Runnable, ScanBounds, System, shown
+from .solving.solver import SAT, UNSAT, Solver
+from .system import RUN_ONLY, STOPPED, HeldNumber, Key, ProgramSystem, Runnable, ScanBounds, System, shown
 
 LIMITS = Limits(scans=5, k=2, work=300_000, fuse=16_000, helped=False)
 """Limits for one value that random runs do not tell apart."""
@@ -31,16 +34,13 @@ LIMITS = Limits(scans=5, k=2, work=300_000, fuse=16_000, helped=False)
 BUDGET = 20_000_000
 """Limit of the work for all values, see `Solver`."""
 
-NEW = "~new:"
-"""Start of the names of the new program's own variables."""
-
 
 @dataclass(frozen=True, slots=True)
 class ChangedValue:
     """A value that can differ.
 
     Attributes:
-        key: its place.
+        key: its place; `FAULT` for whether a major fault stops one of the programs alone.
         now: whether one scan after equal states can make the difference.
         scans: a run after which it differs, confirmed on both programs; none was found if empty.
         inputs: inputs of a scan on which the difference depends.
@@ -63,15 +63,21 @@ class Difference:
 
     Attributes:
         changed: values that both programs have, in the order of their names.
+        fault: whether a major fault can stop one of the programs alone; None if not.
         removed: values that only the old program writes.
         added: values that only the new program writes.
-        compared: how many values both write.
+        uncompared: arrays, by path, of which an instruction without a model writes elements beyond the limit.
+        unfollowed: where the relation does not follow the programs: all values may differ.
+        compared: how many values are compared.
         held: numbers and bits that nothing writes, and that are assumed to keep their values.
     """
 
     changed: list[ChangedValue] = field(default_factory=list)
+    fault: ChangedValue | None = None
     removed: list[str] = field(default_factory=list)
     added: list[str] = field(default_factory=list)
+    uncompared: list[str] = field(default_factory=list)
+    unfollowed: tuple[str, ...] = ()
     compared: int = 0
     held: list[HeldNumber] = field(default_factory=list)
 
@@ -102,7 +108,14 @@ def compare(
     given = {"free": free, "written_outside": written_outside, "happenings": RUN_ONLY}
     before = ProgramSystem(old, bounds, **given)  # type: ignore[arg-type]
     after = ProgramSystem(new, bounds, **given, beside=before)  # type: ignore[arg-type]
-    return _Comparison(before, after, limits, budget).difference()
+    return compared(before, after, limits, budget)
+
+
+def compared(
+    old: ProgramSystem, new: ProgramSystem, limits: Limits = LIMITS, budget: int = BUDGET
+) -> Difference:
+    """Compare two systems, the second made beside the first, of which nothing happens but scans."""
+    return _Comparison(old, new, limits, budget).difference()
 
 
 @dataclass(slots=True)
@@ -111,9 +124,8 @@ class _Comparison:
 
     Attributes:
         own: terms for variables of the new program that are not those of the old one.
-        havocs: text of the instruction for each variable of what is not modeled.
-        occasions: what such instructions found, of the old and the new program.
-        unlike: tags that they name which may differ although no value of a scan's end does.
+        unlike: the part of them that are values of the program.
+        apart: names of unknown values that are not shared, see `Unknowns.match`.
     """
 
     old: ProgramSystem
@@ -121,40 +133,79 @@ class _Comparison:
     limits: Limits
     left: int
     own: dict[str, T] = field(default_factory=dict)
-    havocs: dict[str, str] = field(default_factory=dict)
+    unlike: dict[str, T] = field(default_factory=dict)
+    apart: set[str] = field(default_factory=set)
     memo: dict[int, T] = field(default_factory=dict)
     runs: dict[Key, tuple[ScanOf, ...]] = field(default_factory=dict)  # found by chance
-    occasions: tuple[Occasions, Occasions] = ({}, {})
-    unlike: set[str] = field(default_factory=set)
+    unknowns: Unknowns = field(init=False)
+    base: _Base = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.unknowns = Unknowns(self.old, self.new)
 
     def difference(self) -> Difference:
         """Compare."""
-        mine, its = _states(self.old), _states(self.new)
-        both = sorted(mine & its)
-        shown_ones = [key for key in both if _is_shown(key)]
+        mine, its = _written(self.old), _written(self.new)
+        both = self._in_both(mine | its)
+        shown_ones = [key for key in both if key != FAULT and _is_shown(key)]
         result = Difference(compared=len(shown_ones))
         result.removed = sorted(_name(key) for key in mine - its if _is_shown(key))
         result.added = sorted(_name(key) for key in its - mine if _is_shown(key))
-        self._keep_apart()
-        now = self._now(both)
-        dirty = self._ever(both, now | (mine ^ its))
-        for key in sorted(dirty & its):
+        if form_of(self.old.lowered) == form_of(self.new.lowered) and self._begin_alike():
+            return result
+        result.uncompared = sorted({*self.old.machine.partly_lost, *self.new.machine.partly_lost})
+        result.unfollowed = tuple(
+            each for problem in (self.old, self.new) for each in self._unfollowed(problem)
+        )
+        self._keep_apart(both)
+        now = set(both) if result.unfollowed else self._now(both)
+        dirty = self._ever(both, now)
+        for key in sorted(dirty - {FAULT}):
             v = self.new.machine.vars[key]
-            self.own.setdefault(v.val, _own(v))
-        self.memo.clear()
+            self.unlike.setdefault(v.val, own(v))
+        self._match()
         system = self._together()
+        self.base = _Base(system, self.limits, [self._differ(key) for key in dirty])
         result.held = self._held(system, both)
-        asked = [key for key in shown_ones if key in dirty]
+        asked = [key for key in (*shown_ones, FAULT) if key in dirty]
         self.runs = random_runs(self.old, self.new, asked)
         for key in asked:
-            found = self._one(system, key, key in now)
-            if found is not None:
+            found = self._one(system, key, key in now, surely=not result.unfollowed)
+            if found is not None and key == FAULT:
+                result.fault = found
+            elif found is not None:
                 result.changed.append(found)
         return result
 
+    def _in_both(self, keys: Iterable[Key]) -> list[Key]:
+        """Return the values among some that both programs have, and their faults if there can be any."""
+        found = []
+        for key in sorted(keys):
+            leaves = [each.lowered.layout.find(key[0]) for each in (self.old, self.new)]
+            if all(leaf is not None and key[1] < leaf.size for leaf in leaves):
+                found.append(key)
+                for each in (self.old, self.new):
+                    each.after(key)
+        return [*found, *[FAULT] * any(STOPPED in each.next for each in (self.old, self.new))]
+
+    def _begin_alike(self) -> bool:
+        """Whether all values have the same type and the same initial value in both programs."""
+        places = [each.lowered.layout.leaves for each in (self.old, self.new)]
+        return places[0].keys() == places[1].keys() and all(
+            (leaf.type, leaf.dims, leaf.slot) == (other.type, other.dims, other.slot)
+            and _initial(self.old, path) == _initial(self.new, path)
+            for (path, leaf), other in zip(places[0].items(), places[1].values(), strict=True)
+        )
+
+    def _unfollowed(self, problem: ProgramSystem) -> tuple[str, ...]:
+        """Return where the relation does not follow a program in some run."""
+        if problem.deep is FALSE or prove(problem, problem.deep, replace(self.limits, replays=False)):
+            return ()
+        return problem.limits_met()
+
     # --- variables of the new program's own
 
-    def _keep_apart(self) -> None:
+    def _keep_apart(self, both: Sequence[Key]) -> None:
         """Give the new program variables of its own, where type, role or initial value are not the same."""
         old, new = self.old, self.new
         for name, key in new.key_of.items():
@@ -162,67 +213,45 @@ class _Comparison:
                 continue
             v = new.machine.vars[key]
             alike = v is old.machine.vars[old.key_of[name]] and old.role(name) == new.role(name)
-            if not alike or old.initial.get(name) != new.initial.get(name):
-                self.own[name] = _own(v)
-        self._match_havocs()
+            if not alike or repr(old.initial.get(name)) != repr(new.initial.get(name)):
+                self.unlike[name] = own(v)
+        for name in new.next.keys() - new.key_of.keys():
+            self.unlike[name] = mk("var", (), TRUE.kind, NEW + name)
+        self._match()
+        strict = set(self.unknowns.strict())
+        if strict:
+            touched = self._ever(both, {key for key in both if self._differ(key) is not FALSE})
+            names = {_variable(key) for key in touched} | self.unlike.keys()
+            self.apart = strict & self._depending(names)
+            self._match()
 
-    def _match_havocs(self) -> None:
-        """Share what is not modeled between instructions of the same text: equal operands, equal results."""
-        old, new = _by_instruction(self.old), _by_instruction(self.new)
-        ours, theirs = self.occasions = occasions_of(self.old), occasions_of(self.new)
-        apart = {
-            text
-            for text, variables_ in new.items()
-            if [(v.kind, v.lo, v.hi) for v in old.get(text, [])] != [(v.kind, v.lo, v.hi) for v in variables_]
-        }
-        while True:
-            self.memo.clear()
-            for text, variables_ in new.items():
-                pairs = zip(variables_, variables_ if text in apart else old[text], strict=True)
-                self.own.update((v.val, _own(v) if text in apart else before) for v, before in pairs)
-            texts = ours.keys() | theirs.keys()
-            more = {
-                text
-                for text in texts - apart
-                if not found_alike(ours.get(text, []), theirs.get(text, []), self._in_new)
-            }
-            if not more:
-                break
-            apart |= more
-        for text, variables_ in new.items():
-            self.havocs.update((self.own[v.val].val, text) for v in variables_)
-        for text, before in old.items():
-            self.havocs.update((v.val, text) for v in before)
-        given = [each for found in self.occasions for listed in found.values() for each in listed]
-        self.unlike = unlike_roots(self.old, self.new, given)
-        self.unlike |= roots_of(each for each in given if each.text in apart)
+    def _match(self) -> None:
+        """Find the variables of what is unknown."""
+        self.own = dict(self.unlike)
+        self.memo.clear()
+        self.unknowns.match(self.own, self._in_new, self.apart)
 
     def _in_new(self, t: T) -> T:
-        """Return a term of the new program with its own variables."""
-        for each in reach([t]) if self.own else ():
-            if each.id not in self.memo:
-                if each.op == "var":
-                    self.memo[each.id] = self.own.get(each.val, each)
-                else:
-                    args = tuple(self.memo[a.id] for a in each.args)
-                    self.memo[each.id] = mk(each.op, args, each.kind, each.val, each.lo, each.hi)
-        return self.memo[t.id] if self.own else t
+        """Return a term of the new program with the variables that both share, or its own."""
+        return replaced(t, self.own, self.memo)
 
     # --- which values can differ
 
     def _pair(self, key: Key) -> tuple[T, T]:
         """Return the value after a scan in both programs."""
-        name = _variable(key)
-        return self.old.next[name], self._in_new(self.new.next[name])
+        one, other = (_after(each, key) for each in (self.old, self.new))
+        return one, self._in_new(other)
 
     def _differ(self, key: Key) -> T:
         one, other = self._pair(key)
-        return FALSE if one is other else not_(eq(one, other))
+        return TRUE if one.kind != other.kind else not_(same(one, other))
 
     def _now(self, both: Sequence[Key]) -> set[Key]:
         """Return values that one scan can make different, after equal states."""
         solver = Solver(self.limits.fuse)
         frame = Frame(System(held=self.old.held & self.new.held, initial=self.old.initial), solver)
+        for _, each in self.unknowns.facts:
+            solver.state(frame.term(each))
         found = set()
         for key in both:
             differ = self._differ(key)
@@ -237,33 +266,41 @@ class _Comparison:
     def _ever(self, both: Sequence[Key], first: set[Key]) -> set[Key]:
         """Return those and all that depend on them, in any number of scans."""
         pairs = {key: self._pair(key) for key in both}
-        order = reach([t for pair in pairs.values() for t in pair])
-        dirty, apart = set(first), {v.val for v in self.own.values()} - set(self.havocs)
+        dirty, apart = set(first), {v.val for v in self.unlike.values()}
         while True:
-            names = {_variable(key) for key in dirty} | apart | self._dirty_havocs(dirty)
-            marked: set[int] = set()
-            for t in order:
-                if (t.op == "var" and t.val in names) or any(a.id in marked for a in t.args):
-                    marked.add(t.id)
+            names = {_variable(key) for key in dirty} | apart
+            names |= self._depending(names)
+            order = reach([t for pair in pairs.values() for t in pair])
+            marked = _marked(order, names)
             more = {key for key, pair in pairs.items() if any(t.id in marked for t in pair)} - dirty
             if not more:
                 return dirty
             dirty |= more
 
-    def _dirty_havocs(self, dirty: set[Key]) -> set[str]:
-        """Return what instructions compute that name a tag with a value that can differ."""
-        own = {root_of(name) for name in self.own if name not in self.havocs}
-        texts = reached({root_of(key[0]) for key in dirty} | own | self.unlike, self.occasions)
-        return {name for name, text in self.havocs.items() if name.startswith(NEW) or text in texts}
+    def _depending(self, names: set[str]) -> set[str]:
+        """Return unknown values that depend on some variables, directly or by another one."""
+        found: set[str] = set()
+        order = reach([t for name in self.unknowns.known for t in deciding(self.unknowns.known, name)])
+        while True:
+            marked = _marked(order, names | found)
+            more = {
+                name
+                for name in self.unknowns.known.keys() - found
+                if any(t.id in marked for t in deciding(self.unknowns.known, name))
+            }
+            if not more:
+                return found
+            found |= more
 
     def _held(self, system: System, both: Iterable[Key]) -> list[HeldNumber]:
         """Return what is held and decides whether some values differ."""
-        asked = [_variable(key) for key in both if self._differ(key) is not FALSE]
-        cone = system.cone([self._differ(key) for key in both])
+        differing = {key: self._differ(key) for key in both}
+        asked = [key for key, differ in differing.items() if differ is not FALSE]
+        cone = system.cone(differing.values())
         found: dict[object, HeldNumber] = {}
         for problem in (self.old, self.new):
             names = {name.removeprefix(NEW) for name in cone} & problem.key_of.keys()
-            roots = [problem.next[name] for name in asked]
+            roots = [_after(problem, key) for key in asked]
             found |= {(each.key, each.bit): each for each in problem.held_numbers(names, roots)}
         return list(found.values())
 
@@ -278,22 +315,30 @@ class _Comparison:
             held=set(old.held),
             late=set(old.late),
             contract=and_(old.contract, self._in_new(new.contract)),
+            facts=list(self.unknowns.facts),
             key_of=dict(old.key_of),
-            least_ms=old.least_ms,
+            least=old.least,
+            tick_ns=old.tick_ns,
         )
-        for name, key in new.key_of.items():
+        for name in {**new.key_of, **new.next}:
             place = self.own[name].val if name in self.own else name
             if place in old.key_of:
                 continue
-            system.key_of[place], system.initial[place] = key, new.initial[name]
+            if name in new.key_of:
+                system.key_of[place] = new.key_of[name]
+            system.initial[place] = new.initial[name]
             if name in new.next:
                 system.next[place] = self._in_new(new.next[name])
             system.held |= {place} if name in new.held else set()
             system.late |= {place} if name in new.late else set()
         return system
 
-    def _one(self, system: System, key: Key, now: bool) -> ChangedValue | None:
-        """Return how a value differs; None if it is proved equal in every run."""
+    def _one(self, system: System, key: Key, now: bool, *, surely: bool) -> ChangedValue | None:
+        """Return how a value differs; None if it is proved equal in every run.
+
+        Args:
+            surely: whether the relation follows both programs.
+        """
         differ = self._differ(key)
         free = {v.val.removeprefix(NEW) for v in variables([differ]) if system.role(v.val) == "free"}
         places = self.new.key_of.keys() | self.old.key_of.keys()
@@ -301,31 +346,91 @@ class _Comparison:
         by_chance = self.runs.get(key, ())
         if self.left <= 0 or (by_chance and not now):
             return ChangedValue(key, now, by_chance, inputs)
-        verdict = prove(system, differ, self.limits)
-        self.left -= 1 + verdict.work
-        if verdict and not by_chance and self.old.deep is FALSE and self.new.deep is FALSE:
-            return None
-        confirmed = verdict.scans and differs(self.old, self.new, verdict.scans, key)
-        return ChangedValue(key, now, verdict.scans if confirmed else by_chance, inputs)
+        before = self.base.work
+        scans = self.base.run_to(differ)
+        self.left -= self.base.work - before
+        if scans is None:
+            verdict = prove(system, differ, self.limits)
+            self.left -= 1 + verdict.work
+            if verdict and not by_chance and surely:
+                return None
+            scans = verdict.scans
+        confirmed = scans and differs(self.old, self.new, scans, key)
+        return ChangedValue(key, now, scans if confirmed else by_chance, inputs)
 
 
-def _states(problem: ProgramSystem) -> set[Key]:
-    return {problem.key_of[name] for name in problem.next if name in problem.key_of}
+class _Base:
+    """Runs from power-up, in one solver for all values: the terms of a scan are made once.
+
+    Args:
+        system: both programs.
+        limits: of each question.
+        roots: all that is asked about.
+    """
+
+    def __init__(self, system: System, limits: Limits, roots: Sequence[T]) -> None:
+        self._system, self._limits, self._contract = system, limits, system.narrowed(roots)
+        self._solver = Solver(limits.fuse)
+        self._frames: list[Frame] = []
+
+    @property
+    def work(self) -> int:
+        """Terms that questions asked about."""
+        return self._solver.work
+
+    def run_to(self, t: T) -> tuple[ScanOf, ...] | None:
+        """Return a run whose last scan makes a truth, () if the fuse blows; None if no short one does."""
+        for number in range(self._limits.scans):
+            frame = self._frame(number)
+            answer = self._solver.check(frame.term(t))
+            if answer == SAT:
+                return scenario(self._system, [each.values() for each in frame])
+            if answer != UNSAT:
+                return ()
+        return None
+
+    def _frame(self, number: int) -> Frame:
+        if number == len(self._frames):
+            own, self._system.contract = self._system.contract, self._contract
+            try:
+                before = self._frames[-1] if self._frames else None
+                self._frames.append(Frame(self._system, self._solver, before, first=before is None))
+            finally:
+                self._system.contract = own
+        return self._frames[number]
+
+
+def _written(problem: ProgramSystem) -> set[Key]:
+    """Return the values that a program may write."""
+    return {problem.key_of[name] for name in problem.next if name in problem.key_of} | set(
+        problem.machine.written
+    )
+
+
+def _after(problem: ProgramSystem, key: Key) -> T:
+    """Return the value after a scan; of `FAULT` whether a major fault has stopped it."""
+    if key == FAULT:
+        return problem.next.get(STOPPED, FALSE)
+    name = _variable(key)
+    return problem.next[name] if name in problem.next else problem.machine.state[key]
+
+
+def _marked(order: Sequence[T], names: set[str]) -> set[int]:
+    """Return the ids of terms that depend on variables; operands come first."""
+    marked: set[int] = set()
+    for t in order:
+        if (t.op == "var" and t.val in names) or any(a.id in marked for a in t.args):
+            marked.add(t.id)
+    return marked
+
+
+def _initial(problem: ProgramSystem, path: str) -> str:
+    memory, leaf = problem.engine.memory, problem.lowered.layout.leaf(path)
+    return repr(memory.values(leaf)) if memory.has(leaf) else ""
 
 
 def _is_shown(key: Key) -> bool:
     return not key[0].startswith(("~", "S:")) and ".~" not in key[0]
-
-
-def _by_instruction(problem: ProgramSystem) -> dict[str, list[T]]:
-    """Return the variables of what is not modeled, in order, by the text of the instruction."""
-    havocs = problem.machine.havocs
-    known = {v.val: v for v in variables(problem.next.values()) if v.val in havocs}
-    found: dict[str, list[T]] = {}
-    for name, site in havocs.items():
-        if name in known:
-            found.setdefault(site.instruction, []).append(known[name])
-    return found
 
 
 def _variable(key: Key) -> str:
@@ -334,7 +439,3 @@ def _variable(key: Key) -> str:
 
 def _name(key: Key) -> str:
     return shown(_variable(key))
-
-
-def _own(v: T) -> T:
-    return var(NEW + v.val, v.kind, v.lo, v.hi)

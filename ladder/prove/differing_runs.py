@@ -3,49 +3,84 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from random import Random
 from typing import Any
 
 from ..model.errors import LadderFault
 from ..run.engine import Engine
-from .algebra.meaning import BOOL, INT
+from .algebra.meaning import BOOL, INT, same_float
 from .algebra.terms import T
 from .replaying import ScanOf
-from .system import Key, ProgramSystem
+from .system import STOPPED, Key, ProgramSystem
 
 RUNS, SCANS = 24, 12
 """Random runs, and scans of each."""
+
+
+FAULT: Key = (STOPPED, 0)
+"""The place of the value that says that a major fault has stopped a program."""
 
 
 def random_runs(
     old: ProgramSystem, new: ProgramSystem, keys: Sequence[Key], runs: int = RUNS
 ) -> dict[Key, tuple[ScanOf, ...]]:
     """Run both compiled programs with equal random inputs; return a run for each value that differs."""
-    free = _free(old) | _free(new)
+    free = _free(new) | _free(old)
     places = {name: (new if name in new.key_of else old).key_of[name] for name in free}
     found: dict[Key, tuple[ScanOf, ...]] = {}
     rng, left = Random(1), list(keys)
     for _ in range(runs if keys else 0):
-        engines = old.program.compile(), new.program.compile()
+        both = Stopping(old), Stopping(new)
         likely = {name: rng.choice((0.1, 0.5, 0.9)) for name in free}
         scans: list[ScanOf] = []
-        with suppress(LadderFault):
-            for number in range(SCANS):
-                inputs = {
-                    places[name]: _any(rng, v, likely[name])
-                    for name, v in free.items()
-                    if number == 0 or rng.random() < 0.3
-                }
-                ms = _clipped(rng.choice((1, 10, 100, 1000)), old.bounds.low_ms, old.bounds.high_ms)
-                scans.append(ScanOf(ms if number else 0, inputs))
-                for engine in engines:
-                    scans[-1].do(engine)
-                for key in left:
-                    if _value(engines[0], key) != _value(engines[1], key):
-                        found[key] = tuple(scans)
-                left = [key for key in left if key not in found]
+        for number in range(SCANS):
+            inputs = {
+                places[name]: _any(rng, v, likely[name])
+                for name, v in free.items()
+                if number == 0 or rng.random() < 0.3
+            }
+            ms = _clipped(rng.choice((1, 10, 100, 1000)), old.bounds.low_ms, old.bounds.high_ms)
+            scans.append(ScanOf(ms if number else 0, inputs))
+            for each in both:
+                each.do(scans[-1])
+            for key in left:
+                if not _same(both[0].value(key), both[1].value(key)):
+                    found[key] = tuple(scans)
+            left = [key for key in left if key not in found]
+            if both[0].stopped or both[1].stopped:
+                break
     return found
+
+
+class Stopping:
+    """A run of a compiled program that stops with a major fault."""
+
+    def __init__(self, problem: ProgramSystem) -> None:
+        self._engine = problem.program.compile()
+        self.stopped = False
+
+    def do(self, scan: ScanOf) -> None:
+        """Do a scan; inputs that the program does not have are left out."""
+        layout, memory = self._engine.lowered.layout, self._engine.memory
+        for (path, index), value in scan.inputs.items():
+            leaf = layout.find(path)
+            if leaf is not None and index < leaf.size:
+                memory.write(leaf, index, value)
+        try:
+            self._engine.step(scan.ms)
+        except LadderFault:
+            self.stopped = True
+
+    def value(self, key: Key) -> Any:
+        """Return a value now."""
+        return self.stopped if key == FAULT else _value(self._engine, key)
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Whether two values are the same; of floats the sign of zero counts, and NaN is NaN."""
+    if isinstance(one, float) and isinstance(other, float):
+        return same_float(one, other)
+    return bool(one == other)
 
 
 def _free(problem: ProgramSystem) -> dict[str, T]:
@@ -63,7 +98,7 @@ def _any(rng: Random, v: T, likely: float) -> Any:
     return rng.choice((0.0, 1.0, 2.5, -1.0, 100.0))
 
 
-def _clipped(value: int, low: int, high: int) -> int:
+def _clipped(value: Any, low: Any, high: Any) -> Any:
     return max(low, min(high, value))
 
 
@@ -72,16 +107,11 @@ def _value(engine: Engine, key: Key) -> Any:
 
 
 def differs(old: ProgramSystem, new: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> bool:
-    """Run both compiled programs; return whether a value differs at the end."""
-    return bool(_left_by(old, scans, key) != _left_by(new, scans, key))
-
-
-def _left_by(problem: ProgramSystem, scans: Sequence[ScanOf], key: Key) -> Any:
-    """Return a value after a run; a fault's text if it faults."""
-    engine = problem.program.compile()
-    try:
-        for scan in scans:
-            scan.do(engine)
-    except LadderFault as fault:
-        return str(fault)
-    return _value(engine, key)
+    """Run both compiled programs; return whether a value differs at the end, before one of them stops."""
+    both = Stopping(old), Stopping(new)
+    for each in scans:
+        if both[0].stopped or both[1].stopped:
+            return False
+        for run in both:
+            run.do(each)
+    return not _same(both[0].value(key), both[1].value(key))

@@ -4,8 +4,8 @@ Two questions alternate. Base: is it broken in scan k + 1 after power-up? Step: 
 which it held, whatever the state before them? From k = 1 on invariants help the step.
 
 A run that the solver finds is done by the compiled program, and its memory decides. If an instruction that is
-not modeled computed something else than the solver chose, the solver gets that value and tries again. If the
-program faults, its runs end there: later runs do without that fault.
+not modeled computed something else than the solver chose, or has not faulted as the solver chose, the solver
+gets that and tries again. A run ends with the scan of a major fault; its claims are about what stands then.
 """
 
 from __future__ import annotations
@@ -17,9 +17,8 @@ from itertools import pairwise
 from typing import Any
 
 from ...io_images.site import Site
-from ..model.errors import LadderFault
 from .algebra.meaning import BOOL, INT
-from .algebra.terms import FALSE, TRUE, T, and_, not_
+from .algebra.terms import FALSE, TRUE, T
 from .certificate import Certificate
 from .replaying import ReplayedRun, ScanOf, breaks, first_broken, replay, scenario
 from .solving.frames import Frame
@@ -27,7 +26,7 @@ from .solving.invariants import Invariant, invariants
 from .solving.solver import FUSE, SAT, UNKNOWN, UNSAT, Solver, fuse_text
 from .solving.translation import sort_of
 from .stretching import STRETCHED_MS, in_short_scans, stretched
-from .system import CLOCK, DT, RETAINED, THEN, TURNED, HeldNumber, Key, ProgramSystem, System
+from .system import CLOCK, RETAINED, THEN, TURNED, HeldNumber, Key, ProgramSystem, System, shown
 
 MOST_TRIES = 10
 """Maximum runs of the program for one property."""
@@ -87,7 +86,6 @@ class Verdict:
         scans: the run that breaks it, confirmed on the compiled program.
         invariants: what helped the proof.
         held: numbers and bits that nothing writes, and that it assumes to keep their values.
-        assumed: faults that end runs.
         blame: instructions or limits, if unknown.
         states: how many state values decide the property.
         values: how many variables decide it in all.
@@ -101,7 +99,6 @@ class Verdict:
     scans: tuple[ScanOf, ...] = ()
     invariants: tuple[str, ...] = ()
     held: tuple[HeldNumber, ...] = ()
-    assumed: tuple[str, ...] = ()
     blame: tuple[str, ...] = ()
     states: int = 0
     values: int = 0
@@ -125,10 +122,6 @@ def prove(problem: System, bad: T | Key, limits: Limits = Limits(), *, fault: Si
     return _Proof(problem, bad, limits, fault).verdict()
 
 
-class _Again(Exception):  # noqa: N818 - control flow, not an error
-    """The contract has changed: the search starts again."""
-
-
 @dataclass(slots=True)
 class _Proof:
     system: System
@@ -139,7 +132,6 @@ class _Proof:
     result: Verdict = field(default_factory=Verdict)
     key: Key | None = None
     bad: T = FALSE
-    before: tuple[int, int] = (0, 0)  # work and steps of searches that learned something
 
     def verdict(self) -> Verdict:
         """Decide."""
@@ -168,12 +160,7 @@ class _Proof:
         if self.bad is FALSE:
             self._proved(0)
             return
-        while self.tries > 0:
-            try:
-                self._search(cone)
-                return
-            except _Again:
-                self.before = self.result.work, self.result.steps
+        self._search(cone)
 
     # --- the two questions
 
@@ -210,9 +197,8 @@ class _Proof:
         self._unknown(f"the limit of {limits.scans} scans", *[fuse_text()] * steps.blown)
 
     def _count(self, base: Solver, steps: _Steps) -> None:
-        work, spent = self.before
-        self.result.work = work + base.work + steps.work
-        self.result.steps = spent + base.steps + steps.steps
+        self.result.work = base.work + steps.work
+        self.result.steps = base.steps + steps.steps
 
     # --- answers
 
@@ -255,9 +241,6 @@ class _Proof:
             for behind, scan in pairwise(scans):  # what prescan reads is there in the scan
                 for name in [each for each in behind if each.startswith(THEN)]:
                     scan.setdefault(name.removeprefix(THEN), behind[name])
-            if isinstance(self.system, ProgramSystem):
-                done = self.system.bounds.done
-                scans = [each | {DT: done(each[DT])} if DT in each else each for each in scans]
             if not isinstance(self.system, ProgramSystem) or not self.limits.replays:
                 self._refuted(scans)
                 return
@@ -268,6 +251,7 @@ class _Proof:
                 return
             pins = self._learnt(base, frames, replayed)
             if not pins or self.tries <= 0 or base.check(broken, *pins) != SAT:
+                self._blame_processor(replayed)
                 return
 
     @staticmethod
@@ -280,8 +264,8 @@ class _Proof:
 
     def _learnt(self, base: Solver, frames: list[Frame], replayed: ReplayedRun) -> list[Any]:
         """Return what a run says of values that the solver chose; none if it can't help."""
-        if replayed.fault is not None:
-            self._learn_fault(replayed.fault)
+        if replayed.fault is not None and not replayed.computed:
+            self._unknown(f"a fault ends the run: {replayed.fault}")
         if replayed.differs and not replayed.computed:
             path, index = replayed.differs[0]
             self._unknown(f"the relation and the program differ at {path}[{index}]: a defect of scanrack")
@@ -294,19 +278,15 @@ class _Proof:
                 pins.append(base.apply("=" if v.kind in (BOOL, INT) else "fp.eq", [made, literal]))
         return pins
 
-    def _learn_fault(self, fault: LadderFault) -> None:
-        """Let no later run have the fault: runs end with it."""
+    def _blame_processor(self, replayed: ReplayedRun) -> None:
+        """Name what the processor writes beside the rungs, if the property depends on it."""
         system = self.system
         assert isinstance(system, ProgramSystem)
-        sites = system.lowered.sites
-        for number, condition in system.machine.faults:
-            if sites[number] == fault.site and condition is not FALSE:
-                learnt = and_(system.contract, not_(condition))
-                if learnt is not system.contract and self.tries > 0:
-                    system.contract = learnt
-                    self.result.assumed += (f"no run continues after a fault: {fault.site.where}",)
-                    raise _Again
-        self._unknown(f"a fault ends the run: {fault}")
+        cone = system.cone([self.bad])
+        own = [name for _, name in replayed.computed if name in cone and name in system.key_of]
+        names = dict.fromkeys(shown(name) for name in own if system.is_written_beside(system.key_of[name][0]))
+        if names:
+            self._unknown(f"the processor writes {', '.join(names)} itself")
 
     def _refuted(self, scans: list[dict[str, Any]]) -> None:
         self.result.kind, self.result.k = VerdictKind.REFUTED, len(scans)
@@ -415,3 +395,14 @@ class _Steps:
         self._open, self.blown = answer == SAT, self.blown or answer == UNKNOWN
         self.k += 1
         return answer == UNSAT
+
+
+WITHOUT_FAULTS = Limits(scans=3, k=2, work=200_000, helped=False, replays=False)
+"""Limits for the question whether a program has a major fault at all."""
+
+
+def _never_holds(problem: ProgramSystem, t: T) -> bool:
+    return bool(prove(problem, t, WITHOUT_FAULTS))
+
+
+ProgramSystem.never_holds = staticmethod(_never_holds)

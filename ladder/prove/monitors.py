@@ -2,10 +2,13 @@
 
 A claim becomes a line of structured text, compiled with the program:
 
-    Prove__1 := Fwd AND Rev;              never Fwd AND Rev
-    Prove__2 := NOT (Valve OR Idle);      always Valve OR Idle
-    Prove__3 := Done;                     reachable Done
-    Old__1 := Count;                      behind all claims, for old(Count)
+    Prove__1 := 1; Prove__1 := Fwd AND Rev;              never Fwd AND Rev
+    Prove__2 := 1; Prove__2 := NOT (Valve OR Idle);      always Valve OR Idle
+    Prove__3 := 0; Prove__3 := Done;                     reachable Done
+    Old__1 := Count;                                     behind all claims, for old(Count)
+
+A condition that can't be computed, as its subscript leaves its array, ends there: a claim is then broken, and
+what is to be reached is not. The scan of a major fault has its claims, too: they are about what stands then.
 
 A routine `NEVER` is a monitor, too. No controller runs it: nothing calls it. Each of its rungs claims that
 power never comes to its end; in structured text, each bit that a statement sets claims that it never is 1. It
@@ -21,7 +24,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -31,7 +34,7 @@ from ..instructions import BY_NAME
 from ..lowering.checks import calls_of
 from ..lowering.rungs import Lowering
 from ..lowering.runnable import LadderLogic
-from ..model.errors import BuildError, LadderError
+from ..model.errors import BuildError, LadderError, LadderFault
 from ..model.expressions import parse_address, parse_expression
 from ..model.operands import Constant, Place
 from ..model.resolver import AddressError
@@ -117,7 +120,37 @@ def run_monitors(engine: Engine) -> None:
     """Run the monitors of a program after a scan."""
     with monitoring(engine.interpreter):
         for name in engine.lowered.monitors:
-            engine.call_routine(name, ())
+            with suppress(LadderFault) if is_claims(name) else nullcontext():
+                engine.call_routine(name, ())
+
+
+def run_claims(engine: Engine) -> None:
+    """Run the monitors of claims after a scan that a major fault has ended."""
+    with monitoring(engine.interpreter):
+        for name in filter(is_claims, engine.lowered.monitors):
+            with suppress(LadderFault):
+                engine.call_routine(name, ())
+
+
+def why_broken(engine: Engine, bit: Key) -> str:
+    """Return why the condition of a claim can't be computed after the latest scan; "" if it can.
+
+    Args:
+        bit: of the claim.
+    """
+    with monitoring(engine.interpreter):
+        for name in engine.lowered.monitors:
+            try:
+                if _short(name) == bit[0]:
+                    engine.call_routine(name, ())
+            except LadderFault as fault:
+                return f"{fault.tag}: {fault.text}"
+    return ""
+
+
+def is_claims(routine: str) -> bool:
+    """Whether a monitor, by its name in capitals, is that of a claim, and not a routine NEVER."""
+    return is_monitors_own(_short(routine))
 
 
 @contextmanager
@@ -225,19 +258,26 @@ class _Maker:
     # --- claims
 
     def _claim(self, lowering: Lowering, claim: Claim) -> None:
-        own = tuple(self._condition(lowering, claim, each) for each in claim.assume)
-        negated = claim.kind is ClaimKind.ALWAYS
-        bit = self._condition(lowering, claim, claim.text, negated=negated)
+        own = tuple(self._condition(lowering, claim, each, broken=False) for each in claim.assume)
+        negated, broken = claim.kind is ClaimKind.ALWAYS, claim.kind in (ClaimKind.ALWAYS, ClaimKind.NEVER)
+        bit = self._condition(lowering, claim, claim.text, broken=broken, negated=negated)
         self.watched.append(WatchedClaim(claim, bit, own))
 
-    def _condition(self, lowering: Lowering, claim: Claim, text: str, *, negated: bool = False) -> Key:
-        """Lower a condition to a monitor of one line; return its bit."""
+    def _condition(
+        self, lowering: Lowering, claim: Claim, text: str, *, broken: bool, negated: bool = False
+    ) -> Key:
+        """Lower a condition to a monitor of its own; return its bit.
+
+        Args:
+            broken: the bit where the condition can't be computed.
+        """
         lowering.enter(claim.scope)
         value = self._parsed(lowering, claim, text)
         name = self._new_bit(lowering)
         if negated:
             value = Operation("NOT", (value,))
-        self._statements(lowering, claim.scope, name, [Assignment(Address(name), value)], claim)
+        statements = [Assignment(Address(name), each) for each in (number(int(broken)), value)]
+        self._statements(lowering, claim.scope, name, statements, claim)
         return name.upper(), 0
 
     def _parsed(self, lowering: Lowering, claim: Claim, text: str) -> Operand:

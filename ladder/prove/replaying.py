@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
@@ -11,8 +11,23 @@ from ..model.errors import LadderFault
 from ..run.edit import started_again
 from ..run.engine import Engine
 from .algebra.evaluation import Evaluator
-from .algebra.terms import T, reach
-from .system import CLOCK, DT, FIRST_SCAN, OFF, RETAINED, TOLD, TURNED, Key, ProgramSystem, System
+from .algebra.terms import T, reach, variables
+from .monitors import run_claims
+from .system import (
+    CLOCK,
+    DT,
+    FIRST_SCAN,
+    OFF,
+    RETAINED,
+    TOLD,
+    TURNED,
+    Key,
+    ProgramSystem,
+    Runnable,
+    System,
+    ms_of,
+)
+from .system.transition import MS
 
 Values = Mapping[str, Any]
 """Values of variables in a scan, by name."""
@@ -29,7 +44,7 @@ class ScanOf:
     that begins with the tags of the one before.
     """
 
-    ms: int
+    ms: float
     inputs: dict[Key, Any]
     turned: bool = False
     again: bool = False
@@ -43,13 +58,27 @@ class ScanOf:
         engine.step(self.ms)
 
 
+def done_by(program: Runnable, scans: Sequence[ScanOf]) -> tuple[Engine, LadderFault | None]:
+    """Run scans on a compiled program; return its engine, and the major fault that has stopped it."""
+    engine = program.compile()
+    for each in scans:
+        if each.again:
+            engine = started_again(engine, program.compile())
+        try:
+            each.do(engine)
+        except LadderFault as fault:
+            run_claims(engine)
+            return engine, fault
+    return engine, None
+
+
 @dataclass(slots=True)
 class ReplayedRun:
     """What became of a scenario.
 
     Attributes:
         confirmed: whether the program breaks the property, as the solver says.
-        fault: the major fault that ended it.
+        fault: the major fault that ended it, in its last scan or before.
         computed: what instructions that are not modeled computed, by scan and variable.
         done: scans without a fault.
         differs: a place where relation and program differ: a defect, unless it is in the shade of a havoc.
@@ -67,6 +96,7 @@ class Run:
 
     def __init__(self, problem: ProgramSystem) -> None:
         self.problem, self.engine, self._started = problem, problem.program.compile(), False
+        self.before: dict[str, Any] = {}  # values of all variables before the latest scan
         self._told: Values = {}  # behind the scan before
         self._told_before: Values = {}
         self.set_bits: dict[Key, int] = {}  # numbers of which bits were written before the latest scan
@@ -82,17 +112,17 @@ class Run:
             if key is not None and problem.role(name) == "free":
                 memory.write(problem.machine.kinds[key], key[1], value)
         self._write_bits()
-        off, self._told_before = off_ms(self._told), self._told
+        off, self._told_before = off_ticks(self._told, problem.tick_ns), self._told
         if is_turned(self._told) or is_again(self._told):
             self.engine.prescan()
         self._told = values
-        ms = values.get(DT, problem.least_ms)
-        before = self._before(off) if self._started else dict(problem.initial)
-        before.update(values)
-        before[DT] = ms
-        self.engine.step(ms + off)
+        ticks = values.get(DT, problem.least)
+        self.before = self._before(off) if self._started else dict(problem.initial)
+        self.before.update(values)
+        self.before[DT] = ticks
         self._started = True
-        return before
+        self.engine.step(ms_of(ticks + off, problem.tick_ns))
+        return self.before
 
     def _write_bits(self) -> None:
         """Write the bits that someone outside has told behind the scan before."""
@@ -114,7 +144,7 @@ class Run:
         for key, v in problem.machine.vars.items():
             value = engine.memory.read(problem.machine.kinds[key], key[1])
             if key[0].endswith(CLOCK):
-                value = min(v.hi, max(0, engine.now_ns - int(value)) // 1_000_000 + off)
+                value = min(v.hi, max(0, engine.now_ns - int(value)) // problem.tick_ns + off)
             elif key == FIRST_SCAN and problem.lowered.schedule is None:
                 value = is_turned(self._told_before) or is_again(self._told_before)
             found[v.val] = value
@@ -135,10 +165,10 @@ def is_again(values: Values) -> bool:
     return bool(values.get(RETAINED, False))
 
 
-def off_ms(values: Values) -> int:
-    """Return the time behind a scan in which the key is not in run, ms: at most an hour."""
+def off_ticks(values: Values, tick_ns: int) -> int:
+    """Return the time behind a scan in which the key is not in run, at most an hour, in a unit."""
     is_off = is_turned(values) and not is_again(values)
-    return min(int(values.get(OFF, 0)), MOST_OFF_MS) if is_off else 0
+    return min(int(values.get(OFF, 0)), MOST_OFF_MS * MS // tick_ns) if is_off else 0
 
 
 MOST_OFF_MS = 3_600_000
@@ -167,16 +197,40 @@ def replay(problem: ProgramSystem, scans: Sequence[Values], broken: Broken) -> R
             before = run.scan(values) | was
         except LadderFault as fault:
             result.fault = fault
+            _learn_fault(problem, fault, number, result)
+            if number + 1 < len(scans):
+                return result
+            run_claims(run.engine)
+            before = run.before | was
+            result.confirmed = broken(run.engine, before)
             return result
         result.done += 1
+        result.computed |= {(number, name): False for name in problem.machine.may_fault}
         if problem.havocs:
             _learn(problem, run, number, before, result)
+        _learn_written(problem, run, number, result)
         if not all(run.after(key) for key in problem.assume):
             return result
     result.confirmed = broken(run.engine, before)
     if not result.confirmed:
-        result.differs = _differences(problem, run, before)
+        known = {name for at, name in result.computed if at == len(scans) - 1}
+        result.differs = _differences(problem, run, before, problem.havocs.keys() - known)
     return result
+
+
+def _learn_fault(problem: ProgramSystem, fault: LadderFault, number: int, result: ReplayedRun) -> None:
+    """Note which instruction that is not modeled has faulted in a scan."""
+    names = [name for name, site in problem.machine.may_fault.items() if site == fault.site]
+    if len(names) == 1:
+        result.computed[number, names[0]] = True
+
+
+def _learn_written(problem: ProgramSystem, run: Run, number: int, result: ReplayedRun) -> None:
+    """Note what the processor has written beside the rungs, such as its clocks in a status file."""
+    for name, key in problem.key_of.items():
+        v = problem.machine.vars[key]
+        if problem.is_written_beside(key[0]) and problem.machine.state[key] is v:
+            result.computed[number, name] = run.after(key)
 
 
 def _learn(
@@ -208,10 +262,18 @@ def _seen_havocs(problem: ProgramSystem, run: Run, before: Values) -> dict[str, 
     return found
 
 
-def _differences(problem: ProgramSystem, run: Run, before: Values) -> tuple[Key, ...]:
-    """Return places where the program left something else than the relation says."""
+def _differences(
+    problem: ProgramSystem, run: Run, before: Values, unknown: Collection[str]
+) -> tuple[Key, ...]:
+    """Return places where the program left something else than the relation says.
+
+    Args:
+        unknown: variables whose values are not known: nothing is said of what depends on them.
+    """
     machine = problem.machine
     keys = sorted(key for key in machine.written if not key[0].endswith(CLOCK))[:2000]
+    if unknown:
+        keys = [key for key in keys if not any(v.val in unknown for v in variables([machine.state[key]]))]
     got = Evaluator([machine.state[key] for key in keys])(before)
     return tuple(key for key, value in zip(keys, got, strict=True) if value != run.after(key))[:3]
 
@@ -251,8 +313,8 @@ def scenario(system: System, scans: Sequence[Values]) -> tuple[ScanOf, ...]:
         inputs |= bits[number] if number < len(bits) else {}
         told = scans[number - 1] if number else {}
         again = is_again(told)
-        ms = values.get(DT, system.least_ms) + off_ms(told) if number and not again else 0
-        found.append(ScanOf(ms, inputs, is_turned(told) and not again, again))
+        ticks = values.get(DT, system.least) + off_ticks(told, system.tick_ns) if number and not again else 0
+        found.append(ScanOf(ms_of(ticks, system.tick_ns), inputs, is_turned(told) and not again, again))
     return tuple(found)
 
 

@@ -1,99 +1,109 @@
-"""What is not modeled, in two programs: where equal instructions get equal values, and so compute the same.
+"""Unknown values of two programs: which are one, and what is known of the others.
 
-An instruction that the relation leaves open writes unknown values. Two programs share them if the text of the
-instruction is the same, as often executed, and all that it names has the same terms where it runs: another
-value may be overwritten before the scan ends. What it has from the scans before may still differ: its tags
-begin with other values, or depend on something that differs.
+Each unknown value is that of a function, see `relation.unknowns`. One of the new program is one of the old
+program where the same function has the same terms as arguments. Of any other pair of the same function this
+is known: if all arguments are equal, then so are the values (Ackermann's expansion). A strict function has
+only the first rule, and only where each term that its arguments depend on is the same in both programs.
 """
 
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
+from dataclasses import dataclass, field
 
-from .algebra.terms import T
-from .relation.steps import UnmodeledStep
+from .algebra.numbers import same
+from .algebra.terms import FALSE, TRUE, T, and_, not_, or_, var
+from .relation.unknowns import Origin
 from .system import ProgramSystem
 
-Occasions = Mapping[str, list[UnmodeledStep]]
-"""What instructions found that are not modeled, in order, by their text."""
+NEW = "~new:"
+"""Start of the names of the new program's own variables."""
+
+MOST_PAIRS = 24
+"""Unknown values of the old program with which one of the new program is compared."""
 
 InNew = Callable[[T], T]
-"""Returns a term of the new program with its own variables."""
+"""Returns a term of the new program with the variables that both share."""
 
 
-def root_of(path: str) -> str:
-    r"""Return the tag of a path, with its program.
+def own(v: T) -> T:
+    """Return the new program's own variable in place of one."""
+    return var(NEW + v.val, v.kind, v.lo, v.hi)
 
-    >>> root_of(r"\P.LOOP.OUT"), root_of("ROW[3]")
-    ('\\P.LOOP', 'ROW')
+
+@dataclass(slots=True)
+class Unknowns:
+    """The unknown values of two programs.
+
+    Attributes:
+        known: the origin of each variable, by name, with arguments in the shared variables.
+        facts: truths of each scan: equal arguments have equal values; with the names of the two values.
+        shared: names of the old program's variables that the new one shares.
     """
-    names = 2 if path.startswith("\\") else 1
-    return ".".join(path.split(".")[:names]).partition("[")[0]
+
+    old: ProgramSystem
+    new: ProgramSystem
+    known: dict[str, Origin] = field(default_factory=dict)
+    facts: list[tuple[frozenset[str], T]] = field(default_factory=list)
+    shared: set[str] = field(default_factory=set)
+
+    def match(self, own_of: dict[str, T], in_new: InNew, apart: set[str]) -> None:
+        """Find a variable for each unknown value of the new program.
+
+        Args:
+            own_of: gets them, by the name that each has in the new program.
+            in_new: uses `own_of`.
+            apart: names of variables of strict functions that are not shared.
+        """
+        self.known, self.facts, self.shared = {}, [], set()
+        by_function: dict[Hashable, list[tuple[T, Origin]]] = defaultdict(list)
+        for v, origin in _in_order(self.old):
+            self.known[v.val] = origin
+            if origin.function is not None:
+                by_function[origin.function].append((v, origin))
+        for v, origin in _in_order(self.new):
+            found = origin._replace(arguments={name: in_new(t) for name, t in origin.arguments.items()})
+            pairs = by_function.get(found.function, []) if found.function is not None else []
+            one = next((u for u, other in pairs if _is_one(found, other) and u.val not in apart), None)
+            if one is not None:
+                own_of[v.val] = one
+                self.shared.add(one.val)
+                continue
+            own_of[v.val] = own(v)
+            self.known[own_of[v.val].val] = found
+            for u, other in pairs[:MOST_PAIRS] if not found.strict else ():
+                fact = or_(not_(_equal(found, other)), same(u, own_of[v.val]))
+                if fact is not TRUE:
+                    self.facts.append((frozenset((u.val, own_of[v.val].val)), fact))
+
+    def strict(self) -> Iterable[str]:
+        """Return the shared variables of strict functions."""
+        return [name for name in self.shared if self.known[name].strict]
 
 
-def occasions_of(problem: ProgramSystem) -> Occasions:
-    """Return what a program's instructions found that are not modeled."""
-    found: dict[str, list[UnmodeledStep]] = defaultdict(list)
-    for each in problem.machine.given:
-        found[each.text].append(each)
+def _in_order(problem: ProgramSystem) -> list[tuple[T, Origin]]:
+    """Return the unknown values of a program: arguments come before what depends on them."""
+    return sorted(problem.machine.origins.items(), key=lambda each: int(each[0].val[1:]))
+
+
+def _is_one(one: Origin, other: Origin) -> bool:
+    a, b = one.arguments, other.arguments
+    return a.keys() == b.keys() and all(b[name] is t for name, t in a.items())
+
+
+def _equal(one: Origin, other: Origin) -> T:
+    """Return whether all arguments are equal; FALSE if one of them lacks one."""
+    a, b = one.arguments, other.arguments
+    if a.keys() != b.keys() or any(b[name].kind != t.kind for name, t in a.items()):
+        return FALSE
+    found = TRUE
+    for name, t in a.items():
+        found = and_(found, same(t, b[name]))
     return found
 
 
-def roots_of(given: Iterable[UnmodeledStep]) -> set[str]:
-    """Return the tags that instructions name."""
-    return {root_of(path) for each in given for path in each.paths}
-
-
-def found_alike(old: list[UnmodeledStep], new: list[UnmodeledStep], in_new: InNew) -> bool:
-    """Return whether instructions of one text found the same in this scan."""
-    return len(old) == len(new) and all(
-        a.paths == b.paths and _same(a, b, in_new) for a, b in zip(old, new, strict=True)
-    )
-
-
-def _same(old: UnmodeledStep, new: UnmodeledStep, in_new: InNew) -> bool:
-    if old.values.keys() != new.values.keys() or old.lost.keys() != new.lost.keys():
-        return False
-    if any(t is not in_new(new.values[key]) for key, t in old.values.items()):
-        return False
-    lost = [pair for path in old.lost for pair in zip(old.lost[path], new.lost[path], strict=False)]
-    return all(len(old.lost[path]) == len(new.lost[path]) for path in old.lost) and all(
-        a[1].instruction == b[1].instruction and a[0] is in_new(b[0]) for a, b in lost
-    )
-
-
-def unlike_roots(old: ProgramSystem, new: ProgramSystem, given: Iterable[UnmodeledStep]) -> set[str]:
-    """Return the tags of instructions that begin with other values, or become unknown elsewhere."""
-    found = set()
-    for path in {path for each in given for path in each.paths}:
-        if not _begin_alike(old, new, path) or _losers(old, path) != _losers(new, path):
-            found.add(root_of(path))
-    return found
-
-
-def _begin_alike(old: ProgramSystem, new: ProgramSystem, path: str) -> bool:
-    ours, theirs = (each.lowered.layout.find(path) for each in (old, new))
-    if ours is None or theirs is None or (ours.type, ours.dims) != (theirs.type, theirs.dims):
-        return False
-    both = (old.engine.memory, ours), (new.engine.memory, theirs)
-    one, other = (repr(memory.values(leaf)) if memory.has(leaf) else "" for memory, leaf in both)
-    return one == other
-
-
-def _losers(problem: ProgramSystem, path: str) -> list[str]:
-    return [site.instruction for _, site in problem.machine.lost_at(path)]
-
-
-def reached(first: set[str], occasions: Iterable[Occasions]) -> set[str]:
-    """Return the texts of instructions that name these tags, or one that another such instruction names."""
-    roots, texts, more = set(first), set[str](), True
-    named = [(text, roots_of(given)) for each in occasions for text, given in each.items()]
-    while more:
-        more = False
-        for text, tags in named:
-            if (text not in texts or not tags <= roots) and (text in texts or tags & roots):
-                texts.add(text)
-                roots |= tags
-                more = True
-    return texts
+def deciding(known: Mapping[str, Origin], name: str) -> Iterable[T]:
+    """Return the terms on which an unknown value depends, by its name; none of any other variable."""
+    origin = known.get(name)
+    return () if origin is None else origin.arguments.values()

@@ -10,7 +10,8 @@ from typing import Any
 
 from .algebra.numbers import eq, rem
 from .algebra.terms import and_, const
-from .system import DT, OFF, RETAINED, TURNED, ProgramSystem, ScanBounds
+from .system import DT, OFF, RETAINED, TURNED, ProgramSystem, ScanBounds, ms_of
+from .system.transition import MS
 
 STRETCHED_MS = 1000
 """Longest scan of such a run."""
@@ -18,9 +19,10 @@ STRETCHED_MS = 1000
 
 def stretched(problem: ProgramSystem) -> ProgramSystem:
     """Return the same problem with scans of up to a second, multiples of a fixed scan time."""
-    low, high = problem.bounds.low_ms, problem.bounds.high_ms
+    (low, high), tick_ns = problem.bounds.ticks, problem.bounds.tick_ns
     step = low if low == high else 1
-    bounds = ScanBounds(low, max(high, STRETCHED_MS // step * step), problem.bounds.whole)
+    most = max(high, STRETCHED_MS * MS // tick_ns // step * step)
+    bounds = ScanBounds(problem.bounds.low_ms, ms_of(most, tick_ns), tick_ns)
     longer = ProgramSystem(problem.program, bounds, beside=problem, **problem.settings)
     if step > 1:
         multiple = eq(rem(longer.machine.dt, const(step)), const(0))
@@ -35,19 +37,20 @@ def in_short_scans(
     found: list[dict[str, Any]] = []
     before: dict[str, Any] = {}
     for number, values in enumerate(scans):
-        pieces = _pieces(values.get(DT, longer.least_ms), bounds) if number else [0]
+        pieces = _pieces(values.get(DT, longer.least), bounds) if number else [0]
         now = {name: value for name, value in values.items() if name in longer.key_of}
         told = {name: values[name] for name in (TURNED, RETAINED, OFF) if name in values}
-        for place, ms in enumerate(pieces):
+        for place, time in enumerate(pieces):
             held = now if inputs_first or place == len(pieces) - 1 else before
             behind = told if place == len(pieces) - 1 else {}
-            found.append({**held, DT: ms, **behind})
+            found.append({**held, DT: time, **behind})
         before = now
     return found
 
 
-def _pieces(ms: int, bounds: ScanBounds) -> list[int]:
+def _pieces(time: int, bounds: ScanBounds) -> list[int]:
     """Return times within the bounds that add up to a time, as far as they can."""
-    count = -(-ms // bounds.high_ms)
-    share, rest = divmod(ms, count)
-    return [max(bounds.low_ms, share + (number < rest)) for number in range(count)]
+    low, high = bounds.ticks
+    count = -(-time // high)
+    share, rest = divmod(time, count)
+    return [max(low, share + (number < rest)) for number in range(count)]

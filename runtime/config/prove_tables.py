@@ -28,15 +28,21 @@ CLAIMS = ("never", "always", "reachable")
 """Keys of a property of which it has one."""
 
 
-def _range(given: object) -> tuple[int, int]:
-    if isinstance(given, list | tuple) and [type(each) for each in given] == [int, int]:
+def _range(given: object) -> tuple[float, float]:
+    if isinstance(given, list | tuple) and len(given) == 2:
         shortest, longest = given
-        if 1 <= shortest <= longest <= LONGEST_SCAN_MS:
+        numbers = all(type(each) in (int, float) for each in given)
+        if numbers and 1 <= shortest <= longest <= LONGEST_SCAN_MS and all(map(_has_us, given)):
             return shortest, longest
     limit = str(LONGEST_SCAN_MS)
     raise PydanticCustomError(
-        "allowed", "shortest and longest, whole milliseconds from 1 to {limit}", {"limit": limit}
+        "allowed", "shortest and longest, milliseconds from 1 to {limit}, of whole µs", {"limit": limit}
     )
+
+
+def _has_us(ms: float) -> bool:
+    """Whether a time is a whole number of µs."""
+    return abs(ms * 1000 - round(ms * 1000)) < 1e-6
 
 
 def _not_empty(text: str) -> str:
@@ -104,12 +110,12 @@ class ProveTable(Table):
     """
 
     scan_ms: Annotated[
-        tuple[int, int],
+        tuple[float, float],
         PlainValidator(_range),
         WithJsonSchema(
             {
                 "type": "array",
-                "items": {"type": "integer", "minimum": 1, "maximum": LONGEST_SCAN_MS},
+                "items": {"type": "number", "minimum": 1, "maximum": LONGEST_SCAN_MS},
                 "minItems": 2,
                 "maxItems": 2,
             }

@@ -134,7 +134,9 @@ class Framer:
             found = _frame_at(buffer, at)
             if not found and final and at in self._starts and is_frame(buffer[at:]):
                 found = buffer[at:]  # of a function without a known length
-            if found:
+            if found and self._starts[-1:] > [at] and (start := self._within(buffer, at, found)) is not None:
+                at = start
+            elif found:
                 yield found
                 at = end = at + len(found)
             elif found is not None or (final and not (at in self._starts and _begins(buffer, at))):
@@ -145,16 +147,31 @@ class Framer:
                 break
         self._drop(max(end, len(buffer) - LONGEST) if final else at)
 
+    def _within(self, buffer: bytes, at: int, found: bytes) -> int | None:
+        """Return where a frame begins after a silence within another one, and is the likelier of the two.
+
+        It is, unless only the other one ends with the bytes that have come.
+        """
+        end = at + len(found)
+        start = self._frame_behind(buffer, at)
+        if start is None or start >= end:
+            return None
+        inner = _frame_at(buffer, start) or b""
+        return None if end == len(buffer) != start + len(inner) else start
+
     def _frame_behind(self, buffer: bytes, at: int) -> int | None:
         """Return the first place behind a silence, after `at`, where a frame begins."""
         return next((each for each in self._starts if each > at and _frame_at(buffer, each)), None)
 
     def _drop(self, count: int) -> None:
         """Drop bytes at the beginning of the buffer."""
-        del self._buffer[:count]
-        self._starts = [each - count for each in self._starts if each >= count and self._buffer]
-        if not self._buffer:
+        if count == len(self._buffer):
+            self._buffer.clear()
+            self._starts.clear()
             self.deadline_ns = None
+        else:
+            del self._buffer[:count]
+            self._starts = [each - count for each in self._starts if each >= count]
 
 
 def _frame_at(buffer: bytes, at: int) -> bytes | None:

@@ -133,13 +133,14 @@ class Subscriptions:
 
     def _filter_refusal(self, wanted: Any, given: Any) -> str:
         ua = self._ua
+        kind = type(given).__name__  # asyncua reads filters as classes of its own, beside those of `ua`
         if wanted.AttributeId == ua.AttributeIds.EventNotifier:
-            return "" if isinstance(given, ua.EventFilter) else "BadEventFilterInvalid"
-        if given is None or (isinstance(given, ua.ExtensionObject) and given.TypeId.is_null()):
+            return "" if kind == "EventFilter" else "BadEventFilterInvalid"
+        if given is None or (kind == "ExtensionObject" and given.TypeId.is_null()):
             return ""
-        if wanted.AttributeId != ua.AttributeIds.Value or isinstance(given, ua.EventFilter):
+        if wanted.AttributeId != ua.AttributeIds.Value or kind == "EventFilter":
             return "BadFilterNotAllowed"
-        if not isinstance(given, ua.DataChangeFilter):
+        if kind != "DataChangeFilter":
             return "BadMonitoredItemFilterUnsupported"
         if given.DeadbandType == ua.DeadbandType.None_:
             return ""

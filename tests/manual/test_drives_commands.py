@@ -116,6 +116,14 @@ class TestRefusals:
         unit = Unit("anf2").write(0x8400, 0, 0, 100, 0, 0, 0, 0, 0, 0).write(*(0,) * 10)
         self.refused(unit.write(0x1000), "CMD-17")
 
+    def test_r43_no_home_input(self):
+        self.refused(ready().command(0x20), "CMD-21")
+
+    @pytest.mark.parametrize("bit", [0x200, 0x4000])
+    def test_a_preset_in_a_motion(self, bit):
+        unit = ready(changed=ENCODER).command(2, (20, 0), ms=300).write(2 | bit)
+        self.refused(unit, "CMD-04")
+
     def test_smd_p38_a_segment_shorter_than_its_ramps(self):
         unit = ready().write(0x0800, ENABLE).write(0x1800, ENABLE, 0, 10, 9, 0, 20, 10, 0, 0)
         unit.write(0x0800).write(0, ENABLE).command(0x2000)
@@ -301,6 +309,17 @@ class TestJogs:
         unit.input(1, ms=2000)
         assert unit.position == pytest.approx(at + 3000, abs=2)
         assert "STOPPED" in unit.status
+
+    def test_r17_as_on_a_3601_only_a_lower_speed_is_followed(self):
+        unit = ready(changed={0: 0x8004}).command(0x80, (3, 0), modifiers=0x80, ms=500).write(6, 0, at=4)
+        assert unit.status >= {"INVALID_JOG_CHANGE", "MOVING_CW"}
+        assert "INVALID_JOG_CHANGE" not in unit.write(2, 0, at=4, ms=400).status
+        at = unit.position
+        assert unit.wait(100).position == at + 200
+
+    def test_r17_as_on_a_3601_the_input_must_not_be_active_at_the_start(self):
+        unit = ready(changed={0: 0x8004}).input(1).command(0x80, (3, 0), modifiers=0x80)
+        assert "CMD-20" in unit.rules
 
     def test_smd_p67_below_the_minimum_distance_the_input_does_not_count(self):
         unit = ready(changed={0: 0x8004})

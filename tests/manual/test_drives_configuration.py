@@ -179,9 +179,11 @@ class TestFlash:
         assert drive.inputs()[0] == 0x4408
 
     def test_smd_p72_preset_encoder_saves_its_offset(self):
-        unit = ready(changed={0: 0x8400, 6: 1024})
-        unit.command(0x4000, (0, 123), modifiers=0x20)
-        assert unit.drive.memory.encoder_offset == 123
+        unit = ready(changed={0: 0x8400, 1: 0x4003, 6: 2048}).command(0x4000, (0, 123), modifiers=0x20)
+        assert unit.drive.memory.writes == 2
+        unit.command(2, (1, 0), ms=900)
+        unit.drive.power_cycle()
+        assert (unit.word(4), unit.word(5)) == (1, 123)
 
 
 def test_every_rule_has_a_page_and_a_sentence():

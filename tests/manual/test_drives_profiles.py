@@ -99,15 +99,18 @@ speeds = st.sampled_from([(1, 2), (50, 10_000), (1000, 5000), (1000, 31_000), (1
 
 @given(distance=st.integers(1, 300_000), ends=speeds, rates=rates, jerk=jerks)
 def test_r13_a_move_ends_exactly_and_lasts_as_the_formulas_say(distance, ends, rates, jerk):
-    plan = move(0, 0, distance, Profile(*ends, *rates, Jerk(jerk)))
+    plan = move(0, 0, distance, Profile(ends[0], ends[1], rates[0], rates[1], Jerk(jerk)))
+    assert plan.end_ns is not None
     assert plan.position_at(plan.end_ns) == distance
     assert plan.position_at(plan.end_ns - 1) < distance
-    assert plan.end_ns / 1e9 == pytest.approx(duration(distance, *ends, rates, jerk), rel=1e-6, abs=1e-8)
+    assert plan.end_ns / 1e9 == pytest.approx(
+        duration(distance, ends[0], ends[1], rates, jerk), rel=1e-6, abs=1e-8
+    )
 
 
 @given(distance=st.integers(1, 300_000), ends=speeds, rates=rates, jerk=jerks)
 def test_travel_and_speed_have_no_jump(distance, ends, rates, jerk):
-    plan = move(0, 0, distance, Profile(*ends, *rates, Jerk(jerk)))
+    plan = move(0, 0, distance, Profile(ends[0], ends[1], rates[0], rates[1], Jerk(jerk)))
     for before, after in pairwise(plan.segments):
         at = after.start_ns
         steepest = 1000 * max(rates) * 1000 / 10**9  # 1e-3 step/s in a ns: segments begin at whole ns
@@ -118,12 +121,13 @@ def test_travel_and_speed_have_no_jump(distance, ends, rates, jerk):
 
 @given(at_ms=st.integers(1, 6000), ends=speeds, rates=rates, jerk=jerks)
 def test_a_stop_ends_on_a_step_with_the_ramp_of_its_speed(at_ms, ends, rates, jerk):
-    running = run(0, 0, 1, Profile(*ends, *rates, Jerk(jerk)))
+    running = run(0, 0, 1, Profile(ends[0], ends[1], rates[0], rates[1], Jerk(jerk)))
     at_ns = 1_000_000 * at_ms
     held = stop(running, at_ns, ends[0], rates[1], Jerk(jerk))
     speed = float(running.segment_at(at_ns).exact_speed_at(at_ns)) / 1000
     ramp = seconds(speed - ends[0], rates[1], jerk) * (speed + ends[0]) / 2
     assert held.final_steps == pytest.approx(running.travel_at(at_ns) / PICO + ramp, abs=1.01)
+    assert held.end_ns is not None
     assert held.position_at(held.end_ns) == held.final_steps
 
 

@@ -79,14 +79,28 @@ const SERVICES = {
     })),
   }), (response) => (response.results ?? []).map(
     (each) => [each.statusCode.name, ...(each.targets ?? []).map((target) => target.targetId.value)])],
-  subscribe: () => [new opcua.CreateSubscriptionRequest({
-    requestedPublishingInterval: 50, requestedLifetimeCount: 1000, requestedMaxKeepAliveCount: 10, publishingEnabled: true,
-  }), (response, points) => { points.subscription = response.subscriptionId; return []; }],
+  subscribe: (step) => [new opcua.CreateSubscriptionRequest({
+    requestedPublishingInterval: 50, publishingEnabled: true,
+    requestedLifetimeCount: step.lifetime, requestedMaxKeepAliveCount: step.alive,
+  }), (response, points) => {
+    points.subscription = response.subscriptionId;
+    return [response.revisedLifetimeCount, response.revisedMaxKeepAliveCount];
+  }],
   items: (step, points) => [new opcua.CreateMonitoredItemsRequest({
     subscriptionId: step.other ? 4711 : points.subscription,
     timestampsToReturn: step.timestamps,
     itemsToCreate: step.nodes.map((each) => ({
-      itemToMonitor: named(each), monitoringMode: 2, requestedParameters: { clientHandle: 7, queueSize: 1 },
+      itemToMonitor: named(each), monitoringMode: 2, requestedParameters: { clientHandle: 7, queueSize: 1, filter: filter(step) },
+    })),
+  }), (response, points) => {
+    points.items = (response.results ?? []).map((each) => each.monitoredItemId);
+    return (response.results ?? []).map((each) => each.statusCode.name);
+  }],
+  modify: (step, points) => [new opcua.ModifyMonitoredItemsRequest({
+    subscriptionId: step.other ? 4711 : points.subscription,
+    timestampsToReturn: step.timestamps,
+    itemsToModify: step.items.map((each) => ({
+      monitoredItemId: each < 0 ? 4711 : points.items[each], requestedParameters: { clientHandle: 7, queueSize: 1 },
     })),
   }), (response) => (response.results ?? []).map((each) => each.statusCode.name)],
   publish: (step, points) => [new opcua.PublishRequest({
@@ -98,6 +112,9 @@ const SERVICES = {
     subscriptionId: step.other ? 4711 : points.subscription, retransmitSequenceNumber: step.number,
   }), (response) => changed(response.notificationMessage)],
 };
+const filter = (step) => (step.deadband
+  ? new opcua.DataChangeFilter({ trigger: 1, deadbandType: step.deadband[0], deadbandValue: step.deadband[1] })
+  : null);
 const changed = (message) => (message.notificationData ?? [])
   .flatMap((each) => each?.monitoredItems ?? []).map((each) => shown(each.value));
 
@@ -120,14 +137,14 @@ async function main() {
   let text = '';
   for await (const piece of process.stdin) text += piece;
   const told = [];
-  const client = OPCUAClient.create({ clientName: 'peer', endpointMustExist: false, connectionStrategy: { maxRetry: 0 } });
-  await client.connect(url);
   for (const steps of JSON.parse(text)) {
+    const client = OPCUAClient.create({ clientName: 'peer', endpointMustExist: false, connectionStrategy: { maxRetry: 0 } });
+    await client.connect(url);
     const session = await client.createSession();
     told.push(await run(session, steps));
     await session.close();
+    await client.disconnect();
   }
-  await client.disconnect();
   console.log(JSON.stringify(told));
 }
 

@@ -164,6 +164,24 @@ def test_what_a_subscription_brings_together_is_of_one_instant(bench: Bench) -> 
     bench.ask(work)
 
 
+def test_events_of_the_server_are_subscribed_and_those_of_a_tag_are_not(bench: Bench) -> None:
+    async def work(client: Any) -> None:
+        from asyncua import ua
+
+        class Handler:
+            def event_notification(self, event: Any) -> None:
+                pass
+
+        subscription = await client.create_subscription(100, Handler())
+        assert await subscription.subscribe_events() is not None
+        refused = subscription.subscribe_events(named(client, "aDint")[0])
+        with pytest.raises(ua.UaStatusCodeError, match="BadAttributeIdInvalid"):
+            await refused
+        await subscription.delete()
+
+    bench.ask(work)
+
+
 SUBSCRIPTIONS = 100
 """Those that a server allows, of all clients."""
 

@@ -24,17 +24,18 @@ from ua_services import (
     NEITHER,
     SERVER,
     SOURCE,
-    SUBSCRIBE,
     Services,
     Step,
     browse,
     browse_next,
     items,
+    modify,
     node,
     publish,
     read,
     republish,
     start,
+    subscribe,
     to,
     translate,
     value,
@@ -479,18 +480,19 @@ NEXT: Mapping[str, Case] = {
 }
 
 CHANGED = {"status": "Good", "value": 7}
+SUBSCRIBE, SUBSCRIBED = subscribe(), [1_000, 10]
 FIRST = [SUBSCRIBE, items(node("Locked"))]
-MADE: list[Any] = [[], ["Good"]]
+MADE: list[Any] = [SUBSCRIBED, ["Good"]]
 
 SUBSCRIPTIONS: Mapping[str, Case] = {
     "Republish: BadSubscriptionIdInvalid": ([republish(1, other=True)], ["BadSubscriptionIdInvalid"]),
     "Republish: BadSubscriptionIdInvalid beside another one": (
         [SUBSCRIBE, republish(1, other=True)],
-        [[], "BadSubscriptionIdInvalid"],
+        [SUBSCRIBED, "BadSubscriptionIdInvalid"],
     ),
     "Republish: BadMessageNotAvailable": (
         [SUBSCRIBE, republish(1), republish(0)],
-        [[], *["BadMessageNotAvailable"] * 2],
+        [SUBSCRIBED, *["BadMessageNotAvailable"] * 2],
     ),
     "a message is there until it is acknowledged": (
         [*FIRST, publish(), republish(1), republish(1), republish(2), publish(1), republish(1)],
@@ -513,14 +515,73 @@ SUBSCRIPTIONS: Mapping[str, Case] = {
         [*FIRST, publish(5, other=True)],
         [*MADE, [["BadSubscriptionIdInvalid"], CHANGED]],
     ),
-    "items: BadNothingToDo": ([SUBSCRIBE, items()], [[], "BadNothingToDo"]),
+    "a subscription lives as long as three messages to keep it alive take": (
+        [subscribe(5, 10), subscribe(0, 0)],
+        [[30, 10], [15_000, 5_000]],
+    ),
+    "items: BadFilterNotAllowed": (
+        [SUBSCRIBE, items(node("Text"), node("aBool"), node("Locked", DISPLAY_NAME), deadband=(1, 2.0))],
+        [SUBSCRIBED, ["BadFilterNotAllowed"] * 3],
+    ),
+    "items: BadMonitoredItemFilterUnsupported": (
+        [SUBSCRIBE, items(node("Grid"), deadband=(1, 2.0)), items(node("Locked"), deadband=(2, 2.0))],
+        [SUBSCRIBED, *[["BadMonitoredItemFilterUnsupported"]] * 2],
+    ),
+    "items: a deadband": (
+        [SUBSCRIBE, items(node("Locked"), deadband=(1, 2.0)), publish()],
+        [SUBSCRIBED, ["Good"], [[], CHANGED]],
+    ),
+    "items: BadEventFilterInvalid": (
+        [SUBSCRIBE, items(node("i=2253", NOTIFIER))],
+        [SUBSCRIBED, ["BadEventFilterInvalid"]],
+    ),
+    "changed items: what is refused": (
+        [*FIRST, modify(), modify(0, timestamps=4), modify(0, other=True), modify(-1, 0)],
+        [
+            *MADE,
+            "BadNothingToDo",
+            "BadTimestampsToReturnInvalid",
+            "BadSubscriptionIdInvalid",
+            ["BadMonitoredItemIdInvalid", "Good"],
+        ],
+    ),
+    "changed items: timestamps": (
+        [
+            SUBSCRIBE,
+            items(node("aDint")),
+            publish(),
+            modify(0, timestamps=SOURCE),
+            write(to("aDint", value(DINT, 41))),
+            publish(1),
+        ],
+        [
+            *MADE,
+            [[], {"status": "Good", "source": False}],
+            ["Good"],
+            ["Good"],
+            [["Good"], {"status": "Good", "value": 41, "source": True, "server": False}],
+        ],
+    ),
+    "items: only the part that is named is watched": (
+        [
+            SUBSCRIBE,
+            items(node("aScale", part="1")),
+            publish(),
+            write(to("aScale", value(DINT, [11]), part="0")),
+            write(to("aScale", value(DINT, [21]), part="1")),
+            publish(1),
+            write(to("aScale", value(DINT, [10, 20]), part="0:1")),
+        ],
+        [*MADE, [[], *values([20])], ["Good"], ["Good"], [["Good"], *values([21])], ["Good"]],
+    ),
+    "items: BadNothingToDo": ([SUBSCRIBE, items()], [SUBSCRIBED, "BadNothingToDo"]),
     "items: BadSubscriptionIdInvalid": (
         [SUBSCRIBE, items(node("Locked"), other=True)],
-        [[], "BadSubscriptionIdInvalid"],
+        [SUBSCRIBED, "BadSubscriptionIdInvalid"],
     ),
     "items: BadTimestampsToReturnInvalid": (
         [SUBSCRIBE, items(node("Locked"), timestamps=4)],
-        [[], "BadTimestampsToReturnInvalid"],
+        [SUBSCRIBED, "BadTimestampsToReturnInvalid"],
     ),
     "items: what is refused": (
         [
@@ -537,7 +598,7 @@ SUBSCRIPTIONS: Mapping[str, Case] = {
             publish(),
         ],
         [
-            [],
+            SUBSCRIBED,
             [
                 "BadNodeIdInvalid",
                 "BadNodeIdUnknown",
@@ -557,7 +618,7 @@ SUBSCRIPTIONS: Mapping[str, Case] = {
             publish(),
         ],
         [
-            [],
+            SUBSCRIBED,
             ["Good"] * 3,
             [[], *values([20, 30], "he"), {"status": "BadIndexRangeNoData"}],
         ],
@@ -565,7 +626,7 @@ SUBSCRIPTIONS: Mapping[str, Case] = {
     **{
         f"items: timestamps {name}": (
             [SUBSCRIBE, items(node("Locked"), timestamps=each), publish()],
-            [[], ["Good"], [[], {"status": "Good", "source": source, "server": server}]],
+            [SUBSCRIBED, ["Good"], [[], {"status": "Good", "source": source, "server": server}]],
         )
         for name, each, source, server in (
             ("source", SOURCE, True, False),

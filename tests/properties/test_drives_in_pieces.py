@@ -6,6 +6,8 @@ pause of a dwell move at the call; noting the lead of the motor over the shaft a
 
 from __future__ import annotations
 
+from typing import Any
+
 from drive_unit import ENABLE, VALID
 from hypothesis import given
 from hypothesis import strategies as st
@@ -81,7 +83,7 @@ def befall(drive, name):
 
 def play(model, spec, script, pieces_ns):
     """Return what a drive shows at the end of each action, and its events."""
-    drive = Drive(MODELS[model], Machine(spec), {} if model == "anf2" else {"stored": VALID})
+    drive = Drive(MODELS[model], Machine(spec), {} if model == "anf2" else {"stored": list(VALID)})
     seen, now_ns, odd = [], 0, 123_457
     for ticks, outputs, inputs, what in script:
         befall(drive, what)
@@ -107,5 +109,5 @@ def play(model, spec, script, pieces_ns):
     pieces_ns=st.sampled_from([TICK_NS, 8 * TICK_NS, 37 * TICK_NS + 4_321]),
 )
 def test_pieces_show_the_same_words(model, spec, configuration, script, pieces_ns):
-    head = [(4, configuration, {}, None), (4, (0, ENABLE, *(0,) * 8), {}, None)]
+    head: list[Any] = [(4, configuration, {}, None), (4, (0, ENABLE, *(0,) * 8), {}, None)]
     assert play(model, spec, head + script, pieces_ns) == play(model, spec, head + script, 0)

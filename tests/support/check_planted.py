@@ -1004,11 +1004,43 @@ PLANTED = [
         "LBL(on)XIC(Goes)XIC(Dir)OTE(Lift);\nXIC(Goes)XIO(Dir)OTE(Sink);",
         "LBL(on)XIC(Up)OTE(Lift);\nXIC(Down)OTE(Sink);",
     ),
+    Planted(
+        "blocks.rung", "never-run", "XIC(Back.Done)CTU(Count,0,0);", "XIC(Back.Done)NOP();", "DIV(Count.ACC"
+    ),
+    Planted(
+        *("sequence.py", "never-run"),
+        "self.lamp = self.late(self.feeder.moving)",
+        "self.lamp = self.feeder.moving and not self.late",
+    ),
+    Planted("blocks.rung", "beyond-limit", "OutGo,6000", "OutGo,16000"),
+    Planted("sequence.py", "beyond-limit", "(0, 4000, 8000)", "(0, 4000, 18000)", "self.feeder.move_to"),
+    Planted("blocks.rung", "negative-preset", "TON(Blink,250,0)", "TON(Blink,-250,0)"),
+    Planted("text.rung", "real-equality", "Mean > 2.5", "Mean = 2.5", "Mean = 2.5"),
+    Planted(
+        "blocks.rung", "real-equality", "LES(Rate,3)", "DIV(Rate,7.0,Average)EQU(Average,2.5)LES(Rate,3)"
+    ),
+    Planted(
+        *("text.rung", "step-without-exit"),
+        "    Parts := Parts + 1;\n    Step := 0;",
+        "    Parts := Parts + 1;",
+        "Step := 20",
+    ),
+    Planted(
+        *("blocks.rung", "subscript"),
+        "LES(Rate,3)",
+        "XIC(Full)ADD(Border,1,Border)MOV(1,Lengths[Border]);\nLES(Rate,3)",
+        "MOV(1,Lengths[Border])",
+    ),
 ]
 
 
 OF_THE_RACK = {
+    "drive-differs": ("a motion block", "`XIC(axis.status.STOPPED)`, checked with `--for smd23e2`"),
     "not-configured": ("a wired CW limit, and 16#8434 in word 0", "a wired CW limit, and 16#8424 in word 0"),
+    "wrong-level": (
+        "a normally closed home switch, and 16#003B in word 1",
+        "a normally closed home switch, and 16#003F in word 1",
+    ),
     "search-without-switch": ("a home switch in [slot.machine]", "a home search without one"),
     "unused-terminal": ("inputs = { start = 0 } and XIC(Local:2:I.Data.0)", "inputs = { start = 0 } alone"),
     "unreached-step": ("TRANSITION T FROM A TO B", "a step B without a transition to it"),

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from scanrack.io_images.drives.bits import Status
 from scanrack.io_images.drives.models import MODELS
-from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
 from scanrack.runtime.modules.drives.drive import Drive
 
@@ -19,9 +19,7 @@ VALID = (0x8000, 0x0003, 1, 0, 2048, 0, 0, 20, 28, 0)
 class Unit:
     """A drive with its inputs in1 and in2."""
 
-    def __init__(
-        self, model: str = "smd23e2", machine: MachineSpec | None = None, **options: JsonValue
-    ) -> None:
+    def __init__(self, model: str = "smd23e2", machine: MachineSpec | None = None, **options: Any) -> None:
         self.drive = Drive(MODELS[model], Machine(machine or MachineSpec()), options)
 
     def wait(self, ms: float) -> Unit:
@@ -96,7 +94,7 @@ class Unit:
         return fired
 
 
-def ready(model: str = "smd23e2", changed: Mapping[int, int] | None = None, **options: JsonValue) -> Unit:
+def ready(model: str = "smd23e2", changed: Mapping[int, int] | None = None, **options: Any) -> Unit:
     """Return a configured unit at position 0, enabled."""
     unit = Unit(model, **options).configure(changed).preset()
     assert not unit.status & {"COMMAND_ERROR", "CONFIG_ERROR", "POSITION_INVALID"}

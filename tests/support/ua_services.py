@@ -81,9 +81,21 @@ def browse_next(*points: str, release: bool = False) -> Step:
     return {"service": "next", "points": list(points), "release": release}
 
 
-def items(*nodes: Step, timestamps: int = NEITHER, other: bool = False) -> Step:
-    """Return a CreateMonitoredItems request to the subscription of the case, or to no subscription."""
-    return {"service": "items", "nodes": list(nodes), "timestamps": timestamps, "other": other}
+def items(
+    *nodes: Step, timestamps: int = NEITHER, other: bool = False, deadband: tuple[int, float] | None = None
+) -> Step:
+    """Return a CreateMonitoredItems request to the subscription of the case, or to no subscription.
+
+    Args:
+        deadband: its type (1 absolute, 2 percent) and value.
+    """
+    found: Step = {"service": "items", "nodes": list(nodes), "timestamps": timestamps, "other": other}
+    return found | {"deadband": deadband}
+
+
+def modify(*items: int, timestamps: int = NEITHER, other: bool = False) -> Step:
+    """Return a ModifyMonitoredItems request; items are numbers of those that were made, -1 is none."""
+    return {"service": "modify", "items": list(items), "timestamps": timestamps, "other": other}
 
 
 def publish(*acknowledge: int, other: bool = False) -> Step:
@@ -96,7 +108,9 @@ def republish(number: int, *, other: bool = False) -> Step:
     return {"service": "republish", "number": number, "other": other}
 
 
-SUBSCRIBE: Step = {"service": "subscribe"}
+def subscribe(lifetime: int = 1_000, alive: int = 10) -> Step:
+    """Return a CreateSubscription request, in publishing intervals."""
+    return {"service": "subscribe", "lifetime": lifetime, "alive": alive}
 
 
 class Services:
@@ -230,15 +244,17 @@ class Services:
             for each in results
         ]
 
-    def _subscribe(self, _step: Step) -> Any:
+    def _subscribe(self, step: Step) -> Any:
         request = self._ua.CreateSubscriptionRequest()
         parameters = request.Parameters
         parameters.RequestedPublishingInterval, parameters.PublishingEnabled = 50.0, True
-        parameters.RequestedLifetimeCount, parameters.RequestedMaxKeepAliveCount = 1_000, 10
+        parameters.RequestedLifetimeCount = step["lifetime"]
+        parameters.RequestedMaxKeepAliveCount = step["alive"]
 
-        def made(response: Any, _results: Any) -> list[Any]:
-            self._points["subscription"] = response.Parameters.SubscriptionId
-            return []
+        def made(response: Any, _results: Any) -> list[int]:
+            made = response.Parameters
+            self._points["subscription"] = made.SubscriptionId
+            return [made.RevisedLifetimeCount, made.RevisedMaxKeepAliveCount]
 
         return request, made
 
@@ -248,11 +264,30 @@ class Services:
     def _items(self, step: Step) -> Any:
         ua, request = self._ua, self._ua.CreateMonitoredItemsRequest()
         asked = ua.MonitoringParameters(ClientHandle=7, QueueSize=1)
+        if step["deadband"]:
+            trigger = ua.DataChangeTrigger.StatusValue
+            asked.Filter = ua.DataChangeFilter(trigger, *step["deadband"])
         made = [
             ua.MonitoredItemCreateRequest(self._named(each), ua.MonitoringMode.Reporting, asked)
             for each in step["nodes"]
         ]
         request.Parameters = ua.CreateMonitoredItemsParameters(self._number(step), step["timestamps"], made)
+
+        def found(_response: Any, results: Any) -> list[str]:
+            self._points["items"] = [each.MonitoredItemId for each in results]
+            return [each.StatusCode.name for each in results]
+
+        return request, found
+
+    def _modify(self, step: Step) -> Any:
+        ua, request = self._ua, self._ua.ModifyMonitoredItemsRequest()
+        asked = ua.MonitoringParameters(ClientHandle=7, QueueSize=1)
+        known = self._points.get("items", [])
+        numbers = [known[each] if each >= 0 else 4711 for each in step["items"]]
+        changed = [ua.MonitoredItemModifyRequest(each, asked) for each in numbers]
+        request.Parameters = ua.ModifyMonitoredItemsParameters(
+            self._number(step), step["timestamps"], changed
+        )
         return request, lambda _, results: [each.StatusCode.name for each in results]
 
     def _changed(self, message: Any) -> list[Step]:

@@ -254,9 +254,12 @@ WORLDS: Mapping[str, Mapping[str, str]] = {
         "feeder.rung": (EXAMPLES / "feeder" / "feeder.rung").read_text("utf-8"), "rack.toml": FEEDER,
     },
     "wrong configuration": {"feeder.rung": BROKEN, "rack.toml": FEEDER},
-    "stations": {
-        name: (EXAMPLES / "sequences" / file).read_text("utf-8")
-        for name, file in (("stations.py", "stations.py"), ("rack.toml", "stations.toml"))
+    **{
+        rack: {
+            name: (EXAMPLES / "sequences" / file).read_text("utf-8")
+            for name, file in (("stations.py", "stations.py"), ("rack.toml", f"{rack}.toml"))
+        }
+        for rack in ("stations", "stations_pcl601")
     },
     "line": {
         name: (EXAMPLES / "three_stations_panel" / file).read_text("utf-8")
@@ -326,6 +329,10 @@ QUESTIONS = [
         ("14.2s", "lamp", "input", "IN_ESTOP"),
         ("14.2s", "slot1.status.MOVING_CCW", "input", "IN_ESTOP"),
         ("30s", "lamp", "input", "start"),
+    ),
+    *_rows("cut short", "stations_pcl601",
+        ("14.2s", "lamp", "input", "IN_ESTOP"),  # STOPPED shows scans after the emergency stop
+        ("14.2s", "slot1.status.STOPPED", "input", "IN_ESTOP"),
     ),
     *_rows("cut short", "feeder",
         ("8.2s", "Feeding", "input", "IN_ESTOP"),

@@ -74,9 +74,9 @@ def _prove_command(
     certificate, proof.smt2 and proof.json; with --check other solvers check it, and what one of them refuses
     is unknown.
 
-    Of two programs, it lists the bits and numbers that can differ in one scan and ever, with a run each and
-    the inputs on which that depends. All others are equal. With --may-differ, it fails if another one can
-    differ.
+    Of two programs, it compares each bit and number that either writes, and lists those that can differ in
+    one scan and ever, with a run each and the inputs on which that depends. All others are equal. With
+    --may-differ, it fails if another one can differ.
 
     Examples: scanrack new feeder --from feeder; scanrack prove feeder/feeder.toml
     Example: scanrack prove before.L5X after.L5X --may-differ Valve1,Valve2
@@ -125,7 +125,7 @@ def _compare(
     else:
         for line in lines_of(found):
             say(line)
-    return NO if found.beyond else DONE
+    return DONE if found.is_equal else NO
 
 
 def _solvers() -> list[Solver]:

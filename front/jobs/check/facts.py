@@ -21,7 +21,7 @@ from enum import Enum, auto
 from typing import NamedTuple
 
 from ...io_images.site import Site
-from .logic import TRUE, Bit, Condition
+from .logic import TRUE, UNKNOWN, Bit, Condition
 from .ranges import ANY, Range
 from .written import FileLine as FileLine
 from .written import Step as Step
@@ -99,6 +99,7 @@ class Access:
         default: whether it is a statement that every scan executes, and that a later one may override.
         steady: whether its condition, and what it assigns to a bit, holds from the second scan on.
         parameter: whether it takes an argument of a routine.
+        zero: whether it writes 0: CLR, RES, MOV(0,...), an assignment of 0.
         text: as written; "" if it is the variable itself.
     """
 
@@ -113,6 +114,7 @@ class Access:
     default: bool = False
     steady: bool = False
     parameter: bool = False
+    zero: bool = False
     text: str = ""
 
     @property
@@ -150,6 +152,8 @@ class Command:
         words: whether it is given as words.
         execute: the bit that starts it, in capitals; "1" if it is always on, "" if there is none.
         starts: the condition of the bit that starts it, as a text; "" if it is not of bits and steps alone.
+        on: the condition of its Execute; UNKNOWN if it is not known.
+        implies: what holds whenever its Execute is on, with what is behind coils.
         segments: of a blend: length, speed and rate of each, as far as they are known.
     """
 
@@ -168,6 +172,8 @@ class Command:
     words: bool = False
     execute: str = ""
     starts: str = ""
+    on: Condition = UNKNOWN
+    implies: Condition = TRUE
     segments: tuple[tuple[Range, Range, Range], ...] | None = None
 
     def value(self, name: str) -> Range:
@@ -211,6 +217,20 @@ class StepAction:
         return self.steps is None or step in self.steps
 
 
+class StepUse(NamedTuple):
+    """What a program does in one step only.
+
+    Attributes:
+        tested: whether anything asks for this step.
+        works: whether something in it depends on other conditions than the step.
+        chosen: whether a CASE, or a text in Python, asks for it, not the comparison of a rung.
+    """
+
+    tested: bool = False
+    works: bool = False
+    chosen: bool = False
+
+
 class OutputWrite(NamedTuple):
     """What switches an output on.
 
@@ -242,6 +262,8 @@ class Facts:
         computed: slots whose output words the program computes.
         escaped: axes that parts of the program get which are not followed.
         actions: what the program does in its steps.
+        first_steps: returns the steps in which a machine may begin.
+        step_use: returns what the program does in a step of a machine; None if that is unknown.
         writes: to output words of 3601s.
         outputs: what switches outputs on.
         at_once: commands that are sent together with their parameters.
@@ -260,6 +282,8 @@ class Facts:
     computed: set[int] = field(default_factory=set)
     escaped: set[str] = field(default_factory=set)
     actions: list[StepAction] = field(default_factory=list)
+    first_steps: Callable[[str], frozenset[Step]] = lambda _machine: frozenset()
+    step_use: Callable[[str, Step], StepUse | None] | None = None
     writes: list[WordWrite] = field(default_factory=list)
     outputs: list[OutputWrite] = field(default_factory=list)
     at_once: list[LocalFinding] = field(default_factory=list)

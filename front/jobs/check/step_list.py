@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from ...io_images.image import WORDS, Image
+from ...io_images.amci3601 import CommandLsw
+from ...io_images.image import WORDS, WORDS_MAX, Image
 from ...ladder.files.steps import Step, Steps
 from .facts import Command, Facts, FileLine, SentCommand, StepAction
 from .module_kinds import KINDS, MODE_CONFIG, MOVING, OFF_AT_END, SEARCHES, kinds_of
@@ -17,17 +18,19 @@ from .written import WordValue, WordWrite
 MACHINE = "step"
 """The one number that says the step."""
 
+BLEND_PROGRAM = CommandLsw.BLEND_PROGRAM.value
+
 _WORD = 0xFFFF
 
 
 def step_facts(path: Path, program: Steps) -> Facts:
     """Read the facts of a list of steps."""
     facts = Facts()
-    image = Image()
+    image = Image(size=WORDS_MAX)  # of any module
     following = [*(each.line for each in program.steps[1:]), 0]
     for step, goes in zip(program.steps, following, strict=True):
         step.write(image)
-        words = image.words.tolist()
+        words = image.words.tolist()[:WORDS]
         place = FileLine(str(path), step.line)
         _written(facts, program.slot, place, words)
         facts.actions += _actions(program.slot, place, step, goes, words)
@@ -40,7 +43,8 @@ def _written(facts: Facts, slot: int, place: FileLine, words: Sequence[int]) -> 
         facts.configurations.append(SentCommand(place, slot, tuple(words)))
     elif first & SEARCHES:
         facts.searches.append(SentCommand(place, slot))
-    for kind in ["configure"] if first & MODE_CONFIG else kinds_of(first):
+    programs = ["program_blend"] if words[1] & BLEND_PROGRAM else []
+    for kind in ["configure"] if first & MODE_CONFIG else [*kinds_of(first), *programs]:
         facts.commands.append(
             Command(
                 *(kind, f"slot {slot}", slot, place, f"the command {kind}"),

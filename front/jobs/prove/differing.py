@@ -14,7 +14,9 @@ from ...ladder.model.resolver import Resolver
 from ...ladder.model.tags import Layout
 from ...ladder.prove.answers import ScenarioStep, steps_of, tag_text
 from ...ladder.prove.difference import ChangedValue, compare
+from ...ladder.prove.differing_runs import FAULT
 from ...ladder.prove.monitors import Key
+from ...ladder.prove.relation.stored import MOST_OPEN
 from ...ladder.prove.system import ScanBounds
 from ...ladder.prove.system.happenings import LEFT_OUT
 from ..check.alone import load_any
@@ -25,10 +27,16 @@ from .report import held_text
 from .scenario import on_scans_of
 from .subject import bounds_of
 
+FAULT_NAME = "a major fault"
+"""What stands in place of a tag's name for a fault that stops one of the programs alone."""
+
 
 @dataclass(frozen=True, slots=True)
 class ChangedTag:
-    """A value that can differ, with its name as the program has it, and a run in which it does."""
+    """A value that can differ, with its name as the program has it, and a run in which it does.
+
+    Whether a major fault stops one of the programs alone is a value, too: `FAULT_NAME`.
+    """
 
     name: str
     now: bool  # whether one scan after equal states can make the difference
@@ -43,17 +51,23 @@ class ChangedTag:
 class EditedSubject:
     """What can differ between two programs."""
 
-    compared: int  # values that both programs write
+    compared: int  # values that either program writes and both have
     changed: tuple[ChangedTag, ...]
     removed: tuple[str, ...]
     added: tuple[str, ...]
     bounds: ScanBounds
     held: Mapping[str, Any]  # numbers that nothing writes, with the values that are assumed
+    open: tuple[str, ...] = ()  # what is not compared, and where the relation does not follow a program
 
     @property
     def beyond(self) -> tuple[ChangedTag, ...]:
         """What can differ though `only` does not name it; everything without `only`."""
         return tuple(each for each in self.changed if not each.allowed)
+
+    @property
+    def is_equal(self) -> bool:
+        """Whether nothing can differ but what `only` names."""
+        return not self.beyond and not self.open
 
 
 def edited(old: str, new: str, only: Sequence[str], folder: ScenarioFolder) -> EditedSubject:
@@ -76,11 +90,15 @@ def edited(old: str, new: str, only: Sequence[str], folder: ScenarioFolder) -> E
     found = compare(before[1], logic, bounds, free=given.free, written_outside=given.written_outside)
     held = {each.named(tag_text(layout, each.key)): each.value for each in found.held}
     changed = []
-    for each in found.changed:
+    for each in (*found.changed, *([] if found.fault is None else [found.fault])):
         may = any(_is_in(each.key, one) for one in allowed)
         changed.append(_with_scenario(job, before[1], layout, each, folder, allowed=may))
     names = tuple(found.removed), tuple(found.added)
-    return EditedSubject(found.compared, tuple(changed), *names, bounds, held)
+    left = (
+        *[f"elements of {each} from {MOST_OPEN:,} on are not compared" for each in found.uncompared],
+        *[f"nothing is known behind {each}" for each in found.unfollowed],
+    )
+    return EditedSubject(found.compared, tuple(changed), *names, bounds, held, left)
 
 
 def _ladder(file: str) -> tuple[LoadedRack, LadderLogic]:
@@ -122,10 +140,11 @@ def _with_scenario(
     *,
     allowed: bool,
 ) -> ChangedTag:
-    name, file, rack = tag_text(layout, found.key), None, None
+    is_fault = found.key == FAULT
+    name, file, rack = FAULT_NAME if is_fault else tag_text(layout, found.key), None, None
     if found.scans:
         scan_ns = job.spec.scan_ns if job.spec.slot else 1_000_000
-        rack = difference_on_rack(job, old, layout, found.scans, found.key)
+        rack = None if is_fault else difference_on_rack(job, old, layout, found.scans, found.key)
         orders = on_scans_of(layout, found.scans, scan_ns) if rack is None else rack.scenario
         file = write_scenario(job, name, orders, scan_ns, rack, folder)
     inputs = tuple(_cased(layout, each) for each in found.inputs)
@@ -141,31 +160,38 @@ def _cased(layout: Layout, text: str) -> str:
 
 def lines_of(found: EditedSubject) -> Iterator[str]:
     """Yield what can differ, a line each, with its run."""
-    now = sum(each.now for each in found.changed)
+    values = [each for each in found.changed if each.name != FAULT_NAME]
+    now = sum(each.now for each in values)
     yield (
-        f"{len(found.changed):,} of {found.compared:,} bits and numbers can differ, {now:,} in one scan; "
-        "all others are equal in every run"
+        f"{len(values):,} of {found.compared:,} bits and numbers can differ, {now:,} in one scan; "
+        + ("the others are not proved equal" if found.open else "all others are equal in every run")
     )
-    width = max((len(each.name) for each in found.changed), default=0)
-    for each in found.changed:
-        run = (
-            f"scan {len(each.steps):,}   {each.scenario}" if each.steps else "no run found within the limits"
-        )
+    shown = [each for each in found.changed if each.steps]
+    width = max((len(each.name) for each in shown), default=0)
+    for each in shown:
         allowed = "   (--may-differ)" if each.allowed else ""
-        yield f"{each.name:<{width}}  {'now' if each.now else 'later':<5}  {run}{allowed}"
+        when = "now" if each.now else "later"
+        yield f"{each.name:<{width}}  {when:<5}  scan {len(each.steps):,}   {each.scenario}{allowed}"
         for number, step in enumerate(each.steps, start=1):
             yield f"    scan {number}: {step}"
         if each.rack is not None:
             yield f"    {each.rack}"
         if each.inputs:
             yield f"    depends on {', '.join(each.inputs)}"
+    for now_, word in ((True, "now"), (False, "later")):
+        found_none = [each for each in found.changed if not each.steps and each.now is now_]
+        if found_none:
+            said = [f"{each.name}{' (--may-differ)' * each.allowed}" for each in found_none]
+            yield f"{word}, no run found within the limits: {', '.join(said)}"
+    yield from found.open
     for word, names in (
         ("only the old program has", found.removed),
         ("only the new program has", found.added),
     ):
         if names:
             yield f"{word} {', '.join(names)}"
-    yield f"assumed: scans are {found.bounds.low_ms:,} to {found.bounds.high_ms:,} ms apart"
+    bounds = found.bounds
+    yield f"assumed: scans are {bounds.low_ms:,} to {bounds.high_ms:,} ms apart{bounds.steps_text}"
     yield from (f"    {each}" for each in LEFT_OUT.values())
     if found.held:
         yield f"    {held_text(found.held)}"
@@ -189,6 +215,7 @@ def as_json(found: EditedSubject) -> dict[str, Any]:
         ],
         "removed": list(found.removed),
         "added": list(found.added),
+        "open": list(found.open),
         "held": dict(found.held),
         "scan_ms": [found.bounds.low_ms, found.bounds.high_ms],
         "assumed": list(LEFT_OUT.values()),

@@ -60,7 +60,7 @@ class _ValueNotes(QuietListener):
 
     def __init__(self, subject: ProofSubject, engine: Engine, truths: Sequence[T]) -> None:
         problem = subject.problem
-        self._engine, self._least_ms = engine, problem.least_ms
+        self._engine, self._tick_ns = engine, problem.tick_ns
         unknown = problem.havocs.keys()
         known = {t: BatchEvaluator([t], AT_ONCE).variables for t in truths}
         self.left = [t for t, needs in known.items() if not any(v.val in unknown for v in needs)]
@@ -103,13 +103,13 @@ class _ValueNotes(QuietListener):
         """Return the values before each scan: states as the one before left them, inputs as it has them."""
         times = np.array(self._times, dtype=np.int64)
         found: dict[str, Array] = {
-            DT: (times[1:] - times[:-1]) // 1_000_000,
+            DT: (times[1:] - times[:-1]) // self._tick_ns,
             "S:FS[0]": np.zeros(count, np.bool_),
         }
         for column, (v, _, _, is_state) in enumerate(self._places):
             rows = self._rows[:-1] if is_state else self._rows[1:]
             values = np.array([row[column] for row in rows], dtype=dtype_of(v))
             if v.val.endswith(f"{CLOCK}[0]"):
-                values = np.clip((times[:-1] - values) // 1_000_000, 0, v.hi)
+                values = np.clip((times[:-1] - values) // self._tick_ns, 0, v.hi)
             found[v.val] = values
         return found

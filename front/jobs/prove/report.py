@@ -70,6 +70,7 @@ def below(subject: ProofSubject, result: Result) -> Iterator[str]:
     """Yield the lines below that of a claim: its scenario, and what the rack did."""
     for number, step in enumerate(result.answer.steps, start=1):
         yield f"scan {number}: {told(step, subject.job.spec)}"
+    yield from result.answer.end
     if result.rack is not None:
         yield str(result.rack)
     if result.answer.advice:
@@ -104,7 +105,7 @@ def assumptions(subject: ProofSubject, results: Iterable[Result]) -> list[str]:
     bounds = subject.problem.bounds
     wide = f"scan_ms = [{max(1, bounds.low_ms)}, {LATEST_MS}]"
     late = f", none is later ({wide})" if bounds.high_ms < LATEST_MS else ""
-    apart = f"scans are {bounds.low_ms:,} to {bounds.high_ms:,} ms apart{late}"
+    apart = f"scans are {bounds.low_ms:,} to {bounds.high_ms:,} ms apart{bounds.steps_text}{late}"
     lines = [apart, *subject.assumed, *said]
     return [*lines, held_text(held)] if held else lines
 
@@ -147,6 +148,7 @@ def _row(result: Result) -> dict[str, Any]:
         "blame": list(verdict.blame),
         "advice": found.advice,
         "scans": scans_of(found.steps),
+        "end": list(found.end),
         "scenario": None if result.scenario is None else str(result.scenario),
         "rack": None if result.rack is None else result.rack.to_json(),
         "at_own_time": None if result.at_own_time is None else result.at_own_time.verdict.kind,

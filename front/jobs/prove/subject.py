@@ -83,7 +83,7 @@ def bounds_of(job: LoadedRack) -> ScanBounds:
     """Return the times between scans that proofs cover; from 0 ms for a rack with scans below 1 ms."""
     shortest, longest = job.spec.prove.scan_ms
     shortest = 0 if shortest == 1 and job.spec.scan_ns < 1_000_000 else shortest
-    return ScanBounds(shortest, longest, whole=not job.spec.scan_ns % 1_000_000)
+    return ScanBounds.of(shortest, longest, job.spec.scan_ns)
 
 
 def _contracts(

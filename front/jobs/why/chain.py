@@ -340,16 +340,22 @@ class RackChain:
         own = own or [each for each in rules if not _named(each)]
         text = "; ".join(event_text(each) for each in own[:1])
         text = self._standing(slot, bits, row) or text
-        cut = any(each.fields.get("outcome") in _CUT for each in own)
-        switched = cut or any(
+        cut = next((each for each in own if each.fields.get("outcome") in _CUT), None)
+        switched = cut is not None or any(
             each.fields.get("kind") == "rule" or each.fields.get("name") in _SWITCHED for each in own
         )
-        behind = list(self._terminals(slot, row)) if switched else []
-        behind = behind or (list(self._interruption(slot, row, rules)) if cut else [])
+        cut_row = self._cut_row(cut, row)
+        behind = list(self._terminals(slot, cut_row)) if switched else []
+        behind = behind or (list(self._interruption(slot, cut_row)) if cut is not None else [])
         behind = behind or list(self._command(slot, bits, row))
         return self.link("module", bits, name, row, text or self._of_bit(bits, row), *behind)
 
-    def _interruption(self, slot: SlotInfo, row: int, events: list[TraceEvent]) -> Iterator[CauseLink]:
+    def _cut_row(self, cut: TraceEvent | None, row: int) -> int:
+        """Return the scan in which a motion was cut; on an adapter its end shows in a later one."""
+        cut_ns = None if cut is None else cut.fields.get("cut_ns")
+        return row if cut_ns is None else min(row, bisect_left(self.recording.times, int(str(cut_ns))))
+
+    def _interruption(self, slot: SlotInfo, row: int) -> Iterator[CauseLink]:
         """Yield what cut a motion short in a scan: the CPU that left run mode, a command, or a rule."""
         mode = of_cpu(self.recording, row)
         if mode is not None:
@@ -359,7 +365,7 @@ class RackChain:
         if answered is not None:
             yield answered
             return
-        rules = [each for each in events if each.fields.get("kind") == "rule"]
+        rules = [each for each in self._events(row, slot.number) if each.fields.get("kind") == "rule"]
         if rules:
             parts = {"kind": "module", "name": f"slot {slot.number}", "value": None}
             at = {"scan": self.recording.numbers[row], "now_ns": self.recording.times[row]}

@@ -180,6 +180,7 @@ ALMD = always(
     optional=2,
     run=_almd,
     write=write_almd,
+    faults=False,
     instead=IN_RUNGS,
     prescan=_prescan_almd,
 )
@@ -192,5 +193,6 @@ ALMA = always(
     optional=4,
     run=_alma,
     write=write_alma,
+    faults=False,
     prescan=_prescan_alma,
 )

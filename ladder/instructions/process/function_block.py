@@ -261,6 +261,7 @@ def block_row(name: str, step: Callable[[FunctionBlock], Any], *, optional: int 
         write=write_block,
         fetch=fetch,
         partly=True,
+        faults=bool(arrays),
         prescan=prescan,
         check=partial(_check_arrays, kind=kind),
         in_rungs=False,

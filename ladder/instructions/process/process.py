@@ -166,5 +166,6 @@ PID = always(
     Use.NUMBER,
     run=_pid,
     write=write_pid,
+    faults=False,
     prescan=lambda machine, group, *_operands: _Loop(machine, group).set_bits(INI=False),
 )

@@ -345,5 +345,7 @@ def _row(name: str, use: Use, *, written: bool, **parts: Any) -> Spec:
 
 
 EVENT = action("EVENT", Use.LABEL, run=_event)
-GSV = _row("GSV", Use.DESTINATION, written=True, run=_gsv, write=write_gsv, fetch=_fetch, partly=True)
+GSV = _row(
+    "GSV", Use.DESTINATION, written=True, run=_gsv, write=write_gsv, fetch=_fetch, partly=True, faults=False
+)
 SSV = _row("SSV", Use.SOURCE, written=False, run=_ssv)

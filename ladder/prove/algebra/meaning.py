@@ -13,6 +13,7 @@ rounded after each operation.
 | fadd, fsub, fmul, fdiv, fneg, fabs | of floats, to the nearest, half to even |
 | fsqrt, frem | root of a float >= 0; distance to the nearest multiple, as IEEE 754 has it |
 | feq, flt, fle, fnan, ffin | of floats, as IEEE 754 has them; `ffin`: neither infinite nor NaN |
+| fsame | of floats: the same number, so that -0.0 is not 0.0 and NaN is NaN |
 | i2f, f2f, f2i | conversions; `f2i` is 0 at and beyond 2**62, of infinity and NaN |
 """
 
@@ -74,6 +75,17 @@ def write_bit(word: int, truth: bool, number: int, width: int) -> int:
     return wrap(word & ~(1 << number) | truth << number, width)
 
 
+def same_float(a: float, b: float) -> bool:
+    """Whether two floats are the same number.
+
+    >>> same_float(0.0, -0.0), same_float(math.nan, math.nan)
+    (False, True)
+    """
+    if a != a or b != b:
+        return a != a and b != b
+    return a == b and math.copysign(1.0, a) == math.copysign(1.0, b)
+
+
 PLAIN: dict[str, Callable[..., Any]] = {
     "not": operator.not_,
     "and": lambda a, b: a and b,
@@ -91,6 +103,7 @@ PLAIN: dict[str, Callable[..., Any]] = {
     "eq": operator.eq,
     "lt": operator.lt,
     "feq": operator.eq,
+    "fsame": same_float,
     "flt": operator.lt,
     "fle": operator.le,
     "fnan": math.isnan,

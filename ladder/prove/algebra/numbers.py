@@ -166,6 +166,17 @@ def eq(a: T, b: T) -> T:
     return mk("eq", (a, b), BOOL)
 
 
+def same(a: T, b: T) -> T:
+    """Two values of one kind are the same: of floats, the sign of zero counts, and NaN is NaN."""
+    if a is b:
+        return TRUE
+    if a.kind in (BOOL, INT):
+        return eq(a, b)
+    if a.op == b.op == "const":
+        return const(meaning("fsame", BOOL, None)(a.val, b.val))
+    return mk("fsame", (a, b) if a.id < b.id else (b, a), BOOL)
+
+
 def lt(a: T, b: T) -> T:
     """A is less than b."""
     if a.kind != INT:

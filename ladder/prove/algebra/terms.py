@@ -11,7 +11,7 @@ is smaller than its term's.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from itertools import count
 from typing import Any
 
@@ -170,6 +170,26 @@ def _truth_of(c: T, a: T, b: T) -> T | None:
 
 
 # --- walks
+
+
+def replaced(t: T, of: Mapping[str, T], memo: dict[int, T]) -> T:
+    """Return a term with others in place of variables, by name; `memo` has what is known by id."""
+    todo = [t]
+    while todo:
+        each = todo[-1]
+        missing = [] if each.id in memo else [a for a in each.args if a.id not in memo]
+        if missing:
+            todo += missing
+            continue
+        todo.pop()
+        if each.id in memo:
+            continue
+        if each.op == "var":
+            memo[each.id] = of.get(each.val, each)
+        else:
+            args = tuple(memo[a.id] for a in each.args)
+            memo[each.id] = mk(each.op, args, each.kind, each.val, each.lo, each.hi)
+    return memo[t.id]
 
 
 def reach(roots: Iterable[T]) -> list[T]:

@@ -245,7 +245,8 @@ def any_numbers(problem: ProgramSystem, roots: Sequence[T] = ()) -> System:
         deep=problem.deep,
         havocs=problem.havocs,
         key_of=problem.key_of,
-        least_ms=problem.least_ms,
+        least=problem.least,
+        tick_ns=problem.tick_ns,
     )
 
 

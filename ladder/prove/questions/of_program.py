@@ -11,7 +11,7 @@ from ...model.spec import InstructionKind
 from ...state.lowered import LoweredLine, LoweredRoutine, LoweredStep, Node, Parallel, steps_of
 from ..algebra.meaning import BOOL
 from ..algebra.numbers import bit
-from ..algebra.terms import FALSE, T, and_, iff, not_, or_
+from ..algebra.terms import FALSE, TRUE, T, and_, iff, not_, or_, replaced
 from ..relation.symbols import term_of
 from ..system import ProgramSystem
 from .asking import Question
@@ -115,14 +115,25 @@ def _of_coil(problem: ProgramSystem, steps: Sequence[LoweredStep]) -> Iterator[Q
     sites, after = problem.lowered.sites, bit_after(problem, place)
     on = next((step for step in steps if step.name != "OTU"), None)
     if on is not None:
-        site, falls = sites[on.site], and_(bit_before(problem, place), not_(after))
+        site, text = sites[on.site], f"{place.text} is never off again once it is on"
         yield Question("never-on", site, f"{place.text} is never on", after)
-        yield Question("stuck", site, f"{place.text} is never off again once it is on", falls, after)
+        falls = and_(bit_before(problem, place), not_(_as_first(problem, after)))
+        yield Question("stuck", site, text, falls, and_(after, not_(problem.stops)))
     for one, other in combinations([step for step in steps if step.name == "OTE"], 2):
         where = sites[one.site].place
         text = f"{place.text}: the coils here and in {where} write different values in one scan"
         pair = one.site, other.site
         yield Question("conflict", sites[other.site], text, _disagree(problem, one, other), coils=pair)
+
+
+def _as_first(problem: ProgramSystem, t: T) -> T:
+    """Return what a term is if its scan may also be the first one after program mode."""
+    names = {"S:FS[0]": TRUE}
+    schedule = problem.lowered.schedule
+    for each in () if schedule is None else schedule.programs:
+        names[f"{each.started.path.upper()}[0]"] = FALSE
+    first = replaced(t, names, {})
+    return and_(t, first)
 
 
 def _disagree(problem: ProgramSystem, one: LoweredStep, other: LoweredStep) -> T:

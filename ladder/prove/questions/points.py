@@ -125,6 +125,6 @@ def _state_of(problem: ProgramSystem, start: Engine, roots: Iterable[T]) -> dict
             continue
         value = start.memory.read(leaf, key[1])
         if key[0].endswith(CLOCK):
-            value = min(v.hi, max(0, start.now_ns - int(value)) // 1_000_000)
+            value = min(v.hi, max(0, start.now_ns - int(value)) // problem.tick_ns)
         found[v.val] = False if key == FIRST_SCAN else value
     return found

@@ -51,7 +51,7 @@ class TermCalls(TermSteps):
         finally:
             for each, value in kept.items():
                 setattr(self, each, value)
-            self.active = and_(self.active, not_(self._ended))
+            self.active = self._going_on(self.active)
 
     def _lines(self, routine: LoweredRoutine, inputs: Sequence[Any]) -> None:
         if routine.body is not None:

@@ -14,7 +14,7 @@ from ...state.regions import ArrayRegion, End
 from ..algebra.meaning import INT
 from ..algebra.numbers import lt
 from ..algebra.terms import T, const, ite, mk
-from .patterns import Pattern, constant_bytes, pack, unpack
+from .patterns import Pattern, Unknowns, constant_bytes, pack, unpack
 from .places import kind_of
 from .symbols import TermSymbol, UnmodelledError, term_of
 
@@ -22,14 +22,11 @@ MOST_COPIED = 4096
 """Maximum values of a copy."""
 
 
-class Values(Protocol):
+class Values(Unknowns, Protocol):
     """What copies ask of the scan's `TermValues`."""
 
     def converted(self, kind: Elementary, value: Any) -> Any:
         """Return a number converted to a type."""
-
-    def unknown(self, kind: str, lo: int = 0, hi: int = 0) -> T:
-        """Return a variable for what is not modelled."""
 
     def symbol(self, t: T) -> Any:
         """Return a term as a number."""
@@ -74,7 +71,7 @@ class CopyRegions:
         for number in range(_known(count, region)):
             for part in region.parts:
                 offset = number * region.size + part.field.offset
-                t = unpack(cells, offset, part.field, self._values.unknown)
+                t = unpack(cells, offset, part.field, self._values)
                 index = (first + number) * part.per_element + part.field.index
                 store.write(part.leaf, index, self._values.symbol(t))
 

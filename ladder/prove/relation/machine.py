@@ -5,8 +5,10 @@
 jumps, calls or loops has `Spec.prove`. What neither covers havocs: each place that it may write gets a new
 variable, which may have any value.
 
-A scan that faults continues, and what is havocked may be anything: the relation has more behaviors than the
-program, never fewer. Where it stops following the program, `deep` says under which condition.
+A scan ends with a major fault, if `ends`: its tags keep what stands then, and no other scan follows. Without
+that it continues, which is right where no fault can happen. What is havocked may be anything: the relation
+has more behaviors than the program, never fewer. Where it stops following the program, `deep` says under
+which condition.
 """
 
 from __future__ import annotations
@@ -26,11 +28,12 @@ from ...state.lowered import (
     Selection,
 )
 from ..algebra.meaning import BOOL, F64, INT
-from ..algebra.numbers import le
-from ..algebra.terms import FALSE, TRUE, T, and_, const, not_, or_
+from ..algebra.numbers import add, le, wrap
+from ..algebra.terms import FALSE, TRUE, T, and_, const, ite, not_, or_
 from .calls import MOST_KNOWN_PASSES, TermCalls
 from .paths import Path, merged
-from .places import Key
+from .places import Key, kind_of
+from .shapes import world_of
 from .symbols import term_of
 
 NOTHING: Mapping[Key, Any] = MappingProxyType({})
@@ -41,7 +44,7 @@ class ScanMachine(TermCalls):
 
     Args:
         lowered: the program.
-        dt: least and most ms since the scan before.
+        dt: least and most time since the scan before, in units of `tick_ns`.
         known: values that no scan changes, by place: such as LEN of a CONTROL, which bounds loops.
 
     Attributes:
@@ -53,6 +56,8 @@ class ScanMachine(TermCalls):
         havocs: variables of what is not modeled, with the instruction.
         cut: each instruction that is not modeled, its name, and why.
         faults: numbers of instructions with the condition of a major fault.
+        stops: where any of them stops the processor.
+        origins: the functions of the variables in `havocs`.
         deep: where the relation does not follow the program.
     """
 
@@ -68,7 +73,12 @@ class ScanMachine(TermCalls):
         if self.lowered.override:
             self.set_status(OVERRIDE, False)
         self._scan()
-        self.active, self._ended = TRUE, FALSE  # what runs behind the scan does so wherever it ended
+        self.begin_again()
+
+    def begin_again(self) -> None:
+        """Let what runs behind the scan do so wherever it has ended."""
+        self.active = TRUE
+        self._ended = self.faulted = FALSE
 
     def _scan(self) -> None:
         schedule = self.lowered.schedule
@@ -87,10 +97,13 @@ class ScanMachine(TermCalls):
             pending = self.value_here(task.pending, 0)
             self.poke(task.pending, 0, FALSE)
             return pending
-        period = const(-(-task.task.rate_ns // 1_000_000))
-        runs = or_(self.unknown(BOOL), le(period, self.dt))
-        self.havoc(task.overlaps)
-        return runs
+        period = const(-(-task.task.rate_ns // self.tick_ns))
+        may_be = self.computed(("due", task.task.name, world_of(self.lowered)), (BOOL, 0, 0))
+        counted = self.value_here(task.overlaps, 0)
+        kind = kind_of(task.overlaps.type)
+        now = self.computed(("overlaps", task.task.name, world_of(self.lowered)), kind, counted)
+        self.poke(task.overlaps, 0, now)
+        return or_(may_be, le(period, self.dt))
 
     def _task(self, task: ScheduledTask) -> None:
         """Run the programs of a task; S:FS is set in the first scan of each."""
@@ -122,11 +135,12 @@ class ScanMachine(TermCalls):
     def _arms(self, arms: Arms, inputs: Sequence[Any]) -> None:
         entry, left, ends = self.active, TRUE, FALSE
         for line, body in arms.arms:
-            self.active = and_(entry, left)
+            self.active = self._going_on(and_(entry, left))
             truth = self._line(line, inputs, statement=True)
             ends = or_(ends, self._body_where(and_(self.active, truth), body, inputs))
             left = and_(left, not_(truth))
-        self.active = or_(ends, self._body_where(and_(entry, left), arms.otherwise, inputs))
+        last = self._going_on(and_(entry, left))
+        self.active = or_(ends, self._body_where(last, arms.otherwise, inputs))
 
     def _body_where(self, active: T, body: Body, inputs: Sequence[Any]) -> T:
         """Run statements where a truth holds; return where their end is reached."""
@@ -203,5 +217,8 @@ class TermScheduler:
 
     def trigger(self, task: ScheduledTask) -> None:
         """Make an event task due; if it is due already, it may count an overlap."""
-        self._machine.poke(task.pending, 0, TRUE)
-        self._machine.poke(task.overlaps, 0, self._machine.unknown_of(task.overlaps))
+        machine = self._machine
+        counted, width = machine.value_here(task.overlaps, 0), task.overlaps.type.wraps
+        missed = ite(machine.value_here(task.pending, 0), wrap(add(counted, const(1)), width), counted)
+        machine.poke(task.overlaps, 0, missed)
+        machine.poke(task.pending, 0, TRUE)

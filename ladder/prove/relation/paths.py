@@ -125,9 +125,14 @@ def written_by(paths: list[Path]) -> dict[Key, None]:
     return dict.fromkeys(key for path in paths for key in path.written)
 
 
-def merged(paths: list[Path], value: Callable[[Path], T]) -> T:
-    """Return the value of the path that is taken; a scan that faults may continue as any other."""
-    return _merged([each for each in paths if not each.faulted] or paths[:1], value, 0)
+def merged(paths: list[Path], value: Callable[[Path], T], *, all_: bool = False) -> T:
+    """Return the value of the path that is taken.
+
+    Args:
+        all_: whether what a path has written counts although it faults; else it may be any other path's.
+    """
+    counted = paths if all_ else [each for each in paths if not each.faulted]
+    return _merged(counted or paths[:1], value, 0)
 
 
 def _merged(paths: list[Path], value: Callable[[Path], T], depth: int) -> T:

@@ -8,8 +8,8 @@ BOOL members that none of them has: a copy of other bytes may have set them.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Hashable, Sequence
+from typing import NamedTuple, Protocol
 
 from ...model.types import Elementary, Field
 from ..algebra.meaning import BOOL, F32, INT
@@ -18,8 +18,15 @@ from ..algebra.terms import T, const, not_
 from .places import kind_of
 from .symbols import FLOATS, truth_of, whole_of
 
-Unknown = Callable[[str, int, int], T]
-"""Makes a variable of a kind and an interval."""
+
+class Unknowns(Protocol):
+    """Makes variables for bytes that have no terms."""
+
+    def unknown(self, kind: str, lo: int = 0, hi: int = 0) -> T:
+        """Return one of a kind and an interval."""
+
+    def computed(self, name: Hashable, kind: tuple[str, int, int], *operands: T, strict: bool = False) -> T:
+        """Return the one of a computation and its operands."""
 
 
 class Byte(NamedTuple):
@@ -56,22 +63,24 @@ def pack(into: Pattern, offset: int, field: Field, t: T) -> None:
         into[offset + at] = Byte(t, at)
 
 
-def unpack(cells: Sequence[Byte | Bits | None], offset: int, field: Field, unknown: Unknown) -> T:
+def unpack(cells: Sequence[Byte | Bits | None], offset: int, field: Field, unknowns: Unknowns) -> T:
     """Return the value at a place in bytes."""
     if field.bit is not None:
-        return _bit_of(cells[offset], field.bit, unknown)
+        return _bit_of(cells[offset], field.bit, unknowns)
     kind, count = field.type, max(1, field.type.bits // 8)
     here = cells[offset : offset + count]
     if kind.is_bool:
-        return not_(eq(_number(here[0], unknown), const(0)))
+        return not_(eq(_number(here[0], unknowns), const(0)))
     whole = _slice_of(here)
     if kind.is_real or kind.is_double:
-        return _float(here, whole, kind, unknown)
+        return _float(here, whole, kind, unknowns)
+    if whole is not None and whole.t.kind in FLOATS and (whole.at, kind.bits) == (0, _bits(whole.t)):
+        return unknowns.computed("bits", kind_of(kind), whole.t, strict=True)
     if whole is not None and whole.t.kind == INT:
         return wrap(shr(whole.t, 8 * whole.at), kind.wraps)
     found = const(0)
     for at, each in enumerate(here):
-        found = add(found, mul(_number(each, unknown), const(1 << 8 * at)))
+        found = add(found, mul(_number(each, unknowns), const(1 << 8 * at)))
     return wrap(found, kind.wraps)
 
 
@@ -84,16 +93,29 @@ def _slice_of(here: Sequence[Byte | Bits | None]) -> Byte | None:
     return first if list(here) == wanted else None
 
 
-def _float(here: Sequence[Byte | Bits | None], whole: Byte | None, kind: Elementary, unknown: Unknown) -> T:
+def _float(here: Sequence[Byte | Bits | None], whole: Byte | None, kind: Elementary, unknowns: Unknowns) -> T:
     wanted = kind_of(kind)[0]
     if whole is not None and whole.at == 0 and whole.t.kind == wanted:
         return whole.t
     data = bytearray()
     for each in here:
         if not isinstance(each, Byte) or each.t.op != "const":
-            return unknown(*kind_of(kind))
+            return _joined(here, kind, unknowns)
         data.append(_constant_byte(each))
     return const(struct.unpack(f"<{kind.code}", data)[0], wanted)
+
+
+def _joined(here: Sequence[Byte | Bits | None], kind: Elementary, unknowns: Unknowns) -> T:
+    """Return the float of some bytes: the same for the same bytes of the same values."""
+    known = [each for each in here if isinstance(each, Byte)]
+    if len(known) < len(here):
+        return unknowns.unknown(*kind_of(kind))
+    name = "joined", tuple(each.at for each in known)
+    return unknowns.computed(name, kind_of(kind), *[each.t for each in known], strict=True)
+
+
+def _bits(t: T) -> int:
+    return 32 if t.kind == F32 else 64
 
 
 def _constant_byte(each: Byte) -> int:
@@ -102,24 +124,26 @@ def _constant_byte(each: Byte) -> int:
     return int(each.t.val) >> 8 * each.at & 0xFF
 
 
-def _number(each: Byte | Bits | None, unknown: Unknown) -> T:
+def _number(each: Byte | Bits | None, unknowns: Unknowns) -> T:
     """Return a byte as a number from 0 to 255."""
     if isinstance(each, Bits):
         found = const(0)
         for k, truth in enumerate(each.truths):
-            found = setbit(found, k, unknown(BOOL, 0, 0) if truth is None else truth, -8)
+            found = setbit(found, k, unknowns.unknown(BOOL) if truth is None else truth, -8)
         return found
-    if each is None or (each.t.kind in FLOATS and each.t.op != "const"):
-        return unknown(INT, 0, 255)
+    if each is None:
+        return unknowns.unknown(INT, 0, 255)
+    if each.t.kind in FLOATS and each.t.op != "const":
+        return unknowns.computed(("byte", each.at), (INT, 0, 255), each.t, strict=True)
     if each.t.op == "const":
         return const(_constant_byte(each))
     return bitop("band", shr(whole_of(each.t), 8 * each.at), const(0xFF))
 
 
-def _bit_of(each: Byte | Bits | None, number: int, unknown: Unknown) -> T:
+def _bit_of(each: Byte | Bits | None, number: int, unknowns: Unknowns) -> T:
     if isinstance(each, Bits):
         truth = each.truths[number]
-        return unknown(BOOL, 0, 0) if truth is None else truth
+        return unknowns.unknown(BOOL) if truth is None else truth
     if each is None or each.t.kind in FLOATS:
-        return bit(_number(each, unknown), number) if each is not None else unknown(BOOL, 0, 0)
+        return bit(_number(each, unknowns), number) if each is not None else unknowns.unknown(BOOL)
     return bit(whole_of(each.t), 8 * each.at + number)

@@ -8,25 +8,26 @@ not follow the program there.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from typing import Any
 
 from ....io_images.site import Site
 from ...instructions.slc.processor import before_scan, has_status
 from ...instructions.slc.status import STATUS
-from ...model.operands import Calculation, Constant, Group, Place, StringConstant, leaves_in
+from ...model.operands import Calculation, Constant, Group, Place, StringConstant, can_fault, leaves_in
 from ...model.spec import InstructionKind, Use
 from ...model.tags import OVERRIDE, Leaf
 from ...model.types import HIDDEN, leaves_of
 from ...state.lowered import AddOnCall, Call, LoweredStep, Node, Parallel
-from ..algebra.meaning import BOOL
+from ..algebra.meaning import BOOL, INT
 from ..algebra.terms import FALSE, TRUE, T, and_, not_, or_
 from .places import Key
-from .stored import Lost
-from .symbols import UnmodelledError
+from .shapes import world_of
+from .stored import MOST_OPEN
+from .symbols import UnmodelledError, term_of
 from .term_values import TermValues
+from .unknowns import ONLY, Origin, named, system_leaves
 
 _READ = frozenset(
     (
@@ -48,7 +49,7 @@ _BESIDE = {"MCR": OVERRIDE}
 
 _OF_STEP = (
     *("active", "site", "frame", "inputs", "deep", "_ended", "_exits", "_passes", "_number", "_depth"),
-    *("_labels", "_pending", "_answers"),
+    *("_labels", "_pending", "_answers", "stops", "faulted"),
 )
 """What a row may change beside places and notes; those of a refused row have their values from before it."""
 
@@ -66,23 +67,6 @@ Answer = tuple[T, tuple[Any, ...]]
 """Results of a routine, and where it returns them."""
 
 
-@dataclass(frozen=True, slots=True)
-class UnmodeledStep:
-    """What an instruction found that is not modeled.
-
-    Attributes:
-        text: the instruction.
-        paths: the leaves that it names, in capitals.
-        values: the terms of their places that are not as the scan found them.
-        lost: where these leaves have become unknown in the scan before.
-    """
-
-    text: str
-    paths: tuple[str, ...]
-    values: Mapping[Key, T]
-    lost: Mapping[str, tuple[Lost, ...]]
-
-
 class TermSteps(TermValues):
     """Runs instructions, one after the other."""
 
@@ -91,9 +75,6 @@ class TermSteps(TermValues):
         self.deep: T = FALSE
         self.selected: Any = None  # selector of the current CASE; None if it is not modeled
         self.cut: list[tuple[Site, str, str]] = []
-        self.given: list[UnmodeledStep] = []  # of the instructions that are not modeled, or not in all
-        self._running: LoweredStep | None = None
-        self._noted = False  # whether `given` has what that instruction found
         self._ended: T = FALSE  # where the scan has ended
         self._exits: T = FALSE  # where the innermost loop is left
         self._labels: Mapping[str, int] = {}
@@ -102,6 +83,8 @@ class TermSteps(TermValues):
         self._answers: list[Answer] = []
         self._depth = 0  # of calls
         self._passes = 0  # of all loops whose end is not known
+        self._system: list[Leaf] | None = None  # leaves that instructions may read without naming them
+        self._world: Hashable = None
 
     def _series(self, nodes: tuple[Node, ...], power: Any) -> Any:
         for node in nodes:
@@ -116,20 +99,6 @@ class TermSteps(TermValues):
 
     def execute(self, step: LoweredStep, power: Any) -> Any:
         """Run an instruction; return the power after it."""
-        outer = self._running, self._noted
-        self._running, self._noted = step, False
-        try:
-            return self._executed(step, power)
-        finally:
-            self._running, self._noted = outer
-
-    def note_unknown(self) -> None:
-        """Note what the current instruction has found."""
-        if self._running is not None and not self._noted:
-            self._noted = True
-            self.log.add(self.given, self._found_by(self._running))
-
-    def _executed(self, step: LoweredStep, power: Any) -> Any:
         if self.paths.path is not None:
             raise UnmodelledError("an instruction that runs others")
         self.site = step.site
@@ -141,8 +110,8 @@ class TermSteps(TermValues):
         except REFUSED as why:
             undone, moved = self._undo(kept, mark)
             self.site = step.site
-            self._refused(step, power, why, undone, moved=moved)
-            return self._power_behind(step, power)
+            origin = self._refused(step, power, why, undone, moved=moved)
+            return self._power_behind(step, power, origin)
         self.log.commit(mark)
         return after
 
@@ -187,7 +156,11 @@ class TermSteps(TermValues):
         try:
             yield
         finally:
-            self.active = and_(before, not_(self._ended))
+            self.active = self._going_on(before)
+
+    def _going_on(self, t: T) -> T:
+        """Return where a place is reached that is behind the current one: where the scan has not ended."""
+        return and_(t, not_(or_(self._ended, self.faulted)))
 
     def _acting(self, step: LoweredStep, power: T) -> T:
         """Return where a step acts, as far as it is reached."""
@@ -195,16 +168,15 @@ class TermSteps(TermValues):
 
     def _refused(
         self, step: LoweredStep, power: T, why: Exception, undone: set[Key], *, moved: bool = False
-    ) -> None:
-        """Let all that a step may write be anything.
+    ) -> Origin:
+        """Let all that a step may write be anything, and let it fault; return its origin.
 
         Args:
             undone: places that it had written before it was refused.
             moved: whether it had led the scan elsewhere.
         """
         self.log.add(self.cut, (self.lowered.sites[step.site], step.name, str(why)))
-        self._noted = False  # what the row has noted is undone
-        self.note_unknown()
+        origin = self._origin(step, power)
         freed = [*self._written_by(step), *self._flags(step)]
         beside = {path for path, _ in undone} - {leaf.path.upper() for leaf in freed}
         elsewhere = step.spec.leaves or step.name in _ELSEWHERE or not all(map(_is_plain, step.operands))
@@ -212,21 +184,36 @@ class TermSteps(TermValues):
             if moved or beside or elsewhere:
                 self.deep = or_(self.deep, self.active)
             for leaf in freed:
-                self.havoc(leaf)
+                self.havoc(leaf, origin)
+            if may_fault(step):
+                fault = self.unknown(BOOL, origin=origin.of("fault"))
+                self.log.put(self.may_fault, fault.val, self.lowered.sites[step.site])
+                self.stop(fault)
+        return origin
 
-    def _power_behind(self, step: LoweredStep, power: T) -> T:
+    def _power_behind(self, step: LoweredStep, power: T, origin: Origin) -> T:
         """Return the power after a step that is refused."""
-        if step.spec.decides:
-            return self.unknown(BOOL)
-        return and_(power, self.unknown(BOOL)) if step.spec.kind is InstructionKind.INPUT else power
+        if not step.spec.decides and step.spec.kind is not InstructionKind.INPUT:
+            return power
+        after = self.unknown(BOOL, origin=origin.of("power"))
+        return after if step.spec.decides else and_(power, after)
 
-    def _found_by(self, step: LoweredStep) -> UnmodeledStep:
-        leaves = [leaf for operand in step.operands for leaf in _named_by(operand)]
-        paths = tuple(self._in_program(leaf).path.upper() for leaf in leaves)
-        keys = [(path, index) for path in paths for index in self._asked.get(path, ())]
-        values = {key: self._kept[key] for key in keys if self._kept[key] is not self.vars.get(key)}
-        lost = {path: tuple(self._lost[path]) for path in paths if path in self._lost}
-        return UnmodeledStep(self.lowered.sites[step.site].instruction, paths, values, lost)
+    def _origin(self, step: LoweredStep, power: T) -> Origin:
+        """Return the function of a step that is refused, and all that decides what it does."""
+        own = [self._in_program(leaf) for operand in step.operands for leaf in _named_by(operand)]
+        if self._system is None:
+            self._system, self._world = system_leaves(self.lowered, STATUS), world_of(self.lowered)
+        if any(leaf.size > MOST_OPEN for leaf in own):
+            return ONLY
+        found: dict[Hashable, T] = {"power": power} if _acts_without_power(step) else {}
+        for leaf in (*own, *self._system):
+            path = leaf.path.upper()
+            found.update(((path, index), self._kept[path, index]) for index in self.asked(leaf))
+        for root in {leaf.root for operand in step.operands for leaf in _named_by(operand)} - {""}:
+            where: Any = self.frame[root]
+            parts = {"first": where.first, "left": where.left, "bit": -1 if where.bit is None else where.bit}
+            found.update(((root, name), term_of(value, INT)) for name, value in parts.items())
+        return Origin(named(step, tuple(own), self._world), found)
 
     def _written_by(self, step: LoweredStep) -> Iterator[Leaf]:
         """Yield the leaves that a step may write by its operands."""
@@ -275,6 +262,21 @@ def _named_by(operand: object) -> Iterator[Leaf]:
 
 def _acts_without_power(step: LoweredStep) -> bool:
     return step.spec.kind is InstructionKind.BOTH or step.spec.decides
+
+
+def may_fault(step: LoweredStep) -> bool:
+    """Whether an instruction may end with a major fault, by its row or by its subscripts."""
+    return step.spec.faults or any(map(_leaves_array, step.operands))
+
+
+def _leaves_array(operand: Any) -> bool:
+    """Whether a subscript of an operand may be out of range; that of an argument's element is relative."""
+    if isinstance(operand, (Place, Group)):
+        relative = any(leaf.root and leaf.dims for leaf in leaves_in(operand))
+        return relative or can_fault(operand)
+    if isinstance(operand, Calculation):
+        return any(map(_leaves_array, operand.operands))
+    return not _is_plain(operand)
 
 
 def hidden_in(operand: Place | Group) -> Iterator[Leaf]:

@@ -8,7 +8,7 @@ stored for a condition under which it does not hold.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from itertools import count
 from types import MappingProxyType
 from typing import Any
@@ -26,13 +26,17 @@ from .paths import Path, PathFault, Paths, faults_of, merged, result_of, written
 from .places import AGE, CLOCK, Key, TermArgument, TermMemory, kind_of
 from .symbols import TermSymbol, UnmodelledError, term_of, truth_of, whole_of
 from .undo import UndoLog
+from .unknowns import ONLY, Origin
 
 MOST_FACTS = 64
 """Maximum truths that are known of a place in the program."""
 
 
+MOST_OPEN = 4096
+"""Elements of a leaf whose values instructions without a model are functions of."""
+
 Lost = tuple[T, Site]
-"""Where a leaf has become unknown, and by which instruction."""
+"""Where the elements of a leaf from `MOST_OPEN` on have become unknown, and by which instruction."""
 
 
 class TermPlaces(Interpreter):
@@ -40,11 +44,14 @@ class TermPlaces(Interpreter):
 
     argument_type = TermArgument
 
-    parts = False
-    """Whether scan times have parts of a ms: then each timer may count one ms more in a scan."""
+    tick_ns = 1_000_000
+    """Unit of the times of scans, and of the time since an instant."""
 
     begun: T = FALSE
     """Whether no time has passed before the scan."""
+
+    ends = False
+    """Whether a scan ends with a major fault; else it continues, as if the fault were impossible."""
 
     def __init__(self, lowered: LoweredProgram, dt: tuple[int, int], known: Mapping[Key, Any]) -> None:
         self.known = known  # values that never change
@@ -55,8 +62,13 @@ class TermPlaces(Interpreter):
         self.kinds: dict[Key, Leaf] = {}
         self.written: dict[Key, bool] = {}
         self.havocs: dict[str, Site] = {}  # variables for what is not modeled, and the instruction
+        self.origins: dict[T, Origin] = {}  # the functions of these variables
         self._unknowns = count()
+        self._computed: dict[tuple[Any, ...], T] = {}  # unknown results, by function and operands
         self.faults: list[tuple[int, T]] = []  # major faults: number of the instruction, condition
+        self.may_fault: dict[str, Site] = {}  # variables for faults of what is not modeled
+        self.stops: T = FALSE  # where a major fault stops the processor
+        self.faulted: T = FALSE  # where one has ended the scan, if `ends`
         self._lost: dict[str, list[Lost]] = {}  # where all of a leaf has become unknown, by path in capitals
         self._asked: dict[str, list[int]] = {}  # elements with a variable, by path in capitals
         self.active: T = TRUE
@@ -65,6 +77,11 @@ class TermPlaces(Interpreter):
         self.paths = Paths()
         faults = TermFaults(self)
         super().__init__(lowered, TermMemory(self, lowered.layout), faults, _no_python)  # type: ignore[arg-type]
+
+    @property
+    def most_age(self) -> int:
+        """Most ticks that are known of the time since an instant."""
+        return AGE * (1_000_000 // self.tick_ns)
 
     @property
     def now_ns(self) -> int:
@@ -122,13 +139,12 @@ class TermPlaces(Interpreter):
             return
         name = f"{key[0]}[{key[1]}]"
         if key[0].endswith(CLOCK):
-            own = var(name, INT, 0, AGE)
-            late = add(self.dt, var(f"~rest:{name}", INT, 0, 1)) if self.parts else self.dt
-            now = least(add(own, ite(self.begun, const(0), late)), AGE)
+            own = var(name, INT, 0, self.most_age)
+            now = least(add(own, ite(self.begun, const(0), self.dt)), self.most_age)
         else:
             own = now = var(name, *kind_of(leaf.type))
         for where, site in self._lost.get(key[0], ()):
-            now = ite(where, self.unknown_of(leaf, site), now)
+            now = ite(where, self.unknown_of(leaf, key[1], site=site), now)
             put(self.written, key, True)
         put(self.vars, key, own)
         put(self.kinds, key, leaf)
@@ -138,19 +154,30 @@ class TermPlaces(Interpreter):
         """Set a place where the current instruction is reached and a truth holds; elsewhere it is kept."""
         self.log.put(self._kept, key, ite(and_(self.active, where), t, self._kept[key]))
 
-    def havoc(self, leaf: Leaf) -> None:
+    def havoc(self, leaf: Leaf, origin: Origin = ONLY) -> None:
         """Let all elements of a leaf be anything where the current instruction is reached.
 
-        Those that nothing has asked for so far become unknown once something does.
+        Those from `MOST_OPEN` on that nothing has asked for so far become unknown once something does.
+
+        Args:
+            origin: the instruction.
         """
         path = leaf.path.upper()
-        for index in self._asked.get(path, ()):
-            self.poke(leaf, index, self.unknown_of(leaf))
-        self.log.append_at(self._lost, path, (self.active, self.lowered.sites[self.site]))
+        for index in self.asked(leaf):
+            self.poke(leaf, index, self.unknown_of(leaf, index, origin))
+        if leaf.size > MOST_OPEN:
+            self.log.append_at(self._lost, path, (self.active, self.lowered.sites[self.site]))
 
-    def lost_at(self, path: str) -> list[Lost]:
-        """Return where all of a leaf has become unknown, by its path in capitals."""
-        return self._lost.get(path, [])
+    def asked(self, leaf: Leaf) -> list[int]:
+        """Give each element of a leaf a variable, as far as `MOST_OPEN`; return those that have one."""
+        for index in range(min(leaf.size, MOST_OPEN)):
+            self.value_here(leaf, index)
+        return self._asked.get(leaf.path.upper(), [])
+
+    @property
+    def partly_lost(self) -> list[str]:
+        """Paths of leaves, in capitals, of which elements are unknown that have no variables."""
+        return sorted(self._lost)
 
     def poke(self, leaf: Leaf, index: int, t: T, guard: T = TRUE) -> None:
         """Set a place where the guard holds, to a value of its type."""
@@ -164,14 +191,13 @@ class TermPlaces(Interpreter):
         else:
             self._assign(key, guard, t)
 
-    @staticmethod
-    def _fitting(t: T, leaf: Leaf, key: Key) -> T:
+    def _fitting(self, t: T, leaf: Leaf, key: Key) -> T:
         kind = leaf.type
         if kind.is_bool:
             return truth_of(t)
         if kind.is_real or kind.is_double:
             return to_float(t, F32 if kind.is_real else F64)
-        return least(t, AGE) if key[0].endswith(CLOCK) else wrap(whole_of(t), kind.wraps)
+        return least(t, self.most_age) if key[0].endswith(CLOCK) else wrap(whole_of(t), kind.wraps)
 
     def get(self, place: Place) -> Any:
         """Return the value of a place."""
@@ -208,36 +234,55 @@ class TermPlaces(Interpreter):
 
     def elapsed(self, since: Place, unit_ns: int) -> Any:
         """Return the whole units of time since then; the rest stays."""
-        age, unit = term_of(self.get(since), INT), const(unit_ns // 1_000_000)
-        if unit.val == 1:
+        age = term_of(self.get(since), INT)
+        if unit_ns == self.tick_ns:
             self.put(since, 0)
             return self.symbol(age)
-        rest = ite(eq(age, const(AGE)), self.unknown(INT, 0, unit.val - 1), rem(age, unit))
+        if unit_ns % self.tick_ns:
+            raise UnmodelledError("a time that is not counted in parts of it")
+        unit = const(unit_ns // self.tick_ns)
+        far = self.computed(("rest", unit_ns), (INT, 0, unit.val - 1), age, strict=True)
+        rest = ite(eq(age, const(self.most_age)), far, rem(age, unit))
         self.put(since, self.symbol(rest))
         return self.symbol(div(age, unit))
 
-    def unknown(self, kind: str, lo: int = 0, hi: int = 0) -> T:
+    # --- what is unknown
+
+    def unknown(self, kind: str, lo: int = 0, hi: int = 0, origin: Origin = ONLY) -> T:
         """Return a variable for what is not modeled; see `Paths.unknown`."""
-        self.note_unknown()
-        return self._unknown(kind, lo, hi)
+        found = self.paths.unknown((kind, lo, hi), lambda: self._new_unknown(kind, lo, hi))
+        return self._noted(found, origin, self.lowered.sites[self.site])
 
-    def note_unknown(self) -> None:
-        """Take note that the current instruction is not modeled, or not all of it."""
+    def computed(self, name: Hashable, kind: tuple[str, int, int], *operands: T, strict: bool = False) -> T:
+        """Return the unknown result of a computation: the same for the same operands.
 
-    def _unknown(self, kind: str, lo: int, hi: int) -> T:
-        found = self.paths.unknown((kind, lo, hi), lambda: var(f"?{next(self._unknowns)}", kind, lo, hi))
-        self.log.put(self.havocs, found.val, self.lowered.sites[self.site])
+        Args:
+            name: of the computation.
+            kind: kind and interval of the result.
+            strict: see `Origin`.
+        """
+        key = name, kind, *[each.id for each in operands]
+        if key not in self._computed:
+            self._computed[key] = self._new_unknown(*kind)
+        origin = Origin((name, kind), dict(enumerate(operands)), strict)
+        return self._noted(self._computed[key], origin, self.lowered.sites[self.site])
+
+    def unknown_of(self, leaf: Leaf, index: int, origin: Origin = ONLY, site: Site | None = None) -> T:
+        """Return a new variable for an element, with the instruction to blame, by default the current one."""
+        path = leaf.path.upper()
+        kind = (INT, 0, self.most_age) if path.endswith(CLOCK) else kind_of(leaf.type)
+        found = self._new_unknown(*kind)
+        return self._noted(found, origin.of((path, index)), site or self.lowered.sites[self.site])
+
+    def _new_unknown(self, kind: str, lo: int, hi: int) -> T:
+        return var(f"?{next(self._unknowns)}", kind, lo, hi)
+
+    def _noted(self, found: T, origin: Origin, site: Site) -> T:
+        self.log.put(self.havocs, found.val, site)
+        self.log.put(self.origins, found, origin)
         return found
 
-    def unknown_of(self, leaf: Leaf, site: Site | None = None) -> T:
-        """Return a new variable for a leaf, with the instruction to blame, by default the current one."""
-        is_clock = leaf.path.upper().endswith(CLOCK)
-        if site is None:
-            self.note_unknown()
-        found = self._unknown(*((INT, 0, AGE) if is_clock else kind_of(leaf.type)))
-        if site is not None:
-            self.log.put(self.havocs, found.val, site)
-        return found
+    # --- paths
 
     def on_paths(self, run: Callable[[], Any]) -> T:
         """Run on every path; write what they write; return the truth of the result."""
@@ -248,15 +293,24 @@ class TermPlaces(Interpreter):
         paths = self.paths.walk(run)
         self.write_paths(paths)
         bad = faults_of(paths)
-        if bad is not FALSE:  # the scan ends there; here it continues, which allows more
+        if bad is not FALSE:
             self.log.add(self.faults, (self.site, and_(self.active, bad)))
+            self.stop(bad)
         return paths
+
+    def stop(self, bad: T) -> None:
+        """Stop the processor where a truth holds: the scan ends there, if `ends`."""
+        here = and_(self.active, bad)
+        self.stops = or_(self.stops, here)
+        if self.ends:
+            self.faulted = or_(self.faulted, here)
+            self.active = and_(self.active, not_(bad))
 
     def write_paths(self, paths: list[Path]) -> None:
         """Write what paths write."""
         for key in written_by(paths):
             old = self._kept[key]
-            now = merged(paths, lambda path, key=key, old=old: path.written.get(key, old))  # type: ignore[misc]
+            now = merged(paths, lambda path, key=key, old=old: path.written.get(key, old), all_=self.ends)  # type: ignore[misc]
             self._assign(key, TRUE, now)
 
     def here(self) -> T:

@@ -79,7 +79,9 @@ class TermValues(TermPlaces):
             return super().infinity(value)
         t, zero = value.t, const(0) if value.t.kind == INT else const(0.0, value.t.kind)
         unsigned = FALSE if t.kind == INT else and_(not_(lt(t, zero)), not_(lt(zero, t)))
-        below = ite(unsigned, self.unknown(BOOL), lt(t, zero)) if unsigned is not FALSE else lt(t, zero)
+        below = lt(t, zero)
+        if unsigned is not FALSE:
+            below = ite(unsigned, self.computed("sign", (BOOL, 0, 0), t, strict=True), below)
         return self.symbol(ite(below, const(-math.inf, F64), const(math.inf, F64)))
 
     def truncated(self, value: Any) -> Any:
@@ -175,7 +177,7 @@ class TermValues(TermPlaces):
             product = fop("fmul", to_float(terms[0], F64), const(FACTORS[name], F64))
             return to_float(product, kind)
         if name in UNKNOWN:
-            return self.unknown(kind)
+            return self.computed(name, (kind, 0, 0), *terms)
         raise UnmodelledError(f"{name} of floating-point numbers")
 
     def overflow_if(self, t: T) -> None:
@@ -219,15 +221,16 @@ class TermValues(TermPlaces):
         lost = or_(big, not_(eq(found, exact)))
         if t.kind == F64 or kind.bits > 32:
             far = and_(big, is_finite(t))
-            found = ite(far, self.unknown(*kind_of(kind)), found)
-            lost = ite(far, self.unknown(BOOL), lost)
+            found = ite(far, self.computed("rounded", kind_of(kind), t), found)
+            lost = ite(far, self.computed(("lost", kind_of(kind)), (BOOL, 0, 0), t), lost)
         return found, lost
 
     def _cut(self, t: T) -> T:
         """Return a float without its fraction, as a whole number; a large one is unknown."""
         big = not_(and_(lt(t, const(FAR_AWAY, t.kind)), lt(const(-FAR_AWAY, t.kind), t)))
         far = and_(big, is_finite(t))
-        return ite(far, self.unknown(INT, -_LARGEST[t.kind], _LARGEST[t.kind]), to_int(t, "rtz"))
+        cut = self.computed("cut", (INT, -_LARGEST[t.kind], _LARGEST[t.kind]), t)
+        return ite(far, cut, to_int(t, "rtz"))
 
     # --- comparing
 
@@ -266,13 +269,15 @@ class TermValues(TermPlaces):
         """Return the first integer as a value of a type; None of an empty string."""
         if not text:
             return None
-        exact, is_exact = number_in(TermText.of(self.symbol, text))
+        text = TermText.of(self.symbol, text)
+        exact, is_exact = number_in(text)
         if kind.is_integer:
             stored = term_of(self.converted(kind, self.symbol(exact)), INT)
             fit = and_(is_exact, eq(stored, exact))
         else:
             stored, fit = to_float(to_float(exact, F64), kind_of(kind)[0]), is_exact
-        stored = ite(is_exact, stored, self.unknown(*kind_of(kind)))
+        far = self.computed("number in a text", kind_of(kind), text.length, *text.codes)
+        stored = ite(is_exact, stored, far)
         if not self.paths.decide(fit):
             self.fault_log.record(self.site, name, STRING_NUMBER_CODE)
         return self.symbol(stored)
@@ -289,7 +294,7 @@ class TermValues(TermPlaces):
         if isinstance(data, bytes):
             return super().integer_in(data)
         data = [*data, *constant_bytes(bytes(8 - len(data)))]
-        return self.symbol(unpack(data, 0, Field("", ULINT, 0), self.unknown))
+        return self.symbol(unpack(data, 0, Field("", ULINT, 0), self))
 
     def _nearest(self, value: Any) -> Any:
         if self.is_float(value):

@@ -60,6 +60,7 @@ class TurningMachine(ScanMachine):
         self._kept, self.written, self._lost = self._turned, self.prescanned_places, self._turned_lost
         self.faults, self.rungs = [], []
         minor, self.fault_log.minor = self.fault_log.minor, {}  # type: ignore[assignment]
+        may_fault = dict(self.may_fault)
         self.active = where
         try:
             self.prescan()
@@ -68,6 +69,7 @@ class TurningMachine(ScanMachine):
         finally:
             (self._kept, self.written, self._lost), (self.faults, self.rungs) = self._behind, notes
             self.fault_log.minor = minor
+            self.may_fault = may_fault
             self.active, self._turns = TRUE, False
 
     def before_next(self, key: Key) -> T:
@@ -79,7 +81,7 @@ class TurningMachine(ScanMachine):
 
     def _with_lost(self, key: Key, t: T, lost: dict[str, list[Lost]]) -> T:
         for where, site in lost.get(key[0], ()):
-            t = ite(where, self.unknown_of(self.kinds[key], site), t)
+            t = ite(where, self.unknown_of(self.kinds[key], key[1], site=site), t)
         return t
 
     def _begin_tasks(self) -> None:
@@ -121,6 +123,11 @@ class TurningMachine(ScanMachine):
             each.faulted = False
         self.write_paths(paths)
         return paths
+
+    def stop(self, bad: T) -> None:
+        """Stop the processor where a truth holds; prescan does not."""
+        if not self._turns:
+            super().stop(bad)
 
     def _copies(self, copies: tuple[tuple[Node, ...], ...]) -> None:
         skips = self._skips

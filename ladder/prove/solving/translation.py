@@ -119,6 +119,7 @@ _DIRECT = {
     "fsqrt": "fp.sqrt",
     "frem": "fp.rem",
     "feq": "fp.eq",
+    "fsame": "=",
     "flt": "fp.lt",
     "fle": "fp.leq",
     "fnan": "fp.isNaN",

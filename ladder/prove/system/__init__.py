@@ -31,6 +31,7 @@ from .transition import (
     FIRST_SCAN,
     OFF,
     RETAINED,
+    STOPPED,
     THEN,
     TOLD,
     TURNED,
@@ -38,6 +39,7 @@ from .transition import (
     Key,
     ScanBounds,
     System,
+    ms_of,
     shown,
 )
 
@@ -48,6 +50,7 @@ __all__ = [
     "OFF",
     "RETAINED",
     "RUN_ONLY",
+    "STOPPED",
     "THEN",
     "TOLD",
     "TURNED",
@@ -59,6 +62,7 @@ __all__ = [
     "Runnable",
     "ScanBounds",
     "System",
+    "ms_of",
     "refuse",
     "shown",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from ...model.errors import LadderError, LadderFault
 from ...model.tags import Leaf
@@ -16,7 +16,7 @@ from ..algebra.meaning import BOOL, INT
 from ..algebra.numbers import add, bit, least, setbit
 from ..algebra.terms import FALSE, T, and_, const, ite, not_, or_, var
 from ..relation.noting import NotingMachine
-from ..relation.places import AGE, kind_of
+from ..relation.places import kind_of
 from .happenings import Happenings
 from .held import held_bits, held_numbers
 from .outside import (
@@ -35,6 +35,7 @@ from .transition import (
     FIRST_SCAN,
     OFF,
     RETAINED,
+    STOPPED,
     THEN,
     TOLD,
     TURNED,
@@ -64,6 +65,10 @@ Contract = Callable[["ProgramSystem"], T]
 """Makes a truth of each scan; `ProgramSystem.now` and `ProgramSystem.before` give it values."""
 
 
+def _unknown(_problem: ProgramSystem, _truth: T) -> bool:
+    return False
+
+
 ANY_BOUNDS = ScanBounds()
 ANYTHING_USUAL = Happenings()
 
@@ -85,6 +90,9 @@ class ProgramSystem(System):
         LadderError: what is not proved about, by name; a name in `free` or `written_outside` that no tag has.
     """
 
+    never_holds: ClassVar[Callable[[ProgramSystem, T], bool]] = staticmethod(_unknown)
+    """Whether a truth is known to hold in no scan; `induction` decides it. What can't fault needs no ends."""
+
     def __init__(
         self,
         program: Runnable,
@@ -98,7 +106,6 @@ class ProgramSystem(System):
         beside: ProgramSystem | None = None,
     ) -> None:
         super().__init__()
-        self.open: dict[Key, int] = {}  # masks of the bits of numbers that someone outside writes
         if beside is None:
             terms.forget()
         self.program, self.bounds, self.assume = program, bounds, tuple(assume)
@@ -116,14 +123,27 @@ class ProgramSystem(System):
             "happenings": happenings,
         }
         self.happenings = happenings
+        self._begin()
+        self._build(ends=False)
+        if self.stops is not FALSE and not type(self).never_holds(self, self.stops):
+            self._build(ends=True)
+
+    def _build(self, *, ends: bool) -> None:
+        """Make the relation of a scan, and find the role of each value.
+
+        Args:
+            ends: whether a scan ends with a major fault.
+        """
+        bounds, happenings = self.bounds, self.happenings
+        System.__init__(self)
+        self.open: dict[Key, int] = {}  # masks of the bits of numbers that someone outside writes
         self._lost = FALSE  # where the module whose contracts are made has lost its link
         if happenings.retained_start:
             self.next[BEGUN], self.initial[BEGUN] = var(RETAINED), False
-        self._begin()
-        self.machine = self._scanned({})
+        self.machine = self._scanned({}, ends=ends)
         self.lengths = self._constant_lengths()
         if self.lengths:
-            again = self._scanned(self.lengths)
+            again = self._scanned(self.lengths, ends=ends)
             if self.lengths.keys() & again.written:
                 self.lengths = {}
             else:
@@ -131,17 +151,21 @@ class ProgramSystem(System):
         self.rungs = list(self.machine.rungs)
         self.machine.noting = False  # monitors are no part of the program
         self._run_monitors()
+        self.stops = self.machine.stops
+        if ends:
+            self.next[STOPPED], self.initial[STOPPED] = self.stops, False
+            self.contract = not_(var(STOPPED))
         self.prescans = or_(
             var(TURNED) if happenings.program_mode else FALSE,
             var(RETAINED) if happenings.retained_start else FALSE,
         )
         if self.prescans is not FALSE:
             self._prescan_behind()
-        self.least_ms = bounds.low_ms
+        self.least, self.tick_ns = bounds.ticks[0], bounds.tick_ns
         self._settle()
-        for each in assume:
+        for each in self.assume:
             self.contract = and_(self.contract, self.after(each))
-        self.kept = [self._kept_by(number, make) for number, make in enumerate(contracts)]
+        self.kept = [self._kept_by(number, make) for number, make in enumerate(self.settings["contracts"])]
         self._settle()
         self._open_bits()
         self._note_prescanned()
@@ -172,10 +196,10 @@ class ProgramSystem(System):
 
         machine.turn_key(self.prescans, begins, reads)
 
-    def _scanned(self, known: Mapping[Key, Any]) -> NotingMachine:
+    def _scanned(self, known: Mapping[Key, Any], *, ends: bool) -> NotingMachine:
         """Return the machine behind one scan."""
-        machine = NotingMachine(self.lowered, (self.bounds.low_ms, self.bounds.high_ms), known)
-        machine.parts = not self.bounds.whole
+        machine = NotingMachine(self.lowered, self.bounds.ticks, known)
+        machine.tick_ns, machine.ends = self.bounds.tick_ns, ends
         machine.begun = var(BEGUN) if self.happenings.retained_start else FALSE
         machine.scan_terms()
         return machine
@@ -203,12 +227,19 @@ class ProgramSystem(System):
         machine, names = self.machine, self.lowered.monitors
         if not names:
             return
-        from ..monitors import is_monitors_own, monitoring
+        from ..monitors import is_claims, is_monitors_own, monitoring
 
         before, written = dict(machine.state), set(machine.written)
+        kept, machine.ends = machine.ends, True
         with monitoring(machine):
             for name in names:
+                faults, stops = len(machine.faults), machine.stops
                 machine.call_routine(name, ())
+                machine.begin_again()
+                if is_claims(name):  # it is broken, see `monitors`
+                    del machine.faults[faults:]
+                    machine.stops = stops
+        machine.ends = kept
         for key in sorted(machine.written):
             path = key[0]
             if path.startswith(("S:", "~")) or is_monitors_own(path):
@@ -266,7 +297,8 @@ class ProgramSystem(System):
             off = (
                 and_(self.prescans, not_(var(RETAINED))) if self.happenings.retained_start else self.prescans
             )
-            return ite(off, least(add(after, var(OFF, INT, 0, AGE)), AGE), after)
+            most = self.machine.most_age
+            return ite(off, least(add(after, var(OFF, INT, 0, most)), most), after)
         return self._told(key, after, self.open.get(key, 0))
 
     def _told(self, key: Key, after: T, mask: int) -> T:
@@ -317,7 +349,7 @@ class ProgramSystem(System):
         """Whether a value is free in each scan, even if rungs write it: inputs come again with each scan."""
         if leaf.slot is not None:
             return not leaf.output
-        return path in self._free or self._is_written_beside(path) or INPUTS.match(path) is not None
+        return path in self._free or self.is_written_beside(path) or INPUTS.match(path) is not None
 
     def _changes_outside(self, path: str, leaf: Leaf, v: T) -> bool:
         """Whether a value that nothing writes is free in each scan."""
@@ -327,7 +359,8 @@ class ProgramSystem(System):
             return True  # a consumed tag, or one that gets the reply of a message, may be any of them
         return (v.kind == BOOL and not path.startswith(("~", "S:"))) or path == FIRST_SCAN[0]
 
-    def _is_written_beside(self, path: str) -> bool:
+    def is_written_beside(self, path: str) -> bool:
+        """Whether others than rungs write a value, by its path in capitals."""
         return any(path == each or path.startswith(each + ".") for each in self._beside)
 
     # --- values for contracts and questions

@@ -16,7 +16,7 @@ CLOCK = "~LAST_NS"
 """End of the path of a hidden member whose term is the ms since an instant."""
 
 DT = "~dt"
-"""Name of the variable with the ms since the scan before."""
+"""Name of the variable with the time since the scan before, in units of `System.tick_ns`."""
 
 TOLD = "~told:"
 """Start of the name of a variable whose bits someone outside writes into a number before the next scan."""
@@ -36,7 +36,10 @@ THEN = "~then:"
 """Start of the name of a variable that prescan reads in place of a value that may be written from outside."""
 
 OFF = "~off"
-"""Name of the variable with the ms that this takes."""
+"""Name of the variable with the time that this takes, in units of `System.tick_ns`."""
+
+STOPPED = "~stopped"
+"""Name of the state that says that a major fault has stopped the processor: no scan follows."""
 
 
 class HeldNumber(NamedTuple):
@@ -51,39 +54,63 @@ class HeldNumber(NamedTuple):
         return tag if self.bit is None else f"{tag}.{self.bit}"
 
 
+MS = 1_000_000
+"""Nanoseconds of a ms."""
+
+
 @dataclass(frozen=True, slots=True)
 class ScanBounds:
-    """Least and most time between two scans, ms; `whole` if it is always whole ms.
-
-    With parts of a ms the bounds are cut off: 2.5 to 10.2 ms are 2 to 10, and each timer may count one more.
+    """Least and most time between two scans, ms, and the unit of these times, ns: each is a multiple of it.
 
     Raises:
-        ValueError: not 0 < low <= high, or more than a day.
+        ValueError: not 0 <= low <= high, 0 < high, or more than a day; not multiples of the unit.
     """
 
-    low_ms: int = 1
-    high_ms: int = 1000
-    whole: bool = True
+    low_ms: float = 1
+    high_ms: float = 1000
+    tick_ns: int = MS
 
     def __post_init__(self) -> None:
         if not 0 <= self.low_ms <= self.high_ms <= 86_400_000 or self.high_ms == 0:
             raise ValueError(
                 f"scan time from {self.low_ms} to {self.high_ms} ms; must be 1 ms to a day, least first"
             )
+        if MS % self.tick_ns or any(round(each * MS) % self.tick_ns for each in (self.low_ms, self.high_ms)):
+            raise ValueError(
+                f"scan time from {self.low_ms} to {self.high_ms} ms; must be multiples of {self.tick_ns} ns"
+            )
 
     @classmethod
-    def of(cls, low_ms: float, high_ms: float) -> ScanBounds:
-        """Return bounds of times that need not be whole.
+    def of(cls, low_ms: float, high_ms: float, *others_ns: int) -> ScanBounds:
+        """Return bounds in the largest unit of which both, a ms and other times are multiples.
 
         >>> ScanBounds.of(2.5, 10)
-        ScanBounds(low_ms=2, high_ms=10, whole=False)
+        ScanBounds(low_ms=2.5, high_ms=10, tick_ns=500000)
         """
-        whole = float(low_ms).is_integer() and float(high_ms).is_integer()
-        return cls(math.floor(low_ms), math.floor(high_ms), whole)
+        return cls(low_ms, high_ms, math.gcd(MS, round(low_ms * MS), round(high_ms * MS), *others_ns))
 
-    def done(self, ms: int) -> int:
-        """Return the whole ms that a run has for a scan time of the solver: within the bounds, if any is."""
-        return ms if self.whole else min(self.high_ms, max(ms, self.low_ms + 1))
+    @property
+    def ticks(self) -> tuple[int, int]:
+        """Both in the unit."""
+        low, high = (round(each * MS) // self.tick_ns for each in (self.low_ms, self.high_ms))
+        return low, high
+
+    @property
+    def steps_text(self) -> str:
+        """The unit in words, "" if there is one time only."""
+        if self.low_ms == self.high_ms:
+            return ""
+        return ", in whole ms" if self.tick_ns == MS else f", in steps of {self.tick_ns / MS:g} ms"
+
+
+def ms_of(ticks: int, tick_ns: int) -> float:
+    """Return a time in ms, whole if it is.
+
+    >>> ms_of(3, 1_000_000), ms_of(5, 500_000)
+    (3, 2.5)
+    """
+    time_ns = ticks * tick_ns
+    return time_ns / MS if time_ns % MS else time_ns // MS
 
 
 @dataclass(slots=True)
@@ -97,11 +124,12 @@ class System:
         late: names of free variables that have their initial value in the first scan.
         contract: what holds in each scan of a run in question.
         kept: contracts of modules; each counts for what its module's inputs decide, see `narrowed`.
+        facts: truths of each scan about two unknown values, with their names; see `narrowed`.
         deep: where the relation does not follow the program.
         havocs: variables of what is not modeled, and what to blame.
         key_of: the place of each variable that has one.
         likely: values that random scans give a free variable often, by its name.
-        least_ms: least time between scans.
+        least: least time between scans, in units of `tick_ns`.
         follows: the verdict whether `deep` never holds; None before it is known.
         invariants: found so far, with their work, by contract and cone.
     """
@@ -112,11 +140,13 @@ class System:
     late: set[str] = field(default_factory=set)
     contract: T = TRUE
     kept: list[T] = field(default_factory=list)
+    facts: list[tuple[frozenset[str], T]] = field(default_factory=list)
     deep: T = FALSE
     havocs: dict[str, str] = field(default_factory=dict)
     key_of: dict[str, Key] = field(default_factory=dict)
     likely: dict[str, Sequence[int]] = field(default_factory=dict)
-    least_ms: int = 1
+    least: int = 1
+    tick_ns: int = MS
     follows: Any = None
     invariants: dict[tuple[T, tuple[str, ...]], Any] = field(default_factory=dict)
 
@@ -135,15 +165,22 @@ class System:
         return seen
 
     def narrowed(self, roots: Iterable[T]) -> T:
-        """Return the contract with those of modules whose inputs decide terms."""
-        roots, contract, left = list(roots), self.contract, [*self.kept]
+        """Return the contract with what counts for terms.
+
+        These are the contracts of modules whose inputs decide them, and facts about two unknown values that
+        do.
+        """
+        roots, contract, left, facts = list(roots), self.contract, [*self.kept], [*self.facts]
         while True:
-            inputs = {name for name in self.cone([*roots, contract]) if self.role(name) == "free"}
+            cone = self.cone([*roots, contract])
+            inputs = {name for name in cone if self.role(name) == "free"}
             counts = [each for each in left if any(v.val in inputs for v in variables([each]))]
-            if not counts:
+            known = [each for each in facts if each[0] <= inputs]
+            if not counts and not known:
                 return contract
             left = [each for each in left if each not in counts]
-            for each in counts:
+            facts = [each for each in facts if each not in known]
+            for each in (*counts, *[fact for _, fact in known]):
                 contract = and_(contract, each)
 
     def blame(self, cone: Iterable[str]) -> tuple[str, ...]:

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, Generic
 
-from ....io_images.amci3601 import Firmware, InputBit, StatusMsw
+from ....io_images.amci3601 import CommandLsw, Firmware, InputBit, StatusMsw
 from ....io_images.image import Image, signed_word
 from ...line.wire import LineFormat
 from ...loop.events import Event
@@ -55,6 +55,9 @@ INVALID_PROFILE = StatusMsw.INVALID_PROFILE.value
 STOPPED = StatusMsw.STOPPED.value
 CLEARED_BY_RETURN = MODE_CONFIG - 1 & ~(MODULE_OK | CONFIG_ERROR)
 COMMAND_BITS = 0x7FFF
+COMMANDS_OF_LSW = (
+    CommandLsw.ENC_FOLLOWER | CommandLsw.BLEND_PROGRAM | CommandLsw.BLEND_TRANSMIT | CommandLsw.STORE_MIN_REG
+).value
 MOST_WAITING = 1000
 """Images that may wait for the end of a stop or a configuration."""
 ENDLESS = 1 << 62
@@ -305,6 +308,11 @@ class Adapter(Generic[Drive]):
         self._missed = False
         if self.layer.state.configuration is not None:
             self.layer.state.held = None
+            self._overlook(given)
+
+    def _overlook(self, given: Words) -> None:
+        """Note commands that came without the link: they make no edges. A configuration is obeyed later."""
+        if given[0] >= 0:
             self.layer.overlook(given)
 
     def _refuse(self, now_ns: int, name: str, text: str) -> None:
@@ -351,7 +359,7 @@ class Adapter(Generic[Drive]):
         self.layer.state.latches.clear(CLEARED_BY_RETURN)
         text = "the controller answers again; what it did meanwhile is not known"
         self._show(now_ns, "link restored", POSITION_INVALID | STOPPED, text)
-        self.layer.overlook(given)
+        self._overlook(given)
         self._locked_out = True
 
     def _end_of_range(self, now_ns: int) -> None:
@@ -422,8 +430,10 @@ class SimulatedAdapter(Adapter[Drive]):
 
 
 def _rises(before: Words, words: Words) -> bool:
-    """Whether a command bit rises from one image to the next; a configuration word has none."""
-    return words[0] >= 0 and bool(words[0] & ~before[0] & COMMAND_BITS)
+    """Whether a command bit rises from one image to the next; configuration words have none."""
+    lsw = before[1] if before[0] >= 0 else 0
+    risen = words[0] & ~before[0] & COMMAND_BITS or words[1] & ~lsw & COMMANDS_OF_LSW
+    return words[0] >= 0 and bool(risen)
 
 
 def _tick_at_or_after(instant_ns: int) -> int:

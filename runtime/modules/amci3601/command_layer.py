@@ -14,11 +14,11 @@ in this order [chapters 3 to 6]:
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from typing_extensions import override
 
-from ....io_images.amci3601 import CommandMsw, Firmware
+from ....io_images.amci3601 import CommandLsw, CommandMsw, Firmware
 from ....io_images.amci3601.words import WORDS_3601, Profile
 from ...loop.events import Event, JsonValue
 from . import configuring
@@ -47,6 +47,12 @@ from .state import ModuleState
 RESET = CommandMsw.RESET_ERRORS.value
 MOVES = (CommandMsw.ABSOLUTE_MOVE | CommandMsw.RELATIVE_MOVE).value
 HOLD_OR_STOP = (CommandMsw.HOLD_MOVE | CommandMsw.IMMEDIATE_STOP).value
+_BITS: Mapping[str, int] = {
+    **{str(bit.name): bit.value for bit in CommandMsw},
+    **{str(bit.name): bit.value << 16 for bit in CommandLsw},
+}
+"""The command bits of both words by name."""
+
 HOLD_OR_RESUME = (CommandMsw.HOLD_MOVE.value, CommandMsw.RESUME_MOVE.value)
 
 
@@ -167,6 +173,8 @@ class CommandLayer(Host):
             self._obey_new_words(now_ns, command, previous)
 
     def _obey_new_words(self, now_ns: int, command: CommandWords, previous: CommandWords) -> None:
+        if self.profile.untold and self._refuses_untold(now_ns, command, previous):
+            return
         edges = command.msw & ~previous.msw & COMMAND_BITS
         following = False
         if not self._stops(command, edges):
@@ -181,6 +189,16 @@ class CommandLayer(Host):
             self._command(now_ns, command, edges)
         if self.operation is not None and not self.operation.over:
             self.operation.on_words(now_ns, command)
+
+    def _refuses_untold(self, now_ns: int, command: CommandWords, previous: CommandWords) -> bool:
+        """Refuse words with a bit of which the module's manual tells nothing; return whether there is one."""
+        untold = [(name, bit) for name, bit in _BITS.items() if name in self.profile.untold]
+        now, before = (each.msw | each.lsw << 16 for each in (command, previous))
+        for name, bit in untold:
+            if now & ~before & bit:
+                reason = f"the manual pages of a {self.profile.message} do not tell what {name} does"
+                self.refuse(now_ns, Refusal(name, COMMAND_ERROR, reason))
+        return any(now & bit for _, bit in untold)
 
     def _stops(self, command: CommandWords, edges: int) -> bool:
         """Whether this holds or stops a motion, which no bit of the LSW prevents (reading A-30).
@@ -298,6 +316,8 @@ class CommandLayer(Host):
             "started_ns": operation.started_ns,
             "outcome": how,
         }
+        if operation.cut_ns is not None:
+            fields["cut_ns"] = operation.cut_ns
         text = f"{operation.name} move from {operation.started_at}: {how} at {self.axis.position}"
         self._events.append(Event(now_ns, "move", operation.name, text, fields))
 
@@ -319,7 +339,7 @@ class CommandLayer(Host):
         if self.operation is None or isinstance(self.operation, CutShort):
             return
         if self.axis.moving:
-            self.operation = CutShort(self, self.operation, completion, how)
+            self.operation = CutShort(self, now_ns, self.operation, completion, how)
         else:
             self.finish(now_ns, completion, how)
 

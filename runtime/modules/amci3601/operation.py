@@ -106,6 +106,7 @@ class Operation:
     name: ClassVar[str] = ""
     limits: ClassVar[Limits] = Limits.EITHER  # the end limits that stop it
     status_lsw: ClassVar[int] = 0  # bits of status word LSW while it runs
+    cut_ns: int | None = None  # the instant at which it was cut, if it ends later
 
     def __init__(self, host: Host, now_ns: int) -> None:
         self.host = host

@@ -6,11 +6,12 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ....io_images.amci3601.firmware import Firmware
+from ....io_images.amci3601.image_form import ImageForm
 from ....io_images.amci3601.words import WORDS_3601, Profile
 from ....io_images.site import SettingError
 from ...loop.module import Module
 from ...machine import Machine, MachineSpec
-from ..record import ModuleRecord, Options, Trait
+from ..record import ModuleRecord, NamedStatus, Options, Trait
 
 if TYPE_CHECKING:
     from .options import Amci3601Options
@@ -23,6 +24,7 @@ def make(
     options: Options,
     wiring: str | None,
     profile: Profile = WORDS_3601,
+    form: ImageForm | None = None,
 ) -> Module:
     """Make a simulated 3601 with a machine; ValueError for an unknown firmware or option.
 
@@ -30,11 +32,14 @@ def make(
         seed: of the machine's random numbers.
         options: options of the model by name.
         wiring: "diagnostic" for step outputs wired to the encoder inputs.
+        form: of its images, if it is not a 3601's.
     """
     from .module import Amci3601
+    from .restated import Restated3601
 
+    kind = Amci3601 if form is None else partial(Restated3601, form)
     wired = wiring == "diagnostic"
-    return Amci3601(firmware, Machine(machine, seed), options, diagnostic_wiring=wired, profile=profile)
+    return kind(firmware, Machine(machine, seed), options, diagnostic_wiring=wired, profile=profile)
 
 
 def check_controller(firmware: str, controller: str) -> None:
@@ -54,14 +59,20 @@ def _option_table() -> type[Amci3601Options]:
     return Amci3601Options
 
 
-def stepper(profile: Profile) -> ModuleRecord:
-    """Return the record of a module of the 3601's family, named as its messages are, in lower case."""
+def stepper(profile: Profile, form: ImageForm | None = None) -> ModuleRecord:
+    """Return the record of a module of the 3601's family, named as its messages are, in lower case.
+
+    Args:
+        form: of its images, if it is not a 3601's: such a module is shown by the names of its words and
+            bits, since what reads numbers, and the blocks of an axis, take a 3601's places.
+    """
+    words = profile if form is None else form.words(profile)
     return ModuleRecord(
         name=profile.message.lower(),
-        make=partial(make, profile=profile),
-        words=lambda _options: profile,
+        make=partial(make, profile=profile, form=form),
+        words=lambda _options: words,
         has_firmware=True,
-        status=lambda image, _words: profile.view(image),
+        status=NamedStatus if form is not None else lambda image, _words: profile.view(image),
         traits=frozenset({Trait.FIRMWARE, Trait.STOPS_ANSWERING, Trait.MACHINE, Trait.SLIPS}),
         check_controller=check_controller,
         option_table=_option_table,

@@ -33,6 +33,7 @@ from ...loop.events import Event, JsonValue
 from ...machine import EncoderSpec
 from ..amci3601.step_generator import StepGenerator
 from .motions import (
+    STOP_JOG,
     BlendMove,
     DwellMove,
     EncoderMove,
@@ -52,6 +53,7 @@ ESTOP = InputBit.ESTOP.value
 LIMITS = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
 LIMIT_OF = {1: InputBit.CW_LIMIT.value, -1: InputBit.CCW_LIMIT.value}
 CAPTURE = InputBit.CAPTURE.value
+HOME = InputBit.HOME.value
 
 SEGMENTS_MAX = 16
 """Segments of an assembled move [17 p. 80]."""
@@ -154,6 +156,8 @@ class DriveLayer:
             self.fire(now_ns, "CFG-20")
         else:
             self._adopt(memory.configuration)
+        if memory.encoder_offset is not None and axis.counting:
+            axis.preset_encoder(axis.machine.encoder_counts(now_ns) + memory.encoder_offset)
         self.segments = [DriveCommand(words, model, self._format) for words in memory.segments]
 
     # -- present state ------------------------------------------------------------------------
@@ -533,7 +537,9 @@ class DriveLayer:
                 motion.start(now_ns)
 
     def _home(self, now_ns: int, command: DriveCommand, heading: int) -> None:
-        if self._may_move(now_ns, ("CMD-03", not self._ranges_hold(command))):
+        configuration = self.state.configuration
+        lost = configuration is not None and HOME not in configuration.roles
+        if self._may_move(now_ns, ("CMD-21", lost), ("CMD-03", not self._ranges_hold(command))):
             motion = HomeSearch(self, now_ns, heading, profile_of(command, self.start_sps))
             self._begin(command, motion)
             motion.start(now_ns)
@@ -550,7 +556,11 @@ class DriveLayer:
         good = self._ranges_hold(command) and (not registers or self._distances_hold(command))
         if not self._may_move(now_ns, ("CMD-03", not good)) or self._toward_limit(now_ns, heading, jog=True):
             return
-        if registers and self._refused(now_ns, ("CMD-15", self._too_short(command))):
+        if registers and self._refused(
+            now_ns,
+            ("CMD-15", self._too_short(command)),
+            ("CMD-20", bool(self.state.active & STOP_JOG)),
+        ):
             return
         motion = (RegistrationMove if registers else Jog)(self, now_ns, heading, command)
         self._begin(command, motion)
@@ -572,10 +582,12 @@ class DriveLayer:
     def _preset_position(self, now_ns: int, command: DriveCommand) -> None:
         copies = bool(command.modifiers & Modifier.ENCODER_TO_POSITION)
         value = self.axis.encoder if copies else command.target
-        if value is None or self._refused(
-            now_ns, ("CMD-04", self.busy), ("CMD-12", copies and not self.axis.counting)
-        ):
-            self._refused(now_ns, ("CMD-03", value is None))
+        broken = (
+            ("CMD-04", self.busy),
+            ("CMD-12", copies and not self.axis.counting),
+            ("CMD-03", value is None),
+        )
+        if self._refused(now_ns, *broken) or value is None:
             return
         self.axis.preset_position(value)
         self.held = None
@@ -584,15 +596,13 @@ class DriveLayer:
 
     def _preset_encoder(self, now_ns: int, command: DriveCommand) -> None:
         value = command.target
-        if (
-            self._refused(now_ns, ("CMD-12", not self.axis.counting), ("CMD-03", value is None))
-            or value is None
-        ):
+        broken = ("CMD-04", self.busy), ("CMD-12", not self.axis.counting), ("CMD-03", value is None)
+        if self._refused(now_ns, *broken) or value is None:
             return
         self.axis.preset_encoder(value)
         self.status.bits |= Status.ACKNOWLEDGE
         if command.modifiers & Modifier.SAVE_TO_FLASH and not command.selects_current:
-            self._save(encoder_offset=value)
+            self._save(encoder_offset=value - self.axis.machine.encoder_counts(now_ns))
 
     # -- assembled moves ----------------------------------------------------------------------
 

@@ -21,7 +21,7 @@ class DriveMemory(BaseModel):
     Attributes:
         configuration: ten configuration words, None if there are none.
         segments: output words of the stored assembled move's segments, in order; empty without one.
-        encoder_offset: offset of the absolute encoder, x4 counts.
+        encoder_offset: count of the absolute encoder less that of the shaft, x4 counts; None if not saved.
         writes: how often the flash was written.
     """
 
@@ -29,7 +29,7 @@ class DriveMemory(BaseModel):
 
     configuration: _Words | None = None
     segments: Annotated[tuple[_Words, ...], Field(strict=False, max_length=16)] = ()
-    encoder_offset: int = 0
+    encoder_offset: int | None = None
     writes: Annotated[int, Field(ge=0)] = 0
 
     def written(self, **changes: object) -> DriveMemory:

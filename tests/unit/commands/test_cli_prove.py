@@ -70,7 +70,7 @@ def test_what_holds_is_proved_with_its_assumptions(place: Path) -> None:
     assert status == 0
     assert [line.split("  ")[0] for line in said.splitlines()[:2]] == ["bounded", "with B off"]
     assert said.count("  proved  ") == 2
-    assert "scans are 1 to 100 ms apart" in said
+    assert "scans are 1 to 100 ms apart, in whole ms" in said
     assert "the key stays in run" not in said  # it is turned in some runs
     assert "    runs begin with power-up and initial values" in said
     assert 'happens = ["program mode", "lost link"]' in said

@@ -349,7 +349,7 @@ MISTAKES = {
         "[[force]]",
         "[prove]\nscan_ms = [5, 2]\n[[force]]",
         48,
-        "prove.scan_ms: must be shortest and longest, whole milliseconds from 1 to 1000",
+        "prove.scan_ms: must be shortest and longest, milliseconds from 1 to 1000",
     ),
     "two claims of a property": (
         "[[force]]",

@@ -101,6 +101,23 @@ def test_by_length_a_client_that_begins_anew_after_a_silence_is_heard_at_once():
             assert fed(framer, at * 1_000 * MS, READ) + framer.silence() == [READ]
 
 
+def stub_of(whole):
+    """Return the beginning of a frame of eight bytes that ends in `whole`, with the right CRC by chance."""
+    for number in range(1 << 20):
+        stub = bytes((1, 6)) + number.to_bytes(3, "big")
+        if crc((stub + whole)[:6]) == (stub + whole)[6:8]:
+            return stub
+    raise AssertionError("no such one")
+
+
+def test_by_length_a_whole_frame_is_not_the_end_of_a_stub_even_if_the_crc_is_right():
+    """One stub in 65,536 fits a frame behind it; what begins and ends with new bytes is likelier."""
+    stub = stub_of(READ)
+    framer = Framer(PORT_TIMING)
+    assert fed(framer, MS, stub) + framer.silence() == []
+    assert fed(framer, 1_000 * MS, READ) == [READ]
+
+
 def test_by_length_bytes_that_are_never_a_frame_are_not_kept():
     framer = Framer(PORT_TIMING)
     for at in range(1, 1_000):

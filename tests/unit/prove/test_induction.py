@@ -14,7 +14,7 @@ from scanrack.ladder.prove.algebra.terms import FALSE, T, and_, const, forget, i
 from scanrack.ladder.prove.claims import Claim, ClaimKind
 from scanrack.ladder.prove.induction import Limits, Verdict, VerdictKind, prove
 from scanrack.ladder.prove.monitors import monitored
-from scanrack.ladder.prove.system import System
+from scanrack.ladder.prove.system import RUN_ONLY, System
 
 pytestmark = pytest.mark.extra("prove")
 
@@ -233,13 +233,26 @@ END
     assert "LATE.ACC <= WATCH.ACC" in verdict.invariants
 
 
-def test_parts_of_a_ms_give_each_timer_one_ms_more() -> None:
-    """Scans of 2.5 ms: ACC after two of them is 5, which scans of 2 ms do not reach before the third."""
+def test_a_timer_counts_whole_ms_of_scans_with_parts_of_one() -> None:
+    """Scans of 2.5 ms: 2 ms after one of them, 5 after two; scans of 2 ms: 2, 4 and 6."""
     text = TIMED.replace("TON(T,5000,0)", "TON(T,5,0)")
-    whole = asked(text, "T.ACC = 3", bounds=ScanBounds.of(2, 2))
-    parts = asked(text, "T.ACC = 3", "T.ACC > 7", bounds=ScanBounds.of(2.5, 2.5))
-    assert [each.kind for each in whole] == [VerdictKind.PROVED]
-    assert [each.kind for each in parts] == [VerdictKind.UNKNOWN, VerdictKind.PROVED]
+    claims = "T.ACC = 3", "T.ACC = 5", "T.ACC > 6"
+    whole, parts = (asked(text, *claims, bounds=ScanBounds.of(each, each)) for each in (2, 2.5))
+    assert [each.kind for each in whole] == [VerdictKind.PROVED] * 3
+    assert [each.kind for each in parts] == [VerdictKind.PROVED, VerdictKind.REFUTED, VerdictKind.PROVED]
+    assert [each.ms for each in parts[1].scans[-2:]] == [2.5, 2.5]
+
+
+def test_two_timers_count_parts_of_a_ms_from_their_own_instants() -> None:
+    """Begun a scan of 2.5 ms after each other, one counts 2 ms in a scan in which the other counts 3."""
+    text = TIMED.replace("TON(T,5000,0)", "TON(T,500,0)").replace(
+        "END\n", "XIC(Other)TON(U,500,0);\nEND\nROUTINE Unused\nEND\n", 1
+    )
+    text = text.replace("TAG Go", "TAG U : TIMER\nTAG Other : BOOL\nTAG Go", 1)
+    claim = "T.TT AND U.TT AND old(T.TT) AND old(U.TT) AND T.ACC - old(T.ACC) <> U.ACC - old(U.ACC)"
+    in_run = {"happenings": RUN_ONLY}
+    found = [asked(text, claim, bounds=ScanBounds.of(each, each), **in_run)[0].kind for each in (2, 2.5)]
+    assert found == [VerdictKind.PROVED, VerdictKind.REFUTED]
 
 
 def test_a_bit_that_prescan_clears_is_not_set_before_the_first_scan() -> None:

@@ -97,3 +97,19 @@ def test_a_loop_without_end_is_found() -> None:
 def test_what_is_found_is_the_same_again() -> None:
     rungs = [each for rows in ROWS.values() for each in rows]
     assert answers(*rungs) == answers(*rungs)
+
+
+AWAKE = """PROGRAM p
+TAG Awake : BOOL
+TAG Start : BOOL
+TAG Held : BOOL
+ROUTINE Main
+XIO(S:FS)OTE(Awake);
+[XIC(Start),XIC(Held)]OTE(Held);
+END
+"""
+
+
+def test_a_coil_that_is_off_in_each_first_scan_is_not_stuck() -> None:
+    found = ask(ProgramSystem(parse_program(AWAKE))).findings
+    assert [each.text for each in found if each.rule == "stuck"] == ["Held is never off again once it is on"]

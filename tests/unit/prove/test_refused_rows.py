@@ -159,5 +159,5 @@ def test_all_that_a_refused_call_did_is_undone(monkeypatch: pytest.MonkeyPatch) 
     assert [name for _, name, _ in machine.cut] == ["JSR"]
     noted: Any = machine.fault_log
     assert not any(kind == "zero divisor" for _, kind in noted.minor)
-    assert ("X", 0) not in machine.state  # nothing that stays has asked for it
+    assert machine.state["X", 0] is machine.vars["X", 0]  # it is as the scan found it
     assert (machine.active, machine.deep) == (TRUE, machine.vars["A", 0])

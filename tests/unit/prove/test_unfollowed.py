@@ -50,7 +50,7 @@ def test_a_refused_add_on_acts_without_power() -> None:
         assert engine.tags["Y"]
     found = program.prove(never="Y")
     assert found.word == "unknown"
-    assert found.verdict.blame == ("A11.Logic rung 0: add-on, calls more than 12 deep",)
+    assert found.verdict.blame[0] == "A11.Logic rung 0: add-on, calls more than 12 deep"
 
 
 @pytest.mark.parametrize("go", [False, True])

@@ -15,5 +15,7 @@ names.py        fields and terminals, and what reads and writes them
 flow.py         mistakes that show in one function: conditions, lines never reached, numbers
 scopes.py       names that nothing reads, or that hide others
 attributes.py   names and attributes that do not exist, calls that do not fit
+reals.py        calculated fractions that are compared for equality
+counting.py     counters that nothing counts, subscripts without a bound
 chance.py       calls that differ from run to run
 """

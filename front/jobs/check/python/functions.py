@@ -14,11 +14,13 @@ from ....io_images.text_limits import TextKind
 from ....runtime.config.rackspec import RackSpec
 from ..facts import Facts, FileLine, LocalFinding, SentCommand
 from .attributes import note_names
+from .counting import note_counting
 from .flow import Flow
 from .hand_writes import HandWrites
 from .images import Images
 from .loops import fixed_loops
 from .reader import Reader
+from .reals import note_reals
 from .scans import Scans
 from .steps import PythonSteps
 from .times import waits_below_one_scan
@@ -58,6 +60,8 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
     facts.uses_bit = reader.uses_bit(terminals)
     Flow(reader, facts).note()
     Scans(reader, spec, facts).note()
+    note_reals(reader, facts)
+    note_counting(reader, facts)
     note_names(reader, facts)
     images = Images(reader, spec, facts)
     images.note()
@@ -66,6 +70,7 @@ def python_facts(path: Path, names: Mapping[str, Any], terminals: Set[str], spec
     writes = HandWrites(reader, steps, steppers)
     facts.writes = list(writes.writes())
     facts.actions = [*steps.actions(), *writes.actions]
+    facts.step_use, facts.first_steps = steps.use, steps.first
     facts.outputs = writes.outputs
     facts.remarks["lossy-conversion"] += writes.remarks
     if terminals and facts.uses_bit is None:

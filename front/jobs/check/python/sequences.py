@@ -44,13 +44,17 @@ from ..facts import Facts, FileLine, LocalFinding, Role, SentCommand, UsesBit, V
 from ..rungs.accesses import declaration_lines
 from .attributes import note_names
 from .calls import Calls
+from .counting import never_called, note_counting
 from .flow import Flow
+from .images import Images
 from .loops import endless, fixed_loops, skips_wait
 from .names import Accesses, called_twice, variables_of
 from .numbers import Numbers
 from .reader import Function, Reader, field_of, functions_in
+from .reals import note_reals
 from .scans import missing, word_lost
 from .sequence_summaries import SequenceSummaries
+from .steps import PythonSteps
 from .times import waits_below_one_scan
 
 
@@ -87,6 +91,7 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
         facts.remarks["never-waits"] += (LocalFinding(FileLine(file, line), text) for line, text in loops)
         Flow(reader, facts).note()
         note_names(reader, facts)
+        note_reals(reader, facts)
     _SequenceReader(logic, readers, spec, path, facts).note()
     return facts
 
@@ -115,6 +120,8 @@ class _SequenceReader:
             self._unnamed(each, nodes)
         self._stories()
         self._attributes()
+        self._counters()
+        self._steps()
         for name, (file, function) in self._methods.items():
             self._blocks(file, function)
             if name not in self._owners and not function.name.startswith("__"):
@@ -127,6 +134,25 @@ class _SequenceReader:
         if is_unnamed and field.role is Role.PLAIN and not self._is_recorded(field.name):
             text = f"field {field.name} is declared, and nothing names it"
             self._facts.remark("unused-tag", field.place, text)
+
+    def _steps(self) -> None:
+        """Note the steps of a number or a text of a class in one file, without what they command."""
+        if len(self._readers) > 1 or self._facts.reads_all:
+            return
+        for reader in self._readers.values():
+            steps = PythonSteps(reader, Images(reader, self._spec, Facts()), ())
+            self._facts.actions += steps.actions()
+            self._facts.step_use, self._facts.first_steps = steps.use, steps.first
+
+    def _counters(self) -> None:
+        """Note counters and blocks that nothing runs, of a class in one file."""
+        if len(self._readers) > 1 or self._facts.reads_all:
+            return
+        recorded = [name for name in self._facts.variables if self._is_recorded(name)]
+        blocks = [name for name, each in self._parts.items() if isinstance(each, Block)]
+        for reader in self._readers.values():
+            note_counting(reader, self._facts, recorded)
+            never_called(reader, blocks, self._facts)
 
     def _stories(self) -> None:
         axes = {name: each for name, each in self._parts.items() if isinstance(each, Axis3601)}

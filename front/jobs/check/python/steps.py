@@ -14,7 +14,7 @@ from dataclasses import replace
 from functools import cached_property
 
 from ....io_images.amci3601 import CommandMsw, StatusMsw
-from ..facts import FileLine, Step, StepAction
+from ..facts import FileLine, Step, StepAction, StepUse
 from ..logic import (
     TRUE,
     AllOf,
@@ -48,6 +48,8 @@ BITS = {
 }
 """Bits of the command word by command."""
 
+START = "__init__"
+
 ALL = 0xFFFF
 DEPTH = 4
 """Functions in functions that are followed."""
@@ -62,12 +64,13 @@ class PythonSteps:
         self._functions = {function.name: function for function, _ in functions_in(reader.tree)}
         self.function: Function  # the one that is read
         self._depth = 0
+        self._assigning: set[int] = set()  # lines with an assignment of a step that `actions` has seen
 
     def actions(self) -> Iterator[StepAction]:
         """Yield what the program does in its steps."""
         called = {callee_of(node) for node in ast.walk(self._reader.tree) if isinstance(node, ast.Call)}
         for name, function in self._functions.items() if self._machines else ():
-            if name not in called:
+            if name not in called and name != START:
                 self.function = function
                 yield from self._body(function.body, TRUE)
 
@@ -112,6 +115,7 @@ class PythonSteps:
         text = ast.unparse(target)
         step = _step(value)
         if text in self._machines and step is not None:
+            self._assigning.add(node.lineno)
             yield self._action(node, text, reached, goes=step)
 
     def _called(self, call: ast.Call, reached: Condition) -> Iterator[StepAction]:
@@ -160,6 +164,65 @@ class PythonSteps:
 
     def _number(self, step: Step) -> float:
         return float(self.names.number(step) or 0)
+
+    def use(self, machine: str, step: Step) -> StepUse | None:
+        """Return what the text does in a step; None if it may go on in a way that is not read here."""
+        name = machine.rpartition(".")[2]
+        others = (text for text in self.values if text != machine and text.endswith(f".{name}"))
+        if not self._stored[machine] <= self._assigning or next(others, None) is not None:
+            return None
+        bodies = [body for of, one, body in self._arms() if of == machine and one == step]
+        works = any(
+            isinstance(node, ast.If | ast.IfExp | ast.Match | ast.BinOp | ast.BoolOp | ast.Compare)
+            for body in bodies
+            for each in body
+            for node in ast.walk(each)
+        )
+        return StepUse(bool(bodies), works, chosen=True)
+
+    def first(self, machine: str) -> frozenset[Step]:
+        """Return the steps in which a machine may begin: what a class or the module declares."""
+        name = machine.rpartition(".")[2]
+        bodies = [self._reader.tree.body]
+        bodies += [node.body for node in self._reader.tree.body if isinstance(node, ast.ClassDef)]
+        bodies += [each.body for each in self._functions.values() if each.name == START]
+        found = {
+            _step(node.value)
+            for body in bodies
+            for node in body
+            if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None
+            for target in (node.targets if isinstance(node, ast.Assign) else [node.target])
+            if ast.unparse(target).rpartition(".")[2] == name
+        }
+        return frozenset(each for each in found if each is not None)
+
+    @cached_property
+    def _stored(self) -> dict[str, set[int]]:
+        """The lines that store each target, but those of a start."""
+        found: dict[str, set[int]] = {}
+        for function in self._functions.values():
+            for node in ast.walk(function) if function.name != START else ():
+                is_stored = isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store)
+                if is_stored and isinstance(node, ast.expr):
+                    found.setdefault(ast.unparse(node), set()).add(node.lineno)
+        return found
+
+    def _arms(self) -> Iterator[tuple[str, Step | None, Sequence[ast.stmt]]]:
+        """Yield what `if step == "feed":` and `case "feed":` execute: number or text, step and body."""
+        for node in ast.walk(self._reader.tree):
+            if isinstance(node, ast.If):
+                for each in ast.walk(node.test):
+                    if (
+                        isinstance(each, ast.Compare)
+                        and len(each.ops) == 1
+                        and isinstance(each.ops[0], ast.Eq)
+                    ):
+                        yield ast.unparse(each.left), _step(each.comparators[0]), node.body
+            elif isinstance(node, ast.Match):
+                for case in node.cases:
+                    for pattern in ast.walk(case.pattern):
+                        if isinstance(pattern, ast.MatchValue):
+                            yield ast.unparse(node.subject), _step(pattern.value), case.body
 
     # --- what texts mean
 

@@ -46,10 +46,17 @@ RULES = (
     ),
     Rule(
         "search-without-switch",
-        "a home search on a machine without a home switch",
+        "a home search on a machine without a home switch, or with one that lies beyond a limit",
         "wire a home switch, or set the position instead",
         "error",
         rack.search_without_switch,
+    ),
+    Rule(
+        "wrong-level",
+        "a home, limit or stop input that is active at rest: its contact and its level contradict each other",
+        "change the bit of the input in configuration word 1, or `normally_closed` of its switch",
+        "error",
+        rack.active_at_rest,
     ),
     Rule(
         "unused-terminal",
@@ -96,6 +103,11 @@ RULES = (
         check=lambda subject: _each(subject, data.never_written, data.never_set),
     ),
     Rule(
+        "never-run",
+        "a counter or timer that is read, and that nothing runs, or for one scan only",
+        "add the instruction that runs it, or what enables it",
+    ),
+    Rule(
         "never-read",
         "a tag or field that is written, and that nothing reads",
         "read it, record it with `tags` of the rack file, or take it out",
@@ -137,8 +149,20 @@ RULES = (
     Rule(
         "unreached-step", "a step of a chart that no path leads to", "add a transition to it, or take it out"
     ),
+    Rule(
+        "step-without-exit",
+        "a step that nothing leaves",
+        "add the way on to it",
+        check=steps.without_way_out,
+    ),
     Rule("recursion", "a routine or function that calls itself", "use a loop"),
     Rule("preset-zero", "a timer or counter that is done at once, since its preset is 0", "give it a preset"),
+    Rule(
+        "negative-preset",
+        "a timer with a negative preset, which is a major fault",
+        "give it a preset of 0 or more",
+        "error",
+    ),
     Rule(
         "no-interlock",
         "two outputs of opposite names, such as Up and Down, that inputs can switch on together",
@@ -153,9 +177,14 @@ RULES = (
     # numbers and names
     Rule(
         "subscript",
-        "a subscript that a loop takes out of its array, or that a table does not have",
-        "let the loop end with the last element, or correct the subscript",
+        "a subscript that leaves its array, or that nothing limits; one that a table does not have",
+        "limit the subscript, or correct it",
         "error",
+    ),
+    Rule(
+        "real-equality",
+        "a calculated REAL, a running time or an analog input that is compared for equality",
+        "compare with a tolerance, or with >= or <=",
     ),
     Rule(
         "integer-zero",
@@ -265,6 +294,13 @@ RULES = (
         motion.without_position,
     ),
     Rule(
+        "beyond-limit",
+        "an absolute move to a place behind a limit switch",
+        "correct the position, or the limit switch of the machine",
+        "error",
+        motion.beyond_limits,
+    ),
+    Rule(
         "move-interrupted",
         "a motion that begins before the one before it is complete",
         "wait for its end",
@@ -288,6 +324,13 @@ RULES = (
         "a loop of a sequence without an await, or one that never ends",
         "await something in it, or change what it tests",
         "error",
+    ),
+    # with `--for`
+    Rule(
+        "drive-differs",
+        "with `--for`: a word or bit of a 3601 that means something else on a networked drive",
+        "see docs/replacing.md",
+        "note",
     ),
     Rule("bad-call", "a command or wait that fails when it is reached", "correct the call", "error"),
 )

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from ....io_images.amci3601 import ALL_INPUTS, InputBit
 from ....io_images.module_words import BitPlace
 from ....runtime.config.rackspec import SlotSpec
+from ....runtime.machine import MachineSpec
+from ....runtime.machine.spec import Switch, input_name
 from ...record.tag_source import tags_of
 from ...run.hints import not_configured, wired_inputs
 from ..facts import FileLine
@@ -37,6 +39,41 @@ def _wiring(subject: Subject, index: int, slot: SlotSpec, bit: InputBit) -> File
     return subject.place("slot", index, "machine")
 
 
+LEVELS = (InputBit.HOME, InputBit.ESTOP, InputBit.CW_LIMIT, InputBit.CCW_LIMIT)
+"""Inputs that are active at a place or in an emergency: at rest they must not be."""
+
+
+def active_at_rest(subject: Subject) -> Iterator[Violation]:
+    """Find inputs that are active at rest: the contact and the configured level contradict each other."""
+    for index, slot in subject.steppers:
+        configurations = subject.configurations(slot.number)
+        for bit in LEVELS if configurations else ():
+            level = _level_at_rest(slot.machine, bit)
+            is_wired = wired_inputs(slot.machine) & bit.value
+            if not is_wired and bit is InputBit.HOME:
+                continue  # see search_without_switch
+            if all(
+                each.inputs_used & bit.value and bool(each.active_high & bit.value) == level
+                for each in configurations
+            ):
+                contact = ("normally closed" if level else "normally open") if is_wired else "not wired"
+                configured = "high" if level else "low"
+                text = (
+                    f"slot {slot.number}: {input_name(bit)} is {contact}, and its configured level is active "
+                    f"{configured}: it is active wherever its switch is not operated"
+                )
+                yield Violation(_wiring(subject, index, slot, bit), text)
+
+
+def _level_at_rest(machine: MachineSpec, bit: InputBit) -> bool:
+    """Return whether an input is energized while nothing operates its contact."""
+    switches = [each.normally_closed for each in machine.switches if each.input == bit]
+    if switches:
+        return switches[0]  # an input has one kind
+    first = [each.energised for each in machine.timeline if each.input == bit and each.at_ns == 0]
+    return bool(first and first[-1])
+
+
 def search_without_switch(subject: Subject) -> Iterator[Violation]:
     """Find home searches of a machine without a home switch."""
     without = [
@@ -44,6 +81,7 @@ def search_without_switch(subject: Subject) -> Iterator[Violation]:
         for _, slot in subject.steppers
         if not wired_inputs(slot.machine) & InputBit.HOME.value and slot.machine.encoder is None
     ]
+    yield from _beyond_limit(subject)
     numbers = [slot.number for _, slot in subject.steppers]
     for search in subject.facts.searches:
         if search.slot in without or (search.slot is None and without and without == numbers):
@@ -51,6 +89,27 @@ def search_without_switch(subject: Subject) -> Iterator[Violation]:
             yield Violation(
                 search.place, f"a home search starts here, but {where} has neither home switch nor encoder"
             )
+
+
+def _beyond_limit(subject: Subject) -> Iterator[Violation]:
+    """Find home switches that lie where a limit switch is operated: the limit ends the search before."""
+    for index, slot in subject.steppers:
+        searched = [each for each in subject.facts.searches if each.slot in (None, slot.number)]
+        switches = slot.machine.switches
+        limits = [each for each in switches if each.input in (InputBit.CW_LIMIT, InputBit.CCW_LIMIT)]
+        homes = [(at, each) for at, each in enumerate(switches) if each.input == InputBit.HOME]
+        for at, home in homes if searched else ():
+            limit = next((each for each in limits if _covers(each, home)), None)
+            if limit is not None and len(homes) == 1:
+                place = subject.place("slot", index, "machine", "switches", at)
+                text = f"slot {slot.number}: home lies where {input_name(limit.input)} is operated"
+                yield Violation(place, f"{text}: the limit ends the search before")
+
+
+def _covers(limit: Switch, home: Switch) -> bool:
+    """Whether a limit switch is operated wherever the home switch is."""
+    begins = limit.first is None or (home.first is not None and home.first >= limit.first)
+    return begins and (limit.last is None or (home.last is not None and home.last <= limit.last))
 
 
 def unused_terminals(subject: Subject) -> Iterator[Violation]:

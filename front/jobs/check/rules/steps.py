@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import re
+from collections.abc import Iterator, Mapping, Sequence
 
 from ..facts import Step, StepAction
 from ..subject import Subject, Violation
@@ -71,6 +72,63 @@ def _next_unfinished(machine: _Machine, first: StepAction, start: Step) -> StepA
                     return other
             todo.append((edge.goes, is_cleared or machine.clears(edge.goes, first.sets)))
     return None
+
+
+FINAL = re.compile(r"done|end|finish|complete|ready|full|stop|idle|off|run", re.IGNORECASE)
+"""In names of steps that are meant to stay."""
+
+
+def without_way_out(subject: Subject) -> Iterator[Violation]:
+    """Find steps that are entered and that nothing leaves.
+
+    A start-up that ends in a step which goes on working is none, nor is the end of a list of steps. In rungs
+    a step to which its steps go at choice is taken for the end of a job.
+    """
+    use = subject.facts.step_use
+    machines: dict[str, list[StepAction]] = {}
+    for each in subject.facts.actions if use is not None else ():
+        if each.goes is not None:
+            machines.setdefault(each.machine, []).append(each)
+    for machine, goes in machines.items():
+        ways = {step: _ways(step, goes) for step in {each.goes for each in goes if each.goes is not None}}
+        turns = any(step in _reached(step, ways) for step in ways)
+        left = {one for each in goes for one in each.steps or ()} - ways.keys()
+        for step, onward in ways.items():
+            if onward or (isinstance(step, str) and FINAL.search(step)) or use is None:
+                continue
+            entered = [each for each in goes if each.goes == step]
+            found = use(machine, step)
+            is_missed = bool(left - subject.facts.first_steps(machine))  # another step is meant
+            if found is None:
+                continue
+            is_end = not found.chosen and all(
+                each.steps is not None and all(len(_ways(one, goes)) > 1 for one in each.steps)
+                for each in entered
+            )
+            if (found.tested or turns or is_missed) and (turns or not found.works) and not is_end:
+                tag = subject.facts.variables.get(machine)
+                name = machine if tag is None else tag.name
+                text = f"{name} goes to step {_text(step)} here, and nothing leaves this step"
+                yield Violation(entered[0].place, text)
+
+
+def _ways(step: Step, goes: Sequence[StepAction]) -> set[Step]:
+    """Return the steps that follow a step."""
+    return {
+        each.goes for each in goes if each.goes is not None and each.goes != step and each.happens_in(step)
+    }
+
+
+def _reached(step: Step, ways: Mapping[Step, set[Step]]) -> set[Step]:
+    """Return the steps that can be reached from a step."""
+    found: set[Step] = set()
+    todo = [step]
+    while todo:
+        for each in ways.get(todo.pop(), ()):
+            if each not in found:
+                found.add(each)
+                todo.append(each)
+    return found
 
 
 def not_zeroed(subject: Subject) -> Iterator[Violation]:

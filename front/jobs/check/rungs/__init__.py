@@ -9,6 +9,9 @@ structure.py        mistakes of routines, add-on instructions and tags as a whol
 controls.py         mistakes with CONTROLs, counters and bits that several instructions share
 loops.py            loops that never end, and what they count
 subscripts.py       subscripts that a loop takes out of their array
+counting.py         counters that nothing runs, subscripts that nothing limits
+reals.py            calculated REALs that are compared for equality
+add_ons.py          what the routines of an add-on instruction read, and never write
 blocks.py           commands of motion blocks
 block_mistakes.py   mistakes in calls of blocks
 terminals.py        terminals and slots: whether the rack has them

@@ -14,12 +14,12 @@ from ....ladder.model.operands import Constant, Place, first_leaf
 from ....ladder.model.spec import Use
 from ....ladder.model.tags import OWN, Leaf, Tag, program_of, tag_in
 from ....ladder.model.types import Elementary
-from ....ladder.state.lowered import ADD_ON, AddOnCall, LoweredProgram
+from ....ladder.state.lowered import ADD_ON, AddOnCall, LoweredProgram, LoweredStep
 from ...load.program import EXPORT_SUFFIXES
 from ..facts import Access, FileLine, Role, Touch, Variable
 from ..logic import TRUE, Bit, Condition, leaves, needed
 from .conditions import part_of
-from .number_ranges import BY_PEOPLE
+from .number_ranges import BY_PEOPLE, written_value
 from .walk import Point
 
 FIRST_SCAN = "S:FS"
@@ -125,7 +125,16 @@ def accesses_of(
             default = not point.is_rung and use is Touch.COIL
             takes = step.name == "SBR"
             part = part_of(each.where, _start(key, each))
-            yield Access(key, part, use, place, unit, needs, owner, once, default, steady, takes, each.text)
+            zero = each.writes and gives_zero(step)
+            yield Access(
+                key, part, use, place, unit, needs, owner, once, default, steady, takes, zero, each.text
+            )
+
+
+def gives_zero(step: LoweredStep) -> bool:
+    """Whether an instruction only writes 0."""
+    value = written_value(step)
+    return step.name == "RES" or (isinstance(value, Constant) and not value.value)
 
 
 def _start(key: str, mention: Mention) -> str:

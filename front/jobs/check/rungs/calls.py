@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
 from ....ladder.model.operands import Constant, Group, Place
 from ....ladder.model.spec import Use
-from ....ladder.state.lowered import Call, LoweredRoutine
+from ....ladder.state.lowered import Call, LoweredRoutine, LoweredStep
 from ..facts import Facts, FileLine, LocalFinding
 from ..logic import TRUE, AllOf, Condition, never, plain
+from .conditions import key_of
 from .walk import Point
 
 Placed = Sequence[tuple[Point, FileLine]]
@@ -61,6 +62,30 @@ class RoutineCalls:
         ways = [(a, b) for a in self.runs(one.routine) for b in self.runs(other.routine)]
         return one.routine is not other.routine and all(never(AllOf((a.when, b.when))) for a, b in ways)
 
+    def mixed(self, written: Callable[[LoweredStep], str], *, latches: bool) -> Iterator[LocalFinding]:
+        """Yield the assignments of structured text to bits that an OTE writes in every scan.
+
+        Args:
+            written: returns an instruction as it is written.
+            latches: whether those of constants under a condition count, see `data.coil_and_latch`.
+        """
+        coils: dict[str, tuple[Point, FileLine]] = {}
+        for point, place in self._points:
+            if point.is_rung and point.step.name == "OTE" and isinstance(point.step.operands[0], Place):
+                coils.setdefault(key_of(point.step.operands[0]), (point, place))
+        for point, place in self._points:
+            if point.is_rung or point.step.name not in (":=", "[:=]"):
+                continue
+            target = point.step.operands[0]
+            key = key_of(target) if isinstance(target, Place) else "?"
+            coil, at = coils.get(key, (None, place))
+            is_latch = (
+                not latches and point.condition != TRUE and isinstance(point.step.operands[-1], Constant)
+            )
+            if coil is not None and "?" not in key and not is_latch and not self.exclude(coil, point):
+                text = f"{written(point.step)} and {written(coil.step)} of line {at.line} write one bit"
+                yield LocalFinding(place, text)
+
     def twice(self, facts: Facts) -> None:
         """Note what keeps its state from scan to scan, in routines that run twice in one."""
         ways: dict[str, tuple[Run, Run] | None] = {}
@@ -93,20 +118,21 @@ def exclusive_repeats(
     remarks: Sequence[LocalFinding], points: Placed, calls: RoutineCalls
 ) -> Iterator[LocalFinding]:
     """Yield the remarks on repeated coils and timers, without those of routines that exclude each other."""
-    at: dict[FileLine, list[Point]] = {}
-    for point, place in points:
-        at.setdefault(place, []).append(point)
+    at: dict[FileLine, list[tuple[str, Point]]] = {}
+    writers: dict[str, list[Point]] = {}
+    for point, place in points if remarks else ():
+        name = _written(point)
+        if name:
+            at.setdefault(place, []).append((name, point))
+            writers.setdefault(name, []).append(point)
     for each in remarks:
-        here = [point for point in at.get(each.place, ()) if _written(point)]
-        others = [
-            other
-            for point in here
-            for other, _ in points
-            if other is not point and _written(other) == _written(point)
+        pairs = [
+            (point, other)
+            for name, point in at.get(each.place, ())
+            for other in writers[name]
+            if other is not point
         ]
-        if not others or not all(
-            calls.exclude(a, b) for a in here for b in others if _written(a) == _written(b)
-        ):
+        if not pairs or not all(calls.exclude(one, other) for one, other in pairs):
             yield each
 
 

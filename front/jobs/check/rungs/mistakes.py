@@ -2,17 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from ....ladder.model.operands import Calculation, Constant, Group, Place, Resolved, is_integer
 from ....ladder.model.spec import InstructionKind
 from ....ladder.model.types import FBD_TIMER, TIMER
 from ....ladder.state.lowered import ADD_ON, LoweredLine, LoweredProgram, LoweredStep, Node, Parallel
-from ..facts import Facts, FileLine
-from ..logic import TRUE, UNKNOWN, AllOf, AnyOf, Condition, FixedTruth, always, leaves, never
+from ..facts import Access, Facts, FileLine, overlap
+from ..logic import (
+    TRUE,
+    UNKNOWN,
+    AllOf,
+    AnyOf,
+    Bit,
+    Condition,
+    FixedTruth,
+    always,
+    leaves,
+    negated,
+    never,
+    plain,
+)
 from ..ranges import Range
-from .conditions import Conditions
+from .conditions import Conditions, key_of
 from .number_ranges import COPIES, Values, is_whole, target_of, type_range, written_value
 from .walk import Point
 
@@ -220,6 +233,45 @@ class Mistakes:
                 f"{self._scan_ms:g} ms"
             )
             self._facts.remark("preset-unit", place, text)
+
+
+def sealed(
+    points: Sequence[tuple[Point, FileLine]],
+    places: Mapping[str, Place],
+    facts: Facts,
+    written: Callable[[LoweredStep], str],
+) -> None:
+    """Note coils that an input switches on, and that hold themselves without a way off.
+
+    Args:
+        places: operands by their keys.
+        written: returns an instruction as it is written.
+    """
+    for point, place in points:
+        target = point.step.operands[0] if point.step.name in ("OTE", ":=") else None
+        if not isinstance(target, Place) or not target.type.is_bool:
+            continue
+        whole = plain(AllOf((point.condition, point.value)))
+        own = Bit(key_of(target))
+        bits = [each for each in leaves(whole) if isinstance(each, Bit) and each.on]
+        if own not in bits or not never(AllOf((own, negated(whole)))) or always(whole):
+            continue
+        starts = (places.get(each.name) for each in bits if each != own)
+        is_input = any(
+            each is not None and each.leaf.slot is not None and not each.leaf.output for each in starts
+        )
+        writes = [each for each in facts.accesses if each.writes]
+        own_write = next((each for each in writes if each.place == place and each.text == target.text), None)
+        if is_input and own_write is not None and not _others(own_write, writes):
+            text = f"{written(point.step)} holds itself: nothing switches {target.text} off"
+            facts.remark("latch-never-cleared", place, text)
+
+
+def _others(own: Access, writes: Sequence[Access]) -> bool:
+    """Whether something else writes what an instruction writes."""
+    return any(
+        each is not own and each.variable == own.variable and overlap(each.part, own.part) for each in writes
+    )
 
 
 def _is_copy(step: LoweredStep) -> bool:

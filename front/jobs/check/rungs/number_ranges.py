@@ -89,22 +89,28 @@ class Values:
     ) -> None:
         self._tags = tags
         self._presets = {(path.upper(), index): value for (path, index), value in presets.items()}
-        self._written: dict[str, list[Resolved | None]] = {}
+        self._written: dict[str, list[Resolved | None]] = {}  # by path, and by fixed element
+        self._elements: dict[str, set[str]] = {}  # the elements of a path that are written
         known: dict[str, int] = {}
         every = list(steps)
         for step in every:
             target = target_of(step)
             if target is not None and target.bit is None and not target.frame:
-                self._written.setdefault(target.leaf.path.upper(), []).append(written_value(step))
-                known[target.leaf.path.upper()] = known.get(target.leaf.path.upper(), 0) + 1
+                element = _element(target)
+                self._written.setdefault(element, []).append(written_value(step))
+                self._elements.setdefault(target.leaf.path.upper(), set()).add(element)
+                known[element] = known.get(element, 0) + 1
         self._others: set[str] = set()
         for each in mentions:
             if each.writes:
-                path = _path(each.where)
-                if known.get(path, 0) > 0 and isinstance(each.where, Place) and each.where.bit is None:
-                    known[path] -= 1
-                elif each.stretch or not _is_counting(each.where):
+                path, element = _path(each.where), _element(each.where)
+                if known.get(element, 0) > 0 and isinstance(each.where, Place) and each.where.bit is None:
+                    known[element] -= 1
+                elif each.stretch:
                     self._others.add(path)
+                elif not _is_counting(each.where):
+                    self._others.add(element)
+                    self._elements.setdefault(path, set()).add(element)
                 else:  # the preset stays
                     self._others.update(f"{path}.{name}" for name in _COUNTED)
         self._known: dict[str, Range] = dict(self._counted(every, list(counted)))
@@ -145,17 +151,30 @@ class Values:
 
     def written(self, place: Place) -> list[Range]:
         """Return the ranges of what is written to a number; none if other instructions write it, too."""
-        path = place.leaf.path.upper()
-        if path in self._others or self._is_in_group(path):
+        if self._is_other(place):
             return []
-        return [ANY if each is None else self.of(each, DEPTH - 1) for each in self._written.get(path, ())]
+        return [ANY if each is None else self.of(each, DEPTH - 1) for each in self._writes(place)]
 
     def sources(self, place: Place) -> Sequence[Resolved | None]:
         """Return what is written to a number, None for no value; a None if anything else writes it."""
-        path = place.leaf.path.upper()
-        if path in self._others or self._is_in_group(path) or BY_PEOPLE.search(path):
+        if self._is_other(place) or BY_PEOPLE.search(place.leaf.path):
             return (None,)
-        return self._written.get(path, ())
+        return self._writes(place)
+
+    def _is_other(self, place: Place) -> bool:
+        """Whether something else than a known value may be written to a number."""
+        path = place.leaf.path.upper()
+        return self._is_in_group(path) or any(each in self._others for each in (path, *self._same(place)))
+
+    def _writes(self, place: Place) -> list[Resolved | None]:
+        """Return what is written to a number: to its element, and to elements that are computed."""
+        keys = dict.fromkeys((place.leaf.path.upper(), *self._same(place)))
+        return [each for key in keys for each in self._written.get(key, ())]
+
+    def _same(self, place: Place) -> Iterable[str]:
+        """Return the elements that a number may be: its own, or all if it is computed."""
+        path, element = place.leaf.path.upper(), _element(place)
+        return (element,) if element != path else sorted(self._elements.get(path, ()))
 
     def constants(self, path: str) -> Sequence[float] | None:
         """Return the initial values of a tag that nothing writes; None without any, or if it is written."""
@@ -179,7 +198,7 @@ class Values:
     def is_written(self, path: str) -> bool:
         """Whether an instruction writes a path."""
         path = path.upper()
-        return path in self._written or path in self._others or self._is_in_group(path)
+        return path in self._elements or path in self._others or self._is_in_group(path)
 
     def initial(self, place: Place) -> Range | None:
         """Return the range of the initial values of a number's leaf; None if it is not a tag's."""
@@ -196,16 +215,19 @@ class Values:
         path = place.leaf.path.upper()
         if depth == 0 or place.bit is not None or place.leaf.slot is not None or place.leaf.frame:
             return limits
-        if path not in self._known:
-            self._known[path] = limits  # what depends on itself
-            self._known[path] = self._from_writes(place, path, limits, depth)
-        return self._known[path]
+        if path in self._known:
+            return self._known[path]  # only FOR counts it
+        element = _element(place)
+        if element not in self._known:
+            self._known[element] = limits  # what depends on itself
+            self._known[element] = self._from_writes(place, path, limits, depth)
+        return self._known[element]
 
     def _from_writes(self, place: Place, path: str, limits: Range, depth: int) -> Range:
         initial = self.initial(place)
-        if path in self._others or initial is None or self._is_in_group(path) or BY_PEOPLE.search(path):
+        if initial is None or self._is_other(place) or BY_PEOPLE.search(path):
             return limits
-        found = [limits if each is None else self.of(each, depth - 1) for each in self._written.get(path, ())]
+        found = [limits if each is None else self.of(each, depth - 1) for each in self._writes(place)]
         if place.type.is_integer:
             found = [_rounded(each) for each in found]
         every = joined(initial, *found)
@@ -235,6 +257,13 @@ def _is_counting(where: Place | Group) -> bool:
 
 def _path(where: Place | Group) -> str:
     return (where.leaf.path if isinstance(where, Place) else where.path).upper()
+
+
+def _element(where: Place | Group) -> str:
+    """Return the path of a value, with its subscripts if all are constants; without any computed ones."""
+    if not isinstance(where, Place) or not where.indices or where.fixed_index is None:
+        return _path(where)
+    return f"{_path(where)}[{where.fixed_index}]"
 
 
 def _member(initial: object, path: str) -> object:

@@ -8,6 +8,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 
 from ....io_images.amci3601.words import is_stepper
+from ....io_images.cards import KINDS
 from ....io_images.site import Site
 from ....ladder import LadderLogic
 from ....ladder.debug import cross_reference
@@ -15,26 +16,30 @@ from ....ladder.debug.crossref import mentions_of
 from ....ladder.model.chart_checks import unreached
 from ....ladder.model.operands import Place
 from ....ladder.model.tags import tag_in
-from ....ladder.state.lowered import LoweredLine, LoweredProgram, steps_of
+from ....ladder.state.lowered import LoweredLine, LoweredProgram, LoweredStep, steps_of
 from ....runtime.config.rackspec import RackSpec, profile_in
-from ...load.program import SLC_SUFFIXES
+from ...load.program import EXPORT_SUFFIXES, SLC_SUFFIXES
 from ..facts import Facts, FileLine, LocalFinding, SentCommand
 from .accesses import Variables, accesses_of, declaration_lines
+from .add_ons import note_add_ons
 from .block_mistakes import called_twice, misordered, parameters_out_of_range
 from .blocks import block_calls, commands_of, slots_of
 from .calls import RoutineCalls, exclusive_repeats
 from .conditions import Conditions, on_delays
 from .controls import shared
+from .counting import never_run, unbounded
 from .loops import counted, counts_by_site, endless
-from .mistakes import Mistakes
+from .mistakes import Mistakes, sealed
 from .number_ranges import Values
 from .output_writes import WriteReader, path_of
 from .outputs import OutputBits
+from .reals import note_reals
 from .sent_words import SentWords
 from .steps import Steps
-from .structure import Structure, own_routines
-from .subscripts import note_subscripts
+from .structure import Structure, own_add_ons, own_routines
+from .subscripts import note_lengths, note_subscripts
 from .terminals import Terminals
+from .timing import note_timing
 from .walk import Walker
 from .word_writes import word_writes
 from .written_words import computed, held, words_out_of_range
@@ -107,7 +112,8 @@ class _ProgramReader:
                 repeated.append(remark)
             else:
                 yield each.rule or "repeated-coil", remark
-        for remark in exclusive_repeats(repeated, self.main, calls):
+        mixed = calls.mixed(self._written, latches=self.path.suffix in EXPORT_SUFFIXES)
+        for remark in (*exclusive_repeats(repeated, self.main, calls), *mixed):
             yield "repeated-coil", remark
 
     def _commands(self, facts: Facts) -> None:
@@ -133,9 +139,13 @@ class _ProgramReader:
         facts.at_once = list(sent.at_once())
         blocks = list(commands_of(self.calls, self.axes, self.values, self.owners))
         steps = Steps(self.main, self.values, self.conditions.places, self.slots)
-        blocks = [replace(each, starts=steps.starts(each)) for each in blocks]
+        executed = [(each, *steps.executed(each)) for each in blocks]
+        blocks = [
+            replace(each, starts=steps.starts(each), on=on, implies=implies) for each, on, implies in executed
+        ]
         facts.commands = [*blocks, *sent.commands()]
         facts.actions = list(steps.actions(writes, blocks))
+        facts.step_use, facts.first_steps = steps.use, steps.first
         facts.writes = list(word_writes(self.main, writes, steps, self.lowered))
         facts.outputs = list(OutputBits(self.main, self.conditions.places, self.slots).writes())
 
@@ -195,6 +205,16 @@ class _ProgramReader:
         for point, place in self.points:
             mistakes.note(point, place)
             note_subscripts(point, place, self.counts, facts, seen)
+            note_lengths(point, place, facts)
+        add_ons = own_add_ons(self.program)
+        note_add_ons(add_ons, self.points, self.lowered, outside, self._declaration, facts)
+        analog = [slot.number for slot in self.spec.slot if _is_analog(slot.module)]
+        note_reals(self.points, self.values, analog, facts, self._written)
+        note_timing(self.points, self.mentions, self.values, self.tags, facts, self._written)
+        sealed(self.main, self.conditions.places, facts, self._written)
+        unbounded(self.points, self.values, self.conditions.places, facts)
+        if self.path.suffix != ".py" and not facts.reads_all:
+            never_run(facts)
         for routine in self.routines:
             for line in routine.lines if routine.body is None else ():
                 mistakes.branches(line, self.conditions, self._place(line))
@@ -227,5 +247,15 @@ class _ProgramReader:
                 place = FileLine(str(self.path), self.declared(tag.name))
                 facts.remark("unused-tag", place, f"tag {tag.name} is declared, and no instruction names it")
 
+    def _declaration(self, name: str) -> FileLine:
+        return FileLine(str(self.path), self.declared(name))
+
+    def _written(self, step: LoweredStep) -> str:
+        return self.lowered.sites[step.site].instruction
+
     def _place(self, line: LoweredLine) -> FileLine:
         return FileLine(line.origin.file or str(self.path), line.origin.line or 1)
+
+
+def _is_analog(module: str) -> bool:
+    return module in KINDS and KINDS[module].channels_in > 0

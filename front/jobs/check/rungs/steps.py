@@ -14,9 +14,10 @@ from functools import cached_property
 from ....io_images.amci3601 import StatusMsw
 from ....ladder.model.operands import Constant, Place
 from ....ladder.state.lowered import ADD_ON, Call, LoweredStep
-from ..facts import Command, FileLine, Step, StepAction
+from ..facts import Command, FileLine, Step, StepAction, StepUse
 from ..logic import (
     TRUE,
+    UNKNOWN,
     AllOf,
     Bit,
     Compare,
@@ -26,6 +27,7 @@ from ..logic import (
     leaves,
     needed,
     negated,
+    plain,
     steps_in,
 )
 from ..module_kinds import KINDS, MODE_CONFIG
@@ -143,6 +145,23 @@ class Steps:
             found[machine] = (None if there is None else frozenset(there), sure)
         return found
 
+    def use(self, machine: str, step: Step) -> StepUse:
+        """Return what the program does in a step."""
+        tested = works = chosen = False
+        for point, _ in self._points:
+            own = AllOf((point.condition, point.own))
+            if not any(isinstance(each, Compare) and base_of(each.name) == machine for each in leaves(own)):
+                continue
+            if self._there(own, machine, self._machines[machine]) == frozenset({step}):
+                tested, chosen = True, chosen or not point.is_rung
+                others = (
+                    each
+                    for each in leaves(own)
+                    if each != TRUE and not (isinstance(each, Compare) and base_of(each.name) == machine)
+                )
+                works = works or next(others, None) is not None or point.value != TRUE
+        return StepUse(tested, works, chosen)
+
     # --- machines
 
     @cached_property
@@ -165,7 +184,9 @@ class Steps:
 
     def _machine(self, place: Place | None) -> str:
         """Return the key of a number that only gets constants; "" of another one."""
-        if place is None or place.bit is not None or place.indices or not place.type.is_integer:
+        if place is None or place.bit is not None or not place.type.is_integer:
+            return ""
+        if place.fixed_index is None:
             return ""
         if place.leaf.slot is not None or place.leaf.frame:
             return ""
@@ -219,6 +240,37 @@ class Steps:
         parts = condition.parts if isinstance(condition, AllOf) else (condition,)
         is_plain = all(isinstance(each, Bit | Compare) for each in parts)
         return " and ".join(sorted(map(repr, parts))) if is_plain else ""
+
+    def executed(self, command: Command) -> tuple[Condition, Condition]:
+        """Return the condition of a block's Execute, UNKNOWN if it is not known, and what it implies."""
+        if command.execute in ("", "1"):
+            return (TRUE if command.execute else UNKNOWN), TRUE
+        coils = self._writers.get(command.execute, [])
+        own = Bit(command.execute)
+        if len(coils) == 1 and coils[0].step.name in ("OTE", ":="):
+            power = _power(coils[0])
+            return plain(power), plain(AllOf((own, self._implied(power))))
+        return (own if not coils else UNKNOWN), own
+
+    def first(self, machine: str) -> frozenset[Step]:
+        """Return the steps in which a machine may begin: of its initial values, and of the first scan."""
+        place = self._places.get(machine)
+        found = None if place is None else self._values.initial(place)
+        steps = self._machines.get(machine, frozenset())
+        initial = frozenset(each for each in steps if found is not None and found.least <= each <= found.most)
+        return frozenset(self._begun.get(machine, ())) or initial
+
+    @cached_property
+    def _begun(self) -> dict[str, set[float]]:
+        """The steps to which machines go in the first scan."""
+        found: dict[str, set[float]] = {}
+        for point, _ in self._points:
+            if any(each.on and each.name.startswith("S:FS") for each in needed(point.condition)):
+                value = written_value(point.step)
+                machine = self._machine(target_of(point.step))
+                if machine and isinstance(value, Constant):
+                    found.setdefault(machine, set()).add(float(value.value))
+        return found
 
     def _starting(self, command: Command) -> Iterator[tuple[Point, FileLine]]:
         """Yield the copies to Execute of a block."""

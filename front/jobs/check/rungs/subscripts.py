@@ -43,6 +43,25 @@ def note_subscripts(
                 seen.add(key)
 
 
+def note_lengths(point: Point, place: FileLine, facts: Facts) -> None:
+    """Note copies and fills of more elements than their arrays have."""
+    step = point.step
+    if step.name not in ("COP", "CPS", "FLL") or not isinstance(step.operands[2], Constant):
+        return
+    source, target, length = step.operands[0], step.operands[1], int(step.operands[2].value)
+    ends = [target]
+    is_same = isinstance(source, Place) and isinstance(target, Place) and source.leaf.type == target.leaf.type
+    if step.name != "FLL" and is_same:
+        ends.insert(0, source)
+    for each in ends:
+        if isinstance(each, Place) and each.leaf.dims and not each.frame and each.fixed_index is not None:
+            there = each.leaf.size - each.fixed_index
+            if length > there:
+                text = f"{step.name} of {length} elements: {each.text} has {there} from there on"
+                facts.remark("subscript", place, text)
+                return
+
+
 def _subscripts(operand: object) -> Iterator[tuple[Place | Group, Resolved, int]]:
     """Yield the computed subscripts and bits in an operand, each with its number of elements."""
     if isinstance(operand, Calculation):

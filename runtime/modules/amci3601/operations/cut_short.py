@@ -29,8 +29,9 @@ class CutShort(Operation):
 
     limits: ClassVar[Limits] = Limits.OWN  # a limit can't cut it once more
 
-    def __init__(self, host: Host, cut: Operation, completion: int, how: str) -> None:
+    def __init__(self, host: Host, now_ns: int, cut: Operation, completion: int, how: str) -> None:
         super().__init__(host, cut.started_ns)
+        self.cut_ns = now_ns
         self.name = cut.name  # type: ignore[misc]  # the name of any operation
         self.status_lsw = cut.status_lsw  # type: ignore[misc]  # as above
         self.started_at = cut.started_at

@@ -1,0 +1,120 @@
+"""Relatives of a 3601 that have its words in other places, or write its numbers otherwise.
+
+3601   status, status, position, position, encoder, encoder, captured, captured     thousands
+3401   status, status, position, position                          [3401 manual 2.0, page 34]
+3401   0, 0, status, status, position, position                    of a ControlLogix [page 34]
+3502   as a 3601, numbers by sign and magnitude                     [3502 manual 1.0, page 1]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+from ..image import signed_word
+from ..module_words import BitPlace, ModuleWords
+from ..thousands import LSW_MAX, join_reported
+from .bits import CommandMsw, StatusMsw
+from .words import WORDS_3601, Profile
+
+_CONFIGURES = CommandMsw.MODE_CONFIG.value
+_CONFIGURED = StatusMsw.MODE_CONFIG.value
+_MAGNITUDE = 0x7FFF
+_NUMBERS_OUT = ((2, 3), (4, 5))
+"""Target and programmed speed; in configuration mode the starting speed is in words 2 and 3."""
+
+_NUMBERS_IN = ((2, 3), (4, 5), (6, 7))
+"""Position, encoder count and captured value, in command mode."""
+
+
+class NumberFormat(Enum):
+    """How a value of two words says that it is negative."""
+
+    THOUSANDS = "both words are negative"
+    SIGN_MAGNITUDE = "bit 15 of the upper word"
+
+
+@dataclass(frozen=True, slots=True)
+class ImageForm:
+    """How a module of the family lays out the images of a 3601.
+
+    Attributes:
+        inputs: names of its input words: a 3601's, or any other for a word that is always 0.
+        numbers: the format of values of two words.
+
+    Raises:
+        ValueError: a status word is missing, or a name is there twice.
+    """
+
+    inputs: tuple[str, ...] = WORDS_3601.inputs
+    numbers: NumberFormat = NumberFormat.THOUSANDS
+
+    def __post_init__(self) -> None:
+        for name in WORDS_3601.inputs[:2]:
+            if name not in self.inputs:
+                raise ValueError(f"inputs {list(self.inputs)}: {name} is missing, whose bits a module shows")
+        if len(set(self.inputs)) < len(self.inputs):
+            raise ValueError(f"inputs {list(self.inputs)}: a name is there twice")
+
+    @property
+    def places(self) -> Mapping[int, int]:
+        """The place of each word of a 3601's inputs that the module has."""
+        return {
+            word: self.inputs.index(name)
+            for word, name in enumerate(WORDS_3601.inputs)
+            if name in self.inputs
+        }
+
+    def words(self, profile: Profile) -> ModuleWords:
+        """Return the words of a module with this form; the names of its bits go with their words.
+
+        >>> words = ImageForm(("zero0", "zero1", "status_msw", "status_lsw")).words(WORDS_3601)
+        >>> words.groups["status"]["MODULE_OK"]
+        BitPlace(image='I', word=2, bit=14)
+        """
+        places = self.places
+        status = {
+            name: BitPlace(at.image, places[at.word], at.bit) for name, at in profile.groups["status"].items()
+        }
+        groups = {**profile.groups, "status": status}
+        return ModuleWords(profile.message, profile.outputs, self.inputs, groups, errors=profile.errors)
+
+    def heard(self, outputs: Sequence[int]) -> list[int]:
+        """Return the output words of a 3601 that mean what these signed ones mean."""
+        words = list(outputs)
+        if self.numbers is NumberFormat.SIGN_MAGNITUDE:
+            for msw, lsw in _NUMBERS_OUT[: 1 if words[0] & _CONFIGURES else 2]:
+                words[msw], words[lsw] = from_sign_magnitude(words[msw], words[lsw])
+        return words
+
+    def shown(self, inputs: Sequence[int]) -> list[int]:
+        """Return the input words of a module whose 3601 has these, signed."""
+        words = list(inputs)
+        if self.numbers is NumberFormat.SIGN_MAGNITUDE and not words[0] & _CONFIGURED:
+            for msw, lsw in _NUMBERS_IN:
+                words[msw], words[lsw] = to_sign_magnitude(join_reported(words[msw], words[lsw]))
+        known = dict(zip(WORDS_3601.inputs, words, strict=True))
+        return [known.get(name, 0) for name in self.inputs]
+
+
+def from_sign_magnitude(msw: int, lsw: int) -> tuple[int, int]:
+    """Return a 3601's pair for a pair by sign and magnitude; an illegal one unless the LSW is 0 to 999.
+
+    >>> [from_sign_magnitude(signed_word(0x8000), 345), from_sign_magnitude(signed_word(0x800C), 345)]
+    [(0, -345), (-12, -345)]
+    """
+    thousands = msw & _MAGNITUDE
+    if not 0 <= lsw <= LSW_MAX:
+        return thousands, LSW_MAX + 1
+    return (-thousands, -lsw) if msw < 0 else (thousands, lsw)
+
+
+def to_sign_magnitude(value: int) -> tuple[int, int]:
+    """Return the pair of a value by sign and magnitude; beyond 32,767,999 the thousands begin again.
+
+    >>> to_sign_magnitude(-345) == (signed_word(0x8000), 345), to_sign_magnitude(12_000)
+    (True, (12, 0))
+    """
+    thousands, rest = divmod(abs(value), 1000)
+    return signed_word(thousands & _MAGNITUDE | (0x8000 if value < 0 else 0)), rest

@@ -1,0 +1,79 @@
+"""Parts of programs in a form that can be compared: equal forms mean equal parts, whatever their places.
+
+A part of a kind that is not known here is equal to itself alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+from ...model.operands import Constant, Group, Place
+from ...model.spec import Spec
+from ...model.tags import Leaf
+from ...state.lowered import LoweredLine, LoweredProgram, LoweredRoutine, LoweredStep
+
+
+def shape_of(part: Any) -> Hashable:
+    """Return the form of a part."""
+    if part is None or isinstance(part, (str, int, float)):
+        return type(part), repr(part)
+    if isinstance(part, (tuple, list)):
+        return tuple(map(shape_of, part))
+    if isinstance(part, Mapping):
+        return tuple(sorted(((repr(name), shape_of(value)) for name, value in part.items()), key=_first))
+    own = _OWN.get(type(part))
+    if own is not None:
+        return type(part), *[shape_of(getattr(part, name)) for name in own]
+    if is_dataclass(part) and not isinstance(part, (type, Spec)):
+        return type(part), *[shape_of(getattr(part, each.name)) for each in fields(part) if each.compare]
+    return part if isinstance(part, Hashable) else object()
+
+
+def _first(pair: tuple[str, Hashable]) -> str:
+    return pair[0]
+
+
+_OWN: Mapping[type, tuple[str, ...]] = {
+    Constant: ("type", "value"),
+    Place: ("leaf", "indices", "bit", "array"),
+    Group: ("type", "path", "indices", "dims", "array"),
+    Leaf: ("path", "type", "dims", "slot", "output", "root", "outer"),
+    LoweredStep: ("spec", "operands"),
+    LoweredLine: ("nodes",),
+}
+"""Attributes that make a part, without its place in the text, and without the layout that it is in."""
+
+
+def form_of(lowered: LoweredProgram) -> Hashable:
+    """Return the form of all that a program executes, without its tags."""
+    routines = tuple(sorted((name, _routine(each)) for name, each in lowered.routines.items()))
+    frames = shape_of(
+        {name: (each.presets, each.written, each.bits) for name, each in lowered.frames.items()}
+    )
+    return (
+        routines,
+        frames,
+        lowered.main,
+        lowered.monitors,
+        lowered.flags,
+        lowered.override,
+        world_of(lowered),
+    )
+
+
+def _routine(routine: LoweredRoutine) -> Hashable:
+    inside = routine.lines if routine.body is None else routine.body
+    return shape_of((routine.labels, routine.parameters, routine.frame, inside))
+
+
+def world_of(lowered: LoweredProgram) -> Hashable:
+    """Return what decides beside tags: tasks, results of messages, connections, the name."""
+    schedule = lowered.schedule
+    tasks = () if schedule is None else tuple(_task(each.task) for each in schedule.tasks)
+    return lowered.name, tasks, shape_of((lowered.stubs, lowered.connections, lowered.replies))
+
+
+def _task(task: Any) -> Hashable:
+    return task.name, task.kind, task.programs, task.rate_ns, task.priority, task.preempt

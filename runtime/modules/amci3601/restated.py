@@ -1,0 +1,46 @@
+"""A module of the family whose images have another form, see `io_images.amci3601.image_form`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from typing_extensions import override
+
+from ....io_images.amci3601.image_form import ImageForm, NumberFormat
+from ....io_images.image import Image
+from .module import Amci3601
+
+if TYPE_CHECKING:
+    from ...loop.module import Words
+
+
+class Restated3601(Amci3601):
+    """A 3601 behind images of another form; see `Amci3601` for the other arguments."""
+
+    def __init__(self, form: ImageForm, *arguments: Any, **options: Any) -> None:
+        self._form, self._places = form, form.places
+        self._heard, self._shown = Image(), Image(size=len(form.inputs))
+        super().__init__(*arguments, **options)
+
+    @override
+    def update(self, now_ns: int, outputs: Image) -> Image:
+        image = super().update(now_ns, self._taken(outputs))
+        for word, value in enumerate(self._form.shown(image.words.tolist())):
+            self._shown.words[word] = value
+        return self._shown
+
+    @override
+    def calm_until_ns(self, outputs: Image) -> int:
+        if self._form.numbers is not NumberFormat.THOUSANDS:
+            return 0
+        return super().calm_until_ns(self._taken(outputs))
+
+    @override
+    def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
+        own = super().foretell(first_ns, every_ns, count)
+        return {self._places[word]: values for word, values in own.items() if word in self._places}
+
+    def _taken(self, outputs: Image) -> Image:
+        for word, value in enumerate(self._form.heard(outputs.words.tolist())):
+            self._heard.words[word] = value
+        return self._heard
