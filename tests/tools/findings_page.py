@@ -1,7 +1,7 @@
 """The table in findings/README.md and the page docs/findings.md, from the headers of findings/*.sh.
 
-A header is the comment at the beginning of a script: lines `# Field: text`, whose text may go on in lines that begin
-with `#   `. findings/README.md has the fields.
+A header is the comment at the beginning of a script: lines `# Field: text`, continued in lines that begin with
+`#   `. findings/README.md has the fields.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ LINK = re.compile(r"\]\(([a-z0-9/-]+\.md)(?:#[a-z0-9-]+)?\)")
 HEAD = """\
 # Findings
 
-What libraries, tools and formats around scanrack do that an expert would not guess. Each row was run on valid input without
-scanrack; its script in `findings/` installs the named versions, runs them and fails if the behavior has changed.
-`findings/run NAME` runs one. Each row says what scanrack does about it.
+What libraries, tools and formats around scanrack do that an expert would not guess. Each row was run on valid input
+without scanrack; its script in `findings/` installs the named versions, runs them and fails if the behavior has
+changed. `findings/run NAME` runs one. Each row says what scanrack does about it.
 """
 
 
@@ -91,7 +91,8 @@ def mistakes(every: list[Finding]) -> Iterator[str]:
 def readme(page: str) -> str:
     """Return findings/README.md with all findings."""
     rows = "".join(
-        f"| [{each.name}]({each.name}.sh) | {', '.join(each.packages)} | {each.fields['Date']} | {each.fields['What']} |\n"
+        f"| [{each.name}]({each.name}.sh) | {', '.join(each.packages)} | {each.fields['Date']} "
+        f"| {each.fields['What']} |\n"
         for each in findings()
     )
     head = r"(^\| name \| packages, versions \| date \| what \|\n\|[-|]+\n)(?:\|.*\n)*"
