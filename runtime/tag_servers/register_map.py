@@ -16,9 +16,8 @@ write of half a value, and for one of a tag that clients only read.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from typing import Any
 
 from pymodbus.pdu import ModbusPDU
@@ -51,6 +50,7 @@ class _Cell:
 
     row: MappedTag
     place: int  # of the row's coils or registers
+    rest: int  # of the row's addresses, this one included
 
 
 class RegisterMap:
@@ -84,7 +84,7 @@ class RegisterMap:
         if taken := next(filter(None, (cells.get(address + place) for place in range(size))), None):
             raise ValueError(f"an address from {address} on is that of {taken.row.target.name}")
         for place in range(size):
-            cells[address + place] = _Cell(row, place)
+            cells[address + place] = _Cell(row, place, size - place)
 
     def answer(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
         """Carry out a request; return the reply or exception.
@@ -131,7 +131,7 @@ class RegisterMap:
     def read_words(self, table: str, first: int, count: int, snapshot: TagSnapshot) -> list[int]:
         """Read holding or input registers."""
         read: list[int] = []
-        for row, place, many in list(self._runs(table, first, count)):
+        for row, place, many in self._runs(table, first, count):
             offset, size = row.values_at(place, many)
             found = row.to_words(snapshot.read(ReadBytes(row.target.symbol.index, offset, size)))
             begin = place % row.words
@@ -165,7 +165,7 @@ class RegisterMap:
     ) -> ModbusPDU:
         """Write registers, then read some."""
         span = request.read_address, request.read_count
-        list(self._runs(HOLDING_REGISTERS, *span))  # refused as a whole, or not at all
+        self._runs(HOLDING_REGISTERS, *span)  # refused as a whole, or not at all
         self._write_words(request.write_address, request.write_registers, snapshot)
         read = self.read_words(HOLDING_REGISTERS, *span, snapshot)
         return words.ReadWriteMultipleRegistersResponse(registers=read)
@@ -182,14 +182,17 @@ class RegisterMap:
         for each in changes:
             snapshot.write(each)
 
-    def _runs(self, table: str, first: int, count: int) -> Iterator[tuple[MappedTag, int, int]]:
-        """Yield the rows at addresses, each with its first place and the number of places."""
-        cells = [self._cells[table].get(address) for address in range(first, first + count)]
-        if None in cells:
-            raise ModbusRefusedError(ILLEGAL_ADDRESS)
-        for _, group in groupby(filter(None, cells), key=lambda each: id(each.row)):
-            found = list(group)
-            yield found[0].row, found[0].place, len(found)
+    def _runs(self, table: str, first: int, count: int) -> list[tuple[MappedTag, int, int]]:
+        """Return the rows at addresses, each with its first place and the number of places."""
+        cells, runs, last = self._cells[table], [], first + count
+        while first < last:
+            cell = cells.get(first)
+            if cell is None:
+                raise ModbusRefusedError(ILLEGAL_ADDRESS)
+            many = min(cell.rest, last - first)
+            runs.append((cell.row, cell.place, many))
+            first += many
+        return runs
 
 
 _FUNCTIONS: Mapping[int, Callable[[RegisterMap, Any, TagSnapshot], ModbusPDU]] = {

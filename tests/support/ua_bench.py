@@ -58,7 +58,9 @@ class Bench:
         """Return a client that is not connected yet."""
         from asyncua import Client
 
-        return Client(f"opc.tcp://127.0.0.1:{self.service.port}/scanrack", timeout=TIMEOUT_S)
+        url = f"opc.tcp://127.0.0.1:{self.service.port}/scanrack"
+        # its own watchdog gives a connection up if the server does not answer within a second
+        return Client(url, timeout=TIMEOUT_S, watchdog_intervall=TIMEOUT_S)
 
 
 @contextmanager

@@ -25,6 +25,7 @@ import cards_page
 import check_page
 import clients_tried
 import commands_page
+import differences_page
 import drives_page
 import formats_page
 import install_lines
@@ -75,12 +76,17 @@ def _drives() -> Iterator[Generated]:
     yield from _table(drives_page.READINGS_PAGE, drives_page.with_readings)
 
 
+def _differences() -> Iterator[Generated]:
+    yield Generated(differences_page.PAGE, differences_page.page())
+
+
 GENERATORS: dict[str, Callable[[], Iterator[Generated]]] = {
     "answers": lambda: _table(answers_page.PAGE, answers_page.written),
     "cards": lambda: _table(cards_page.PAGE, cards_page.written),
     "check": lambda: iter([Generated(check_page.PAGE, check_page.page())]),
     "clients": lambda: _table(clients_tried.PAGE, clients_tried.written),
     "commands": lambda: iter([Generated(commands_page.PAGE, commands_page.page())]),
+    "differences": _differences,
     "drives": _drives,
     "formats": lambda: _table(formats_page.PAGE, formats_page.written),
     "install": _install,
