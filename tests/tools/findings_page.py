@@ -1,7 +1,7 @@
 """The table in findings/README.md and the page docs/findings.md, from the headers of findings/*.sh.
 
-A header is the comment at the beginning of a script: lines `# Field: text`, continued in lines that begin with
-`#   `. findings/README.md has the fields.
+A header is the comment at the beginning of a script: lines `# Field: text`, continued in lines that begin
+with `#   `. findings/README.md has the fields.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ LINK = re.compile(r"\]\(([a-z0-9/-]+\.md)(?:#[a-z0-9-]+)?\)")
 HEAD = """\
 # Findings
 
-What libraries, tools and formats around scanrack do that an expert would not guess. Each row was run on valid input
-without scanrack; its script in `findings/` installs the named versions, runs them and fails if the behavior has
-changed. `findings/run NAME` runs one. Each row says what scanrack does about it.
+What libraries, tools and formats around scanrack do that an expert would not guess. Each row was run on valid
+input without scanrack; its script in `findings/` installs the named versions, runs them and fails if the
+behavior has changed. `findings/run NAME` runs one. Each row says what scanrack does about it.
 """
 
 
