@@ -104,7 +104,8 @@ def readme(page: str) -> str:
 def docs() -> str:
     """Return docs/findings.md."""
     rows = "".join(
-        f"| [{each.fields['What']}](../findings/{each.name}.sh) | {', '.join(each.packages)}; {each.fields['Date']} "
+        f"| [{each.fields['What']}](../findings/{each.name}.sh) "
+        f"| {', '.join(each.packages)}; {each.fields['Date']} "
         f"| {each.sentence('Meets')} | {each.sentence('Scanrack')} |\n"
         for each in findings()
     )

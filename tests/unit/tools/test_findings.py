@@ -1,4 +1,4 @@
-"""The headers of findings/*.sh are complete, and what is made of them is current. The scripts themselves run by hand."""
+"""The headers of findings/*.sh are complete and their tables current. The scripts themselves run by hand."""
 
 from __future__ import annotations
 
