@@ -140,7 +140,7 @@ WORDS = {
         "TEXT",
         "N",
     ),
-    *("TAG:MS", "INPUT=TAG", "NAME=STATE", "DIGITS", "FAULT"),
+    *("TAG:MS", "INPUT=TAG", "NAME=STATE", "DIGITS", "FAULT", "DRIVE"),
 }
 """What a text that names no file is called in the help of its command."""
 
