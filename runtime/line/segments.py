@@ -6,7 +6,7 @@ from collections import deque
 
 from .wire import Device, LineFormat
 
-TRAVEL_NS = 500_000
+TRAVEL_NS = 250_000
 """Time of a segment from end to end, with that of the stacks at both ends."""
 
 

@@ -248,6 +248,7 @@ class Adapter(Generic[Drive]):
         if self._locked_out:
             self._stay_locked_out(now_ns, words)
         self.layer.tick(now_ns, words, self.axis.levels)
+        self.driver.hurry()
         self._look_at_the_end(now_ns, findings)
         self._refuse_missed(now_ns)
         self._tell_of_substitutions(now_ns)

@@ -1,9 +1,9 @@
 """The driver of a networked drive: ten words out and ten words in, exchange after exchange.
 
-    out     words A    words A    words B    words B    ...      every rpi_ms, function 23
+    out     words A    words A    words B    words B    ...      function 23
     in      before A   after A    after A    after B
 
-An answer has the data from before its own write, so the words in count for a command from the second exchange
+Changed words go out, and their answer is read, at once; between them rpi_ms pass. An answer has the data from before its own write, so the words in count for a command from the second exchange
 with it on. A bit that is still on makes no second edge: any exchange may be repeated, a start, too.
 
     configure   stop, configuration mode, command mode with the driver enabled, position := B
@@ -76,6 +76,9 @@ COMPLAINTS: dict[Status, tuple[int, str]] = {
 FUNCTIONS = {role: function for function, role in ROLES.items()}
 """The drive's function of an input of the 3601."""
 
+LOOKS = 3
+"""Images at rest without an end of the motion that are not believed."""
+
 HANDSHAKES_MAX = 50
 """Exchanges in which a drive has to answer a bit of the handshakes."""
 
@@ -119,8 +122,10 @@ class AmciDriver(Driver[DriveProfile]):
         self._due_ns = 0
         self._words = IDLE
         self._taken: Words | None = None  # words that an answered exchange has written last
+        self._fresh = False  # the last image is one after the words in force, and has not been looked at
         self._counter = 0
         self._zeroing = False
+        self._unseen = self._began_at = 0  # looks that have to show an end before rest counts; where it began
         self._holds = False  # a refused Hold is no news: the move has ended meanwhile
         self._refuses = False
 
@@ -167,9 +172,8 @@ class AmciDriver(Driver[DriveProfile]):
         return frames.exchange(self.unit, self._transaction, self._options.axis, words)
 
     def _exchange(self, words: Words | None) -> Talk:
-        """Make an exchange at its turn, until it is answered; None writes nothing."""
+        """Make an exchange, until it is answered; None writes nothing."""
         while True:
-            yield LinePause(max(0, self._due_ns - self.master.now_ns))
             began_ns = self.master.now_ns
             self._due_ns = began_ns + self._rpi_ns
             reply = yield from self.ask(self._question(words))
@@ -208,6 +212,8 @@ class AmciDriver(Driver[DriveProfile]):
         self._counter = self._counter if position is None else position
         self.encoder = self.encoder if encoder is None else encoder
         self.busy = not status & Status.STOPPED
+        if self.busy:
+            self._unseen = 0
         self.unfit = bool(status & UNFIT) and self._was_ready
         if self._was_ready and status & Status.CONFIG_ERROR:
             raise PowerLostError
@@ -230,15 +236,29 @@ class AmciDriver(Driver[DriveProfile]):
     def _refresh(self) -> Talk:
         """Read the drive's words, as they are after the words in force."""
         if not (self._was_ready or self.setup):
-            yield from self._exchange(None)  # nothing is written before a configuration
-            return
-        if self._taken != self._words:
+            yield from self._poll(None)  # nothing is written before a configuration
+        elif self._taken != self._words:
             yield from self._exchange(self._words)
-        yield from self._exchange(self._words)
+            yield from self._exchange(self._words)
+            self._fresh = True
+        else:
+            yield from self._poll(self._words)
+
+    def _poll(self, words: Words | None) -> Talk:
+        """Make an exchange that changes nothing, at its turn."""
+        yield LinePause(max(0, self._due_ns - self.master.now_ns))
+        yield from self._exchange(words)
+
+    @override
+    def hurry(self) -> None:
+        task = self.task
+        if self.has_work() or self.changed or (task is not None and (task.stopping or task.marked)):
+            self.master.wake()
 
     @override
     def forget(self) -> None:
         self._taken = None
+        self._fresh = False
         self._words = IDLE
         self._zeroing = self._holds = self.changed = self.clear_errors = False
 
@@ -262,7 +282,11 @@ class AmciDriver(Driver[DriveProfile]):
 
     @override
     def read_status(self) -> Talk:
-        yield from self._refresh()
+        """Read the image, unless the one after the last command has not been looked at."""
+        fresh, self._fresh = self._fresh, False
+        if not fresh or self._taken != self._words:
+            yield from self._refresh()
+            self._fresh = False
 
     @override
     def ask_position(self) -> Generator[Step, Reply | None, int]:
@@ -291,7 +315,7 @@ class AmciDriver(Driver[DriveProfile]):
         upper, lower = NumberFormat.THOUSANDS.split(position)
         preset = (Command.PRESET_POSITION.value, ENABLED, upper & 0xFFFF, lower & 0xFFFF, *IDLE[4:])
         yield from self._put(preset)
-        yield from self._put(IDLE)
+        self._words = IDLE
 
     # -- configuration ------------------------------------------------------------------------
 
@@ -299,9 +323,8 @@ class AmciDriver(Driver[DriveProfile]):
     def configure(self) -> Talk:
         """Stop, write the configuration, enable the driver, set the counter to B."""
         yield from self.halt()
-        yield from self._put(self._configuration)
+        yield from self._exchange(self._configuration)
         yield from self._put(IDLE)
-        yield from self._exchange(IDLE)
         if self.status & Status.CONFIG_ERROR:
             text = "the drive has refused its configuration"
             self.findings.complain(StatusMsw.CONFIG_ERROR.value, text)
@@ -328,6 +351,7 @@ class AmciDriver(Driver[DriveProfile]):
         began_at = self.position
         if good and not (self.cut or task.stopping):
             self._zeroing, self.found_home = task.kind is TaskKind.HOME, False
+            self._unseen, self._began_at = LOOKS, began_at
             yield from self._put(self._words_of(task))
             self.model(task)
             yield from self.accompany(task)
@@ -400,10 +424,22 @@ class AmciDriver(Driver[DriveProfile]):
                 rates = profile.acceleration_spmss, profile.deceleration_spmss
                 task.model = change_speed(task.model, now_ns, drive.speed_sps, *rates, profile.shape)
             self.busy = True  # the image that ends the jog is one after the change
+        if not self.busy and self._unseen:
+            self._unseen -= 1
+            self.busy = not self._shows_an_end(task)
         if task.kind is TaskKind.SLEW and not task.stopping and abs(self.position) > COUNTER_END:
             self.findings.add(FindingKind.OUT_OF_RANGE)
         if task.kind is TaskKind.HOME and not self.busy and not self.status & (Status.AT_HOME | FAILED):
             self.busy = not (yield from self._rests_long())
+
+    def _shows_an_end(self, task: Task[DriveProfile]) -> bool:
+        """Whether a drive at rest has taken the start: it may do so after the answer to it."""
+        moved = self.position != self._began_at
+        ended = self.status & FAILED or task.stopping or task.marked
+        return bool(ended) or (task.kind is not TaskKind.INDEX and moved) or self._is_there(task)
+
+    def _is_there(self, task: Task[DriveProfile]) -> bool:
+        return task.kind is TaskKind.INDEX and self.position == self._began_at + task.direction * task.steps
 
     def _rests_long(self) -> Generator[Step, Reply | None, bool]:
         """Whether a search without a result has ended: a search pauses where it reverses."""

@@ -1,6 +1,6 @@
 """A simulated drive with its machine, and the network to it.
 
-    adapter --request, whole--> drive --reply, whole--> adapter        each takes 500 us
+    adapter --request, whole--> drive --reply, whole--> adapter        each takes 250 us
 
 A damaged segment is a lost one: the checksum of TCP does not let it through.
 """
