@@ -89,17 +89,15 @@ def _rounds_jerk(request: AxisRequest, options: AmciDriveOptions) -> bool:
 
 
 def _registers_with_jerk(request: AxisRequest, options: AmciDriveOptions) -> bool:
-    return has_ramps(request) and exact_jerk(
-        request.command.profile(request.configuration.starting_speed)
-    ) != 0
+    return (
+        has_ramps(request) and exact_jerk(request.command.profile(request.configuration.starting_speed)) != 0
+    )
 
 
 def _too_short_to_stop(request: AxisRequest, options: AmciDriveOptions) -> bool:
     start = request.configuration.starting_speed
     profile = drive_profile(request.command.profile(start), start).profile
-    ramp = stopping_distance(
-        MILLI * profile.speed_sps, start, profile.deceleration_spmss, profile.shape
-    )
+    ramp = stopping_distance(MILLI * profile.speed_sps, start, profile.deceleration_spmss, profile.shape)
     return (request.command.parameters.target or 0) * PICO < ramp
 
 

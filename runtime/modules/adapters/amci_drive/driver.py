@@ -3,7 +3,8 @@
     out     words A    words A    words B    words B    ...      function 23
     in      before A   after A    after A    after B
 
-Changed words go out, and their answer is read, at once; between them rpi_ms pass. An answer has the data from before its own write, so the words in count for a command from the second exchange
+Changed words go out, and the answer to them is read, at once; otherwise rpi_ms pass between exchanges. An
+answer has the data from before its own write, so the words in count for a command from the second exchange
 with it on. A bit that is still on makes no second edge: any exchange may be repeated, a start, too.
 
     configure   stop, configuration mode, command mode with the driver enabled, position := B
@@ -199,7 +200,9 @@ class AmciDriver(Driver[DriveProfile]):
         self.late += 1
         if str(self.late).strip("0") == "1":
             what = "exchange has" if self.late == 1 else "exchanges have"
-            self.findings.complain(0, f"{self.late} {what} taken longer than the RPI of {self._options.rpi_ms} ms")
+            self.findings.complain(
+                0, f"{self.late} {what} taken longer than the RPI of {self._options.rpi_ms} ms"
+            )
 
     def _note(self, words: Words) -> None:
         """Read the ten words of the drive in command mode."""
@@ -372,7 +375,9 @@ class AmciDriver(Driver[DriveProfile]):
         steps = task.direction * task.steps if task.kind is TaskKind.INDEX else task.steps
         modifiers = ENABLED | (Modifier.REGISTRATION_MOVE.value if task.registers else 0)
         last = NumberFormat.THOUSANDS.split(self.minimum) if task.registers else (0, drive.jerk)
-        return _command(command, modifiers, steps, (drive.speed_sps, drive.acceleration, drive.deceleration), last)
+        return _command(
+            command, modifiers, steps, (drive.speed_sps, drive.acceleration, drive.deceleration), last
+        )
 
     def _store(self, drive: DriveProfile) -> Generator[Step, Reply | None, bool]:
         """Store the segments of a blend move in the drive; return whether it has them."""
@@ -458,7 +463,11 @@ class AmciDriver(Driver[DriveProfile]):
             if task.model is not None:
                 profile = task.drive.profile
                 task.model = plan_stop(
-                    task.model, self.master.now_ns, profile.start_sps, profile.deceleration_spmss, profile.shape
+                    task.model,
+                    self.master.now_ns,
+                    profile.start_sps,
+                    profile.deceleration_spmss,
+                    profile.shape,
                 )
         elif task.kind is TaskKind.INDEX:
             self._holds = True
@@ -473,7 +482,7 @@ class AmciDriver(Driver[DriveProfile]):
 
     @override
     def set_mark(self, task: Task[DriveProfile]) -> Talk:
-        """Release the bit of a registration move: its steps count from there, if the input was not earlier."""
+        """Release the bit of a registration move: its steps count from there, or from its earlier input."""
         words = self._words_of(task)
         yield from self._keep((0, *words[1:]))
         if task.model is not None and task.model.end_ns is None:

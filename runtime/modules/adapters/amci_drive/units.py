@@ -1,9 +1,11 @@
 """A profile of the 3601 in the words of a drive.
 
-    starting speed  of the drive's configuration; no motion is slower
-    speed, rates    the same, in the same units
-    S-curve         a jerk J: the rate needs 100/J s to its peak. A ramp that takes `full` s at its peak rate
-                    takes 2 full as a triangle and 4/3 full as a trapezoid, so 100/J = full, or full/3
+starting speed  of the drive's configuration; no motion is slower
+speed, rates    the same, in the same units
+S-curve         a jerk J: the rate needs 100/J s to its peak. A ramp that takes `full` s at its peak rate
+                takes 2 full as a triangle and 4/3 full as a trapezoid, so 100/J = full, or full/3
+
+A jerk is a whole number, and one for both ramps [SMD p. 46].
 """
 
 from __future__ import annotations
