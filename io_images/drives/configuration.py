@@ -86,6 +86,7 @@ class DriveConfiguration:
         input_format: of the numbers that it reads.
         starting_speed: steps/s.
         counts_per_turn: x4 counts of the encoder.
+        homing_timeout_s: longest home search of an ANF2, s; 0 is without end.
         idle_percent: current at rest, % of `current`.
         current: 0.1 A.
     """
@@ -100,6 +101,7 @@ class DriveConfiguration:
     input_format: NumberFormat = NumberFormat.THOUSANDS
     starting_speed: int = 1
     steps_per_turn: int = 1
+    homing_timeout_s: int = 0
     counts_per_turn: int = 0
     idle_percent: int = 0
     current: int = 0
@@ -255,14 +257,18 @@ RULES: tuple[ConfigurationRule, ...] = (*SMD_RULES, *ANF2_RULES[1:])
 """All rows."""
 
 
+def configuration_rules(model: Model) -> tuple[ConfigurationRule, ...]:
+    """Return the rows for a model's configuration words."""
+    return ANF2_RULES if model.layout is Layout.ANF2 else SMD_RULES
+
+
 def broken_rules(words: Sequence[int], model: Model, build: Build = USUAL) -> list[ConfigurationRule]:
     """Return the rules that words of configuration mode break; a valid configuration breaks none.
 
     Args:
         words: ten, unsigned.
     """
-    rows = ANF2_RULES if model.layout is Layout.ANF2 else SMD_RULES
-    return [row for row in rows if row.broken(words, model, build)]
+    return [row for row in configuration_rules(model) if row.broken(words, model, build)]
 
 
 def configuration_of(words: Sequence[int], model: Model, build: Build = USUAL) -> DriveConfiguration:
@@ -291,6 +297,7 @@ def configuration_of(words: Sequence[int], model: Model, build: Build = USUAL) -
             output_format=NumberFormat.BINARY,
             input_format=NumberFormat.BINARY,
             starting_speed=start,
+            homing_timeout_s=words[4],
         )
     bits = Settings(words[0] | words[1] << 16)
     low_first = bool(bits & Settings.BINARY_ENDIAN) is not build.low_word_first

@@ -293,5 +293,12 @@ READINGS: tuple[Reading, ...] = (
         "C",
         fixed_because=_NO_DEVICE,
     ),
+    Reading(
+        "R-44",
+        "End of a home search that runs out of the time-out of an ANF2's configuration.",
+        "It is cut, with an input error; a time-out of 0 is without end.",
+        "C",
+        fixed_because=_NO_DEVICE,
+    ),
 )
 """The readings by number; those from R-38 on were found while the drives were built."""

@@ -1,4 +1,6 @@
-"""A module's eight output and eight input words as Modbus registers, for a PLC that has it as remote I/O.
+"""A module's output and input words as Modbus registers, for a PLC that has it as remote I/O.
+
+Of a 3601:
 
     holding registers   0-7  output words, which the PLC writes      8-15  input words
                        16-18 exchanges, torn writes, age of the output words in ms
@@ -6,7 +8,7 @@
 
     03, 04   reads        06, 10  writes        17  writes, then reads: both in one request
 
-A write of all eight words is an exchange: they change together. One of fewer is *torn*: the module may see
+A write of all output words is an exchange: they change together. One of fewer is *torn*: the module may see
 half a command. It is carried out and counted, or refused with exception 02h. Counts are checked before
 addresses: exception 03h [Modbus V1.1b3, 6.3, 6.4, 6.12 and 6.17].
 """
@@ -19,9 +21,9 @@ from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu import register_message as words
 from pymodbus.pdu.register_message import ReadWriteMultipleRegistersRequest
 
+from ...io_images.image import WORDS
 from .modbus_pdus import ILLEGAL_ADDRESS, ModbusRefusedError, answer_to, request_of
 
-WORDS = 8
 FACTS = 3
 COUNT_LIMIT = 0xFFFF
 READ_HOLDING, READ_INPUTS, WRITE_ONE, WRITE_SEVERAL, WRITE_AND_READ = 0x03, 0x04, 0x06, 0x10, 0x17
@@ -34,18 +36,21 @@ class RemoteWords:
     Attributes:
         outputs: the words that the PLC wrote last, 0 to 65,535.
         exchanges: writes carried out, the torn ones included.
-        torn: writes of fewer than eight words, carried out or refused.
+        torn: writes of fewer words than the module has, carried out or refused.
         heard_ns: instant of the latest write that was carried out; None before the first.
 
     Args:
         inputs: returns the module's input words at present, 0 to 65,535.
+        size: number of its output words.
         whole: refuse torn writes.
     """
 
-    def __init__(self, inputs: Callable[[], Sequence[int]], *, whole: bool = False) -> None:
+    def __init__(
+        self, inputs: Callable[[], Sequence[int]], size: int = WORDS, *, whole: bool = False
+    ) -> None:
         self._inputs = inputs
         self._whole = whole
-        self.outputs = [0] * WORDS
+        self.outputs = [0] * size
         self.exchanges = self.torn = 0
         self.heard_ns: int | None = None
 
@@ -77,9 +82,9 @@ class RemoteWords:
         return words.WriteMultipleRegistersResponse(address=request.address, count=request.count)
 
     def _write(self, now_ns: int, first: int, values: Sequence[int]) -> None:
-        if first + len(values) > WORDS:
+        if first + len(values) > len(self.outputs):
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
-        torn = len(values) < WORDS
+        torn = len(values) < len(self.outputs)
         self.torn += torn
         if torn and self._whole:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)

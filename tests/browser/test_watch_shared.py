@@ -62,6 +62,53 @@ def test_any_scan_of_a_page_from_a_file_is_that_of_the_bench(page, shared, feede
     assert page.run(LOADED) == []
 
 
+SIZED = """name = "sized"
+program = "line.rung"
+[modules]
+small = "sized.py:SMALL"
+large = "sized.py:LARGE"
+[[slot]]
+number = 1
+module = "small"
+[[slot]]
+number = 2
+module = "large"
+[[slot]]
+number = 3
+module = "amci3601"
+"""
+RUNGS = """PROGRAM line
+ROUTINE Main
+XIO(S:FS)OTE(Local:2:O.Data[30].0);
+MUL(Local:2:I.Data[30],7,Local:2:O.Data[29]);
+END
+"""
+
+
+def test_a_page_from_a_file_has_all_words_of_modules_of_any_size(page, tmp_path):
+    """From scan 1 on 2 ms a scan are counted in the last word of 31; seven times that is sent."""
+    (tmp_path / "sized.py").write_bytes((Path(__file__).parents[1] / "support" / "sized.py").read_bytes())
+    (tmp_path / "line.rung").write_text(RUNGS, encoding="utf-8")
+    (tmp_path / "rack.toml").write_text(SIZED, encoding="utf-8")
+    for words in (
+        ["run", tmp_path / "rack.toml", "--scans", 100, "--record", tmp_path / "run.mcap", "-q"],
+        ["share", tmp_path / "run.mcap", "--trust"],
+    ):
+        done = CliRunner().invoke(build(), [str(each) for each in words])
+        assert done.exit_code == 0, done.output
+    page.browser.get((tmp_path / "run.html").as_uri())
+    page.until_scan(99, "past")
+    look(page, 40)
+    shown = page.run("return import('scanrack/state.js').then(({ run }) => run.words)")
+    counted = 2 * (40 - 1)
+    assert [len(shown[slot]) for slot in ("1", "2", "3")] == [4, 62, 16]
+    assert (shown["2"][30], shown["2"][31 + 29], shown["2"][61]) == (counted, 7 * counted, 1)
+    page.until_value("2.COUNT", "1")
+    _, _, lanes = page.run(STEPS, 99, "Local:2:O.Data[30].0")
+    assert lanes["Local:2:O.Data[30].0"] == [[0, 0], [2_000_000, 1]]
+    assert page.messages() == []
+
+
 STEPS = """
 const source = await import("scanrack/source.js"), [to, ...tags] = arguments;
 const { unknown, addresses } = await source.ask("watch", { tags });

@@ -1012,6 +1012,8 @@ PLANTED = [
         "self.lamp = self.late(self.feeder.moving)",
         "self.lamp = self.feeder.moving and not self.late",
     ),
+    Planted("blocks.rung", "beyond-limit", "OutGo,6000", "OutGo,16000"),
+    Planted("sequence.py", "beyond-limit", "(0, 4000, 8000)", "(0, 4000, 18000)", "self.feeder.move_to"),
     Planted("blocks.rung", "negative-preset", "TON(Blink,250,0)", "TON(Blink,-250,0)"),
     Planted("text.rung", "real-equality", "Mean > 2.5", "Mean = 2.5", "Mean = 2.5"),
     Planted(
@@ -1033,6 +1035,7 @@ PLANTED = [
 
 
 OF_THE_RACK = {
+    "drive-differs": ("a motion block", "`XIC(axis.status.STOPPED)`, checked with `--for smd23e2`"),
     "not-configured": ("a wired CW limit, and 16#8434 in word 0", "a wired CW limit, and 16#8424 in word 0"),
     "wrong-level": (
         "a normally closed home switch, and 16#003B in word 1",

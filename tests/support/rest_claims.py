@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Any
 
-from adapterbench import CONFIGURE_006, AdapterBench, AdapterBench006, AdapterBenchDrive
+from adapterbench import CONFIGURE, CONFIGURE_006, AdapterBench, AdapterBench006, AdapterBenchDrive
 from late_replies import LateDevice
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import CommandMsw, InputBit, StatusMsw
@@ -106,7 +106,7 @@ BLEND = [(0, 0x300, 2, 0, 0, 20), (0, 0x300, 1, 0, 3, 0, 20), (0, 0x300, 1, 500,
 
 INTERRUPTIONS = (
     "stop", "stop", "stop", "program", "estop", "estop", "limit", "hold", "release", "configure", "configure",
-    "nothing",
+    "external", "nothing",
 )  # fmt: skip
 FAULTS = ("none", "drop", "corrupt", "late", "down", "controller power")
 
@@ -145,8 +145,13 @@ class Sequence:
         self.scan_ms = self.random.choice((1, 2, 2, 5, 10))
         self.has_limits = self.random.random() < 0.5
         switches = (HOME, *(LIMITS if self.has_limits else ()))
-        self.bench = make(*switches, scan_ms=self.scan_ms, **OPTIONS[self.controller])
-        self.bench.configured(*CONFIGURE_006)
+        options = dict(OPTIONS[self.controller])
+        self.configuration = CONFIGURE_006
+        if self.controller == "PCL601":
+            options["registration"] = self.random.choice(("default", "jumper", "polled"))
+            self.configuration = self.random.choice((CONFIGURE, CONFIGURE_006))
+        self.bench = make(*switches, scan_ms=self.scan_ms, **options)
+        self.bench.configured(*self.configuration)
         if self.random.random() < 0.3:
             for block in BLEND:
                 self.bench.give(*block, ms=20).give(0, 0x100, ms=20)
@@ -163,7 +168,7 @@ class Sequence:
 
     def listen(self) -> None:
         """Note each edge that the command layer gets, and what comes of it."""
-        layer = self.bench.module.layer
+        layer: Any = self.bench.module.layer
         if getattr(layer, "listened", False):
             return
         layer.listened = True
@@ -308,10 +313,14 @@ class Sequence:
             if kind == "estop" or not self.has_limits:
                 self.later(0, "input", (bit, True))
                 self.later(random.choice((5, 25, 60, 200, 500)), "input", (bit, False))
+        elif kind == "external":
+            if self.configuration == CONFIGURE:
+                self.later(0, "input", (InputBit.EXTERNAL, True))
+                self.later(random.choice((25, 60, 500)), "input", (InputBit.EXTERNAL, False))
         elif kind == "release":
             self.put(NOTHING)
         elif kind == "configure":
-            self.put((0x8000 | CONFIGURE_006[0], *CONFIGURE_006[1:]))
+            self.put(self.configuration)
             self.run(random.choice((2, 20, 100, 400)))
             self.put(NOTHING)
 

@@ -34,6 +34,10 @@ What each rule finds, what to do, and a mistake. The examples are lines of whole
 * **Steps**: a number that only gets constants, such as `Step`. A motion must wait for the end of the one
   before it: for a status bit, a position, a time, Done of a block, or a tag that depends on one. An
   input of a card is no such wait.
+* **A step without an exit** is entered and never left. A start-up that ends in a step with conditions of its
+  own is none, nor is a step with a name such as `done`; in rungs, a step that others choose ends a job.
+* **Exact** are constants, copies, what people write, and sums of whole numbers: they may be compared for
+  equality, and a divisor with 0.
 * **Interlocks**: two command bits of a 3601, and two outputs whose names differ in one opposite word (Up
   and Down, Forward and Reverse, Open and Close), must exclude each other where inputs of cards switch
   both on, also behind coils, latches and local names. An output's contact in the other's rung is an

@@ -25,7 +25,9 @@ import cards_page
 import check_page
 import clients_tried
 import commands_page
+import differences_page
 import drives_page
+import findings_page
 import formats_page
 import install_lines
 import instructions_page
@@ -75,13 +77,25 @@ def _drives() -> Iterator[Generated]:
     yield from _table(drives_page.READINGS_PAGE, drives_page.with_readings)
 
 
+def _differences() -> Iterator[Generated]:
+    yield Generated(differences_page.PAGE, differences_page.page())
+
+
+def _findings() -> Iterator[Generated]:
+    wrong = list(findings_page.mistakes(findings_page.findings()))
+    yield Generated(findings_page.PAGE, findings_page.docs(), wrong)
+    yield from _table(findings_page.README, findings_page.readme)
+
+
 GENERATORS: dict[str, Callable[[], Iterator[Generated]]] = {
     "answers": lambda: _table(answers_page.PAGE, answers_page.written),
     "cards": lambda: _table(cards_page.PAGE, cards_page.written),
     "check": lambda: iter([Generated(check_page.PAGE, check_page.page())]),
     "clients": lambda: _table(clients_tried.PAGE, clients_tried.written),
     "commands": lambda: iter([Generated(commands_page.PAGE, commands_page.page())]),
+    "differences": _differences,
     "drives": _drives,
+    "findings": _findings,
     "formats": lambda: _table(formats_page.PAGE, formats_page.written),
     "install": _install,
     "instructions": lambda: _table(instructions_page.PAGE, instructions_page.written),

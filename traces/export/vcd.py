@@ -150,17 +150,15 @@ def _word(text: str) -> str:
 
 
 def _dumped(values: Array, signal: Signal) -> list[Any]:
-    """Return values as the writer takes them: numbers without a sign, texts, `x` for a missing one."""
+    """Return values as the writer takes them: numbers, texts, `x` for a missing one."""
     if signal.kind is SignalKind.CODE:
         return [_word(name) for name in named(values, signal.names)]
     if signal.kind is SignalKind.VALUE:
         numbers, missing = whole_numbers(values)
         pairs = zip(numbers.tolist(), missing.tolist(), strict=True)
-        return ["x" if none else number & 0xFFFF_FFFF for number, none in pairs]
-    if values.dtype.kind == "f":
-        return [ExactReal(value) for value in values.tolist()]
-    mask = (1 << 8 * values.itemsize) - 1
-    return [value & mask for value in values.tolist()]
+        return ["x" if none else number for number, none in pairs]
+    found: list[Any] = values.tolist()
+    return [ExactReal(value) for value in found] if values.dtype.kind == "f" else found
 
 
 def _changes(block: Block, variables: Sequence[Variable]) -> Iterator[tuple[int, Any, Any]]:

@@ -35,6 +35,14 @@ def _check_command(
         ),
     ],
     as_json: JsonOption = False,
+    drive: Annotated[
+        str | None,
+        typer.Option(
+            "--for",
+            metavar="DRIVE",
+            help="List what must change to run on a networked drive, such as smd23e2, in place of a 3601.",
+        ),
+    ] = None,
     form: Annotated[
         ReportFormat,
         typer.Option(
@@ -67,7 +75,7 @@ def _check_command(
                 raise ValueError(
                     f"{files[1]}: one rack or program at a time; several .pclt files may be given"
                 )
-            summaries, report = None, _checked(rack)
+            summaries, report = None, _checked(rack, drive)
     except ValueError as error:
         if form is not ReportFormat.TEXT:
             _print(refused(error, rack), form, rack)
@@ -81,11 +89,16 @@ def _check_command(
         raise typer.Exit(NO)
 
 
-def _checked(rack: str) -> CheckReport:
-    from ...jobs.check import check_rack, load_any
+def _checked(rack: str, drive: str | None) -> CheckReport:
+    from ...io_images.drives.models import MODELS
+    from ...jobs.check import check_rack, check_replacement, load_any
     from ...jobs.prove.serving.judging import verdicts
 
+    if drive is not None and drive not in MODELS:
+        raise ValueError(f"--for {drive}: no such drive; choose from {', '.join(MODELS)}")
     job, alone = load_any(rack)
+    if drive is not None:
+        return check_replacement(job, MODELS[drive], alone=alone)
     return check_rack(job, alone=alone, prover=verdicts)
 
 

@@ -16,10 +16,10 @@ from struct import Struct
 from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu.register_message import ReadWriteMultipleRegistersRequest
 
+from ...io_images.image import WORDS
 from ...runtime.line.remote_words import (
     READ_HOLDING,
     READ_INPUTS,
-    WORDS,
     WRITE_ONE,
     WRITE_SEVERAL,
 )

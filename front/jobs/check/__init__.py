@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from ...io_images.renamed import renamed
 from .alone import load_any
-from .check import CheckReport, Finding, ProofFinding, Prover, check_rack, refused
+from .check import CheckReport, Finding, ProofFinding, Prover, check_rack, check_replacement, refused
 from .facts import FileLine
 from .rules import BY_ID, RULES, Rule
 
@@ -29,6 +29,7 @@ __all__ = [
     "Prover",
     "Rule",
     "check_rack",
+    "check_replacement",
     "load_any",
     "refused",
 ]

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+from ...io_images.drives.models import Model
 from ...io_images.site import Site, sites_of
 from ...ladder import LadderLogic
 from ...ladder.files.steps import Steps
@@ -16,6 +17,7 @@ from ..load.program import Form
 from .facts import Facts, FileLine
 from .python.functions import python_facts
 from .python.sequences import sequence_facts
+from .replacing import RULE, replaced
 from .rules import BY_ID, RULES, Rule
 from .rules.rack import terminals
 from .rungs.program import ladder_facts
@@ -76,6 +78,16 @@ Prover = Callable[[LoadedRack, Facts], Iterable[ProofFinding]]
 
 def _no_proofs(_job: LoadedRack, _facts: Facts) -> Iterable[ProofFinding]:
     return ()
+
+
+def check_replacement(job: LoadedRack, model: Model, *, alone: bool = False) -> CheckReport:
+    """List what a program for a 3601 must change to run on a networked drive; LadderError as `check_rack`."""
+    facts = facts_of(job)
+    found = (
+        Finding(RULE, place, text, facts.sites.get(place) or Site(file=place.file, line=place.line))
+        for place, text in replaced(Subject(job, facts, None, alone), model)
+    )
+    return CheckReport(tuple(found), tuple(facts.not_seen))
 
 
 def check_rack(job: LoadedRack, *, alone: bool = False, prover: Prover = _no_proofs) -> CheckReport:

@@ -17,6 +17,7 @@ from pathlib import Path
 
 from typing_extensions import override
 
+from ...io_images.module_words import ModuleWords
 from ...io_images.times import exact_ns
 from ...runtime.line.ports import ModbusTcpPort
 from ...runtime.line.remote_words import RemoteWords
@@ -49,16 +50,17 @@ class ExternalPlc(QuietListener):
 
     Args:
         slot: number of the module's slot.
+        words: those of the module.
         silence_ns: time without a write after which the CPU leaves run mode.
-        whole: refuse writes of fewer than eight words.
+        whole: refuse writes of fewer words than the module has.
     """
 
-    def __init__(self, slot: int, silence_ns: int, *, whole: bool = False) -> None:
+    def __init__(self, slot: int, words: ModuleWords, silence_ns: int, *, whole: bool = False) -> None:
         self.slot, self._silence_ns = slot, silence_ns
         self._now_ns = 0
         self._torn_told = 0
-        self._inputs: tuple[int, ...] = (0,) * 8
-        self.words = RemoteWords(lambda: self._inputs, whole=whole)
+        self._inputs: tuple[int, ...] = (0,) * len(words.inputs)
+        self.words = RemoteWords(lambda: self._inputs, len(words.outputs), whole=whole)
         self.silences = 0
 
     cpu: Cpu
@@ -70,7 +72,7 @@ class ExternalPlc(QuietListener):
         cpu.mode = CpuMode.PROGRAM
 
     def __call__(self, scan: LogicScan) -> None:
-        """Put the words that the PLC wrote last into the output image: all eight at once."""
+        """Put the words that the PLC wrote last into the output image: all at once."""
         outputs = scan.slot[self.slot].outputs
         for at, word in enumerate(self.words.outputs):
             outputs[at] = word if word < 1 << 15 else word - (1 << 16)
@@ -95,7 +97,10 @@ class ExternalPlc(QuietListener):
             self._tell("silence", f"the PLC has written nothing for {after_ms:,} ms: run mode ends")
         if self.words.torn != self._torn_told:
             self._torn_told = self.words.torn
-            self._tell("torn write", f"writes of fewer than eight words so far: {self._torn_told:,}")
+            self._tell(
+                "torn write",
+                f"writes of fewer than {len(self.words.outputs)} words so far: {self._torn_told:,}",
+            )
 
     def _tell(self, name: str, text: str) -> None:
         self.cpu.announce(Event(self._now_ns, "remote", name, text, {"torn": self.words.torn}))
@@ -139,7 +144,8 @@ def remote_job(
             Path(rack).write_text(BARE_RACK, encoding="utf-8", newline="\n")
         spec = load_rack(rack, _unknown).spec
         found = _slot_of({each.number: each.module for each in spec.slot}, slot)
-        plc = ExternalPlc(found, exact_ns(silence_ms, "ms", "--silence"), whole=whole)
+        silence_ns = exact_ns(silence_ms, "ms", "--silence")
+        plc = ExternalPlc(found, spec.words[found], silence_ns, whole=whole)
         yield load_rack(rack, plc), plc
 
 

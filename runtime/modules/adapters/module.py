@@ -309,6 +309,11 @@ class Adapter(Generic[Drive]):
         self._missed = False
         if self.layer.state.configuration is not None:
             self.layer.state.held = None
+            self._overlook(given)
+
+    def _overlook(self, given: Words) -> None:
+        """Note commands that came without the link: they make no edges. A configuration is obeyed later."""
+        if given[0] >= 0:
             self.layer.overlook(given)
 
     def _refuse(self, now_ns: int, name: str, text: str) -> None:
@@ -355,7 +360,7 @@ class Adapter(Generic[Drive]):
         self.layer.state.latches.clear(CLEARED_BY_RETURN)
         text = "the controller answers again; what it did meanwhile is not known"
         self._show(now_ns, "link restored", POSITION_INVALID | STOPPED, text)
-        self.layer.overlook(given)
+        self._overlook(given)
         self._locked_out = True
 
     def _end_of_range(self, now_ns: int) -> None:

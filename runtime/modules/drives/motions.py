@@ -261,6 +261,9 @@ class HomeSearch(Motion):
         super().__init__(layer, now_ns)
         # a search uses of its host what a drive has, too: axis, options, state, finish and abort_homing
         self._search = Homing(cast(Host, layer), now_ns, heading, profile)
+        configuration = layer.state.configuration
+        most_s = configuration.homing_timeout_s if configuration is not None else 0
+        self._ends_ns = now_ns + 1_000_000_000 * most_s if most_s else None
 
     def start(self, now_ns: int) -> None:
         """Begin with the phase that the inputs require."""
@@ -283,11 +286,15 @@ class HomeSearch(Motion):
 
     @override
     def on_tick(self, now_ns: int) -> None:
-        self._search.on_tick(now_ns, NO_COMMAND)
+        if self._ends_ns is not None and now_ns >= self._ends_ns:
+            self.layer.cut(now_ns, "INP-06")  # reading R-44
+        else:
+            self._search.on_tick(now_ns, NO_COMMAND)
 
     @override
     def next_wake_ns(self, now_ns: int) -> int | None:
-        return self._search.next_wake_ns(now_ns)
+        wakes = (self._search.next_wake_ns(now_ns), self._ends_ns)
+        return min((each for each in wakes if each is not None), default=None)
 
     @override
     def on_end(self, now_ns: int) -> None:

@@ -255,6 +255,21 @@ def test_after_a_loss_a_command_is_refused_until_all_bits_were_low(make: type[Ad
     assert bench.motor == at + 100
 
 
+@BOTH
+def test_a_configuration_that_came_without_the_link_is_the_one_in_force(make: type[AdapterBench]) -> None:
+    bench = make().configured(*CONFIGURE_006)
+    bench.give(*CONFIGURE_006, ms=500)
+    line = bench.module.controller.line
+    line.take_down()
+    bench.run(700)
+    slower = (*CONFIGURE_006[:2], 0, 500)
+    bench.give(*slower, ms=50)
+    line.put_up()
+    bench.run(2500)
+    assert list(bench.image)[2:4] == [0, 500]  # the starting speed of the mirror
+    assert "CONFIG_ERROR" not in bench.bits
+
+
 class SilentLine:
     """A real line on which nothing is heard."""
 

@@ -88,3 +88,15 @@ def test_an_emergency_stop_and_the_level_of_its_input(
     text = ALWAYS_ON.replace("InputBit.HOME", "InputBit.HOME | InputBit.ESTOP").replace("ACTIVE", active)
     report = check(tmp_path, "line.py", text, rack=rack)
     assert ("wrong-level" in [each.rule for each in report.findings]) is wrong
+
+
+def test_a_home_switch_beyond_a_limit(tmp_path: Path) -> None:
+    """The search for home ends at the limit before; a home switch at its edge is reached."""
+    text = ALWAYS_ON.replace("ACTIVE", "")
+    for first, wrong in ((-5500, True), (-4000, True), (-4100, False)):
+        last = -3900 if not wrong else first
+        rack = RACK.replace("first = -1500, last = -1300", f"first = {first}, last = {last}")
+        found = check(tmp_path, "line.py", text, rack=rack).findings
+        said = [each.text for each in found if each.rule == "search-without-switch"]
+        expected = "slot 1: home lies where ccw_limit is operated: the limit ends the search before"
+        assert said == [expected] * wrong

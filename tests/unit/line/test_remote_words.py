@@ -109,3 +109,15 @@ def test_counts_go_round_at_65536() -> None:
     remote = words()
     remote.exchanges = remote.torn = 65_537
     assert remote.answer(0, bytes.fromhex("04 0008 0002")) == reply(4, [1, 1])
+
+
+def test_a_module_of_31_words_has_31_registers_before_its_inputs() -> None:
+    words = RemoteWords(lambda: range(1000, 1031), 31)
+    written = [0, 0, 0, 31, 62] + [byte for word in range(31) for byte in (0, word)]
+    assert words.answer(0, bytes([0x10, *written])) == bytes([0x10, 0, 0, 0, 31])
+    assert (words.outputs, words.torn) == (list(range(31)), 0)
+    assert words.answer(0, bytes([0x03, 0, 30, 0, 2])) == bytes([3, 4, 0, 30, 0x03, 0xE8])
+    assert words.answer(0, bytes([0x04, 0, 30, 0, 1])) == bytes([4, 2, 0x04, 0x06])
+    assert words.answer(0, bytes([0x06, 0, 31, 0, 1])) == bytes([0x86, 2])
+    assert words.answer(0, bytes([0x06, 0, 30, 0, 9])) == bytes([6, 0, 30, 0, 9])
+    assert (words.outputs[30], words.torn) == (9, 1)

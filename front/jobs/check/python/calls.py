@@ -12,13 +12,14 @@ import ast
 import difflib
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import suppress
-from inspect import Signature, signature
+from inspect import Signature, getattr_static, signature
 from typing import Any
 
 from ....io_images.amci3601 import Acceleration, Direction
 from ....io_images.times import parse_time
 from ....ladder.python.axis3601 import Axis3601, Command, ErrorId
-from ....ladder.python.sequences import dwell, steady, within
+from ....ladder.python.sequences import dwell, steady, until, within
+from ....ladder.python.sequences.signals import Signal
 from ..facts import FileLine, LocalFinding
 from .reader import Reader, UnknownError, variants
 
@@ -36,6 +37,9 @@ NEUTRAL: Mapping[str, object] = {
 }
 """A legal value for each argument of a command, in place of an unknown one."""
 
+_VALUES = (ast.Constant, ast.Compare, ast.BoolOp, ast.UnaryOp)
+"""Expressions that are no function."""
+
 SEARCH = "home"
 """The method of an axis that starts a home search."""
 
@@ -52,7 +56,7 @@ class Calls:
     """
 
     def __init__(self, reader: Reader, axes: Mapping[str, Axis3601], classes: Collection[type]) -> None:
-        self._reader = reader
+        self._reader, self._classes = reader, list(classes)
         own = [each for each in reader.tree.body if not _is_other_class(each, reader.names, classes)]
         self._calls = [node for each in own for node in ast.walk(each) if isinstance(node, ast.Call)]
         self._commands = [(axes[name], call) for call in self._calls if (name := _owner(call)) in axes]
@@ -79,6 +83,8 @@ class Calls:
         for call in self._calls:
             kind = self._reader.names.get(getattr(call.func, "id", ""))
             text = self._no_time(kind, call) if kind in (dwell, steady) else ""
+            if kind in (until, steady) and not text:
+                text = self._no_condition(call)
             if text:
                 yield LocalFinding(self._place(call), text)
 
@@ -141,6 +147,16 @@ class Calls:
                 arguments[name] = (neutral[name],)
         return arguments
 
+    def _no_condition(self, call: ast.Call) -> str:
+        """Return that a wait gets a value in place of a function; empty if it does not, or if unknown."""
+        given = call.args[0] if call.args else None
+        name = given.attr if isinstance(given, ast.Attribute) and _is_self(given.value) else ""
+        field = getattr_static(self._classes[0], name, None) if name and self._classes else None
+        if isinstance(given, _VALUES) or isinstance(field, bool | int | float | Signal):
+            text = ast.unparse(given) if given is not None else ""
+            return f"{ast.unparse(call.func)}: `{text}` is a value of now; give a function: lambda: {text}"
+        return ""
+
     def _no_time(self, kind: Any, call: ast.Call) -> str:
         """Return the problem of a wait's time; empty if it has none, or is unknown."""
         if _unpacks(call):
@@ -158,6 +174,10 @@ class Calls:
 
 def _is_other_class(node: ast.stmt, names: Mapping[str, Any], classes: Collection[type]) -> bool:
     return isinstance(node, ast.ClassDef) and names.get(node.name) not in classes
+
+
+def _is_self(node: ast.expr) -> bool:
+    return isinstance(node, ast.Name) and node.id == "self"
 
 
 def _owner(call: ast.Call) -> str:

@@ -294,6 +294,13 @@ RULES = (
         motion.without_position,
     ),
     Rule(
+        "beyond-limit",
+        "an absolute move to a place behind a limit switch",
+        "correct the position, or the limit switch of the machine",
+        "error",
+        motion.beyond_limits,
+    ),
+    Rule(
         "move-interrupted",
         "a motion that begins before the one before it is complete",
         "wait for its end",
@@ -317,6 +324,13 @@ RULES = (
         "a loop of a sequence without an await, or one that never ends",
         "await something in it, or change what it tests",
         "error",
+    ),
+    # with `--for`
+    Rule(
+        "drive-differs",
+        "with `--for`: a word or bit of a 3601 that means something else on a networked drive",
+        "see docs/replacing.md",
+        "note",
     ),
     Rule("bad-call", "a command or wait that fails when it is reached", "correct the call", "error"),
 )

@@ -13,6 +13,8 @@ from ....io_images.image import WORD_MAX
 from ....io_images.thousands import PARAMETER_MAX, PARAMETER_MIN
 from ....runtime.kinematics import MILLI, PICO
 from ....runtime.kinematics.shape import Shape, stopping_distance
+from ....runtime.machine import MachineSpec
+from ....runtime.machine.spec import input_name
 from ..facts import Command, Role, Touch
 from ..ranges import Range
 from ..subject import Subject, Violation
@@ -59,9 +61,17 @@ def out_of_range(subject: Subject) -> Iterator[Violation]:
             for found in _possible(each, name)
             if name in limits and found.outside(*limits[name])
         )
-        text = next(wrong, "") or _too_slow(subject, each)
+        text = next(wrong, "") or _no_direction(each) or _too_slow(subject, each)
         if text:
             yield Violation(each.place, f"{each.text}: {text}")
+
+
+def _no_direction(command: Command) -> str:
+    """Return that a direction is neither 1 nor -1; "" if it is one, or unknown."""
+    way = command.value("direction")
+    if way.is_constant and abs(way.least) != 1:
+        return f"direction is {way}: must be 1, clockwise, or -1"
+    return ""
 
 
 def _possible(command: Command, name: str) -> list[Range]:
@@ -217,6 +227,41 @@ def _while_busy(subject: Subject, command: Command, motions: Sequence[Command]) 
         name = other.text.partition(" ")[2].upper()
         if other is not command and other.kind in ENDING and needed & {f"{name}.BUSY", f"{name}.ACTIVE"}:
             return other
+    return None
+
+
+def beyond_limits(subject: Subject) -> Iterator[Violation]:
+    """Find absolute moves behind a limit switch, of an axis whose position comes from its home switch.
+
+    Position 0 is where the search ends: at an end of the range of the home switch.
+    """
+    for _, slot in subject.steppers:
+        homes = [each for each in slot.machine.switches if each.input == InputBit.HOME]
+        own = [each for each in subject.facts.commands if each.slot == slot.number]
+        knows = {each.kind for each in own if each.kind in ("home", "set_position")}
+        if len(homes) != 1 or knows != {"home"} or homes[0].first is None or homes[0].last is None:
+            continue
+        configurations = subject.configurations(slot.number)
+        if not configurations or any(each.marker_home for each in configurations):
+            continue
+        first, last = homes[0].first, homes[0].last
+        for each in own:
+            for position in _possible(each, "position") if each.kind == "move_to" else ():
+                low, high = position.least + first, position.most + last
+                limit = _limit_at(slot.machine, low, high) if position.is_constant else None
+                if limit is not None and all(each.inputs_used & limit for each in configurations):
+                    text = f"{each.text} to {position}: {input_name(limit)} is operated before"
+                    yield Violation(each.place, text)
+                    break
+
+
+def _limit_at(machine: MachineSpec, low: float, high: float) -> InputBit | None:
+    """Return the limit behind which all of a range of the shaft lies, None without one."""
+    for each in machine.switches:
+        if each.input == InputBit.CW_LIMIT and each.first is not None and low > each.first > 0:
+            return each.input
+        if each.input == InputBit.CCW_LIMIT and each.last is not None and high < each.last < 0:
+            return each.input
     return None
 
 
