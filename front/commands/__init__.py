@@ -72,7 +72,7 @@ GROUPS = {
     "Setup and reference": {
         "doctor": Entry(".programs.doctor", "Check this installation."),
         "editor": Entry(".programs.editor", "Connect an editor."),
-        "rules": Entry(".programs.rules", "List 3601 rules and error bits."),
+        "rules": Entry(".programs.rules", "List rules and error bits of a 3601 or a drive."),
     },
 }
 """The commands by their headings, in the order of --help."""

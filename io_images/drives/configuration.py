@@ -257,14 +257,18 @@ RULES: tuple[ConfigurationRule, ...] = (*SMD_RULES, *ANF2_RULES[1:])
 """All rows."""
 
 
+def configuration_rules(model: Model) -> tuple[ConfigurationRule, ...]:
+    """Return the rows for a model's configuration words."""
+    return ANF2_RULES if model.layout is Layout.ANF2 else SMD_RULES
+
+
 def broken_rules(words: Sequence[int], model: Model, build: Build = USUAL) -> list[ConfigurationRule]:
     """Return the rules that words of configuration mode break; a valid configuration breaks none.
 
     Args:
         words: ten, unsigned.
     """
-    rows = ANF2_RULES if model.layout is Layout.ANF2 else SMD_RULES
-    return [row for row in rows if row.broken(words, model, build)]
+    return [row for row in configuration_rules(model) if row.broken(words, model, build)]
 
 
 def configuration_of(words: Sequence[int], model: Model, build: Build = USUAL) -> DriveConfiguration:

@@ -10,9 +10,14 @@ What the host writes and what it reads are configured apart [SMD p. 13].
 from __future__ import annotations
 
 from enum import Enum
+from typing import TYPE_CHECKING
 
 from ..image import signed_word
-from ..thousands import is_legal_pair, split_reported
+from ..thousands import is_legal_pair, split_reported, split_reported_all
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 TARGET_MIN, TARGET_MAX = -8_388_608, 8_388_607
 """Range of positions and distances that the host writes, in each format [SD p. 55; reading R-12]."""
@@ -50,3 +55,10 @@ class NumberFormat(Enum):
             return split_reported(value)
         high, low = signed_word(value >> 16 & 0xFFFF), signed_word(value & 0xFFFF)
         return (high, low) if self is NumberFormat.BINARY else (low, high)
+
+    def split_all(self, values: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Split many values as `split` does; only the low 16 bits of each word count."""
+        if self is NumberFormat.THOUSANDS:
+            return split_reported_all(values)
+        high = values >> 16
+        return (high, values) if self is NumberFormat.BINARY else (values, high)

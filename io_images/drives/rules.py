@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from .bits import Status
 from .configuration import RULES as CONFIGURATION_RULES
+from .configuration import configuration_rules
+from .models import Model
 
 _COMMAND = Status.COMMAND_ERROR
 _INPUT = Status.INPUT_ERROR
@@ -118,3 +120,10 @@ ROWS: tuple[DriveRule, ...] = (
 
 RULES: Mapping[str, DriveRule] = {row.id: row for row in ROWS}
 """The rules by number."""
+
+
+def rules_of(model: Model) -> list[DriveRule]:
+    """Return the rules that a model can report: those of its configuration words and of its status bits."""
+    others = {row.id for row in CONFIGURATION_RULES} - {row.id for row in configuration_rules(model)}
+    lacks = sum(bit for bit, place in model.moved_status.items() if not place)
+    return [row for row in ROWS if row.id not in others and row.sets & ~lacks]

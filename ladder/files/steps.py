@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw, StatusMsw, status_names
-from ...io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS, Image
+from ...io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS_MAX, Image
 from ...io_images.site import Site, SiteError
 from ...io_images.text_limits import TextKind, TextLimitError, check_text
 from ...io_images.thousands import split_thousands
@@ -174,8 +174,8 @@ def _check_name(name: str, known: Iterable[str], what: str) -> None:
 def _writer(words: Sequence[str]) -> Callable[[Image], None]:
     """Return the function that writes the words of a step to the output image."""
     if words[0] == "words":
-        image = Image([_word(word) for word in _at_most_eight(words[1:])])
-        return lambda outputs: outputs.load(image)
+        values = [_word(word) for word in _some(words[1:])]
+        return lambda outputs: _fill(outputs, values)
     if len(words) == 1 and words[0] in _PLAIN:
         return _PLAIN[words[0]]
     return _command(words)
@@ -191,7 +191,14 @@ def _command(words: Sequence[str]) -> Callable[[Image], None]:
             _check_name(word, [*_COMMANDS, *_PARAMETERS, *_PLAIN, "words"], "command bit or parameter")
             place, mask = _COMMANDS[word]
             image[place] = _signed(image[place] & UNSIGNED_MAX | mask)
-    return lambda outputs: outputs.load(image)
+    return lambda outputs: _fill(outputs, list(image))
+
+
+def _fill(outputs: Image, values: Sequence[int]) -> None:
+    """Write all words of an image: these, then zeros."""
+    if len(values) > len(outputs):
+        raise ValueError(f"{len(values)} words are given: the module has {len(outputs)}")
+    outputs.load(Image(values, size=len(outputs)))
 
 
 def _put(image: Image, name: str, text: str) -> None:
@@ -204,9 +211,9 @@ def _put(image: Image, name: str, text: str) -> None:
     image[place], image[place + 1] = split_thousands(value)
 
 
-def _at_most_eight(words: Sequence[str]) -> Sequence[str]:
-    if not 1 <= len(words) <= WORDS:
-        raise ValueError(f"{len(words)} words are given: must be 1 to {WORDS}")
+def _some(words: Sequence[str]) -> Sequence[str]:
+    if not 1 <= len(words) <= WORDS_MAX:
+        raise ValueError(f"{len(words)} words are given: must be 1 to {WORDS_MAX}")
     return words
 
 

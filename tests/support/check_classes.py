@@ -109,6 +109,19 @@ BOTH_WAYS: list[Row] = [
     ),
 ]
 
+BOTH_WAYS.append(
+    (
+        "latch.L5X",
+        exported(
+            l5x.ladder("Main", "XIC(Go)OTE(Lamp)JSR(Text,0);"),
+            l5x.structured("Text", "IF Other THEN Lamp := 1; END_IF;"),
+            tags=tuple(l5x.tag(each, "BOOL") for each in ("Go", "Other", "Lamp", "Horn")),
+        ),
+        "Lamp := 1",
+        (("Lamp := 1", "Horn := 1"), ("END_IF", "ELSE Horn := 0; END_IF")),
+    )
+)
+
 EQUAL: list[Row] = [
     (
         "rungs.rung",
@@ -249,7 +262,35 @@ HAND = """\
         scan.slot[3].outputs.set_bit(0, 0, False)
 """
 
+BY_STEPS = """\
+from scanrack import Input, Logic, Output
+
+
+class Line(Logic):
+    start = Input("Local:2:I.Data.0")
+    part = Input("Local:2:I.Data.1")
+    lamp: Output = Output("Local:3:O.Data.0")
+    step = "wait"
+
+    def every_scan(self) -> None:
+        match self.step:
+            case "wait":
+                if self.start:
+                    self.step = "fill"
+            case "fill":
+                self.lamp = True
+                if self.part:
+                    self.step = "drain"
+            case "drain":
+                self.lamp = False
+"""
 NO_EXIT: list[Row] = [
+    (
+        "class.py",
+        BY_STEPS,
+        'self.step = "drain"',
+        (("self.lamp = False\n", 'self.lamp = False\n                self.step = "wait"\n'),),
+    ),
     (
         "last.rung",
         text("Step : DINT", f"CASE Step OF\n{STEPS}END_CASE;"),
@@ -366,7 +407,14 @@ NEVER_WRITTEN: list[Row] = [
 
 BUFFER = "XIC(Part)MOV(Local:2:I.Data[0],Buffer[Next])ADD(Next,1,Next);\nGRT(Buffer[0],5)OTE(Lamp);"
 
+IN_A_LOOP = (
+    SEQUENCE.replace("            for station in STATIONS:\n", "            if STATIONS:\n")
+    .replace("self.stroke(station,", "self.stroke(STATIONS[at],")
+    .replace("        self.homed = True\n", "        self.homed = True\n        at = 0\n")
+    .replace("            self.parts += 1\n", "            self.parts += 1\n            at += 1\n")
+)
 UNBOUNDED: list[Row] = [
+    ("loop.py", IN_A_LOOP, "STATIONS[at]", (("at += 1", "at = (at + 1) % 3"),)),
     (
         "rungs.rung",
         rungs("Next : DINT; Buffer : DINT[10]", BUFFER),

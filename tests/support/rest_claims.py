@@ -165,7 +165,7 @@ class Sequence:
 
     def listen(self) -> None:
         """Note each edge that the command layer gets, and what comes of it."""
-        layer = self.bench.module.layer
+        layer: Any = self.bench.module.layer
         if getattr(layer, "listened", False):
             return
         layer.listened = True

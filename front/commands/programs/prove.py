@@ -16,9 +16,18 @@ from ...jobs.prove.checking import Solver, solvers
 from ...jobs.prove.differing import as_json as edited_as_json
 from ...jobs.prove.differing import edited, lines_of
 from ...jobs.prove.page import parts_of, parts_of_edit, save_page
-from ...jobs.prove.proving import Questions, Result, ScenarioFolder, ask_questions, no_progress, prove_all
+from ...jobs.prove.proving import (
+    FoundAnswer,
+    Hearer,
+    Questions,
+    Result,
+    ScenarioFolder,
+    ask_questions,
+    no_progress,
+    prove_all,
+)
 from ...jobs.prove.report import as_json as json_of
-from ...jobs.prove.report import assumptions, below, line_of, question_lines
+from ...jobs.prove.report import asked_text, assumptions, below, found_lines, line_of, open_text
 from ...jobs.prove.subject import ProofSubject, subject_of
 from ...jobs.trust.owned import in_use
 from ...ladder.prove.induction import VerdictKind
@@ -93,9 +102,8 @@ def _prove_command(
             subject = subject_of(rack)
             with ScenarioFolder(out or Path(f"{subject.name}-prove")) as folder:
                 results = list(_told(subject, folder, others, quiet=quiet, silent=as_json))
-                if _is_shown(quiet=quiet):
-                    say("proving: built-in questions", err=True)
-                answers = ask_questions(subject, folder, others)
+                hearer = Hearer() if as_json else _Printing(quiet=quiet)
+                answers = ask_questions(subject, folder, others, hearer)
                 if html is not None:
                     used = in_use(subject.job)
                     save_page(html, f"proofs about {rack}", parts_of(subject, results, answers), used)
@@ -160,9 +168,32 @@ def _progress(name: str, number: int, of: int) -> None:
     say(f"proving {number} of {of}: {name}", err=True)
 
 
+class _Printing(Hearer):
+    """Prints findings as they come."""
+
+    def __init__(self, *, quiet: bool) -> None:
+        self._quiet = quiet
+
+    def asked(self, count: int) -> None:
+        """Print how many questions there are."""
+        if count:
+            say(asked_text(count))
+
+    def found(self, answer: FoundAnswer) -> None:
+        """Print a finding."""
+        for line in found_lines(answer):
+            say(line)
+
+    def left(self, count: int, most_s: float) -> None:
+        """Print how many questions are left, and how long they may take."""
+        if not self._quiet:
+            most = f"{max(1, round(most_s)):,} s"
+            say(f"proving: {count:,} of them are left, about {most} at most", err=True)
+
+
 def _say_rest(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> None:
-    for line in question_lines(answers):
-        say(line)
+    if left := open_text(answers):
+        say(left)
     if not results:
         say("no properties: a rack file has [[prove.property]], a rung's comment prove: never CONDITION")
     say("assumed:")

@@ -1,17 +1,22 @@
-"""`scanrack rules amci3601`: the rule table."""
+"""`scanrack rules amci3601`, `scanrack rules smd23e2`: the rule tables."""
 
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from textwrap import wrap
 from typing import Annotated
 
 import typer
 
-from ...io_images.amci3601 import RULES, Firmware, StatusLsw, StatusMsw, bit_names
+from ...io_images.amci3601 import RULES, Firmware, StatusLsw, StatusMsw
 from ...io_images.amci3601.rules import Rule
+from ...io_images.drives.bits import Status
+from ...io_images.drives.models import MODELS, Model
+from ...io_images.drives.rules import DriveRule, rules_of
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.complaints import reported_mistakes
 from ...terminal.terminal import say
@@ -37,36 +42,73 @@ BITS: Mapping[str, int] = {str(bit.name): bit.value for bit in StatusMsw} | {
 """Every status bit's mask in `Rule.sets` and `Rule.clears`, by name."""
 
 
-class Table(StrEnum):
-    """Modules with a rule table."""
+TOPICS = {
+    "CFG": "Configuration mode",
+    "CMD": "Commands",
+    "JOG": "Jogs",
+    "INP": "Inputs",
+    "POS": "Position",
+    "DRV": "Driver",
+}
+"""Titles of a drive's rules, by the letters of their ids."""
 
-    AMCI3601 = "amci3601"
+
+@dataclass(frozen=True, slots=True)
+class RuleTable:
+    """The rules of a module, by id, and the masks of its status bits, by name."""
+
+    rules: Mapping[str, Rule]
+    bits: Mapping[str, int]
+
+    def names(self, mask: int) -> tuple[str, ...]:
+        """Return the names of bits."""
+        return tuple(name for name, bit in self.bits.items() if bit & mask)
 
 
-def with_ids(rules: Iterable[Rule], wanted: Sequence[str]) -> list[Rule]:
+def _of_drive(model: Model) -> RuleTable:
+    bits = {str(bit.name): bit.value for bit in Status if model.moved_status.get(bit, bit.value)}
+    return RuleTable({row.id: _rule(row) for row in rules_of(model)}, bits)
+
+
+def _rule(row: DriveRule) -> Rule:
+    return Rule(row.id, row.section, row.text, sets=int(row.sets), reading=row.reading)
+
+
+AMCI3601 = RuleTable(RULES, BITS)
+
+TABLES: Mapping[str, Callable[[], RuleTable]] = {
+    "amci3601": lambda: AMCI3601,
+    **{name: partial(_of_drive, model) for name, model in MODELS.items()},
+}
+"""Modules with a rule table."""
+
+Table = StrEnum("Table", {name.upper(): name for name in TABLES})  # type: ignore[misc]  # from the table
+
+
+def with_ids(rules: Iterable[Rule], wanted: Sequence[str], table: RuleTable = AMCI3601) -> list[Rule]:
     """Return the rules with one of these ids or prefixes ("CMD-03", "CMD"), by default all.
 
     Raises:
         ValueError: an unknown id or prefix; the message has the closest one.
     """
     names = {name.upper() for name in wanted}
-    prefixes = list(dict.fromkeys(prefix_of(rule_id) for rule_id in RULES))
-    for name in sorted(names - set(prefixes) - set(RULES)):
-        among = [rule_id for rule_id in RULES if prefix_of(rule_id) == prefix_of(name)]
+    prefixes = list(dict.fromkeys(prefix_of(rule_id) for rule_id in table.rules))
+    for name in sorted(names - set(prefixes) - set(table.rules)):
+        among = [rule_id for rule_id in table.rules if prefix_of(rule_id) == prefix_of(name)]
         allowed = f"{among[0]} to {among[-1]}" if among else ", ".join(prefixes)
         raise ValueError(_unknown("rule", name, among or prefixes, allowed))
     return [rule for rule in rules if not names or names & {rule.id, prefix_of(rule.id)}]
 
 
-def with_bit(rules: Iterable[Rule], name: str) -> list[Rule]:
+def with_bit(rules: Iterable[Rule], name: str, table: RuleTable = AMCI3601) -> list[Rule]:
     """Return the rules that set or clear the status bit of this name.
 
     Raises:
         ValueError: an unknown bit; the message lists all, and the closest one.
     """
-    if name.upper() not in BITS:
-        raise ValueError(_unknown("status bit", name, list(BITS), ", ".join(BITS)))
-    mask = BITS[name.upper()]
+    if name.upper() not in table.bits:
+        raise ValueError(_unknown("status bit", name, list(table.bits), ", ".join(table.bits)))
+    mask = table.bits[name.upper()]
     return [rule for rule in rules if (rule.sets | rule.clears) & mask]
 
 
@@ -77,8 +119,8 @@ def of_firmware(rules: Iterable[Rule], version: str) -> list[Rule]:
 
 
 def chapter_of(rule: Rule) -> str:
-    """Return the title of the chapter that states a rule."""
-    return CHAPTERS[rule.section.split(",")[0]]
+    """Return the title of the chapter that states a rule, or of a drive's rules its topic."""
+    return CHAPTERS.get(rule.section.split(",")[0]) or TOPICS[prefix_of(rule.id)]
 
 
 def firmware_words(rule: Rule) -> str:
@@ -106,7 +148,7 @@ def _unknown(what: str, name: str, known: Sequence[str], allowed: str) -> str:
 # -- as text ----------------------------------------------------------------------------------------
 
 
-def listing(rules: Sequence[Rule]) -> str:
+def listing(rules: Sequence[Rule], table: RuleTable = AMCI3601) -> str:
     """Return the rules as text of 80 columns, under their chapters, with a closing count."""
     lines: list[str] = []
     chapter = ""
@@ -114,17 +156,17 @@ def listing(rules: Sequence[Rule]) -> str:
         if chapter_of(rule) != chapter:
             chapter = chapter_of(rule)
             lines += [chapter, "=" * len(chapter), ""]
-        lines += [*entry(rule), ""]
+        lines += [*entry(rule, table), ""]
     return "\n".join([*lines, count(rules)])
 
 
-def entry(rule: Rule) -> Iterator[str]:
+def entry(rule: Rule, table: RuleTable = AMCI3601) -> Iterator[str]:
     """Yield the lines of one rule."""
     yield f"{rule.id:<{len(INDENT)}}{rule.section}"
     yield from _paragraph(rule.text)
     for title, words in (
-        ("sets", ", ".join(bit_names(rule.sets))),
-        ("clears", ", ".join(bit_names(rule.clears))),
+        ("sets", ", ".join(table.names(rule.sets))),
+        ("clears", ", ".join(table.names(rule.clears))),
         ("with", ", ".join(rule.together_with)),
         ("firmware", firmware_words(rule)),
         ("reading", ", ".join(rule.reading)),
@@ -134,14 +176,14 @@ def entry(rule: Rule) -> Iterator[str]:
             yield from _paragraph(f"{title}: {words}")
 
 
-def as_row(rule: Rule) -> dict[str, object]:
+def as_row(rule: Rule, table: RuleTable = AMCI3601) -> dict[str, object]:
     """Return a rule for --json: a list for every list, the words of its firmware or null."""
     return {
         "id": rule.id,
         "section": rule.section,
         "text": rule.text,
-        "sets": bit_names(rule.sets),
-        "clears": bit_names(rule.clears),
+        "sets": table.names(rule.sets),
+        "clears": table.names(rule.clears),
         "with": rule.together_with,
         "firmware": firmware_words(rule) or None,
         "readings": rule.reading,
@@ -171,7 +213,8 @@ def count(rules: Sequence[Rule]) -> str:
 
 def _rules_command(
     table: Annotated[
-        Table, typer.Argument(metavar="TABLE", help="Whose rules: amci3601.", show_default=False)
+        Table,
+        typer.Argument(metavar="TABLE", help=f"Whose rules: {', '.join(TABLES)}.", show_default=False),
     ],
     ids: Annotated[
         list[str] | None,
@@ -186,18 +229,21 @@ def _rules_command(
     ] = None,
     as_json: JsonOption = False,
 ) -> None:
-    """List 3601 rules and error bits, with the section of the manual and the words of each.
+    """List rules and error bits of a 3601 or a drive, with the section of the manual and the words of each.
 
     Exit status: 0 printed, 2 an option can't be used.
     """
+    known = TABLES[table]()
     with reported_mistakes():
-        rules = with_ids(RULES.values(), ids or ())
-        rules = rules if bit is None else with_bit(rules, bit)
+        rules = with_ids(known.rules.values(), ids or (), known)
+        rules = rules if bit is None else with_bit(rules, bit, known)
+        if firmware is not None and known is not AMCI3601:
+            raise ValueError(f"--firmware {firmware}: the rules of a {table.value} do not differ by version")
         rules = rules if firmware is None else of_firmware(rules, firmware)
     if as_json:
-        say_json({"table": table.value, "rules": [as_row(rule) for rule in rules]})
+        say_json({"table": table.value, "rules": [as_row(rule, known) for rule in rules]})
     else:
-        say(listing(rules))
+        say(listing(rules, known))
 
 
 def register(app: typer.Typer) -> None:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ...io_images.amci3601 import CommandLsw
-from ...io_images.image import WORDS, Image
+from ...io_images.image import WORDS, WORDS_MAX, Image
 from ...ladder.files.steps import Step, Steps
 from .facts import Command, Facts, FileLine, SentCommand, StepAction
 from .module_kinds import KINDS, MODE_CONFIG, MOVING, OFF_AT_END, SEARCHES, kinds_of
@@ -26,11 +26,11 @@ _WORD = 0xFFFF
 def step_facts(path: Path, program: Steps) -> Facts:
     """Read the facts of a list of steps."""
     facts = Facts()
-    image = Image()
+    image = Image(size=WORDS_MAX)  # of any module
     following = [*(each.line for each in program.steps[1:]), 0]
     for step, goes in zip(program.steps, following, strict=True):
         step.write(image)
-        words = image.words.tolist()
+        words = image.words.tolist()[:WORDS]
         place = FileLine(str(path), step.line)
         _written(facts, program.slot, place, words)
         facts.actions += _actions(program.slot, place, step, goes, words)

@@ -9,11 +9,13 @@ image does not depend on the number of calls.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from ....io_images.amci3601 import InputBit
 from ....io_images.drives.bits import Status
 from ....io_images.drives.models import WORDS, Model
 from ....io_images.image import Image, signed_word
+from ...kinematics import Segment
 from ...loop.events import Event, JsonValue
 from ...loop.module import unnoticed
 from ...machine import Machine
@@ -21,6 +23,9 @@ from ..amci3601.step_generator import NEVER, StepGenerator
 from .layer import DriveLayer
 from .nonvolatile import DriveMemory
 from .options import options_of
+
+if TYPE_CHECKING:
+    from ...loop.module import Words
 
 NS_PER_MS = 1_000_000
 HOT_C = 90
@@ -79,7 +84,8 @@ class Drive:
         self.layer = DriveLayer(self.axis, self.model, self.options, memory, self.events, self._now_ns)
         self.words = NO_WORDS
         self._raw = b""
-        self._reports_travel = False
+        self._counting = False
+        self._segment: Segment | None = None
         self._due_ns = 0
         self._tick(self._now_ns)
 
@@ -106,8 +112,10 @@ class Drive:
             for at, word in enumerate(self.inputs()):
                 words[at] = signed_word(word)
             self._foresee(now_ns)
-        elif self._reports_travel:
-            self._report_travel(now_ns)
+        elif self._counting:
+            self._report_counts(now_ns)
+        elif self._segment is not None:
+            self._report_travel(now_ns, self._segment)
         self._now_ns = now_ns
         return self._image
 
@@ -117,19 +125,54 @@ class Drive:
         due_ns = min(self.axis.next_change_ns(), self._tick_due_ns, self._stall_due_ns)
         self._due_ns = min(due_ns, (now_ns // beat_ns + 1) * beat_ns)
         shown = not self.layer.in_configuration
-        self._reports_travel = shown and (self.axis.moving or self.axis.counting)
+        self._counting = shown and self.axis.counting
+        self._segment = self.axis.segment if shown else None
 
-    def _report_travel(self, now_ns: int) -> None:
+    def _report_travel(self, now_ns: int, segment: Segment) -> None:
+        """Report the position in the present segment; nothing else can have changed."""
+        words, motion = self._image.words, self.axis.motion
+        assert motion is not None
+        position = motion.origin + motion.direction * segment.steps_at(now_ns)
+        words[2], words[3] = self.layer.input_format.split(position)
+
+    def _report_counts(self, now_ns: int) -> None:
         """Report position and encoder; nothing else can have changed."""
         self.axis.advance(now_ns)
         words, split = self._image.words, self.layer.input_format.split
         words[2], words[3] = split(self.axis.position)
-        if self.axis.counting:
-            words[4], words[5] = split(self.axis.encoder)
+        words[4], words[5] = split(self.axis.encoder)
+
+    def calm_until_ns(self, outputs: Image) -> int:
+        """Return the instant before which only position and encoder change; see `ForeseeingModule`."""
+        if outputs.raw.tobytes() != self._raw:
+            return 0
+        return min(self._due_ns, self.axis.counts_calm_until_ns()) if self._counting else self._due_ns
+
+    def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
+        """Return position and encoder at instants before `calm_until_ns`; see `ForeseeingModule`."""
+        if self._segment is None:
+            return {}
+        split = self.layer.input_format.split_all
+        positions = self.axis.positions_at_all(first_ns, every_ns, count)
+        words = dict(zip((2, 3), split(positions), strict=True))
+        if self._counting:
+            words |= zip((4, 5), split(self.axis.encoders_at_all(positions)), strict=True)
+        return words
+
+    def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
+        """Return the instant before which the shaft does not enter or leave positions `first` to `last`."""
+        self.axis.advance(self._now_ns)
+        return self.axis.shaft_calm_until_ns(first, last)
+
+    def levels_calm_until_ns(self) -> int:
+        """Return the instant before which no level of the machine's inputs changes."""
+        self.axis.advance(self._now_ns)
+        return self.axis.levels_calm_until_ns()
 
     def plc_run(self, running: bool) -> None:
         """Set whether the PLC is in run mode: an idle scanner counts as a lost connection [reading R-22]."""
         if running != self._running:
+            self._touch()
             self._running = running
             if running:
                 self.layer.regain_connection(self._now_ns)
@@ -140,7 +183,6 @@ class Drive:
     def power_cycle(self) -> None:
         """Remove and restore power at the last `now_ns`; the flash and the shaft keep what they have."""
         self._touch()
-        self.axis.advance(self._now_ns)
         self.axis.cut(self._now_ns)
         self._power_up(self.memory)
 
@@ -150,8 +192,8 @@ class Drive:
         """Put ten output words, signed or unsigned, in force at the instant of the last call."""
         fresh = tuple(word & 0xFFFF for word in words)
         if self._running and fresh != self.words:
+            self._touch()
             self.words = fresh
-            self._due_ns = 0
             self._tick(self._now_ns)
 
     def advance(self, now_ns: int) -> None:
@@ -183,6 +225,7 @@ class Drive:
 
     def figures(self) -> tuple[int, int, int]:
         """Return shaft position, encoder counts and energized inputs at the last call."""
+        self.before_change()
         machine = self.machine_at(self._now_ns)
         return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
 
@@ -202,6 +245,7 @@ class Drive:
 
     def set_driver_fault(self, faulty: bool) -> None:
         """Let the driver be too hot to work, or cool again, from now on."""
+        self._touch()
         self._hot = faulty
         self.layer.overheat(self._now_ns, faulty)
         self.look_again()
@@ -232,8 +276,9 @@ class Drive:
             self._plan(self._now_ns)
 
     def _touch(self) -> None:
-        """Note a change from outside: nothing computed ahead holds."""
+        """Note a change from outside at the last call: nothing computed ahead holds."""
         self.before_change()
+        self.axis.advance(self._now_ns)
         self._due_ns = 0
 
     def _condition(self, bit: Status, *, on: bool) -> None:

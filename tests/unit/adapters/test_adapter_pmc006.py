@@ -216,6 +216,28 @@ def test_a_controller_that_is_unfit_is_not_ok_until_it_is_well_again(ailment, wi
     assert bench.run(within_ms).bits == {"MODULE_OK"}
 
 
+def test_a_controller_that_is_unfit_claims_no_rest():
+    bench = AdapterBench006().configured()
+    bench.give(*move(50), ms=800, until="MOVE_COMPLETE").release()
+    assert bench.bits == {"MODULE_OK", "MOVE_COMPLETE"}
+    controller = bench.device.controller
+    well, controller.supply_v = controller.supply_v, 5.0
+    assert bench.run(200).bits == set()
+    controller.supply_v = well
+    assert bench.run(200).bits == {"MODULE_OK", "MOVE_COMPLETE"}
+
+
+def test_a_reply_that_may_be_late_tells_nothing_of_the_supply():
+    # replies do not name their requests: the low byte of a position may look like a supply that is too low
+    bench = AdapterBench006().configured()
+    bench.module.controller.line.faults.drop_next = 1
+    bench.run(150)
+    assert bench.module.driver.master.overdue == 1
+    bench.device.controller.supply_v = 5.0
+    assert bench.run(600).bits == {"MODULE_OK"}  # for a second after the reply was lost
+    assert bench.run(600).bits == set()
+
+
 def test_a_motor_that_was_released_has_lost_its_position():
     bench = AdapterBench006().configured()
     bench.device.controller.memory["free_run"] = 1

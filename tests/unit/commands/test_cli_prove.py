@@ -320,7 +320,7 @@ def test_nothing_is_asked_about_the_inside_of_shipped_blocks(
 ) -> None:
     asked = []
 
-    def ask(problem: ProgramSystem, routines: set[str], seen: object) -> Answers:
+    def ask(problem: ProgramSystem, routines: set[str], **_others: object) -> Answers:
         asked.append((routines, "MC_HOME.LOGIC" in problem.lowered.routines))
         return Answers()
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import re
 
 import pytest
 from scanrack.commands import build
 from scanrack.commands.programs import rules as command
 from scanrack.io_images.amci3601 import RULES, Firmware, bit_names
+from scanrack.io_images.drives.models import MODELS
+from scanrack.io_images.drives.rules import rules_of
 from typer.testing import CliRunner
 
 
@@ -102,3 +105,40 @@ def test_refusals(arguments, message):
     status, text, errors = said(*arguments)
     assert (status, text) == (2, "")
     assert errors.startswith(f"scanrack: {message}")
+
+
+class TestDrives:
+    def said(self, *arguments):
+        result = CliRunner().invoke(build(), ["rules", *arguments])
+        return result.exit_code, result.stdout, result.stderr
+
+    @pytest.mark.parametrize("name", sorted(MODELS))
+    def test_the_rules_of_a_model(self, name):
+        status, text, errors = self.said(name)
+        assert (status, errors) == (0, "")
+        rules = rules_of(MODELS[name])
+        assert text.splitlines()[-1] == f"{len(rules)} rules, 0 in no image"
+        assert all(rule.id in text for rule in rules)
+
+    def test_an_anf2_has_its_own(self):
+        ids = {rule.id for rule in rules_of(MODELS["anf2"])}
+        assert {"CFG-02", "CFG-11", "CMD-19"} <= ids
+        assert not ids & {"CFG-01", "JOG-01", "DRV-01"}
+        assert "CFG-11" not in {rule.id for rule in rules_of(MODELS["smd23e2"])}
+
+    def test_an_entry(self):
+        _, text, _ = self.said("smd23e2", "--id", "CMD-04")
+        assert text.splitlines()[3:6] == [
+            "CMD-04   3401 p. 29",
+            "         A move is commanded during a move.",
+            "         sets: COMMAND_ERROR",
+        ]
+
+    def test_by_bit(self):
+        _, text, _ = self.said("smd23e2", "--bit", "stall_detected", "--json")
+        assert [row["id"] for row in json.loads(text)["rules"]] == ["DRV-03"]
+
+    def test_no_firmware(self):
+        status, _, errors = self.said("smd23e2", "--firmware", "4.1")
+        assert status == 2
+        assert "--firmware 4.1: the rules of a smd23e2 do not differ by version" in errors

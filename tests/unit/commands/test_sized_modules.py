@@ -22,7 +22,7 @@ import pytest
 from scanrack import open_bench, open_trace
 from scanrack.commands import COMMANDS, build
 from scanrack.jobs import load_job
-from scanrack.runtime import RackFileError
+from scanrack.runtime import CpuFault, RackFileError
 from scanrack.testing.modules import ContractError, check_module, record_in
 from scanrack.traces.query import query
 from served_tags import Client, ServedRack, message, symbol
@@ -254,6 +254,19 @@ def test_a_rung_beyond_the_last_word_is_refused_with_the_size(place: Path) -> No
     rack.write_text(RACK.format("rung").replace("line.rung", "beyond.rung"), encoding="utf-8")
     with pytest.raises(RackFileError, match=r"index 31 is outside Local:2:I.Data\[31\]; must be 0 to 30"):
         load_job(str(rack))
+
+
+def test_a_list_of_steps_writes_all_words_and_names_too_many(place: Path) -> None:
+    words = " ".join(map(str, range(1, 32)))
+    (place / "line.steps").write_text(f"SLOT 2\nwords {words} for 20 ms\nzero\n", encoding="utf-8")
+    rack = place / "steps.toml"
+    rack.write_text(RACK.format("steps"), encoding="utf-8")
+    with open_bench(rack) as bench:
+        bench.scan(2)
+        assert list(bench.slot[2].outputs) == list(range(1, 32))
+    (place / "line.steps").write_text("SLOT 1\nwords 1 2 3\n", encoding="utf-8")
+    with open_bench(rack) as bench, pytest.raises(CpuFault, match="3 words are given: the module has 2"):
+        bench.scan()
 
 
 def test_a_torn_update_holds_the_last_word_back(place: Path) -> None:

@@ -39,6 +39,9 @@ def note_counting(reader: Reader, facts: Facts, recorded: Collection[str] = ()) 
     _never_counted(reader, nodes, facts, recorded)
     _never_set(reader, nodes, facts)
     _unbounded(reader, nodes, facts)
+    for node in nodes:
+        if isinstance(node, ast.While) and isinstance(node.test, ast.Constant) and node.test.value:
+            _unbounded_in(node, reader, nodes, facts)
 
 
 def never_called(reader: Reader, blocks: Collection[str], facts: Facts) -> None:
@@ -147,6 +150,36 @@ def _unbounded(reader: Reader, nodes: list[ast.AST], facts: Facts) -> None:
         ]
         if slices and len(slices) == len(mine) - len(stored):
             where = f"`{ast.unparse(slices[0])}`: {text} counts, and nothing keeps it within the table"
+            facts.remark("subscript", FileLine(reader.file, slices[0].lineno), where)
+
+
+def _unbounded_in(loop: ast.While, reader: Reader, nodes: list[ast.AST], facts: Facts) -> None:
+    """Note a local subscript that counts in a loop without an end, and that nothing in it limits."""
+    inner = [node for each in loop.body for node in ast.walk(each)]
+    if any(isinstance(node, ast.Break | ast.Return | ast.ExceptHandler) for node in inner):
+        return
+    names = {
+        node.target.id
+        for node in inner
+        if isinstance(node, ast.AugAssign)
+        and isinstance(node.target, ast.Name)
+        and isinstance(node.op, ast.Add | ast.Sub)
+        and isinstance(node.value, ast.Constant)
+    }
+    for name in sorted(names):
+        mine = [node for node in inner if isinstance(node, ast.Name) and node.id == name]
+        stored = [node for node in mine if isinstance(node.ctx, ast.Store)]
+        counting = [node.target for node in inner if isinstance(node, ast.AugAssign)]
+        slices = [
+            node
+            for node in inner
+            if isinstance(node, ast.Subscript)
+            and ast.unparse(node.slice) == name
+            and _is_table(node.value, reader, nodes)
+        ]
+        is_counting = all(any(each is target for target in counting) for each in stored)
+        if is_counting and slices and len(slices) == len(mine) - len(stored):
+            where = f"`{ast.unparse(slices[0])}`: {name} counts, and nothing keeps it within the table"
             facts.remark("subscript", FileLine(reader.file, slices[0].lineno), where)
 
 

@@ -46,6 +46,7 @@ from .attributes import note_names
 from .calls import Calls
 from .counting import never_called, note_counting
 from .flow import Flow
+from .images import Images
 from .loops import endless, fixed_loops, skips_wait
 from .names import Accesses, called_twice, variables_of
 from .numbers import Numbers
@@ -53,6 +54,7 @@ from .reader import Function, Reader, field_of, functions_in
 from .reals import note_reals
 from .scans import missing, word_lost
 from .sequence_summaries import SequenceSummaries
+from .steps import PythonSteps
 from .times import waits_below_one_scan
 
 
@@ -119,6 +121,7 @@ class _SequenceReader:
         self._stories()
         self._attributes()
         self._counters()
+        self._steps()
         for name, (file, function) in self._methods.items():
             self._blocks(file, function)
             if name not in self._owners and not function.name.startswith("__"):
@@ -131,6 +134,15 @@ class _SequenceReader:
         if is_unnamed and field.role is Role.PLAIN and not self._is_recorded(field.name):
             text = f"field {field.name} is declared, and nothing names it"
             self._facts.remark("unused-tag", field.place, text)
+
+    def _steps(self) -> None:
+        """Note the steps of a number or a text of a class in one file, without what they command."""
+        if len(self._readers) > 1 or self._facts.reads_all:
+            return
+        for reader in self._readers.values():
+            steps = PythonSteps(reader, Images(reader, self._spec, Facts()), ())
+            self._facts.actions += steps.actions()
+            self._facts.step_use, self._facts.first_steps = steps.use, steps.first
 
     def _counters(self) -> None:
         """Note counters and blocks that nothing runs, of a class in one file."""

@@ -62,11 +62,12 @@ class RoutineCalls:
         ways = [(a, b) for a in self.runs(one.routine) for b in self.runs(other.routine)]
         return one.routine is not other.routine and all(never(AllOf((a.when, b.when))) for a, b in ways)
 
-    def mixed(self, written: Callable[[LoweredStep], str]) -> Iterator[LocalFinding]:
+    def mixed(self, written: Callable[[LoweredStep], str], *, latches: bool) -> Iterator[LocalFinding]:
         """Yield the assignments of structured text to bits that an OTE writes in every scan.
 
         Args:
             written: returns an instruction as it is written.
+            latches: whether those of constants under a condition count, see `data.coil_and_latch`.
         """
         coils: dict[str, tuple[Point, FileLine]] = {}
         for point, place in self._points:
@@ -78,7 +79,9 @@ class RoutineCalls:
             target = point.step.operands[0]
             key = key_of(target) if isinstance(target, Place) else "?"
             coil, at = coils.get(key, (None, place))
-            is_latch = point.condition != TRUE and isinstance(point.step.operands[-1], Constant)
+            is_latch = (
+                not latches and point.condition != TRUE and isinstance(point.step.operands[-1], Constant)
+            )
             if coil is not None and "?" not in key and not is_latch and not self.exclude(coil, point):
                 text = f"{written(point.step)} and {written(coil.step)} of line {at.line} write one bit"
                 yield LocalFinding(place, text)

@@ -18,7 +18,7 @@ from ....ladder.model.operands import Place
 from ....ladder.model.tags import tag_in
 from ....ladder.state.lowered import LoweredLine, LoweredProgram, LoweredStep, steps_of
 from ....runtime.config.rackspec import RackSpec, profile_in
-from ...load.program import SLC_SUFFIXES
+from ...load.program import EXPORT_SUFFIXES, SLC_SUFFIXES
 from ..facts import Facts, FileLine, LocalFinding, SentCommand
 from .accesses import Variables, accesses_of, declaration_lines
 from .add_ons import note_add_ons
@@ -112,7 +112,8 @@ class _ProgramReader:
                 repeated.append(remark)
             else:
                 yield each.rule or "repeated-coil", remark
-        for remark in (*exclusive_repeats(repeated, self.main, calls), *calls.mixed(self._written)):
+        mixed = calls.mixed(self._written, latches=self.path.suffix in EXPORT_SUFFIXES)
+        for remark in (*exclusive_repeats(repeated, self.main, calls), *mixed):
             yield "repeated-coil", remark
 
     def _commands(self, facts: Facts) -> None:
