@@ -138,7 +138,7 @@ def test_pieces_show_the_same_words(model, spec, configuration, script, pieces_n
 def test_a_stall_is_detected_at_the_same_step(pieces_ns):
     spec = MachineSpec(jams=(Jam(1000, 1),))
     stalling = (0xA400, *VALID[1:6], 1024, *VALID[7:])
-    script = [
+    script: list[Any] = [
         (4, stalling, {}, None),
         (4, (0, ENABLE, *(0,) * 8), {}, None),
         (4_000, (2, ENABLE, 20, 0, 5, 0, 20, 10, 0, 0), {}, None),
