@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-from amounts import amount
 from edited_pairs import EDITS, PROCESS, RUNGS, UNPAIRED, Judged, names
 from relation_rows import BLOCKS, SLC_HAVOCKED, SLC_OUT, SLC_ROWS
 from scanrack.ladder.instructions import NAMES, SPECS
@@ -48,7 +47,7 @@ def test_no_pair_of_a_sample_is_called_equal_where_a_run_differs(part: int) -> N
 @pytest.mark.long
 @pytest.mark.parametrize("part", range(20))
 def test_no_pair_is_called_equal_where_a_run_differs(part: int) -> None:
-    sound_and_useful(range(part, amount(PAIRS), 20))
+    sound_and_useful(range(part, PAIRS, 20))
 
 
 def sound_and_useful(seeds: range) -> None:
