@@ -9,8 +9,8 @@ between. The wire's floor is what the characters of that refresh, questions and 
 that the protocol wants before a question, take at the line's speed; a pseudo-terminal takes no time for
 them. So on a real line a refresh takes at most about the sum of the two.
 
-In the end the processor's time of a scan of 2 ms with each adapter over its simulated controller, moving to and
-fro in virtual time; `amci-drive` is to take at most 1.5 times that of `pcl601-adapter`.
+In the end the processor's time of a scan of 2 ms with each adapter over its simulated controller, moving to
+and fro in virtual time; `amci-drive` is to take at most 1.5 times that of `pcl601-adapter`.
 
 Exit status 1 if a move does not end where it should, or the link was lost.
 """
@@ -183,7 +183,7 @@ def report(run: Run) -> None:
 
 def scan_us(module: str, scans: int) -> float:
     """Return the processor's time of a scan with a simulated adapter that moves to and fro, us."""
-    adapter = SlotSpec(number=1, module=module, options=SIMULATED[module]).make()
+    adapter = SlotSpec(number=1, module=module, options=SIMULATED[module]).make(0)
     now_ns = 0
 
     def give(*words: int, scans: int) -> None:
