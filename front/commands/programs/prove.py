@@ -58,6 +58,12 @@ def _prove_command(
             "--may-differ", metavar="TAGS", help="Of two: tags that may differ, with commas between them."
         ),
     ] = None,
+    outputs: Annotated[
+        str | None,
+        typer.Option(
+            "--outputs", metavar="TAGS", help="Of two: compare only these tags, with commas between them."
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option("--out", "-o", metavar="FOLDER", help="Where scenarios go.", show_default="RACK-prove"),
@@ -96,8 +102,12 @@ def _prove_command(
     """
     with reported_mistakes():
         try:
-            if new is not None or only is not None:
-                raise typer.Exit(_compare(rack, new, only, out, html, as_json=as_json))
+            if new is not None or only is not None or outputs is not None:
+                if new is None:
+                    option = "--may-differ" if only is not None else "--outputs"
+                    raise ValueError(f"{option} needs two programs: scanrack prove OLD NEW {option} TAGS")
+                named = _tags(outputs), _tags(only)
+                raise typer.Exit(_compare(rack, new, *named, out, html, as_json=as_json))
             others = _solvers() if check else []
             subject = subject_of(rack)
             with ScenarioFolder(out or Path(f"{subject.name}-prove")) as folder:
@@ -116,15 +126,23 @@ def _prove_command(
     raise typer.Exit(status_of(results, answers))
 
 
+def _tags(text: str | None) -> list[str]:
+    return [each.strip() for each in _COMMA.split(text or "") if each.strip()]
+
+
 def _compare(
-    old: str, new: str | None, only: str | None, out: Path | None, html: Path | None, *, as_json: bool
+    old: str,
+    new: str,
+    outputs: list[str],
+    only: list[str],
+    out: Path | None,
+    html: Path | None,
+    *,
+    as_json: bool,
 ) -> int:
     """Print what can differ between two programs; return the exit status."""
-    if new is None:
-        raise ValueError("--may-differ needs two programs: scanrack prove OLD NEW --may-differ TAGS")
-    names = [each.strip() for each in _COMMA.split(only) if each.strip()] if only else []
     with ScenarioFolder(out or Path(f"{Path(split_address(new)[0]).stem}-prove")) as folder:
-        found = edited(old, new, names, folder)
+        found = edited(old, new, outputs, only, folder)
     if html is not None:
         used = {Path(split_address(each)[0]): "one of the programs" for each in (old, new)}
         save_page(html, f"{old} and {new}", parts_of_edit(found), used)

@@ -12,6 +12,7 @@ functions that no device here has (tests/unit/line/test_pymodbus.py).
 
 from __future__ import annotations
 
+import selectors
 import socket
 from collections.abc import Callable, Iterator
 from struct import Struct
@@ -32,13 +33,21 @@ class ModbusTcpPort:
 
     Args:
         port: the port, 0 = any that is free.
+        places: connections at once; further ones are closed. None = many, see `places`.
+        selector: waits for this port and for others; by default one of its own.
 
     Raises:
         PortError: it can't listen there.
     """
 
-    def __init__(self, host: str, port: int) -> None:
-        self._listener = Listener(host, port)
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        places: int | None = None,
+        selector: selectors.BaseSelector | None = None,
+    ) -> None:
+        self._listener = Listener(host, port, places, selector)
         self._pending: dict[socket.socket, bytes] = {}
         self.name = self._listener.name
         self.traffic = Traffic()  # bytes sent and received, headers included
@@ -55,7 +64,16 @@ class ModbusTcpPort:
 
     def requests(self, seconds: float) -> Iterator[tuple[socket.socket, list[bytes]]]:
         """Yield the request frames that connections have sent; return within that time."""
-        for connection, data in self._listener.wait(seconds):
+        yield from self._split(self._listener.wait(seconds))
+
+    def take(self, ready: object) -> Iterator[tuple[socket.socket, list[bytes]]]:
+        """Yield the request frames of a socket that the selector has found ready."""
+        yield from self._split(self._listener.take(ready))
+
+    def _split(
+        self, received: Iterator[tuple[socket.socket, bytes]]
+    ) -> Iterator[tuple[socket.socket, list[bytes]]]:
+        for connection, data in received:
             if not data:
                 self._end(connection)
                 continue

@@ -38,7 +38,7 @@ from .driver import Driver
 from .exchanges import ControllerState
 from .findings import Finding, FindingKind
 from .linked_axis import LinkedAxis
-from .plant import LinkedController, Plant
+from .plant import LinkedController, SimulatedController
 from .task import Drive
 
 Words = tuple[int, ...]
@@ -80,7 +80,7 @@ class AdapterKind(Generic[Drive]):
     line_format: LineFormat
     driver: Callable[[Any, int], Driver[Drive]]
     axis: Callable[[Any, Any], LinkedAxis[Drive]]
-    plant: Callable[[Machine, Any], Plant]
+    plant: Callable[[Machine, Any], SimulatedController]
     configuration_rows: Sequence[ConfigurationRow[Any]]
     command_rows: Sequence[CommandRow[Any]]
 
@@ -248,6 +248,7 @@ class Adapter(Generic[Drive]):
         if self._locked_out:
             self._stay_locked_out(now_ns, words)
         self.layer.tick(now_ns, words, self.axis.levels)
+        self.driver.hurry()
         self._look_at_the_end(now_ns, findings)
         self._refuse_missed(now_ns)
         self._tell_of_substitutions(now_ns)
@@ -406,7 +407,7 @@ class Adapter(Generic[Drive]):
 class SimulatedAdapter(Adapter[Drive]):
     """An adapter whose controller and line are simulated, and can be disturbed."""
 
-    controller: Plant
+    controller: SimulatedController
 
     def disturb(self, what: FaultKind, *, begins: bool, lasts: bool) -> None:
         """Begin or end a disturbance between adapter and controller, from the last `update` on.
