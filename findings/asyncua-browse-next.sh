@@ -8,8 +8,10 @@
 # Behavior:
 #   A folder with more than five references is browsed with RequestedMaxReferencesPerNode 2: all come at once, without a
 #   continuation point. BrowseNext is not implemented, and the status says that the user has no permission.
-# Scanrack: Test a browser of tags with another server for continuation points: see [clients of the tag servers](hmi-clients.md)
+# Scanrack: Its OPC UA server, built on asyncua, has continuation points and BrowseNext of its own; see [OPC UA](hmi.md#opc-ua)
 # Output:
+#   references: 5 continuation point: None
+#   BrowseNext: BadUserAccessDenied
 . "$(dirname "$0")/lib.sh"
 observe python - <<'PY'
 import asyncio

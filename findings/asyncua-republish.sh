@@ -8,8 +8,12 @@
 # Behavior:
 #   Republish of number 1 twice, and of 99, which was never sent: each is answered with ServiceResult Good, sequence number 0
 #   and no notification. A client takes that as received and goes on without the values of the outage.
-# Scanrack: A client of its OPC UA server reads all values after a lost connection: see [clients of the tag servers](hmi-clients.md)
+# Scanrack: Its OPC UA server, built on asyncua, answers the message or BadMessageNotAvailable itself; see [OPC UA](hmi.md#opc-ua)
 # Output:
+#   changed to 1.0
+#   1 Good 0 []
+#   1 Good 0 []
+#   99 Good 0 []
 . "$(dirname "$0")/lib.sh"
 observe python - <<'PY'
 import asyncio

@@ -9,8 +9,10 @@
 #   The server's process pauses its loop for three seconds. The client's watchdog reads the server's state every
 #   watchdog_intervall, 1 s, with that same interval as limit, or half of the session's timeout if that is less; then it calls
 #   the connection lost. A timeout of 10 s and a session of one hour do not count.
-# Scanrack: Its OPC UA server answers between scans; give your client a longer watchdog_intervall: see [clients of the tag servers](hmi-clients.md)
+# Scanrack: Pass `watchdog_intervall` to your asyncua client when the rack may pause, in a debugger for one; see [OPC UA](hmi.md#opc-ua)
 # Output:
+#   timeout=10: ['TimeoutError']
+#   timeout=10, watchdog_intervall=10: []
 . "$(dirname "$0")/lib.sh"
 cat >server.py <<'PY'
 import asyncio

@@ -12,9 +12,26 @@
 #   trusts the maximum and concludes that no row is NaN: isnan finds none, not isnan finds all rows, the NaN among them,
 #   and level > 100 finds none. DuckDB's own files have no minimum and maximum in a column with NaN; there it finds two.
 #   polars and pyarrow find both NaN in every file.
-# Scanrack: Filter by a column of bits or values instead of NaN, or read the file with polars or pyarrow; see [export](query.md)
+# Scanrack: Filter by a condition, or read the exported file with polars or pyarrow, to find NaN; see [export](query.md)
 # Output:
 #   pyarrow wrote minimum 1.0 maximum 3.0
+#     duckdb isnan(level) 0
+#     duckdb not isnan(level) 5
+#     duckdb level > 100 0
+#     polars is_nan 2
+#     pyarrow is_nan 2
+#   polars wrote minimum 1.0 maximum 3.0
+#     duckdb isnan(level) 0
+#     duckdb not isnan(level) 5
+#     duckdb level > 100 0
+#     polars is_nan 2
+#     pyarrow is_nan 2
+#   duckdb wrote minimum None maximum None
+#     duckdb isnan(level) 2
+#     duckdb not isnan(level) 3
+#     duckdb level > 100 2
+#     polars is_nan 2
+#     pyarrow is_nan 2
 . "$(dirname "$0")/lib.sh"
 observe python - <<'PY'
 import duckdb

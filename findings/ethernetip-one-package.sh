@@ -6,22 +6,28 @@
 # Meets: who installs an EtherNet/IP scanner by the name of its package
 # Expected: cm-ethernetip has a package of another name, or pip reports the conflict
 # Behavior:
-#   After pip install cm-ethernetip the package ethernetip has a module client. pip install ethernetip replaces its
-#   __init__.py without a word, pip check finds nothing broken, and what cm-ethernetip's users import is gone from it.
-#   Uninstalling one of them then takes away the other's __init__.py.
-# Scanrack: Uses neither; which clients are tried: see [clients of the tag servers](hmi-clients.md)
+#   Both have a file ethernetip/__init__.py. Installing ethernetip over cm-ethernetip replaces that file without a
+#   word, and pip check finds nothing broken. Uninstalling ethernetip takes the file away, so the package that
+#   cm-ethernetip's users import has no __init__.py left, while cm-ethernetip still counts as installed.
+# Scanrack: Installs neither; the clients that were tried: [clients of the tag servers](hmi-clients.md)
 # Output:
-#   []
-#   0
-#   ['CIP_FWD_OPEN_EXTENDED_STATUS_INVALID_CONFIGURATION_SIZE', 'CIP_FWD_OPEN_EXTENDED_STATUS_VENDOR_OR_PRODUCT_CODE_MISMATCH', 'CIP_OBJ_ASSEMBLY', 'CIP_OBJ_BASE_SWITCH']
+#   ['cm-ethernetip'] doc: EtherNet/IP and CIP protocol stack in pure Python.
+#   pip names a conflict in 0 lines
+#   ['cm-ethernetip', 'ethernetip'] doc: fast, simple packet creation and parsing.
 #   No broken requirements found.
-#   after the uninstall of one, the file of the other is None
+#   ['cm-ethernetip'] doc: none
 . "$(dirname "$0")/lib.sh"
-look='import ethernetip as e; print(sorted(n for n in vars(e) if n[0].isupper())[:4])'
-observe python -c "$look"
+cat >look.py <<'PY'
+from importlib.metadata import packages_distributions
+
+import ethernetip
+
+print(sorted(packages_distributions()["ethernetip"]), "doc:", (ethernetip.__doc__ or "none").splitlines()[0])
+PY
+observe python look.py
 pip install --quiet --disable-pip-version-check ethernetip==1.2.0 >install.log 2>&1
-observe grep -ciE 'conflict|overwrit' install.log || true
-observe python -c "$look"
+echo "pip names a conflict in $(grep -ciE 'conflict|overwrit' install.log || true) lines" >>"$seen"
+observe python look.py
 observe pip check --disable-pip-version-check
-pip uninstall --quiet --yes ethernetip >/dev/null 2>&1
-observe python -c "import ethernetip; print('after the uninstall of one, the file of the other is', ethernetip.__file__)"
+pip uninstall --quiet --yes ethernetip >install.log 2>&1
+observe python look.py

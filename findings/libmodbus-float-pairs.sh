@@ -8,7 +8,7 @@
 # Behavior:
 #   modbus_get_float_abcd reads 47f1 2000 as 123456, as documented. modbus_set_float_abcd writes f147 0020: the bytes of
 #   each register are swapped, in all four setters. Only the unnamed pair, modbus_set_float and modbus_get_float, is its own inverse.
-# Scanrack: Its map has REAL as two registers, the order is an option: see [HMI](hmi.md)
+# Scanrack: A REAL is two registers in the order that the row or `order` says: use libmodbus's unnamed pair with `low first`; see [Modbus](hmi.md#modbus)
 # Output:
 #   set_float_abcd(123456.0): f147 0020 reads back as another number
 #   set_float_dcba(123456.0): 2000 47f1 reads back as another number

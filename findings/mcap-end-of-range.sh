@@ -10,7 +10,7 @@
 # Behavior:
 #   Of messages at 10, 20, 30 and 40 the range 10 to 30 has two in mcap (end_time, deprecated) and small-mcap, and three
 #   in @mcap/core.
-# Scanrack: A range `A:B` ends before scan B, as a slice of Python; see [queries](query.md)
+# Scanrack: Cut a recording with `--range`, by scans or time, and not by a reader's end; see [export](query.md)
 # Output:
 #   mcap [10, 20]
 #   small-mcap [10, 20]

@@ -8,7 +8,7 @@
 # Behavior:
 #   Coils 0 to 3 of twelve are on. The specification's bytes are 0F 00. Version 3.10.0 writes 00 0F and reads 0F 00 as
 #   coils 8 to 11, so two programs with it agree with each other and with no device. 3.16.1 writes and reads 0F 00.
-# Scanrack: Requires a later pymodbus, and its frames are compared byte for byte with the specification's: see [HMI](hmi.md)
+# Scanrack: Requires pymodbus 3.15 or later; see [Modbus](hmi.md#modbus)
 # Output:
 #   answer to 01h: 02 00 0f
 #   request 0Fh: 00 00 00 10 02 00 0f

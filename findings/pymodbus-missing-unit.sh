@@ -8,7 +8,7 @@
 # Behavior:
 #   A server with SimDevice(1) gets a request for unit 7. The lookup falls back to unit 0, which is missing, too; the
 #   KeyError becomes exception 4, and the option is never read. Its documentation: True to not send errors on a missing device.
-# Scanrack: Its Modbus servers answer every unit identifier or the configured one, see [HMI](hmi.md)
+# Scanrack: Its Modbus server answers any unit number; see [Modbus](hmi.md#modbus)
 # Output:
 #   ignore_missing_devices=False, unit 1: [1, 2]
 #   ignore_missing_devices=False, unit 7: exception 4

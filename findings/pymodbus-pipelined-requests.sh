@@ -8,7 +8,7 @@
 # Behavior:
 #   Three requests in one segment, with transaction identifiers 1, 2 and 3, get one answer within a second, to the first.
 #   A request after that is answered. With the RTU framer over TCP it is the same.
-# Scanrack: Its own servers answer each request of a segment; its client has one open transaction: see [HMI](hmi.md)
+# Scanrack: Its Modbus server splits the frames itself and answers each; see [Modbus](hmi.md#modbus)
 # Output:
 #   socket three at once: 00 01 00 00 00 05 01 03 02 00 0a
 #   socket the third alone: 00 03 00 00 00 05 01 03 02 00 0c
