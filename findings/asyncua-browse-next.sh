@@ -8,7 +8,7 @@
 # Behavior:
 #   A folder with more than five references is browsed with RequestedMaxReferencesPerNode 2: all come at once, without a
 #   continuation point. BrowseNext is not implemented, and the status says that the user has no permission.
-# Scanrack: Its OPC UA server, built on asyncua, has continuation points and BrowseNext of its own; see [OPC UA](hmi.md#opc-ua)
+# Scanrack: Its OPC UA server, built on asyncua, adds continuation points and BrowseNext; see [OPC UA](hmi.md#opc-ua)
 # Output:
 #   references: 5 continuation point: None
 #   BrowseNext: BadUserAccessDenied

@@ -8,7 +8,7 @@
 # Behavior:
 #   The comment in SimDevice says: with use_bit_addressing=False the register is addressed, single bits cannot be.
 #   Register 16 and register 21 both are 0001h. Reading 4 coils at 16 gives the first bit as 1, at 21 bits 5 to 8, so 0.
-# Scanrack: Its Modbus server has an own map: a BOOL is a coil with an address of its own; see [Modbus](hmi.md#modbus)
+# Scanrack: In its Modbus server each BOOL is a coil with one address; see [Modbus](hmi.md#modbus)
 # Output:
 #   16 0001h [1, 0, 0, 0]
 #   17 0001h [0, 0, 0, 0]

@@ -8,7 +8,7 @@
 # Behavior:
 #   SimData(0, values="AB", count=3, datatype=STRING) takes nine registers, count=2 four; INT32 with count=3 takes six
 #   registers, three numbers. So a text with count covers registers that are meant for what comes after it.
-# Scanrack: Its Modbus server has an own map of tags without SimData; see [Modbus](hmi.md#modbus)
+# Scanrack: Its Modbus server maps tags to registers without SimData; see [Modbus](hmi.md#modbus)
 # Output:
 #   STRING 'AB' count=1: 1 registers
 #   STRING 'AB' count=2: 4 registers
