@@ -25,6 +25,7 @@ from typing import Any, Generic
 
 from ....io_images.amci3601 import CommandLsw, Firmware, InputBit, StatusMsw
 from ....io_images.image import Image, signed_word
+from ...line.clients.link import Link
 from ...line.wire import LineFormat
 from ...loop.events import Event
 from ...loop.incidents import FaultKind
@@ -74,6 +75,7 @@ class AdapterKind(Generic[Drive]):
         plant: returns a simulated controller of address 1 that moves a machine, wired by the options.
         configuration_rows: which configurations it refuses.
         command_rows: which commands it refuses.
+        network: opens a port that is no serial line, by its name; None where the line's own bytes are sent.
     """
 
     options: type[Any]
@@ -83,6 +85,7 @@ class AdapterKind(Generic[Drive]):
     plant: Callable[[Machine, Any], SimulatedController]
     configuration_rows: Sequence[ConfigurationRow[Any]]
     command_rows: Sequence[CommandRow[Any]]
+    network: Callable[[str], Link] | None = None
 
     def simulated(
         self, machine: Machine | None = None, options: Options | None = None

@@ -8,6 +8,7 @@ from rest_claims import violations
 from scanrack.io_images.amci3601 import CommandMsw, InputBit
 from scanrack.io_images.drives.bits import Command
 from scanrack.runtime.machine import Switch
+from scanrack.runtime.modules.adapters.amci_drive.driver import AmciDriver
 
 HOME = Switch(InputBit.HOME, 8000, 8500)
 RATES = (5, 0, 100, 100)
@@ -106,11 +107,24 @@ def test_a_configuration_with_more_inputs_than_are_wired_is_refused():
     assert bench.reasons == ["inputs"]
 
 
-def test_an_s_curve_is_made_with_the_next_lower_jerk():
+@pytest.mark.parametrize(
+    ("lsw", "rates", "jerk", "substituted"),
+    [
+        (0, (30, 30), 0, []),
+        (1, (30, 30), 750, []),  # 4000 steps/s at 30 steps/ms/s: 2/15 s, which is 100/750 s
+        (3, (30, 30), 2250, []),  # a third of that
+        (1, (30, 20), 500, ["S-curve"]),  # 0.2 s for the gentler ramp
+        (3, (2000, 2000), 5000, ["S-curve"]),  # the drive's highest
+    ],
+)
+def test_an_s_curve_is_a_jerk(lsw, rates, jerk, substituted):
     bench = configured()
-    bench.give(2, 2, 20, 0, 4, 0, 20, 20, ms=200)
-    events = [event for event in bench.module.events if event.kind == "substitution"]
-    assert (len(events), bench.device.drive.words[9]) in {(1, 666), (1, 2000), (0, 0)}
+    bench.give(2, lsw, 20, 0, 5, 0, *rates, ms=100)
+    events = [event.name for event in bench.module.events if event.kind == "substitution"]
+    assert (bench.device.drive.words[9], events) == (jerk, substituted)
+    strict = configured(strict=True)
+    strict.give(2, lsw, 20, 0, 5, 0, *rates, ms=100)
+    assert (strict.reasons, strict.motor != 0) == (substituted, not substituted)
 
 
 def test_nothing_is_written_before_a_configuration():
@@ -146,6 +160,7 @@ def test_a_lost_answer_to_a_start_starts_nothing_twice():
     bench = configured()
     bench.module.controller.line.faults.drop_next = 1
     bench.give(*move(500, 1000), ms=3000, until="MOVE_COMPLETE")
+    assert isinstance(bench.module.driver, AmciDriver)
     assert (bench.motor, bench.module.driver.late) == (500, 1)
     assert "1 exchange has taken longer than the RPI of 8 ms" in [
         event.text for event in bench.module.events if event.name == "controller error"
