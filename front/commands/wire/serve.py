@@ -20,6 +20,7 @@ from rich.live import Live
 from rich.table import Table
 
 from ...io_images.drives.models import MODELS
+from ...io_images.enip.io_frames import IO_PORT
 from ...jobs.run.served_units import (
     PORT_GAP_MS,
     SERIAL_GAP_MS,
@@ -192,7 +193,7 @@ def shown_status(units: Sequence[ServedUnit], *, quiet: bool) -> Iterator[Callab
 
 FOR_ALL = ("controller", "tcp", "record", "replace", "quiet")
 REMOTE_ONLY = ("rack", "slot", "silence", "whole")
-DRIVES_ONLY = ("axes",)
+DRIVES_ONLY = ("axes", "ethernet_ip", "io_port")
 ALSO_DRIVES = ("speed", "machine", "memory", "pin", "control")
 
 
@@ -291,6 +292,18 @@ class ServeOptions:
         ),
     ] = None
     axes: Annotated[int, typer.Option("--axes", metavar="N", help="Drives: axes in the stack, up to 12.")] = 1
+    ethernet_ip: Annotated[
+        str | None,
+        typer.Option(
+            "--ethernet-ip",
+            metavar="[HOST:]PORT",
+            help="SMD23E2: EtherNet/IP, usually at 44818.",
+        ),
+    ] = None
+    io_port: Annotated[
+        int,
+        typer.Option("--io-port", metavar="PORT", min=0, max=65535, help="UDP port of its class 1 packets."),
+    ] = IO_PORT
     slot: Annotated[
         int | None,
         typer.Option("--slot", metavar="N", help="amci3601: its slot, if the rack has several of them."),
@@ -380,7 +393,14 @@ def _serve_command(
             kept = stack.enter_context(ControllerMemory(options.memory, options.controller, used))
         line = _drives(options, clock, kept) if options.controller in MODELS else _line(options, kept)
         units = line.units
-        choice = PortChoice(options.pty, options.serial, options.tcp, options.rtu_over_tcp)
+        choice = PortChoice(
+            options.pty,
+            options.serial,
+            options.tcp,
+            options.rtu_over_tcp,
+            options.ethernet_ip,
+            options.io_port,
+        )
         # Ctrl-C may come between the line with the address and the first step
         with (
             recording(

@@ -1,4 +1,4 @@
-"""A stack of simulated drives at Modbus TCP, in step with the wall clock.
+"""A stack of simulated drives at Modbus TCP and EtherNet/IP, in step with the wall clock.
 
 Each request acts at its own instant: the drives advance to it, then the registers answer. All axes have
 one power supply, one network cable and one set of registers; inputs, machines and flash are of each axis.
@@ -6,17 +6,19 @@ one power supply, one network cable and one set of registers; inputs, machines a
 
 from __future__ import annotations
 
+import selectors
 from collections.abc import Sequence
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
 from typing_extensions import override
 
 from ...io_images.drives.configuration import broken_rules
-from ...io_images.drives.models import Model
+from ...io_images.drives.models import MODELS, Model
 from ...runtime.config.rackfile import load_rack_file
 from ...runtime.config.rackspec import SlotSpec
-from ...runtime.line.ports import LineListener, ModbusTcpPort, PduServer, Server
+from ...runtime.line.ports import LineListener, ModbusTcpPort, Server
 from ...runtime.loop.pace import Clock
 from ...runtime.machine import Machine, MachineSpec
 from ...runtime.modules.drives.drive import Drive
@@ -24,7 +26,9 @@ from ...runtime.modules.drives.nonvolatile import DriveMemory
 from ...runtime.modules.drives.options import options_of
 from ...runtime.modules.drives.registers import DriveRegisters
 from ...runtime.modules.drives.surroundings import surround
+from ...runtime.tag_servers.drive_adapter import DriveAdapter
 from ..run.served_units import ServedUnit
+from .drive_server import DriveServer, EnipPort
 from .line import LineService, PortChoice, socket_address
 from .machines import addressed_file
 from .memory_file import ControllerMemory
@@ -53,6 +57,7 @@ class DriveService(LineService):
             raise ValueError(f"--axes {axes}: a stack of the {model.title} has {allowed}")
         self.model = model
         self._clock = clock
+        self._listener: LineListener | None = None
         slots = _slots(model, machines, axes)
         flash = _flash(model, memory, axes)
         self.axes = [_drive(model, slots.get(at), flash[at - 1]) for at in range(1, axes + 1)]
@@ -66,10 +71,6 @@ class DriveService(LineService):
     def title(self) -> str:
         count = len(self.axes)
         return self.model.name if count == 1 else f"{self.model.name} with {count} axes"
-
-    @property
-    def next_wake_ns(self) -> None:
-        """None: between requests nothing has to be done at an instant of its own."""
 
     def advance(self, now_ns: int) -> None:
         """Advance all axes."""
@@ -86,13 +87,48 @@ class DriveService(LineService):
     def server(
         self, choice: PortChoice, clock: Clock, listener: LineListener | None = None
     ) -> tuple[Server, str]:
-        if choice.tcp is None:
-            raise ValueError(f"{self.model.name}: give --tcp [HOST:]PORT")
-        port = ModbusTcpPort(*socket_address(choice.tcp), CONNECTIONS)
-        return PduServer(self, self._answer, port, clock, listener), port.name
+        if choice.tcp is None and choice.ethernet_ip is None:
+            raise ValueError(f"{self.model.name}: give --tcp [HOST:]PORT, --ethernet-ip [HOST:]PORT or both")
+        selector = selectors.DefaultSelector()
+        with ExitStack() as opened:
+            opened.callback(selector.close)
+            modbus = enip = None
+            if choice.tcp is not None:
+                modbus = ModbusTcpPort(*socket_address(choice.tcp), CONNECTIONS, selector)
+                opened.callback(modbus.close)
+            if choice.ethernet_ip is not None:
+                place = socket_address(choice.ethernet_ip, "--ethernet-ip")
+                enip = EnipPort(self._adapter(), *place, choice.io_port, selector)
+            opened.pop_all()
+        self._listener = listener
+        server = DriveServer(modbus, self._answer, enip, self._advance, selector)
+        return server, self._places(modbus, enip)
 
-    def _answer(self, _unit: int, pdu: bytes) -> bytes:
-        return self.registers.answer(pdu)
+    def _adapter(self) -> DriveAdapter:
+        if self.model.identity is None or len(self.axes) > 1:
+            known = ", ".join(each.title for each in MODELS.values() if each.identity is not None)
+            raise ValueError(
+                f"--ethernet-ip: the EDS file of one {known} is known, not that of the {self.title}"
+            )
+        return DriveAdapter(self.axes[0])
+
+    def _places(self, modbus: ModbusTcpPort | None, enip: EnipPort | None) -> str:
+        names = [] if modbus is None else [modbus.name]
+        if enip is not None:
+            names.append(f"{enip.name} EtherNet/IP, UDP {enip.io_port}")
+        return "  ".join(names)
+
+    def _advance(self) -> None:
+        self.advance(self._clock.now_ns())
+
+    def _answer(self, unit: int, pdu: bytes) -> bytes:
+        now_ns = self._clock.now_ns()
+        self.advance(now_ns)
+        reply = self.registers.answer(pdu)
+        if self._listener is not None:
+            self._listener.heard(now_ns, bytes((unit,)) + pdu)
+            self._listener.said(now_ns, bytes((unit,)) + reply)
+        return reply
 
     def _unit(self, number: int, drive: Drive) -> ServedUnit:
         wired = drive.machine.spec.fed_inputs

@@ -40,12 +40,14 @@ GATEWAY_MS_MAX = 60_000
 
 @dataclass(frozen=True, slots=True)
 class PortChoice:
-    """The port that is asked for; exactly one of the first three."""
+    """The port that is asked for; on a line exactly one of the first three."""
 
     pty: bool = False
     serial: str | None = None
     tcp: str | None = None
     rtu_over_tcp: bool = False
+    ethernet_ip: str | None = None
+    io_port: int = 0
 
 
 class LineService(Protocol):
@@ -168,7 +170,7 @@ class ServedLine(LineService):
         return devices[0] if len(devices) == 1 else BusSegment(*devices)
 
 
-def socket_address(text: str) -> tuple[str, int]:
+def socket_address(text: str, option: str = "--tcp") -> tuple[str, int]:
     """Return host and port; without a host it is the loopback address.
 
     >>> socket_address("5020"), socket_address("0.0.0.0:502"), socket_address("[::1]:502")
@@ -180,7 +182,7 @@ def socket_address(text: str) -> tuple[str, int]:
     try:
         host, port = split_address(text)
     except ValueError as error:
-        raise ValueError(f"--tcp {error}") from error
+        raise ValueError(f"{option} {error}") from error
     return host or LOOPBACK, port
 
 

@@ -83,29 +83,18 @@ class LineServer(Server):
                 self._listener.said(now_ns, said)
 
 
-class Advancing(Protocol):
-    """What has a time of its own."""
-
-    @property
-    def next_wake_ns(self) -> int | None:
-        """The latest instant for the next `advance`, None without one."""
-
-    def advance(self, now_ns: int) -> object:
-        """Advance to `now_ns`."""
-
-
 class PduServer(Server):
     """A device at a Modbus TCP port: requests bypass its serial line, but its time runs.
 
     Args:
-        device: what has to advance in time.
+        device: a unit, or a `Segment` of several.
         answer: answers a request PDU, at the present instant of the device.
         listener: receives every request and reply, unit and PDU; None = no listener.
     """
 
     def __init__(
         self,
-        device: Advancing,
+        device: Device,
         answer: AnswerPdu,
         port: ModbusTcpPort,
         clock: Clock,

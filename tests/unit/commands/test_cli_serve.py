@@ -281,6 +281,28 @@ def test_what_cannot_be_served(arguments: list[str], said: str) -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
+        (["smd23e2"], "smd23e2: give --tcp [HOST:]PORT, --ethernet-ip [HOST:]PORT or both"),
+        (["smd23e2", "--tcp", "0", "--pty"], "--pty: smd23e2 does not have it"),
+        (["smd23e2", "--ethernet-ip", "here"], "--ethernet-ip here: it has to be HOST:PORT or PORT"),
+        (
+            ["anf2", "--ethernet-ip", "0", "--io-port", "0"],
+            "--ethernet-ip: the EDS file of one SMD23E2 is known",
+        ),
+        (["anf2", "--tcp", "0", "--memory", "anf2.json"], "--memory anf2.json: the anf2 keeps nothing"),
+        (["pcl601", "--pty", "--io-port", "0"], "--io-port: pcl601 does not have it"),
+        (["pcl601", "--pty", "--axes", "2"], "--axes: pcl601 does not have it"),
+    ],
+)
+def test_what_cannot_be_served_of_a_drive(arguments: list[str], said: str) -> None:
+    result = CliRunner().invoke(build(), ["serve", *arguments])
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"scanrack: {said}"), result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
         ([], "amci3601: give --tcp [HOST:]PORT"),
         (["--tcp", "0", "--pty"], "--pty: amci3601 does not have it"),
         (["--tcp", "0", "--address", "1"], "--address: amci3601 does not have it"),

@@ -3,39 +3,23 @@
 from __future__ import annotations
 
 import json
-import signal
 import socket
-import subprocess
-import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from struct import pack, unpack
 from time import monotonic, sleep
-from typing import ClassVar, NamedTuple
+from typing import ClassVar
 
-import forked
 import pytest
+from drive_served import TIMEOUT_S, serving
 from drive_unit import ENABLE, VALID
 from scanrack.io_images.drives.models import MODELS
 from scanrack.jobs.serve.drives import DriveService
 from scanrack.jobs.serve.line import wire
 from scanrack.runtime.loop.pace import Clock
 
-TIMEOUT_S = 60
 STOPPED, ACKNOWLEDGE = 0x0008, 0x2000
 SECONDS = 20
-
-
-class Served(NamedTuple):
-    """A command that serves; its first line."""
-
-    line: str
-    process: subprocess.Popen[str]
-
-    @property
-    def port(self) -> int:
-        return int(self.line.split("  ")[0].rpartition(":")[2])
 
 
 @pytest.fixture(autouse=True)
@@ -44,27 +28,6 @@ def _closed() -> Iterator[None]:
     for each in Client.opened:
         each.close()
     Client.opened.clear()
-
-
-@contextmanager
-def serving(*words: str, cwd: Path | None = None) -> Iterator[Served]:
-    process = forked.start(
-        [sys.executable, "-m", "scanrack", "serve", *words, "--quiet"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        encoding="utf-8",
-        cwd=cwd,
-    )
-    try:
-        assert process.stdout is not None
-        yield Served(process.stdout.readline(), process)
-        process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=TIMEOUT_S)
-        assert (process.returncode, said) == (130, "")
-    finally:
-        process.kill()
-        process.communicate()
 
 
 class Client:
