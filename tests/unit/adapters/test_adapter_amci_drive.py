@@ -177,8 +177,8 @@ def test_a_stop_button_of_the_drive_alone_shows_as_a_move_that_stopped_short():
     assert bench.now_ns % MS == 0
 
 
-@pytest.mark.parametrize("seed", range(3))
-def test_claims_are_true_and_edges_count(seed):
+@pytest.mark.parametrize("seed", [0, 1, 14])
+def test_claims_are_true_and_edges_count(seed):  # 14: one answer is from before a write
     assert violations(seed, "drive") == []
 
 
