@@ -9,6 +9,9 @@ between. The wire's floor is what the characters of that refresh, questions and 
 that the protocol wants before a question, take at the line's speed; a pseudo-terminal takes no time for
 them. So on a real line a refresh takes at most about the sum of the two.
 
+In the end the processor's time of a scan of 2 ms with each adapter over its simulated controller, moving to
+and fro in virtual time; `amci-drive` is to take at most 1.5 times that of `pcl601-adapter`.
+
 Exit status 1 if a move does not end where it should, or the link was lost.
 """
 
@@ -22,7 +25,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from itertools import pairwise
 from statistics import median, quantiles
-from time import perf_counter, sleep
+from time import perf_counter, process_time, sleep
 from typing import Any
 
 from scanrack.io_images import Image
@@ -38,6 +41,12 @@ from scanrack.runtime.modules.adapters.pcl601.driver import LINE_TIMING as PCL60
 from scanrack.runtime.modules.adapters.pmc006.driver import LINE_TIMING as PMC006_MANNERS
 
 CONFIGURE = (0x843C, 63, 1, 0)
+SIMULATED: dict[str, dict[str, Any]] = {
+    "pcl601-adapter": {},
+    "pmc006-adapter": {"home_stroke": 100_000},
+    "amci-drive": {"unwired": "inactive"},
+}
+SCAN_NS = 2_000_000
 STROKE = 2000
 
 
@@ -172,6 +181,34 @@ def report(run: Run) -> None:
     )
 
 
+def scan_us(module: str, scans: int) -> float:
+    """Return the processor's time of a scan with a simulated adapter that moves to and fro, us."""
+    adapter = SlotSpec(number=1, module=module, options=SIMULATED[module]).make(0)
+    now_ns = 0
+
+    def give(*words: int, scans: int) -> None:
+        nonlocal now_ns
+        outputs = Image(words)
+        for _ in range(scans):
+            now_ns += SCAN_NS
+            adapter.update(now_ns, outputs)
+
+    for words in ((), CONFIGURE, (), (512,), ()):
+        give(*words, scans=200)
+    began = process_time()
+    for turn in range(scans // 500):
+        give(2, 0, *split_thousands(STROKE if turn % 2 else -STROKE), 5, 0, 50, 50, scans=400)
+        give(scans=100)
+    return (process_time() - began) / (scans // 500 * 500) * 1e6
+
+
+def report_scans(scans: int) -> None:
+    """Print the time of a scan with each adapter, the best of three."""
+    took = {module: min(scan_us(module, scans) for _ in range(3)) for module in SIMULATED}
+    for module, each_us in took.items():
+        print(f"{module}: {each_us:.1f} us a scan, {each_us / took['pcl601-adapter']:.2f} times the PCL601's")
+
+
 def main() -> int:
     """Run one hardware after the other; return the exit status."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
@@ -186,6 +223,7 @@ def main() -> int:
             run.move_for(1.0 if options.smoke else options.seconds)
             run.module.close()
         report(run)
+    report_scans(1000 if options.smoke else 20_000)
     return 0
 
 

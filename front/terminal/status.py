@@ -15,6 +15,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from .terminal import say
 
 DONE = 0
@@ -31,6 +33,14 @@ def complain(text: str, status: int = DONE) -> int:
     """Print the program's own message on standard error; return its exit status."""
     say(f"scanrack: {text}", err=True)
     return status
+
+
+def size_of(path: Path) -> str:
+    """Return the size of a file that was just written; another program may have removed it meanwhile."""
+    try:
+        return f"{path.stat().st_size:,} bytes"
+    except OSError:
+        return "no longer there"
 
 
 def reason(error: OSError) -> str:

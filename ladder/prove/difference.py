@@ -14,7 +14,7 @@ value, too.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 from .algebra.numbers import same
@@ -30,6 +30,8 @@ from .system import RUN_ONLY, STOPPED, HeldNumber, Key, ProgramSystem, Runnable,
 
 LIMITS = Limits(scans=5, k=2, work=300_000, fuse=16_000, helped=False)
 """Limits for one value that random runs do not tell apart."""
+
+IsOutput = Callable[[Key], bool]
 
 BUDGET = 20_000_000
 """Limit of the work for all values, see `Solver`."""
@@ -99,8 +101,12 @@ def compare(
     written_outside: Sequence[str] = (),
     limits: Limits = LIMITS,
     budget: int = BUDGET,
+    is_output: IsOutput = lambda _key: True,
 ) -> Difference:
     """Compare two programs, power-up to power-up, the key in run, with the same inputs in each scan.
+
+    Args:
+        is_output: whether a value that either program writes is compared.
 
     Raises:
         LadderError: what is not proved about, by name.
@@ -108,14 +114,22 @@ def compare(
     given = {"free": free, "written_outside": written_outside, "happenings": RUN_ONLY}
     before = ProgramSystem(old, bounds, **given)  # type: ignore[arg-type]
     after = ProgramSystem(new, bounds, **given, beside=before)  # type: ignore[arg-type]
-    return compared(before, after, limits, budget)
+    kept = _written_by_one(before, after)
+    if kept:
+        before = ProgramSystem(old, bounds, **given, kept=kept)  # type: ignore[arg-type]
+        after = ProgramSystem(new, bounds, **given, beside=before, kept=kept)  # type: ignore[arg-type]
+    return compared(before, after, limits, budget, is_output)
 
 
 def compared(
-    old: ProgramSystem, new: ProgramSystem, limits: Limits = LIMITS, budget: int = BUDGET
+    old: ProgramSystem,
+    new: ProgramSystem,
+    limits: Limits = LIMITS,
+    budget: int = BUDGET,
+    is_output: IsOutput = lambda _key: True,
 ) -> Difference:
     """Compare two systems, the second made beside the first, of which nothing happens but scans."""
-    return _Comparison(old, new, limits, budget).difference()
+    return _Comparison(old, new, limits, budget, is_output).difference()
 
 
 @dataclass(slots=True)
@@ -132,6 +146,7 @@ class _Comparison:
     new: ProgramSystem
     limits: Limits
     left: int
+    is_output: IsOutput
     own: dict[str, T] = field(default_factory=dict)
     unlike: dict[str, T] = field(default_factory=dict)
     apart: set[str] = field(default_factory=set)
@@ -147,10 +162,10 @@ class _Comparison:
         """Compare."""
         mine, its = _written(self.old), _written(self.new)
         both = self._in_both(mine | its)
-        shown_ones = [key for key in both if key != FAULT and _is_shown(key)]
+        shown_ones = [key for key in both if key != FAULT and _is_shown(key) and self.is_output(key)]
         result = Difference(compared=len(shown_ones))
-        result.removed = sorted(_name(key) for key in mine - its if _is_shown(key))
-        result.added = sorted(_name(key) for key in its - mine if _is_shown(key))
+        result.removed = sorted(_name(key) for key in mine - its if _is_shown(key) and self.is_output(key))
+        result.added = sorted(_name(key) for key in its - mine if _is_shown(key) and self.is_output(key))
         if form_of(self.old.lowered) == form_of(self.new.lowered) and self._begin_alike():
             return result
         result.uncompared = sorted({*self.old.machine.partly_lost, *self.new.machine.partly_lost})
@@ -398,6 +413,17 @@ class _Base:
             finally:
                 self._system.contract = own
         return self._frames[number]
+
+
+def _written_by_one(old: ProgramSystem, new: ProgramSystem) -> set[str]:
+    """Return the paths of values that one program writes, and that would be inputs of the other one."""
+    mine, its = _written(old), _written(new)
+    return {
+        key[0]
+        for problem, keys in ((old, its - mine), (new, mine - its))
+        for key in keys
+        if problem.lowered.layout.find(key[0]) is not None and problem.role(_variable(key)) == "free"
+    }
 
 
 def _written(problem: ProgramSystem) -> set[Key]:

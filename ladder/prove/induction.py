@@ -368,11 +368,12 @@ class _Steps:
         return self._before[1] + self._solver.steps
 
     def help(self, cone: dict[str, T]) -> None:
-        """Find invariants, or take those of a question with the same cone; start again with them."""
-        known, key = self.system.invariants, (self.system.contract, tuple(cone))
-        if key not in known:
-            known[key] = invariants(self.system, cone, self.limits.fuse)
-        self.found, work, steps, blown = known[key]  # the same work, found again or not
+        """Find invariants, or take those of a question with all of the cone; start again with them."""
+        known, contract, names = self.system.invariants, self.system.contract, frozenset(cone)
+        of = next((key for key in known if key[0] is contract and key[1] >= names), (contract, names))
+        if of not in known:
+            known[of] = invariants(self.system, cone, self.limits.fuse)
+        self.found, work, steps, blown = known[of]  # the same work, found again or not
         self._before = self.work + work, self.steps + steps
         self._solver, self.blown = Solver(self.limits.fuse), self.blown or blown
         self._last, self._open, self.k = None, True, -1

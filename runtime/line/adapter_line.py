@@ -7,6 +7,7 @@ down          nothing passes in either direction, not even a frame in flight
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 from typing_extensions import override
@@ -67,16 +68,44 @@ class FaultyDevice:
             return b""
         if self.corrupt_next:
             self.corrupt_next -= 1
-            return bytes((*data[:-1], data[-1] ^ 0x10))
+            return self.damaged(data)
         return data
+
+    def damaged(self, data: bytes) -> bytes:
+        """Return a reply with one flipped bit."""
+        return bytes((*data[:-1], data[-1] ^ 0x10))
+
+
+class Bus(Protocol):
+    """What carries bytes in virtual time."""
+
+    def next_event_ns(self) -> int | None:
+        """Return the instant of the next event, or None."""
+
+    def run_until(self, until_ns: int) -> None:
+        """Advance through all events up to and including that instant."""
+
+    def take(self) -> bytes:
+        """Return the bytes that the master has received since the last call."""
+
+    def send(self, data: bytes, line_format: LineFormat) -> object:
+        """Send as the master from now on."""
+
+    def silence(self) -> None:
+        """Drop all bytes in transit, and those received and not taken."""
 
 
 class SimulatedLine(Line):
-    """A line with one simulated controller."""
+    """A line with one simulated controller.
 
-    def __init__(self, device: Device, now_ns: int = 0) -> None:
-        self.faults = FaultyDevice(device)
-        self._bus = SerialBus(self.faults, now_ns=now_ns)
+    Args:
+        faults: the controller, with the faults of its line.
+        bus: what carries the bytes.
+    """
+
+    def __init__(self, faults: FaultyDevice, bus: Callable[[FaultyDevice], Bus] = SerialBus) -> None:
+        self.faults = faults
+        self._bus = bus(faults)
 
     @override
     def next_event_ns(self) -> int | None:

@@ -111,6 +111,11 @@ class Master:
         """Clear the overdue answers: the controller has lost its requests."""
         self._late_until_ns.clear()
 
+    def wake(self) -> None:
+        """End a pause of the script at its next `advance`."""
+        if self._request is None and self._pause_until_ns is not None:
+            self._pause_until_ns = min(self._pause_until_ns, self.now_ns)
+
     def begin(self, script: Script) -> None:
         """Start a script from its beginning."""
         self._script = script

@@ -1,22 +1,16 @@
-"""Refuses what asyncua lets OPC UA clients do before they have proved who they are.
+"""Refuses what an OPC UA client may not do before it has proved who it is, or to what others own.
 
-asyncua (2.1) takes requests over a connection that is not encrypted even if the server offers no such policy.
-It checks the certificate that a request names, not that of the channel. It attaches a connection to the
-session of another one before it checks the password. It keeps every server that someone registers, every
-session that a connection leaves for another one, the session of a lost connection, and a connection whose
-message it could not read. It lets each session use the subscriptions of all. Here that ends:
-
-    request                            open server     encrypted server
-    GetEndpoints, FindServers          yes             yes: what a client needs to connect
-    RegisterServer                     no              no
-    TransferSubscriptions              no              no
-    a second session at a time         no              no
-    a session of another connection    no              no
-    a subscription of another session  no              no
-    a session for another server       no              no
-    a session of an application that   yes             no
-    the certificate does not name
-    everything else                    yes             in an encrypted channel, from a trusted certificate
+request                            open server     encrypted server
+GetEndpoints, FindServers          yes             yes: what a client needs to connect
+RegisterServer                     no              no
+TransferSubscriptions              no              no
+a second session at a time         no              no
+a session of another connection    no              no
+a subscription of another session  no              no
+a session for another server       no              no
+a session of an application that   yes             no
+the certificate does not name
+everything else                    yes             in an encrypted channel, from a trusted certificate
 """
 
 from __future__ import annotations

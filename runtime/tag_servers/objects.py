@@ -45,9 +45,16 @@ _VENDOR, _DEVICE, _PRODUCT, _REVISION, _STATUS, _SERIAL = 1, 0x0E, 107, (33, 11)
 EPOCH = datetime(1970, 1, 1)
 
 
-def identity(name: bytes) -> bytes:
-    """Return all attributes of the identity object [ODVA volume 1, 5-2]."""
-    head = struct.pack("<HHHBBHI", _VENDOR, _DEVICE, _PRODUCT, *_REVISION, _STATUS, _SERIAL)
+_CONTROLLER = (_VENDOR, _DEVICE, _PRODUCT, *_REVISION)
+
+
+def identity(name: bytes, kind: tuple[int, ...] = _CONTROLLER, status: int = _STATUS) -> bytes:
+    """Return all attributes of the identity object [ODVA volume 1, 5-2].
+
+    Args:
+        kind: vendor, device type, product code, major and minor revision.
+    """
+    head = struct.pack("<HHHBBHI", *kind, status, _SERIAL)
     return head + bytes([len(name)]) + name
 
 

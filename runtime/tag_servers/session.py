@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 from itertools import count
+from typing import Protocol
 
 from ...io_images.enip.codes import (
     BAD_COMMAND,
@@ -35,7 +36,6 @@ from ...io_images.enip.frames import (
     items_in,
 )
 from .connections import Connections
-from .router import Router
 from .tag_snapshot import BrokenClientError, Plan, TagSnapshot
 
 _KNOWN = (NOP, LIST_SERVICES, LIST_IDENTITY, LIST_INTERFACES, REGISTER, UNREGISTER, SEND, SEND_CONNECTED)
@@ -54,6 +54,19 @@ class Frame:
     status: int = 0  # with which it is refused; 0 = it is not
 
 
+class Objects(Protocol):
+    """Answers requests to objects.
+
+    Attributes:
+        identity: all attributes of the identity object.
+    """
+
+    identity: bytes
+
+    def answer(self, request: bytes, snapshot: TagSnapshot, most: int, depth: int = 0) -> bytes:
+        """Return the reply of at most `most` bytes: service, status, data."""
+
+
 class ClientSession:
     """What a client has sent and opened.
 
@@ -63,11 +76,17 @@ class ClientSession:
 
     _numbers = count(0x10100)
 
-    def __init__(self, router: Router, address: bytes = b"\x7f\0\0\1", port: int = PORT) -> None:
+    def __init__(
+        self,
+        router: Objects,
+        address: bytes = b"\x7f\0\0\1",
+        port: int = PORT,
+        connections: Connections | None = None,
+    ) -> None:
         self.router, self._address, self._port = router, address, port
         self.pending = b""
         self._handle = 0
-        self._connections = Connections()
+        self._connections = connections or Connections()
         self._planned: tuple[int, bytes, Plan] | None = None  # edition, body of the latest packet
 
     def receive(self, data: bytes) -> list[Frame]:

@@ -3,17 +3,12 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import socket
-import subprocess
-import time
 from collections.abc import Iterator
 from datetime import datetime
-from pathlib import Path
 from typing import Any
 
 import pytest
-from scanrack.jobs.trust import launcher
 from ua_bench import TIMEOUT_S, Bench, channel, named, served, status_of
 
 pytestmark = [pytest.mark.extra("opcua"), pytest.mark.peer("asyncua"), pytest.mark.slow]
@@ -272,70 +267,3 @@ def test_a_client_uses_its_own_subscriptions_only(bench: Bench) -> None:
         assert [each.name for each in await owner.uaclient.delete_subscriptions([number])] == ["Good"]
 
     bench.ask(work)
-
-
-CLIENTS, MORE_BYTES = 8, 8_000_000
-"""Clients that flood a server together, and what it may keep of them when they have gone."""
-
-MEMORY = Path("/proc/self/statm")
-
-
-def resident_bytes(pid: int) -> int:
-    """Return the memory of a process, without what is swapped out."""
-    return int(Path(f"/proc/{pid}/statm").read_text(encoding="utf-8").split()[1]) * os.sysconf("SC_PAGE_SIZE")
-
-
-async def flood(client: Any) -> None:
-    """Ask for much and read nothing, until the server ends the connection."""
-    from asyncua import ua
-
-    wanted = ua.ReadValueId(named(client, "Grid")[0].nodeid, ua.AttributeIds.Value)
-    request = ua.ReadRequest()
-    request.Parameters.NodesToRead = [wanted] * 2_000
-    protocol = client.uaclient.protocol
-    transport = protocol.transport
-    transport.pause_reading()
-    for _ in range(20 * TIMEOUT_S):
-        if transport.is_closing():
-            return
-        waiting = asyncio.ensure_future(protocol._send_request(request, TIMEOUT_S))
-        waiting.add_done_callback(lambda done: done.cancelled() or done.exception())
-        await asyncio.sleep(0.05)
-    pytest.fail("the server still serves a client that reads nothing")
-
-
-@pytest.mark.skipif(not MEMORY.exists(), reason="the memory of a process is read from /proc")
-def test_a_client_that_reads_nothing_is_cut_off_and_its_memory_returns(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Nor does it write to the terminal. The server is no fork of pytest, which has logs of its own."""
-    monkeypatch.setattr(launcher, "subprocess", subprocess)
-
-    async def flooded() -> None:
-        client = flooded_server.connection()
-        await client.connect()
-        await flood(client)
-        client.disconnect_socket()
-
-    async def floods() -> None:
-        await asyncio.gather(*(flooded() for _ in range(CLIENTS)))
-
-    async def read(client: Any) -> None:
-        assert len(await named(client, "Grid")[0].read_value()) == 3
-
-    with served(tmp_path) as flooded_server:
-        flooded_server.ask(read)
-        pid = flooded_server.service.pid
-        before = resident_bytes(pid)
-        asyncio.run(floods())
-        with socket.create_connection(("127.0.0.1", flooded_server.service.port), TIMEOUT_S) as client:
-            client.sendall(b"HELF\x08\0\0\0")  # a message without a body
-            assert client.recv(1) == b""
-        for _ in range(2 * TIMEOUT_S):
-            if (more := resident_bytes(pid) - before) < MORE_BYTES:
-                break
-            time.sleep(0.5)
-        flooded_server.ask(read)
-        assert flooded_server.service.pid == pid
-    assert more < MORE_BYTES
-    assert capfd.readouterr() == ("", "")

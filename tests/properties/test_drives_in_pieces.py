@@ -1,13 +1,14 @@
 """A networked drive advanced once or in pieces shows the same words at the same instants.
 
-Deliberate breaks seen to turn this red: sampling an input at the call instead of at the next sample; ending a
-pause of a dwell move at the call; noting the lead of the motor over the shaft at the call.
+Deliberate breaks seen to turn this red: sampling the inputs at the end of each call; leaving an instant that
+falls on the end of a call to the next one; noting the lead of the motor over the shaft at each call.
 """
 
 from __future__ import annotations
 
 from typing import Any
 
+import pytest
 from drive_unit import ENABLE, VALID
 from hypothesis import given
 from hypothesis import strategies as st
@@ -17,6 +18,7 @@ from scanrack.runtime.machine import Jam, Machine, MachineSpec, Slip, Switch
 from scanrack.runtime.modules.drives.drive import Drive
 
 TICK_NS = 250_000
+MOVES = (2, 0x80, 0x100, 0x20, 0x40)
 
 configurations = st.builds(
     lambda first, second, encoder, formats, start: (
@@ -30,11 +32,11 @@ configurations = st.builds(
         28,
         0,
     ),
-    st.integers(0, 7),
-    st.integers(0, 7),
-    st.sampled_from([0, 0, 0x0400, 0x2400]),
-    st.sampled_from([0x0003, 0x0003, 0x0000, 0x0303, 0x0703, 0x4003, 0x0803]),
-    st.sampled_from([(1, 0), (0, 50), (0, 0)]),
+    st.sampled_from([1, 7, 7, 4, 3, 5, 6]),
+    st.sampled_from([0, 0, 2, 6, 4]),
+    st.sampled_from([0, 0x0400, 0x2400]),
+    st.sampled_from([*[0x0003] * 6, 0x0000, 0x0303, 0x0703, 0x4003, 0x0803]),
+    st.sampled_from([(1, 0), (1, 0), (0, 50), (0, 0)]),
 )
 commands = st.builds(
     lambda bit, modifiers, target, speed, rates, last: (
@@ -52,12 +54,28 @@ commands = st.builds(
     st.sampled_from([(20, 10), (1, 2000), (5000, 5000), (0, 0)]),
     st.sampled_from([(0, 0), (28, 400), (15, 20), (0, 700), (9, 5001)]),
 )
+good = st.builds(
+    lambda bit, modifiers, target, speed, rates, last: (
+        bit,
+        ENABLE | modifiers,
+        *target,
+        *speed,
+        *rates,
+        *last,
+    ),
+    st.sampled_from([2, 2, 2, 0x80, 0x100, 0x20, 0x40]),
+    st.sampled_from([0, 0, 0, 0x100]),
+    st.sampled_from([(3, 0), (-2, -500), (40, 0), (0, 100)]),
+    st.sampled_from([(1, 0), (5, 0), (9, 0)]),
+    st.sampled_from([(20, 10), (100, 100)]),
+    st.sampled_from([(0, 0), (28, 400)]),
+)
 words = st.one_of(commands, commands, commands, configurations, st.just((0, ENABLE, *(0,) * 8)))
 actions = st.tuples(
     st.integers(1, 6_000),
-    words,
+    st.one_of(words, good, good),
     st.dictionaries(st.sampled_from([InputBit.HOME, InputBit.CW_LIMIT]), st.booleans(), max_size=1),
-    st.sampled_from([None, None, None, "cable", "plug", "hot", "cool", "stop", "run", "power"]),
+    st.sampled_from([*[None] * 20, "cable", "plug", "hot", "cool", "stop", "run", "power"]),
 )
 machines = st.builds(
     lambda at, obstacle: MachineSpec(
@@ -89,6 +107,9 @@ def play(model, spec, script, pieces_ns):
         befall(drive, what)
         for bit, level in inputs.items():
             drive.operate(bit, level)
+        if outputs[0] in MOVES:  # after Reset Errors, so that it is carried out
+            drive.obey((0x0400, ENABLE, *(0,) * 8))
+            drive.obey((0, ENABLE, *(0,) * 8))
         drive.obey(outputs)
         end_ns = now_ns + ticks * TICK_NS + odd
         if pieces_ns:
@@ -111,3 +132,17 @@ def play(model, spec, script, pieces_ns):
 def test_pieces_show_the_same_words(model, spec, configuration, script, pieces_ns):
     head: list[Any] = [(4, configuration, {}, None), (4, (0, ENABLE, *(0,) * 8), {}, None)]
     assert play(model, spec, head + script, pieces_ns) == play(model, spec, head + script, 0)
+
+
+@pytest.mark.parametrize("pieces_ns", [TICK_NS, 10_000_000])
+def test_a_stall_is_detected_at_the_same_step(pieces_ns):
+    spec = MachineSpec(jams=(Jam(1000, 1),))
+    stalling = (0xA400, *VALID[1:6], 1024, *VALID[7:])
+    script: list[Any] = [
+        (4, stalling, {}, None),
+        (4, (0, ENABLE, *(0,) * 8), {}, None),
+        (4_000, (2, ENABLE, 20, 0, 5, 0, 20, 10, 0, 0), {}, None),
+    ]
+    seen, events, _ = play("smd23e2", spec, script, pieces_ns)
+    assert "DRV-03" in [name for _, name in events]
+    assert (seen, events) == play("smd23e2", spec, script, 0)[:2]

@@ -1,18 +1,17 @@
-"""Every file that a command takes, made by somebody else: work and memory grow as it does, not as its square.
+"""Every file that a command takes, made by somebody else: work grows as the file does, not as its square.
 
 What takes a file is asked of the commands, so that a new option or argument is met by name: it is read, and
-`READ` says how, or it is nothing to read. A command runs in a process that is forked for it, whose processor
-time and memory are compared for files of two sizes. Bounds are wide: sixteen times the file may take 64 times
-the time, where the square takes 256.
+`READ` says how, or it is nothing to read. A command runs in a process that is forked for it, which counts the
+lines of Python that it executes and its memory, for files of two sizes that the limits allow. Bounds are
+wide: eight times the file may take 16 times as much, where the square takes 64.
 
---long gives each kind of reader all that is expensive, see tests/support/hostile_files.py.
+--long gives each kind of reader all that grows, see tests/support/large_files.py.
 """
 
 from __future__ import annotations
 
 import json
 import os
-import sys
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -20,20 +19,18 @@ from typing import NamedTuple
 import pytest
 import typer
 from commands_page import commands
-from hostile_files import DEAR, FILES
+from costs import lines_executed, most_memory
+from large_files import FILES, LARGEST
 from scanrack.commands import build
 from scanrack.traces.export.formats import FORMATS
 from typer.testing import CliRunner
 
-resource = pytest.importorskip("resource", reason="processor time and memory of a process are POSIX")
+if not hasattr(os, "fork"):
+    pytest.skip("a command runs in a process that is forked for it", allow_module_level=True)
 
-SIZES = (1 << 16, 1 << 20)
-SIZES_OF_ALL = (1 << 12, 1 << 16)
-LINEAR = 4.0  # how many times more than in proportion a larger file may take
-LEAST_S, LEAST_BYTES = 0.5, 16 << 20  # what the small one takes at least, for all that a machine does beside
-MOST_PER_BYTE = 3_000
-"""Bytes of memory for each of the file: a drawn rung takes 1,500 for each of its characters."""
-PATIENCE_S = 60  # of processor time: whoever takes that long for 1 MB has no bound
+SIZES = (1 << 11, 1 << 14)
+LINEAR = 2.0  # how many times more than in proportion a larger file may take
+LEAST_LINES, LEAST_BYTES = 20_000, 1 << 20  # what may differ between runs for other reasons
 
 RACKS = (".toml", ".py", ".L5X", ".SLC")
 PROGRAMS = (".rung", ".st")
@@ -143,7 +140,7 @@ WORDS = {
         "TEXT",
         "N",
     ),
-    *("TAG:MS", "INPUT=TAG", "NAME=STATE", "DIGITS", "FAULT"),
+    *("TAG:MS", "INPUT=TAG", "NAME=STATE", "DIGITS", "FAULT", "DRIVE"),
 }
 """What a text that names no file is called in the help of its command."""
 
@@ -157,8 +154,8 @@ class Cost(NamedTuple):
     """What a command took for a file of one size."""
 
     size: int
-    spent_s: float
-    memory: int  # the most so far, beyond what the process began with
+    lines: int
+    memory: int  # the most, bytes
 
 
 def takes_text() -> Iterator[tuple[str, str | None]]:
@@ -213,60 +210,47 @@ def given(row: str, kind: str) -> tuple[list[str], Path]:
     return words.format(named).split(), file
 
 
-def costs(words: list[str], file: Path, make: Callable[[int], bytes], sizes: tuple[int, int]) -> list[Cost]:
+def costs(words: list[str], file: Path, make: Callable[[int], bytes]) -> list[Cost]:
     """Run a command with a small and a large file in a process of its own; return what each took."""
     file.write_bytes(make(1 << 10))
     CliRunner().invoke(APPLICATION, words)  # imports what it needs
     reader, writer = os.pipe()
     if not (child := os.fork()):
         try:
-            os.write(writer, json.dumps(list(_measured(words, file, make, sizes))).encode())
+            os.write(writer, json.dumps(list(_measured(words, file, make))).encode())
         finally:
             os._exit(0)
     os.close(writer)
     with open(reader, "rb") as pipe:
         said = pipe.read()
     os.waitpid(child, 0)
-    assert said, f"{' '.join(words)}: it took {PATIENCE_S} s of a processor for {max(sizes):,} bytes at most"
+    assert said, f"{' '.join(words)}: its process ended"
     return [Cost(*each) for each in json.loads(said)]
 
 
-def _measured(
-    words: list[str], file: Path, make: Callable[[int], bytes], sizes: tuple[int, int]
-) -> Iterator[Cost]:
-    """Yield what each size takes; end this process if one takes too long."""
-    resource.setrlimit(resource.RLIMIT_CPU, (PATIENCE_S, PATIENCE_S))
-    begun = _used().memory
-    for size in sizes:
+def _measured(words: list[str], file: Path, make: Callable[[int], bytes]) -> Iterator[Cost]:
+    """Yield what each size takes."""
+    for size in SIZES:
         file.write_bytes(make(size))
-        before = _used()
-        CliRunner().invoke(APPLICATION, words)
-        after = _used()
-        yield Cost(file.stat().st_size, after.spent_s - before.spent_s, max(0, after.memory - begun))
-
-
-def _used() -> Cost:
-    """Return the processor time of this process and of its helpers, and the most memory of any."""
-    own, helpers = (resource.getrusage(each) for each in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    unit = 1 if sys.platform == "darwin" else 1024
-    spent = sum(each.ru_utime + each.ru_stime for each in (own, helpers))
-    return Cost(0, spent, max(own.ru_maxrss, helpers.ru_maxrss) * unit)
+        lines = lines_executed(lambda: CliRunner().invoke(APPLICATION, words))
+        file.write_bytes(make(size))
+        memory = most_memory(lambda: CliRunner().invoke(APPLICATION, words))
+        yield Cost(len(make(size)), lines, memory)
 
 
 def check(what: str, taken: list[Cost]) -> None:
-    """Compare what the large file took with what the small one did, and memory with the size."""
+    """Compare what the large file took with what the small one did."""
     small, large = taken
-    times = large.size / small.size
-    assert large.spent_s <= LINEAR * times * small.spent_s + LEAST_S, (what, taken)
-    most = min(LINEAR * times * max(small.memory, 1 << 18), MOST_PER_BYTE * large.size)
-    assert large.memory <= most + LEAST_BYTES, (what, taken)
+    times = LINEAR * large.size / small.size
+    assert large.lines <= times * small.lines + LEAST_LINES, (what, taken)
+    assert large.memory <= times * small.memory + LEAST_BYTES, (what, taken)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("row", "kind"), [(row, kind) for row, (_, kinds) in READ.items() for kind in kinds])
 def test_a_command_takes_as_much_as_its_file_is_large(place: Path, row: str, kind: str) -> None:
     words, file = given(row, kind)
-    check(f"{' '.join(words)}: {DEAR[kind]}", costs(words, file, FILES[kind][DEAR[kind]], SIZES))
+    check(f"{' '.join(words)}: {LARGEST[kind]}", costs(words, file, FILES[kind][LARGEST[kind]]))
 
 
 READERS = {kind: next(row for row, (_, kinds) in READ.items() if kind in kinds) for kind in FILES}
@@ -278,4 +262,4 @@ def test_a_reader_does_too(place: Path, kind: str, name: str, request: pytest.Fi
     if not request.config.getoption("--long"):
         pytest.skip("with --long")
     words, file = given(READERS[kind], kind)
-    check(f"{' '.join(words)}: {name}", costs(words, file, FILES[kind][name], SIZES_OF_ALL))
+    check(f"{' '.join(words)}: {name}", costs(words, file, FILES[kind][name]))

@@ -10,6 +10,8 @@ from scanrack.io_images.amci3601 import InputBit, status_names
 from scanrack.io_images.thousands import join_reported, split_thousands
 from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
+from scanrack.runtime.modules.adapters.amci_drive.module import AMCI_DRIVE
+from scanrack.runtime.modules.adapters.amci_drive.simulated import SimulatedDrive
 from scanrack.runtime.modules.adapters.module import SimulatedAdapter
 from scanrack.runtime.modules.adapters.pcl601.module import PCL601
 from scanrack.runtime.modules.adapters.pcl601.simulated import SimulatedPcl601
@@ -102,15 +104,15 @@ class AdapterBench:
 
     @property
     def device(self) -> Any:
-        """The simulated controller: a Pcl601, or a Pmc006."""
+        """The simulated controller: a Pcl601, a Pmc006, or a drive."""
         plant = self.module.controller
-        assert isinstance(plant, SimulatedPcl601 | SimulatedPmc006)
+        assert isinstance(plant, SimulatedPcl601 | SimulatedPmc006 | SimulatedDrive)
         return plant.device
 
     @property
     def motor(self) -> int:
         """Where the motor truly stands."""
-        return self.module.controller.device.motor_position
+        return int(self.device.motor_position)
 
     @property
     def reasons(self) -> list[str]:
@@ -130,6 +132,20 @@ class AdapterBench006(AdapterBench):
     def make(self, machine: Machine, options: Mapping[str, JsonValue]) -> SimulatedAdapter[Any]:
         """Make the adapter."""
         return PMC006.simulated(machine, {"home_stroke": 100_000, **options})
+
+
+CONFIGURE_DRIVE = (0x8414, 63, 1, 0)
+"""Home and CW limit, both active high; starting speed 1000 steps/s."""
+
+
+class AdapterBenchDrive(AdapterBench):
+    """The same over a networked drive, which has two inputs."""
+
+    configuration = CONFIGURE_DRIVE
+
+    def make(self, machine: Machine, options: Mapping[str, JsonValue]) -> SimulatedAdapter[Any]:
+        """Make the adapter."""
+        return AMCI_DRIVE.simulated(machine, options)
 
 
 def move(distance: int, speed: int = 5000, acceleration: int = 20, deceleration: int = 20) -> Iterable[int]:

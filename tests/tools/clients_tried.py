@@ -64,7 +64,8 @@ def main() -> int:
         lines = notes.read_text("utf-8").splitlines() if notes.exists() else []
     found = dict(map(json.loads, lines))
     every = tried() | {name: TriedVersion(version, date.today()) for name, version in found.items()}
-    table = {name: every[name]._asdict() for name in PEERS if name in every}
+    table: dict[str, object] = {name: every[name]._asdict() for name in PEERS if name in every}
+    table["by_hand"] = tomllib.loads(FILE.read_text("utf-8")).get("by_hand", {})  # no test runs these
     FILE.write_text(HEAD + tomli_w.dumps(table), encoding="utf-8", newline="\n")
     missing = [name for name in PEERS if name not in found]
     sys.stdout.write(

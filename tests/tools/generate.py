@@ -27,6 +27,7 @@ import clients_tried
 import commands_page
 import differences_page
 import drives_page
+import findings_page
 import formats_page
 import install_lines
 import instructions_page
@@ -80,6 +81,12 @@ def _differences() -> Iterator[Generated]:
     yield Generated(differences_page.PAGE, differences_page.page())
 
 
+def _findings() -> Iterator[Generated]:
+    wrong = list(findings_page.mistakes(findings_page.findings()))
+    yield Generated(findings_page.PAGE, findings_page.docs(), wrong)
+    yield from _table(findings_page.README, findings_page.readme)
+
+
 GENERATORS: dict[str, Callable[[], Iterator[Generated]]] = {
     "answers": lambda: _table(answers_page.PAGE, answers_page.written),
     "cards": lambda: _table(cards_page.PAGE, cards_page.written),
@@ -88,6 +95,7 @@ GENERATORS: dict[str, Callable[[], Iterator[Generated]]] = {
     "commands": lambda: iter([Generated(commands_page.PAGE, commands_page.page())]),
     "differences": _differences,
     "drives": _drives,
+    "findings": _findings,
     "formats": lambda: _table(formats_page.PAGE, formats_page.written),
     "install": _install,
     "instructions": lambda: _table(instructions_page.PAGE, instructions_page.written),

@@ -7,6 +7,7 @@ from itertools import chain, groupby
 
 import numpy as np
 
+from ...io_images.csv_cells import cell
 from ..files.guard import beginning
 from ..files.newfile import Target, new_file
 from ..read.reader import Trace
@@ -34,7 +35,7 @@ def write_csv(
     blocks = table(trace, signals, selection, progress=progress)
     first = next(blocks)
     with new_file(path, CSV, newline="") as file:
-        file.write(",".join(column.name for column in first) + "\n")
+        file.write(",".join(_quoted(column.name) for column in first) + "\n")
         for columns in chain([first], blocks):
             file.write(_lines(columns))
             rows += len(columns[0].values)
@@ -79,11 +80,12 @@ def _numbers(column: Column) -> list[str]:
 
 
 def _quoted(text: str) -> str:
-    """Return a text as a cell [RFC 4180].
+    """Return a text as a cell [RFC 4180], see `csv_cells`.
 
-    >>> _quoted("FILL"), _quoted('a "b", c')
-    ('FILL', '"a ""b"", c"')
+    >>> _quoted("FILL"), _quoted('a "b", c'), _quoted("=1")
+    ('FILL', '"a ""b"", c"', "'=1")
     """
+    text = str(cell(text))
     return '"' + text.replace('"', '""') + '"' if any(each in text for each in ',"\r\n') else text
 
 

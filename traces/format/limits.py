@@ -1,4 +1,4 @@
-"""Limits of the work for a trace: a small file can unpack to gigabytes, or have millions of records."""
+"""Limits of the work for a trace: of what a chunk unpacks to, and of its records."""
 
 from __future__ import annotations
 

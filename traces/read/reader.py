@@ -240,6 +240,7 @@ class Trace(Records):
         rest_bytes = self.head.rest_bytes
         self._scan_bytes = SCAN_HEAD.size + memory_bytes + (0 if tags is None else tags.itemsize) + rest_bytes
         self.shape = ScanShape(self.head.channels[SCAN_TOPIC].id, memory_bytes, tags, rest_bytes)
+        self._leave_out_repeated()
         self._note_where_it_ends()
         if check and size <= CHECKED_BYTES:
             self.check_data()
@@ -247,6 +248,7 @@ class Trace(Records):
     @override
     def follow(self) -> bool:
         size, grown = self.size, super().follow()
+        self._leave_out_repeated()
         if self.size > size:
             last = len(self.sections)
             self._firsts = {
@@ -254,6 +256,17 @@ class Trace(Records):
             }
             self._note_where_it_ends()
         return grown
+
+    def _leave_out_repeated(self) -> None:
+        """Leave out and note chunks of the times and the size of an earlier one: no recorder writes such."""
+        kept: dict[tuple[int, ...], Section] = {}
+        for section in self.sections:
+            has_span = section.is_chunk and section.start_ns < section.end_ns
+            key = (section.start_ns, section.end_ns, section.size) if has_span else (section.span.offset,)
+            if kept.setdefault(key, section) is not section:
+                place, left = f"byte {section.span.offset:,}", held(self.shape, section)
+                self.note(f"the chunk at {place} is one that stands before: {left} are left out")
+        self.sections = list(kept.values())
 
     def __iter__(self) -> Iterator[Scan | TraceEvent]:
         """Iterate over scans and events in the order of the file; leave out and note damaged parts."""

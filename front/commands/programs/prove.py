@@ -16,9 +16,18 @@ from ...jobs.prove.checking import Solver, solvers
 from ...jobs.prove.differing import as_json as edited_as_json
 from ...jobs.prove.differing import edited, lines_of
 from ...jobs.prove.page import parts_of, parts_of_edit, save_page
-from ...jobs.prove.proving import Questions, Result, ScenarioFolder, ask_questions, no_progress, prove_all
+from ...jobs.prove.proving import (
+    FoundAnswer,
+    Hearer,
+    Questions,
+    Result,
+    ScenarioFolder,
+    ask_questions,
+    no_progress,
+    prove_all,
+)
 from ...jobs.prove.report import as_json as json_of
-from ...jobs.prove.report import assumptions, below, line_of, question_lines
+from ...jobs.prove.report import asked_text, assumptions, below, found_lines, line_of, open_text
 from ...jobs.prove.subject import ProofSubject, subject_of
 from ...jobs.trust.owned import in_use
 from ...ladder.prove.induction import VerdictKind
@@ -47,6 +56,12 @@ def _prove_command(
         str | None,
         typer.Option(
             "--may-differ", metavar="TAGS", help="Of two: tags that may differ, with commas between them."
+        ),
+    ] = None,
+    outputs: Annotated[
+        str | None,
+        typer.Option(
+            "--outputs", metavar="TAGS", help="Of two: compare only these tags, with commas between them."
         ),
     ] = None,
     out: Annotated[
@@ -87,15 +102,18 @@ def _prove_command(
     """
     with reported_mistakes():
         try:
-            if new is not None or only is not None:
-                raise typer.Exit(_compare(rack, new, only, out, html, as_json=as_json))
+            if new is not None or only is not None or outputs is not None:
+                if new is None:
+                    option = "--may-differ" if only is not None else "--outputs"
+                    raise ValueError(f"{option} needs two programs: scanrack prove OLD NEW {option} TAGS")
+                named = _tags(outputs), _tags(only)
+                raise typer.Exit(_compare(rack, new, *named, out, html, as_json=as_json))
             others = _solvers() if check else []
             subject = subject_of(rack)
             with ScenarioFolder(out or Path(f"{subject.name}-prove")) as folder:
                 results = list(_told(subject, folder, others, quiet=quiet, silent=as_json))
-                if _is_shown(quiet=quiet):
-                    say("proving: built-in questions", err=True)
-                answers = ask_questions(subject, folder, others)
+                hearer = Hearer() if as_json else _Printing(quiet=quiet)
+                answers = ask_questions(subject, folder, others, hearer)
                 if html is not None:
                     used = in_use(subject.job)
                     save_page(html, f"proofs about {rack}", parts_of(subject, results, answers), used)
@@ -108,15 +126,23 @@ def _prove_command(
     raise typer.Exit(status_of(results, answers))
 
 
+def _tags(text: str | None) -> list[str]:
+    return [each.strip() for each in _COMMA.split(text or "") if each.strip()]
+
+
 def _compare(
-    old: str, new: str | None, only: str | None, out: Path | None, html: Path | None, *, as_json: bool
+    old: str,
+    new: str,
+    outputs: list[str],
+    only: list[str],
+    out: Path | None,
+    html: Path | None,
+    *,
+    as_json: bool,
 ) -> int:
     """Print what can differ between two programs; return the exit status."""
-    if new is None:
-        raise ValueError("--may-differ needs two programs: scanrack prove OLD NEW --may-differ TAGS")
-    names = [each.strip() for each in _COMMA.split(only) if each.strip()] if only else []
     with ScenarioFolder(out or Path(f"{Path(split_address(new)[0]).stem}-prove")) as folder:
-        found = edited(old, new, names, folder)
+        found = edited(old, new, outputs, only, folder)
     if html is not None:
         used = {Path(split_address(each)[0]): "one of the programs" for each in (old, new)}
         save_page(html, f"{old} and {new}", parts_of_edit(found), used)
@@ -160,9 +186,32 @@ def _progress(name: str, number: int, of: int) -> None:
     say(f"proving {number} of {of}: {name}", err=True)
 
 
+class _Printing(Hearer):
+    """Prints findings as they come."""
+
+    def __init__(self, *, quiet: bool) -> None:
+        self._quiet = quiet
+
+    def asked(self, count: int) -> None:
+        """Print how many questions there are."""
+        if count:
+            say(asked_text(count))
+
+    def found(self, answer: FoundAnswer) -> None:
+        """Print a finding."""
+        for line in found_lines(answer):
+            say(line)
+
+    def left(self, count: int, most_s: float) -> None:
+        """Print how many questions are left, and how long they may take."""
+        if not self._quiet:
+            most = f"{max(1, round(most_s)):,} s"
+            say(f"proving: {count:,} of them are left, about {most} at most", err=True)
+
+
 def _say_rest(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> None:
-    for line in question_lines(answers):
-        say(line)
+    if left := open_text(answers):
+        say(left)
     if not results:
         say("no properties: a rack file has [[prove.property]], a rung's comment prove: never CONDITION")
     say("assumed:")

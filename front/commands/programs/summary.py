@@ -11,6 +11,7 @@ from ...jobs.run.result import RunResult
 from ...jobs.run.running import JobRun
 from ...runtime.loop.events import JsonValue
 from ...runtime.loop.pace import LATE_FROM_NS, Pacer
+from ...terminal.status import size_of
 from ...traces.read.event_text import move_wording
 
 WIDTH = 14
@@ -115,4 +116,4 @@ def _trace(trace: Path | None) -> Iterator[str]:
     if trace is None:
         yield "not recorded"
     else:
-        yield f"{trace} ({trace.stat().st_size:,} bytes)"
+        yield f"{trace} ({size_of(trace)})"

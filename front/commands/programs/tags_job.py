@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from pathlib import Path
 
+from ...io_images.csv_cells import csv_text, line_text
 from ...jobs.load.loading import load_job
 from ...jobs.run.servers.offered import database_of_job
-from ...jobs.run.servers.tag_formats import FORMATS, cell_text
+from ...jobs.run.servers.tag_formats import FORMATS
 from ...runtime.tag_servers.database import Database, Writable
 from ...runtime.tag_servers.nearest import nearest, unknown_patterns
 from ...runtime.tag_servers.tag_list import TagRow, first_map, tag_rows
@@ -98,11 +97,7 @@ def _as_object(row: TagRow) -> dict[str, object]:
 
 
 def _csv(rows: list[TagRow]) -> str:
-    out = io.StringIO()
-    write = csv.writer(out, lineterminator="\n")
-    write.writerow(COLUMNS)
-    write.writerows((*_cells(each)[:-1], cell_text(each.description)) for each in rows)
-    return out.getvalue()
+    return csv_text([COLUMNS, *((*_cells(each)[:-1], line_text(each.description)) for each in rows)])
 
 
 def _print_table(rows: list[TagRow]) -> None:

@@ -12,6 +12,7 @@ import typer
 
 from ...terminal.complaints import reported_mistakes
 from ...terminal.grouped import grouped
+from ...terminal.status import size_of
 from ...terminal.terminal import say
 from ...terminal.trace_options import (
     QuietOption,
@@ -74,7 +75,7 @@ def _export_command(
                 signals = [signal or ()] if each.chooses else []
                 count = each.write(opened, into, *signals, wanted, progress=progress)
             if not quiet:
-                size = "" if to_stdout else f", {target.stat().st_size:,} bytes"
+                size = "" if to_stdout else f", {size_of(target)}"
                 say(f"{target}: {count:,} scans{size}", err=to_stdout)
             tell_notes(opened)
 

@@ -9,6 +9,7 @@ from typing import Annotated, NamedTuple
 import typer
 
 from ...terminal.complaints import reported_mistakes
+from ...terminal.status import size_of
 from ...terminal.terminal import say
 from ...terminal.trace_options import (
     QuietOption,
@@ -82,7 +83,7 @@ def _plot_command(
             shown = _ChartContent(slot or (), tag or (), title)
             left_out = _draw(opened, target, wanted, shown, progress)
         if not quiet:
-            say(f"{target}: {target.stat().st_size:,} bytes")
+            say(f"{target}: {size_of(target)}")
             if left_out:
                 many = "tag is" if left_out == 1 else "tags are"
                 say(f"{left_out:,} recorded {many} not drawn; --tag chooses", err=True)

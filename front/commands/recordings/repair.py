@@ -12,7 +12,7 @@ from rich.console import Console
 from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
 
 from ...terminal.complaints import reported_mistakes
-from ...terminal.status import DONE, NO
+from ...terminal.status import DONE, NO, size_of
 from ...terminal.terminal import say
 from ...terminal.trace_options import QuietOption, itself
 from ...traces.files.guard import TRACE, check_output
@@ -28,7 +28,7 @@ def tell(found: Repair, trace: Path, target: Path) -> None:
         say(f"note: {note}", err=True)
     if found.original is not None:
         say(f"note: the original is kept as {found.original.name}", err=True)
-    say(f"{target}: repaired, {_size(found)}, {target.stat().st_size:,} bytes")
+    say(f"{target}: repaired, {_size(found)}, {size_of(target)}")
 
 
 def _size(found: Repair) -> str:

@@ -19,16 +19,20 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
+from ...io_images.drives.models import MODELS
+from ...io_images.enip.io_frames import IO_PORT
 from ...jobs.run.served_units import (
     PORT_GAP_MS,
     SERIAL_GAP_MS,
+    ServedUnit,
     Unit,
     addresses_in,
     pcl601_units,
     pmc006_units,
 )
 from ...jobs.serve.control import ControlChannel
-from ...jobs.serve.line import GATEWAY_MS, PortChoice, ServedLine, begin, wire
+from ...jobs.serve.drives import DriveService
+from ...jobs.serve.line import GATEWAY_MS, LineService, PortChoice, ServedLine, begin, wire
 from ...jobs.serve.machines import on_machines
 from ...jobs.serve.memory_file import ControllerMemory
 from ...jobs.serve.remote import SILENCE_MS
@@ -58,6 +62,11 @@ class ServedDevice(StrEnum):
     AMCI3601 = "amci3601"
     PCL601 = "pcl601"
     PMC006 = "pmc006"
+    SMD23E2 = "smd23e2"
+    SMD24E2 = "smd24e2"
+    SD17060E2 = "sd17060e2"
+    ANG1 = "ang1"
+    ANF2 = "anf2"
 
 
 MAKERS: dict[ServedDevice, Callable[[list[int], list[Path], float, list[str], float], list[Unit]]] = {
@@ -66,7 +75,7 @@ MAKERS: dict[ServedDevice, Callable[[list[int], list[Path], float, list[str], fl
 }
 
 
-def status_table(units: list[Unit]) -> Table:
+def status_table(units: Sequence[ServedUnit]) -> Table:
     """Return the state of the units, one row for each."""
     rows = [unit.status() for unit in units]
     table = Cells(*rows[0], box=None, pad_edge=False)
@@ -78,7 +87,7 @@ def status_table(units: list[Unit]) -> Table:
 class TypedInputs:
     """Lines typed during the service: each sets an input."""
 
-    def __init__(self, units: list[Unit]) -> None:
+    def __init__(self, units: Sequence[ServedUnit]) -> None:
         self._units = units
         self._open = sys.stdin is not None and sys.stdin.isatty()
         self._due_ns = 0
@@ -136,7 +145,12 @@ class ConsoleLines:
 
 @contextmanager
 def recording(
-    path: Path | None, controller: str, units: list[Unit], programs: Sequence[Path], *, replace: bool
+    path: Path | None,
+    controller: str,
+    units: Sequence[ServedUnit],
+    programs: Sequence[Path],
+    *,
+    replace: bool,
 ) -> Iterator[LineRecorder | None]:
     """Record the line and the units into a file, if there is a path.
 
@@ -159,7 +173,7 @@ def recording(
 
 
 @contextmanager
-def shown_status(units: list[Unit], *, quiet: bool) -> Iterator[Callable[[], None]]:
+def shown_status(units: Sequence[ServedUnit], *, quiet: bool) -> Iterator[Callable[[], None]]:
     """Show the units' state on standard error, if that is a terminal; yield the refresh function."""
     console = Console(stderr=True)
     if quiet or not console.is_terminal:
@@ -177,8 +191,10 @@ def shown_status(units: list[Unit], *, quiet: bool) -> Iterator[Callable[[], Non
         yield refresh
 
 
+FOR_ALL = ("controller", "tcp", "record", "replace", "quiet")
 REMOTE_ONLY = ("rack", "slot", "silence", "whole")
-FOR_ALL = ("controller", "tcp", "record", "replace", "quiet", *REMOTE_ONLY)
+DRIVES_ONLY = ("axes", "ethernet_ip", "io_port")
+ALSO_DRIVES = ("speed", "machine", "memory", "pin", "control")
 
 
 def _check_options(context: typer.Context, controller: ServedDevice) -> None:
@@ -187,11 +203,17 @@ def _check_options(context: typer.Context, controller: ServedDevice) -> None:
     Raises:
         ValueError: such an option was given.
     """
-    remote = controller is ServedDevice.AMCI3601
+    names = [each.name for each in context.command.params]
+    if controller in MODELS:
+        refused = [name for name in names if name not in (*FOR_ALL, *DRIVES_ONLY, *ALSO_DRIVES)]
+    elif controller is ServedDevice.AMCI3601:
+        refused = [name for name in names if name not in (*FOR_ALL, *REMOTE_ONLY)]
+    else:
+        refused = [*REMOTE_ONLY, *DRIVES_ONLY]
     for each in context.command.params:
         source = context.get_parameter_source(each.name or "")
         given = source is not None and source.name == "COMMANDLINE"
-        if given and (each.name not in FOR_ALL if remote else each.name in REMOTE_ONLY):
+        if given and each.name in refused:
             raise ValueError(f"{each.opts[0]}: {controller} does not have it")
 
 
@@ -200,7 +222,12 @@ class ServeOptions:
     """The argument and the options of `scanrack serve`."""
 
     controller: Annotated[
-        ServedDevice, typer.Argument(metavar="DEVICE", help="amci3601, pcl601 or pmc006.", show_default=False)
+        ServedDevice,
+        typer.Argument(
+            metavar="DEVICE",
+            help="amci3601, pcl601, pmc006, smd23e2, smd24e2, sd17060e2, ang1 or anf2.",
+            show_default=False,
+        ),
     ]
     rack: Annotated[
         str | None,
@@ -264,6 +291,19 @@ class ServeOptions:
             help="PCL601: silence after which another frame may begin; 5, on a serial port 25.",
         ),
     ] = None
+    axes: Annotated[int, typer.Option("--axes", metavar="N", help="Drives: axes in the stack, up to 12.")] = 1
+    ethernet_ip: Annotated[
+        str | None,
+        typer.Option(
+            "--ethernet-ip",
+            metavar="[HOST:]PORT",
+            help="SMD23E2: EtherNet/IP, usually at 44818.",
+        ),
+    ] = None
+    io_port: Annotated[
+        int,
+        typer.Option("--io-port", metavar="PORT", min=0, max=65535, help="UDP port of its class 1 packets."),
+    ] = IO_PORT
     slot: Annotated[
         int | None,
         typer.Option("--slot", metavar="N", help="amci3601: its slot, if the rack has several of them."),
@@ -347,32 +387,20 @@ def _serve_command(
                 options.quiet,
             )
             raise typer.Exit(serve_remote(remote))
-        clock = Clock(options.speed)
-        usual_ms = PORT_GAP_MS if options.serial is None else SERIAL_GAP_MS
-        gap = usual_ms if options.gap_ms is None else options.gap_ms
-        addresses, kept = addresses_in(options.address or []), None
+        clock, kept = Clock(options.speed), None
         if options.memory is not None:
             used = dict.fromkeys(options.program or (), "a stored program")
             kept = stack.enter_context(ControllerMemory(options.memory, options.controller, used))
-            addresses = addresses or kept.addresses
-        units = MAKERS[options.controller](
-            addresses, options.program or [], options.speed, options.thumbwheel or [], gap
+        line = _drives(options, clock, kept) if options.controller in MODELS else _line(options, kept)
+        units = line.units
+        choice = PortChoice(
+            options.pty,
+            options.serial,
+            options.tcp,
+            options.rtu_over_tcp,
+            options.ethernet_ip,
+            options.io_port,
         )
-        if kept is not None:
-            kept.restore(units, addressed=bool(options.address))
-        units = on_machines(units, options.machine or [])
-        for each in options.pin or []:
-            wire(units, each)
-        begin(units, ascii_mode=options.ascii_mode, start=options.start)
-        line = ServedLine(
-            units,
-            timed=options.line_time,
-            faulty=bool(options.fault) or options.control is not None,
-            gateway_ms=options.gateway_ms,
-        )
-        for each in options.fault or []:
-            line.set_fault(each)
-        choice = PortChoice(options.pty, options.serial, options.tcp, options.rtu_over_tcp)
         # Ctrl-C may come between the line with the address and the first step
         with (
             recording(
@@ -382,15 +410,49 @@ def _serve_command(
             suppress(KeyboardInterrupt),
         ):
             server, place = line.server(choice, clock, recorder)
-            names, line_format = ", ".join(str(unit.address) for unit in units), units[0].device.line_format
             _record(units, clock, recorder)  # before anything can end it
             also = "" if channel is None else f"; control at {channel.name}; key {channel.key}"
-            say(f"{place}  {options.controller} at address {names}, {line_format}{also}; Ctrl-C ends")
+            say(f"{place}  {line.title}{also}; Ctrl-C ends")
             sys.stdout.flush()  # a reader of the path through a pipe waits for it
             _serve(server, units, clock, _Watchers(recorder, channel, kept), quiet=options.quiet)
         if kept is not None:
             kept.look()
         raise typer.Exit(INTERRUPTED)
+
+
+def _drives(options: ServeOptions, clock: Clock, kept: ControllerMemory | None) -> LineService:
+    """Make the drives of the options."""
+    model = MODELS[options.controller]
+    service = DriveService(model, clock, options.axes, options.machine or (), kept)
+    for each in options.pin or ():
+        wire(service.units, each)
+    return service
+
+
+def _line(options: ServeOptions, kept: ControllerMemory | None) -> LineService:
+    """Make the controllers of the options, on their line."""
+    usual_ms = PORT_GAP_MS if options.serial is None else SERIAL_GAP_MS
+    gap = usual_ms if options.gap_ms is None else options.gap_ms
+    addresses = addresses_in(options.address or []) or ([] if kept is None else kept.addresses)
+    units = MAKERS[options.controller](
+        addresses, options.program or [], options.speed, options.thumbwheel or [], gap
+    )
+    if kept is not None:
+        kept.restore(units, addressed=bool(options.address))
+    units = on_machines(units, options.machine or [])
+    for each in options.pin or []:
+        wire(units, each)
+    begin(units, ascii_mode=options.ascii_mode, start=options.start)
+    line = ServedLine(
+        units,
+        options.controller,
+        timed=options.line_time,
+        faulty=bool(options.fault) or options.control is not None,
+        gateway_ms=options.gateway_ms,
+    )
+    for each in options.fault or []:
+        line.set_fault(each)
+    return line
 
 
 class _Watchers(NamedTuple):
@@ -402,7 +464,7 @@ class _Watchers(NamedTuple):
 
 
 @contextmanager
-def _controlled(line: ServedLine, clock: Clock, port: int | None) -> Iterator[ControlChannel | None]:
+def _controlled(line: LineService, clock: Clock, port: int | None) -> Iterator[ControlChannel | None]:
     """Open the control channel, if there is a port."""
     if port is None:
         yield None
@@ -411,7 +473,9 @@ def _controlled(line: ServedLine, clock: Clock, port: int | None) -> Iterator[Co
         yield channel
 
 
-def _serve(server: Server, units: list[Unit], clock: Clock, watchers: _Watchers, *, quiet: bool) -> None:
+def _serve(
+    server: Server, units: Sequence[ServedUnit], clock: Clock, watchers: _Watchers, *, quiet: bool
+) -> None:
     typed = TypedInputs(units)
 
     def each_step() -> None:
@@ -429,7 +493,7 @@ def _serve(server: Server, units: list[Unit], clock: Clock, watchers: _Watchers,
         serve_until_interrupted(server, each_step, longest_s=LONGEST_S if calm else LOOKED_EVERY_S)
 
 
-def _record(units: list[Unit], clock: Clock, recorder: LineRecorder | None) -> None:
+def _record(units: Sequence[ServedUnit], clock: Clock, recorder: LineRecorder | None) -> None:
     """Record the present state of the units, and flush it, so that it survives a kill."""
     if recorder is not None:
         recorder.draft()

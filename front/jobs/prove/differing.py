@@ -70,15 +70,18 @@ class EditedSubject:
         return not self.beyond and not self.open
 
 
-def edited(old: str, new: str, only: Sequence[str], folder: ScenarioFolder) -> EditedSubject:
+def edited(
+    old: str, new: str, outputs: Sequence[str], only: Sequence[str], folder: ScenarioFolder
+) -> EditedSubject:
     """Compare two programs with the same inputs; the settings of [prove] are those of the new one.
 
     Args:
-        only: tags that may differ; a structure names all its members.
+        outputs: tags that are compared; none are all. A structure names all its members.
+        only: tags that may differ.
         folder: gets a scenario of each value that can differ.
 
     Raises:
-        ValueError: a file or a name of `only` can't be used, or no proof covers a program.
+        ValueError: a file or a name of a tag can't be used, or no proof covers a program.
         OSError: a file can't be written.
     """
     before, after = (_ladder(each) for each in (old, new))
@@ -86,8 +89,16 @@ def edited(old: str, new: str, only: Sequence[str], folder: ScenarioFolder) -> E
     given = job.spec.prove
     bounds = bounds_of(job)
     layout = logic.build().layout
-    allowed = [_named(layout, each) for each in only]
-    found = compare(before[1], logic, bounds, free=given.free, written_outside=given.written_outside)
+    allowed = [_named(layout, each, "--may-differ") for each in only]
+    places = [_named(layout, each, "--outputs") for each in outputs]
+    found = compare(
+        before[1],
+        logic,
+        bounds,
+        free=given.free,
+        written_outside=given.written_outside,
+        is_output=lambda key: not places or any(_is_in(key, each) for each in places),
+    )
     held = {each.named(tag_text(layout, each.key)): each.value for each in found.held}
     changed = []
     for each in (*found.changed, *([] if found.fault is None else [found.fault])):
@@ -110,21 +121,19 @@ def _ladder(file: str) -> tuple[LoadedRack, LadderLogic]:
     return job, job.logic
 
 
-def _named(layout: Layout, text: str) -> Place | Group:
-    """Return what a name of --may-differ means."""
+def _named(layout: Layout, text: str, option: str) -> Place | Group:
+    """Return what a name of an option means."""
     try:
         found = Resolver(layout).named(text)
     except LadderError as error:
-        raise ValueError(f"--may-differ {text}: {error}") from None
+        raise ValueError(f"{option} {text}: {error}") from None
     if isinstance(found, Place) and found.bit is not None:
-        raise ValueError(
-            f"--may-differ {text}: it is a bit of a number, which is compared as a whole: name that"
-        )
+        raise ValueError(f"{option} {text}: it is a bit of a number, which is compared as a whole: name that")
     return found
 
 
 def _is_in(key: Key, allowed: Place | Group) -> bool:
-    """Whether a value is one that --may-differ names, or in it."""
+    """Whether a value is one that an option names, or in it."""
     if isinstance(allowed, Place):
         return key == (allowed.leaf.path.upper(), allowed.fixed_index)
     path = allowed.path.upper()

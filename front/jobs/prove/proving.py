@@ -13,7 +13,7 @@ from typing import Self
 from ...ladder.prove.answers import LIMITS, Answer, ScenarioStep, answer, steps_of
 from ...ladder.prove.certificate import Certificate, written
 from ...ladder.prove.induction import Limits, VerdictKind
-from ...ladder.prove.questions import Finding, ask
+from ...ladder.prove.questions import Finding, Listener, ask
 from ...ladder.prove.replaying import ScanOf
 from ...ladder.prove.system import ScanBounds
 from ...runtime.loop.faults import CpuFault
@@ -197,7 +197,25 @@ class Questions:
     open: Mapping[str, int]
 
 
-def ask_questions(subject: ProofSubject, folder: ScenarioFolder, others: Sequence[Solver] = ()) -> Questions:
+class Hearer:
+    """Hears of the answers to built-in questions as they come: those that take little first."""
+
+    def asked(self, count: int) -> None:
+        """Hear how many questions there are."""
+
+    def found(self, answer: FoundAnswer) -> None:
+        """Hear of a finding."""
+
+    def left(self, count: int, most_s: float) -> None:
+        """Hear how many questions are left, and about how long they take at most, by the rate so far."""
+
+
+def ask_questions(
+    subject: ProofSubject,
+    folder: ScenarioFolder,
+    others: Sequence[Solver] = (),
+    hearer: Hearer | None = None,
+) -> Questions:
     """Answer the built-in questions about the user's own text; see `prove_all` for folder and solvers.
 
     With solvers each finding that is a proof has its certificate, too; what one of them refuses is open.
@@ -206,28 +224,57 @@ def ask_questions(subject: ProofSubject, folder: ScenarioFolder, others: Sequenc
         ValueError, OSError: see `prove_all`.
     """
     own = {each.name.upper() for each in own_routines(subject.program.program, subject.problem.lowered)}
-    answers = ask(subject.problem, routines=own, seen=OwnRun(subject).seen)
-    layout = subject.problem.lowered.layout
-    found = []
-    for each in answers.findings:
-        scans = each.verdict.scans
+    making = _Making(subject, folder, others, hearer or Hearer())
+    answers = ask(subject.problem, routines=own, seen=OwnRun(subject).seen, listener=making)
+    answers.open.update(making.refused)
+    made = [making.made[id(each)] for each in answers.findings if id(each) in making.made]
+    return Questions(tuple(made), answers.asked, answers.open)
+
+
+class _Making(Listener):
+    """Makes the scenario or the certificate of each finding, and reports it."""
+
+    def __init__(
+        self, subject: ProofSubject, folder: ScenarioFolder, others: Sequence[Solver], hearer: Hearer
+    ) -> None:
+        self._subject, self._folder, self._others, self._hearer = subject, folder, others, hearer
+        self._begun_ns = wall_ns()
+        self.made: dict[int, FoundAnswer] = {}  # by the id of the finding
+        self.refused: list[str] = []  # rules of findings that another solver refuses
+
+    def asked(self, count: int) -> None:
+        """Report how many questions there are."""
+        self._hearer.asked(count)
+
+    def left(self, count: int, spent: int, most: int) -> None:
+        """Report how many questions are left, and how long they take at most."""
+        self._hearer.left(count, (wall_ns() - self._begun_ns) / 1e9 * most / max(1, spent))
+
+    def found(self, finding: Finding) -> None:
+        """Report a finding."""
+        answer = self._answer(finding)
+        if answer is None:
+            self.refused.append(finding.rule)
+        else:
+            self.made[id(finding)] = answer
+            self._hearer.found(answer)
+
+    def _answer(self, each: Finding) -> FoundAnswer | None:
+        """Return a finding with its run and its file; None if another solver refuses it."""
+        subject, scans = self._subject, each.verdict.scans
         name = f"{each.rule} {each.site.routine} {each.site.rung} {each.site.instruction}"
-        if not scans and not others:
-            found.append(FoundAnswer(each))
-            continue
+        if not scans and not self._others:
+            return FoundAnswer(each)
         if not scans:
-            proof = folder.save_proof(name, each.verdict.certificates, in_use(subject.job))
-            opinions = tuple(check(proof, other) for other in others)
-            if any(one.refused for one in opinions):
-                answers.open[each.rule] += 1
-            else:
-                found.append(FoundAnswer(each, proof=proof, opinions=opinions))
-            continue
+            proof = self._folder.save_proof(name, each.verdict.certificates, in_use(subject.job))
+            opinions = tuple(check(proof, other) for other in self._others)
+            refused = any(one.refused for one in opinions)
+            return None if refused else FoundAnswer(each, proof=proof, opinions=opinions)
         rack = replay_on_rack(subject, coils_disagree(subject, each.coils), scans) if each.coils else None
-        file = _written(subject, name, scans, rack, folder)
+        file = _written(subject, name, scans, rack, self._folder)
         said = faults_on_rack(subject, scans) if each.rule in FAULTS else str(rack or "")
-        found.append(FoundAnswer(each, tuple(steps_of(layout, scans)), file, said))
-    return Questions(tuple(found), answers.asked, answers.open)
+        layout = subject.problem.lowered.layout
+        return FoundAnswer(each, tuple(steps_of(layout, scans)), file, said)
 
 
 def _scan_ns(subject: ProofSubject) -> int:

@@ -77,22 +77,37 @@ def below(subject: ProofSubject, result: Result) -> Iterator[str]:
         yield f"to do: {result.answer.advice}"
 
 
-def question_lines(answers: Questions) -> Iterator[str]:
-    """Yield a line for each finding of the built-in questions, with its run, and one for what is open."""
-    for each in answers.found:
-        scenario = f"   {each.scenario}" if each.scenario else ""
-        said = "".join(f"   {text}" for text in (scenario.strip(), opinions_text(each.opinions)) if text)
-        yield f"{each.finding.rule:<10}  {each.finding.site.where}: {each.finding.text}{said}"
-        for number, step in enumerate(each.steps, start=1):
-            yield f"    scan {number}: {step}"
-        if each.rack:
-            yield f"    {each.rack}"
-    asked, left = sum(answers.asked.values()), sum(answers.open.values())
+def asked_text(count: int) -> str:
+    """Return how many built-in questions there are."""
+    return f"{count:,} questions about rungs, contacts, coils and faults"
+
+
+def found_lines(each: FoundAnswer) -> Iterator[str]:
+    """Yield the lines of a finding of the built-in questions, with its run."""
+    scenario = f"   {each.scenario}" if each.scenario else ""
+    said = "".join(f"   {text}" for text in (scenario.strip(), opinions_text(each.opinions)) if text)
+    yield f"{each.finding.rule:<10}  {each.finding.site.where}: {each.finding.text}{said}"
+    for number, step in enumerate(each.steps, start=1):
+        yield f"    scan {number}: {step}"
+    if each.rack:
+        yield f"    {each.rack}"
+
+
+def open_text(answers: Questions) -> str:
+    """Return how many questions are open, by rule; "" if none is."""
+    left = sum(answers.open.values())
     by_rule = ", ".join(f"{rule} {count:,}" for rule, count in sorted(answers.open.items()) if count)
-    if asked:
-        yield f"{asked:,} questions about rungs, contacts, coils and faults" + (
-            f"; {left:,} are open: {by_rule}" if left else ""
-        )
+    return f"{left:,} of them are open: {by_rule}" if left else ""
+
+
+def question_lines(answers: Questions) -> Iterator[str]:
+    """Yield what became of the built-in questions, findings in the order of the program."""
+    if asked := sum(answers.asked.values()):
+        yield asked_text(asked)
+    for each in answers.found:
+        yield from found_lines(each)
+    if left := open_text(answers):
+        yield left
 
 
 def assumptions(subject: ProofSubject, results: Iterable[Result]) -> list[str]:

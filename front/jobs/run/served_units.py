@@ -38,23 +38,33 @@ GAP_MS_MAX = 10_000
 RECORDED = [row for row in MAP if row.register not in (Register.COMMAND, Register.FIRMWARE)]
 
 
-@dataclass(frozen=True, slots=True)
-class Unit:
-    """One controller.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ServedUnit:
+    """One controller, or one axis of a stack of drives.
 
     Attributes:
+        address: on its line, or the number of the axis.
         status: returns a word or two for each column of the status table.
         values: returns its present values, by name, as recorded.
         wire: sets an input to a state, by name; ValueError for an unknown input or state.
+    """
+
+    address: int
+    status: Callable[[], dict[str, str]]
+    values: Callable[[], dict[str, int]]
+    wire: Callable[[str, str], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Unit(ServedUnit):
+    """One controller on a line.
+
+    Attributes:
         answer: answers a Modbus request PDU; None for a unit without Modbus.
         do: carries out a command code as if received; None for a unit without such codes.
     """
 
     device: ControllerDevice
-    address: int
-    status: Callable[[], dict[str, str]]
-    values: Callable[[], dict[str, int]]
-    wire: Callable[[str, str], None]
     answer: Callable[[bytes], bytes | None] | None = None
     do: Callable[[int], None] | None = None
 
@@ -107,13 +117,13 @@ def pcl601_units(
         device.power_cycle(0)
     return [
         Unit(
-            device,
-            address,
-            partial(_pcl601_status, device),
-            partial(pcl601_values, device),
-            partial(_wire_pcl601, device),
-            device.answer,
-            partial(_do_pcl601, device),
+            device=device,
+            address=address,
+            status=partial(_pcl601_status, device),
+            values=partial(pcl601_values, device),
+            wire=partial(_wire_pcl601, device),
+            answer=device.answer,
+            do=partial(_do_pcl601, device),
         )
         for address, device in devices.items()
     ]
@@ -203,11 +213,11 @@ def pmc006_units(
     controller = Pmc006Controller(address=addresses[0] if addresses else FACTORY_ADDRESS, program=program)
     return [
         Unit(
-            Pmc006(controller),
-            controller.address,
-            lambda: _pmc006_status(controller),
-            lambda: _pmc006_values(controller),
-            lambda name, state: _wire_pmc006(controller, name, state),
+            device=Pmc006(controller),
+            address=controller.address,
+            status=lambda: _pmc006_status(controller),
+            values=lambda: _pmc006_values(controller),
+            wire=lambda name, state: _wire_pmc006(controller, name, state),
         )
     ]
 

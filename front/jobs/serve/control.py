@@ -20,7 +20,7 @@ from ...io_images.doors import json_value
 from ...io_images.text_limits import shortened
 from ...runtime.line.ports.textlines import EndOfTalkError, TextLinePort
 from ...runtime.loop.pace import Clock
-from .line import LOOPBACK, ServedLine, wire
+from .line import LOOPBACK, LineService, wire
 
 KEY_BYTES = 16
 ALLOWED = '{"fault": TEXT}, {"pin": TEXT} or {"state": ADDRESS}'
@@ -36,7 +36,7 @@ class ControlChannel:
         PortError: it can't listen there.
     """
 
-    def __init__(self, line: ServedLine, clock: Clock, port: int) -> None:
+    def __init__(self, line: LineService, clock: Clock, port: int) -> None:
         self._line, self._clock = line, clock
         self._port = TextLinePort(LOOPBACK, port)
         self.name = self._port.name

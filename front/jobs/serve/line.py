@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Protocol
+
+from typing_extensions import override
 
 from ...io_images.pcl601 import Code
 from ...io_images.times import exact_ns
@@ -27,7 +30,7 @@ from ...runtime.line.ports import (
 from ...runtime.line.timed import TimedLine
 from ...runtime.line.wire import Device
 from ...runtime.loop.pace import Clock
-from ..run.served_units import NO_PROGRAM, Unit
+from ..run.served_units import NO_PROGRAM, ServedUnit, Unit
 
 LOOPBACK = "127.0.0.1"
 BROADCAST = 0
@@ -37,18 +40,47 @@ GATEWAY_MS_MAX = 60_000
 
 @dataclass(frozen=True, slots=True)
 class PortChoice:
-    """The port that is asked for; exactly one of the first three."""
+    """The port that is asked for; on a line exactly one of the first three."""
 
     pty: bool = False
     serial: str | None = None
     tcp: str | None = None
     rtu_over_tcp: bool = False
+    ethernet_ip: str | None = None
+    io_port: int = 0
 
 
-class ServedLine:
+class LineService(Protocol):
+    """Units that a port serves.
+
+    Attributes:
+        units: in the order of their addresses.
+    """
+
+    units: Sequence[ServedUnit]
+
+    @property
+    def title(self) -> str:
+        """What is served, for people."""
+
+    def set_fault(self, text: str) -> None:
+        """Set a fault of the line; ValueError for an unknown one."""
+
+    def server(
+        self, choice: PortChoice, clock: Clock, listener: LineListener | None = None
+    ) -> tuple[Server, str]:
+        """Open the requested port; return its server, and its address for clients.
+
+        Raises:
+            ValueError: not exactly one port is requested, or it can't be opened.
+        """
+
+
+class ServedLine(LineService):
     """Units on a line.
 
     Args:
+        controller: name of the units' model.
         timed: characters take the time of the line's speed on every port.
         faulty: faults may be set; Modbus TCP then goes through a gateway, as with `timed`.
         gateway_ms: from the end of a request on the line to the gateway's exception 0Bh, ms.
@@ -58,19 +90,33 @@ class ServedLine:
     """
 
     def __init__(
-        self, units: list[Unit], *, timed: bool = False, faulty: bool = False, gateway_ms: float = GATEWAY_MS
+        self,
+        units: list[Unit],
+        controller: str = "",
+        *,
+        timed: bool = False,
+        faulty: bool = False,
+        gateway_ms: float = GATEWAY_MS,
     ) -> None:
         if not 0 < gateway_ms <= GATEWAY_MS_MAX:
             raise ValueError(
                 f"--gateway-ms {gateway_ms:g}: it has to be above 0, and at most {GATEWAY_MS_MAX}"
             )
-        self.units = units
+        self.units = self._line_units = units
+        self._controller = controller
         self._timed = timed
         self._plain = not (timed or faulty)
         self._gateway_ns = exact_ns(gateway_ms, "ms", "--gateway-ms")
         self._faulty = {unit.address: self._with_faults(unit) for unit in units}
         self.device = self._line()
 
+    @property
+    @override
+    def title(self) -> str:
+        names = ", ".join(str(unit.address) for unit in self._line_units)
+        return f"{self._controller} at address {names}, {self._line_units[0].device.line_format}"
+
+    @override
     def set_fault(self, text: str) -> None:
         """Set a fault: `drop=3`, or `2:reset` for the unit at address 2; see `runtime.line.faulty`.
 
@@ -84,19 +130,15 @@ class ServedLine:
         for each in chosen if not colon else chosen[:1]:
             each.set(fault)
 
+    @override
     def server(
         self, choice: PortChoice, clock: Clock, listener: LineListener | None = None
     ) -> tuple[Server, str]:
-        """Open the requested port; return its server, and its address for clients.
-
-        Raises:
-            ValueError: not exactly one port is requested, or it can't be opened.
-        """
         if [choice.pty, choice.serial is not None, choice.tcp is not None].count(True) != 1:
             raise ValueError("give one of --pty, --serial DEVICE and --tcp HOST:PORT")
         if choice.serial is not None and self._timed:
             raise ValueError("--line-time: no effect on serial ports")
-        if choice.tcp is not None and not choice.rtu_over_tcp and self.units[0].answer is not None:
+        if choice.tcp is not None and not choice.rtu_over_tcp and self._line_units[0].answer is not None:
             return self._modbus_server(ModbusTcpPort(*socket_address(choice.tcp)), clock, listener)
         if choice.tcp is not None:
             port: Port = RawTcpPort(*socket_address(choice.tcp))
@@ -108,7 +150,7 @@ class ServedLine:
         self, modbus: ModbusTcpPort, clock: Clock, listener: LineListener | None
     ) -> tuple[Server, str]:
         if self._plain:
-            return PduServer(self.device, answering(self.units), modbus, clock, listener), modbus.name
+            return PduServer(self.device, answering(self._line_units), modbus, clock, listener), modbus.name
         only = self.units[0].address if len(self.units) == 1 else None
         gateway: Gateway[Client] = Gateway(
             self.device, lambda unit: unit if only is None else only, self._gateway_ns, timed=self._timed
@@ -121,14 +163,14 @@ class ServedLine:
 
     def _line(self) -> Device:
         devices: Sequence[Device] = (
-            [unit.device for unit in self.units] if self._plain else list(self._faulty.values())
+            [unit.device for unit in self._line_units] if self._plain else list(self._faulty.values())
         )
         if self._timed:
             return TimedLine(*devices)
         return devices[0] if len(devices) == 1 else BusSegment(*devices)
 
 
-def socket_address(text: str) -> tuple[str, int]:
+def socket_address(text: str, option: str = "--tcp") -> tuple[str, int]:
     """Return host and port; without a host it is the loopback address.
 
     >>> socket_address("5020"), socket_address("0.0.0.0:502"), socket_address("[::1]:502")
@@ -140,7 +182,7 @@ def socket_address(text: str) -> tuple[str, int]:
     try:
         host, port = split_address(text)
     except ValueError as error:
-        raise ValueError(f"--tcp {error}") from error
+        raise ValueError(f"{option} {error}") from error
     return host or LOOPBACK, port
 
 
@@ -165,7 +207,7 @@ def answering(units: list[Unit]) -> Callable[[int, bytes], bytes | None]:
     return pass_on
 
 
-def wire(units: list[Unit], text: str) -> None:
+def wire(units: Sequence[ServedUnit], text: str) -> None:
     """Set an input: `in1=ground`, or `2:home=..-3000` for the unit at address 2.
 
     Raises:

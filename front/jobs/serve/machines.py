@@ -99,14 +99,15 @@ def on_machines(units: list[Unit], texts: list[str]) -> list[Unit]:
     """
     found = {unit.address: unit for unit in units}
     for text in texts:
-        address, file = _addressed(text, list(found))
+        address, file = addressed_file(text, list(found))
         if isinstance(found[address].device, DeviceOnMachine):
             raise ValueError(f"--machine {text}: unit {address} has a machine already")
         found[address] = _on_machine(found[address], Path(file))
     return list(found.values())
 
 
-def _addressed(text: str, addresses: list[int]) -> tuple[int, str]:
+def addressed_file(text: str, addresses: list[int]) -> tuple[int, str]:
+    """Return the unit and the file of FILE or ADDRESS:FILE; ValueError for an unknown unit."""
     address, colon, file = text.partition(":")
     if colon and address.isdecimal():
         if int(address) not in addresses:

@@ -8,7 +8,7 @@ A killed process loses at most the change of the last 10 ms: each file is writte
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 from types import TracebackType
@@ -17,6 +17,7 @@ from typing import Annotated, Any, Generic, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from ...io_images.doors import json_value
+from ...io_images.drives.models import MODELS
 from ...io_images.input_files import read_input_text
 from ...io_images.text_limits import TextKind
 from ...runtime.controllers.pcl601.line import Pcl601
@@ -24,6 +25,7 @@ from ...runtime.controllers.pcl601.nonvolatile import Pcl601Memory, Pcl601Memory
 from ...runtime.controllers.pmc006.line import Pmc006
 from ...runtime.controllers.pmc006.nonvolatile import Pmc006Memory
 from ...runtime.line.wire import ControllerDevice
+from ...runtime.modules.drives.nonvolatile import DriveMemory
 from ...traces.files.guard import MEMORY, Used, check_output
 from ...traces.files.locking import beside, held
 from ...traces.files.newfile import naming, new_file
@@ -31,10 +33,9 @@ from ..run.served_units import Unit
 
 FORMAT = "scanrack memory 1"
 
-UnitMemory = Pcl601Memory | Pmc006Memory
+UnitMemory = Pcl601Memory | Pmc006Memory | DriveMemory
 
-
-MemoryType = TypeVar("MemoryType", Pcl601Memory, Pmc006Memory)
+MemoryType = TypeVar("MemoryType", Pcl601Memory, Pmc006Memory, DriveMemory)
 
 
 class _File(BaseModel, Generic[MemoryType]):
@@ -43,44 +44,51 @@ class _File(BaseModel, Generic[MemoryType]):
     model_config = ConfigDict(extra="forbid", strict=True)
 
     format: Literal["scanrack memory 1"]
-    controller: Literal["pcl601", "pmc006"]
+    controller: str
     units: Annotated[tuple[MemoryType, ...], Field(strict=False, min_length=1)]
 
 
-KINDS: Mapping[str, type[_File[Any]]] = {"pcl601": _File[Pcl601Memory], "pmc006": _File[Pmc006Memory]}
+KINDS: Mapping[str, type[_File[Any]]] = {
+    "pcl601": _File[Pcl601Memory],
+    "pmc006": _File[Pmc006Memory],
+    **{model.name: _File[DriveMemory] for model in MODELS.values() if model.flash},
+}
+"""What the file of a controller has; controllers that keep nothing are not here."""
 
 
 class ControllerMemory(AbstractContextManager["ControllerMemory"]):
     """The nonvolatile memory of served controllers; its file is locked until the context is left.
 
     Attributes:
-        addresses: of the units in the file, in their order; empty without a file.
+        known: what the file has, in the order of the units; empty without a file.
 
     Args:
-        controller: "pcl601" or "pmc006".
+        controller: as in `KINDS`.
         used: files that it may not replace.
 
     Raises:
-        ValueError: the file has another use, is of another controller, or is damaged.
+        ValueError: the file has another use, is of another controller, or is damaged; or the controller
+            keeps nothing.
         OSError: another service has the file, or its folder can't be written.
     """
 
     def __init__(self, path: Path, controller: str, used: Used) -> None:
+        if controller not in KINDS:
+            raise ValueError(f"--memory {path}: the {controller} keeps nothing without power")
         self.path, self._controller, self._used = path, controller, used
         target = check_output(path, MEMORY, used)
         with ExitStack() as lock, naming(path, beside(target, "lock")):
             lock.enter_context(held(target))
-            self._known = self._read()
+            self.known = self._read()
             self._lock = lock.pop_all()
-        self.addresses = [each.address for each in self._known]
-        self._readers: list[Callable[[], UnitMemory]] = []
+        self._readers: Sequence[Callable[[], UnitMemory]] = ()
 
     def _read(self) -> tuple[UnitMemory, ...]:
         if not self.path.exists() or not self.path.stat().st_size:
             return ()
         try:
             said = json_value(read_input_text(self.path, TextKind.MEMORY), TextKind.MEMORY)
-            if isinstance(said, dict) and said.get("controller") not in (self._controller, None):
+            if isinstance(said, dict) and said.get("controller", self._controller) != self._controller:
                 raise ValueError(f"it is that of a {said['controller']}, not of a {self._controller}")
             units: tuple[UnitMemory, ...] = KINDS[self._controller].model_validate(said).units
         except ValidationError as error:
@@ -105,11 +113,25 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
         Raises:
             ValueError: the file has another number of units.
         """
-        if self._known and len(self._known) != len(units):
-            raise ValueError(f"{self.path}: it has {len(self._known)} units; asked for are {len(units)}")
-        for unit, known in zip(units, self._known, strict=False):
+        self.check_number(len(units))
+        for unit, known in zip(units, self.known, strict=False):
+            assert not isinstance(known, DriveMemory)
             _restore(known.addressed(unit.address) if addressed else known, unit.device)
-        self._readers = [_reader(each.device) for each in units]
+        self.follow([_reader(each.device) for each in units])
+
+    @property
+    def addresses(self) -> list[int]:
+        """Addresses of the controllers in the file, in their order; empty without a file, and for drives."""
+        return [each.address for each in self.known if not isinstance(each, DriveMemory)]
+
+    def check_number(self, units: int) -> None:
+        """Check that the file, if there is one, has that many units; ValueError for another number."""
+        if self.known and len(self.known) != units:
+            raise ValueError(f"{self.path}: it has {len(self.known)} units; asked for are {units}")
+
+    def follow(self, readers: Sequence[Callable[[], UnitMemory]]) -> None:
+        """Write from now on what the readers return, one for each unit."""
+        self._readers = readers
 
     def look(self) -> None:
         """Write the file if something has changed.
@@ -119,9 +141,9 @@ class ControllerMemory(AbstractContextManager["ControllerMemory"]):
             OSError: it can't be written; an earlier one is unchanged.
         """
         now = tuple(read() for read in self._readers)
-        if now != self._known:
+        if now != self.known:
             self._write(now)
-            self._known = now
+            self.known = now
 
     def _write(self, units: tuple[UnitMemory, ...]) -> None:
         said = {
@@ -138,6 +160,7 @@ def _restore(memory: UnitMemory, device: ControllerDevice) -> None:
         assert isinstance(device, Pcl601)
         memory.restore(device)
     else:
+        assert isinstance(memory, Pmc006Memory)
         assert isinstance(device, Pmc006)
         memory.restore(device.controller)
 

@@ -28,6 +28,7 @@ NAMES = {
     "amci3601": "AMCI 3601",
     "pcl601-adapter": "PCL601 adapter",
     "pmc006-adapter": "PMC006 adapter",
+    "amci-drive": "networked drive",
 }
 """Titles of modules; cards have their catalog numbers."""
 

@@ -12,6 +12,7 @@ import typer
 
 from ...io_images.times import parse_time
 from ...terminal.complaints import reported_mistakes
+from ...terminal.status import size_of
 from ...terminal.terminal import say
 from ...terminal.trace_options import itself, tell_notes
 from ...traces.files.guard import check_output
@@ -162,7 +163,7 @@ def _share_command(
         )
         target = trace.with_suffix(".html") if out is None else out
         data = share(trace, target, wish)
-        say(f"{target}: {target.stat().st_size:,} bytes, scan {data['scan']:,} is shown first")
+        say(f"{target}: {size_of(target)}, scan {data['scan']:,} is shown first")
         for line in disclosed(data, recording=recording):
             say(line)
 

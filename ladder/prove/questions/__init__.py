@@ -24,10 +24,10 @@ from collections.abc import Collection, Sequence
 
 from ..induction import Limits
 from ..system import ProgramSystem
-from .asking import BUDGET, LIMITS, RULES, Answers, Finding, Question, Seen, answered
+from .asking import BUDGET, LIMITS, RULES, Answers, Finding, Listener, Question, Seen, answered
 from .of_program import questions_of
 
-__all__ = ["RULES", "Answers", "Finding", "Question", "ask"]
+__all__ = ["RULES", "Answers", "Finding", "Listener", "Question", "ask"]
 
 
 def ask(
@@ -37,8 +37,9 @@ def ask(
     budget: int = BUDGET,
     routines: Collection[str] | None = None,
     seen: Seen | None = None,
+    listener: Listener | None = None,
 ) -> Answers:
-    """Answer the questions of some rules, in the order of the program.
+    """Answer the questions of some rules; the findings are in the order of the program.
 
     Args:
         problem: a program.
@@ -46,7 +47,7 @@ def ask(
         limits: for one question.
         budget: the work for all of a rule, see `Solver`; what is left then is open.
         routines: see `questions_of`.
-        seen: see `answered`.
+        seen, listener: see `answered`.
     """
     asked = [each for each in questions_of(problem, routines) if each.rule in rules]
-    return answered(problem, asked, limits, budget, seen)
+    return answered(problem, asked, limits, budget, seen, listener)

@@ -1,13 +1,14 @@
 """Answers questions about truths: random scans answer most, the solver many others without a history.
 
-Induction decides some of the rest. What is to be proved is proved for any values of numbers that nothing
-writes: no finding depends on a recipe. The contracts of modules hold, as they do for properties.
+Induction decides some of the rest: first alone, then with invariants, which take most of the time. They are
+found once for all questions that are left. What is to be proved is proved for any values of numbers that
+nothing writes: no finding depends on a recipe. The contracts of modules hold, as they do for properties.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from ....io_images.site import Site
@@ -15,6 +16,7 @@ from ..algebra.terms import FALSE, TRUE, T, variables
 from ..certificate import Certificate
 from ..induction import Limits, Verdict, VerdictKind, prove
 from ..solving.frames import Frame
+from ..solving.invariants import invariants
 from ..solving.runs import Runs
 from ..solving.solver import SAT, UNSAT, Solver
 from ..system import ProgramSystem, System
@@ -86,6 +88,19 @@ class Answers:
     open: Counter[str] = field(default_factory=Counter)
 
 
+class Listener:
+    """Hears of answers as they come: those that take little first."""
+
+    def asked(self, count: int) -> None:
+        """Hear how many questions there are."""
+
+    def found(self, finding: Finding) -> None:
+        """Hear of a finding."""
+
+    def left(self, count: int, spent: int, most: int) -> None:
+        """Hear how many questions are left for invariants, the work so far, and the most that they take."""
+
+
 Seen = Callable[[Sequence[T]], set[T]]
 """Returns which of some truths a run that is known makes true."""
 
@@ -96,16 +111,20 @@ def answered(
     limits: Limits = LIMITS,
     budget: int = BUDGET,
     seen: Seen | None = None,
+    listener: Listener | None = None,
 ) -> Answers:
-    """Answer questions in their order.
+    """Answer questions; the findings are in the order of the questions.
 
     Args:
         limits: for one question.
         budget: the work for all of a rule; what is left then is open.
         seen: tells what a run of the program does, such as a rack's own; asked for what random scans leave.
+        listener: hears of the findings in the order in which they are made.
     """
     truths = [each.bad for each in questions]
     asking = _asked(problem, limits, budget, truths)
+    asking.listener = listener or Listener()
+    asking.listener.asked(len(dict.fromkeys(map(_key, questions))))
     if seen is not None:
         proved = [each.bad for each in questions if each.rule in PROVED_RULES and each.bad.op != "const"]
         asking.possible |= seen([t for t in dict.fromkeys(proved) if t not in asking.possible])
@@ -146,29 +165,90 @@ class _Asking:
     found: Answers = field(default_factory=Answers)
     impossible: set[T] = field(default_factory=set)
     spent: Counter[str] = field(default_factory=Counter)
+    listener: Listener = field(default_factory=Listener)
+    helped: bool = False  # whether invariants are sought by now
+    told: set[tuple[str, Site, str]] = field(default_factory=set)  # questions with a finding
+    open: set[tuple[str, Site, str]] = field(default_factory=set)
+    findings: dict[int, Finding] = field(default_factory=dict)  # by the place of the question
+    later: list[tuple[int, Question]] = field(default_factory=list)  # left for invariants
+    undecided: set[tuple[bool, T]] = field(default_factory=set)  # without invariants
+    hopeless: set[bool] = field(default_factory=set)  # systems without invariants, as in `undecided`
+    dead_rungs: set[tuple[str, int | None]] = field(default_factory=set)
+    open_rungs: set[tuple[str, int | None]] = field(default_factory=set)
 
     def answers(self, questions: Sequence[Question]) -> Answers:
-        """Answer all."""
+        """Answer all: those that take little first."""
+        self.found.asked.update(rule for rule, _, _ in dict.fromkeys(map(_key, questions)))
         self.find_impossible({each.bad: each.rule for each in reversed(questions)})
-        dead_rungs: set[tuple[str, int | None]] = set()
-        found: set[tuple[str, Site, str]] = set()
-        for each in questions:
-            if (each.rule, each.site, each.text) in found:
-                continue  # another pass of a loop
-            self.found.asked[each.rule] += 1
-            place = each.site.routine, each.site.rung
-            if each.rule == "dead-leg" and place in dead_rungs:
-                continue
-            verdict = self.proof(each.rule, each.bad) if each.rule in PROVED_RULES else self._run(each)
-            if verdict.kind is VerdictKind.UNKNOWN:
-                self.found.open[each.rule] += 1
-            elif (verdict.kind is VerdictKind.PROVED) is (each.rule in PROVED_RULES):
-                if self._can_be(each):
-                    self.found.findings.append(Finding(each.rule, each.site, each.text, verdict, each.coils))
-                    found.add((each.rule, each.site, each.text))
-                if each.rule == "dead-rung":
-                    dead_rungs.add(place)
+        for place, each in enumerate(questions):
+            self._ask(place, each)
+        if self.later:
+            self.helped = True
+            most = min(len(self.later) * self.limits.work, len(RULES) * self.budget)
+            self.listener.left(len(self.later), sum(self.spent.values()) + len(questions), most)
+            for place, each in self._with_invariants():
+                self._ask(place, each)
+        self.found.open.update(rule for rule, _, _ in self.open - self.told)
+        self.found.findings = [self.findings[place] for place in sorted(self.findings)]
         return self.found
+
+    def _ask(self, place: int, question: Question) -> None:
+        """Answer a question, or leave it for invariants."""
+        rule, at = question.rule, (question.site.routine, question.site.rung)
+        if (rule == "dead-leg" and at in self.dead_rungs) or _key(question) in self.told:
+            return
+        if rule == "dead-leg" and at in self.open_rungs:
+            self.later.append((place, question))
+            return
+        verdict = self.proof(rule, question.bad) if rule in PROVED_RULES else self._run(question)
+        if verdict.kind is VerdictKind.UNKNOWN:
+            self._leave(place, question)
+        elif (verdict.kind is VerdictKind.PROVED) is (rule in PROVED_RULES):
+            if self._can_be(question):
+                found = Finding(rule, question.site, question.text, verdict, question.coils)
+                self.findings[place] = found
+                self.told.add(_key(question))
+                self.listener.found(found)
+            if rule == "dead-rung":
+                self.dead_rungs.add(at)
+
+    def _leave(self, place: int, question: Question) -> None:
+        if self.helped or not self.limits.helped:
+            self.open.add(_key(question))
+            return
+        self.later.append((place, question))
+        if question.rule == "dead-rung":
+            self.open_rungs.add((question.site.routine, question.site.rung))
+
+    def _with_invariants(self) -> Iterator[tuple[int, Question]]:
+        """Yield the questions that are left, with invariants for each of both systems."""
+        self.open_rungs.clear()
+        later, self.later = self.later, []
+        own = [(each, each.contract, each.kept) for each in (self.system, self.problem)]
+        try:
+            for system, is_proved in ((self.system, True), (self.problem, False)):
+                truths = [each.bad for _, each in later if (each.rule in PROVED_RULES) is is_proved]
+                few = [t for t in truths if 0 < self._states(system, t) <= MOST_HELPED]
+                if few:
+                    system.contract, system.kept = system.narrowed(few), []
+                    cone = system.cone(few)
+                    known = invariants(system, cone, self.limits.fuse)
+                    system.invariants[system.contract, frozenset(cone)] = known
+                if not few or not known.found:
+                    self.hopeless.add(system is self.system)
+            yield from later
+        finally:
+            for system, contract, kept in own:
+                system.contract, system.kept = contract, kept
+
+    @staticmethod
+    def _states(system: System, t: T) -> int:
+        """Return how many states decide a truth, contracts apart."""
+        own, system.contract = system.contract, TRUE
+        try:
+            return sum(name in system.next for name in system.cone([t]))
+        finally:
+            system.contract = own
 
     def find_impossible(self, asked: Mapping[T, str]) -> None:
         """Find the truths that no state and input makes true, whatever came before; they come with a rule."""
@@ -220,8 +300,13 @@ class _Asking:
     def _decided(self, system: System, rule: str, t: T, limits: Limits, fault: Site | None = None) -> Verdict:
         if self.spent[rule] >= self.budget:
             return Verdict(blame=(f"the limit of work for all questions of {rule or 'a program'}",))
-        states = sum(name in system.next for name in system.cone([t])) if limits.helped else 0
-        verdict = prove(system, t, replace(limits, helped=0 < states <= MOST_HELPED), fault=fault)
+        place = system is self.system
+        helped = self.helped and place not in self.hopeless and 0 < self._states(system, t) <= MOST_HELPED
+        if self.helped and not helped and (place, t) in self.undecided:
+            return Verdict(blame=("no invariants are sought",))
+        verdict = prove(system, t, replace(limits, helped=helped), fault=fault)
+        if verdict.kind is VerdictKind.UNKNOWN:
+            self.undecided.add((place, t))
         self.spent[rule] += 1 + min(verdict.work, limits.work)
         if verdict.kind is not VerdictKind.UNKNOWN and system is self.system:
             (self.impossible if verdict else self.possible).add(t)
@@ -230,6 +315,11 @@ class _Asking:
     def _can_be(self, question: Question) -> bool:
         t = question.lives
         return t is TRUE or self.proof(question.rule, t).kind is not VerdictKind.PROVED
+
+
+def _key(question: Question) -> tuple[str, Site, str]:
+    """Return what another pass of a loop asks, too."""
+    return question.rule, question.site, question.text
 
 
 def any_numbers(problem: ProgramSystem, roots: Sequence[T] = ()) -> System:

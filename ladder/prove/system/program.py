@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from contextlib import suppress
 from typing import Any, ClassVar, Protocol
 
@@ -85,6 +85,7 @@ class ProgramSystem(System):
         contracts: truths of inputs that hold in each scan.
         happenings: what may happen between two scans.
         beside: another problem, whose terms stay shared: to compare two programs.
+        kept: paths of tags, in capitals, that the program compared with writes: no one outside does.
 
     Raises:
         LadderError: what is not proved about, by name; a name in `free` or `written_outside` that no tag has.
@@ -104,6 +105,7 @@ class ProgramSystem(System):
         contracts: Sequence[Contract] = (),
         happenings: Happenings = ANYTHING_USUAL,
         beside: ProgramSystem | None = None,
+        kept: Set[str] = frozenset(),
     ) -> None:
         super().__init__()
         if beside is None:
@@ -115,6 +117,7 @@ class ProgramSystem(System):
         self._free = named_paths(self.lowered.layout, "free", free)
         self._outside = named_paths(self.lowered.layout, "written_outside", written_outside)
         self._beside = written_beside(self.lowered)
+        self._kept = kept
         self.settings: dict[str, Any] = {
             "free": free,
             "written_outside": written_outside,
@@ -355,6 +358,8 @@ class ProgramSystem(System):
         """Whether a value that nothing writes is free in each scan."""
         if leaf.slot is not None or self._is_given(path, leaf):
             return self._is_given(path, leaf)
+        if path in self._kept:
+            return False
         if (self.lowered.connections or self.lowered.replies) and not path.startswith(("~", "S:")):
             return True  # a consumed tag, or one that gets the reply of a message, may be any of them
         return (v.kind == BOOL and not path.startswith(("~", "S:"))) or path == FIRST_SCAN[0]

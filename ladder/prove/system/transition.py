@@ -148,7 +148,7 @@ class System:
     least: int = 1
     tick_ns: int = MS
     follows: Any = None
-    invariants: dict[tuple[T, tuple[str, ...]], Any] = field(default_factory=dict)
+    invariants: dict[tuple[T, frozenset[str]], Any] = field(default_factory=dict)
 
     def role(self, name: str) -> str:
         """`state`, `held`, or `free`."""

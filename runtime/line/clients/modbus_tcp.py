@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 import socket
+from queue import Empty, SimpleQueue
 from threading import Event
 
 from pymodbus.client import ModbusTcpClient
@@ -17,7 +18,10 @@ from pymodbus.pdu import ModbusPDU
 from typing_extensions import override
 
 from ..hosts import join_address
-from .link import ANSWER_S, LinkError, NoAnswerError, checked_answer_s
+from ..modbus_pdus import EXCEPTION, REQUESTS, encoded
+from ..ports.modbustcp import HEADER, reply_frame, split_frames
+from ..wire import LineFormat
+from .link import ANSWER_S, Link, LinkError, NoAnswerError, checked_answer_s
 from .modbus import AnswerDecoder, ModbusExceptionError, ModbusLine, check
 
 CONNECT_S = 3.0
@@ -77,6 +81,10 @@ class ModbusTcpLine(ModbusLine):
             self.close()
             raise NoAnswerError(f"unit {unit} does not answer within {self._answer_s:g} s") from error
 
+    def connect(self) -> None:
+        """Connect now; LinkError if that is impossible."""
+        self._client.connect()
+
     @override
     def pause(self, seconds: float) -> None:
         """Wait."""
@@ -89,6 +97,56 @@ class ModbusTcpLine(ModbusLine):
 
     def _checked(self, sending: bool, pdu: ModbusPDU) -> ModbusPDU:
         return pdu if sending else check(self._asked, pdu)
+
+
+class ModbusTcpLink(Link):
+    """A connection to a Modbus TCP device as a link, for a master that makes frames of its own.
+
+    The client asks what the frames ask, one after the other; `receive` returns the frames of the answers that
+    match.
+
+    Raises:
+        LinkError: it can't be connected.
+    """
+
+    def __init__(self, host: str, port: int = 502, answer_s: float = ANSWER_S) -> None:
+        self._line = ModbusTcpLine(host, port, answer_s)
+        self._line.connect()
+        self._heard: SimpleQueue[bytes] = SimpleQueue()
+
+    @override
+    def follow(self, line_format: LineFormat) -> None:
+        """Do nothing: a network has no format."""
+
+    @override
+    def send(self, data: bytes) -> None:
+        """Ask, and wait for the answer."""
+        frames, _ = split_frames(data)
+        for frame in frames:
+            unit, pdu = frame[HEADER.size - 1], frame[HEADER.size :]
+            request = REQUESTS.decode(pdu)
+            assert request is not None
+            try:
+                answer = encoded(self._line.ask(unit, request))
+            except ModbusExceptionError as refused:
+                answer = bytes((pdu[0] | EXCEPTION, refused.code))
+            self._heard.put(reply_frame(frame, answer))
+
+    @override
+    def receive(self, count: int, seconds: float) -> bytes:
+        """Return the frame of an answer as soon as there is one, whatever its length; b"" after `seconds`."""
+        try:
+            return self._heard.get(timeout=seconds)
+        except Empty:
+            return b""
+
+    @override
+    def pause(self, seconds: float) -> None:
+        self._line.pause(seconds)
+
+    @override
+    def close(self) -> None:
+        self._line.close()
 
 
 class _Client(ModbusTcpClient):

@@ -12,6 +12,7 @@ functions that no device here has (tests/unit/line/test_pymodbus.py).
 
 from __future__ import annotations
 
+import selectors
 import socket
 from collections.abc import Callable, Iterator
 from struct import Struct
@@ -32,21 +33,29 @@ class ModbusTcpPort:
 
     Args:
         port: the port, 0 = any that is free.
+        places: connections at once; further ones are closed. None = many, see `places`.
+        selector: waits for this port and for others; by default one of its own.
 
     Raises:
         PortError: it can't listen there.
     """
 
-    def __init__(self, host: str, port: int) -> None:
-        self._listener = Listener(host, port)
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        places: int | None = None,
+        selector: selectors.BaseSelector | None = None,
+    ) -> None:
+        self.listener = Listener(host, port, places, selector)
         self._pending: dict[socket.socket, bytes] = {}
-        self.name = self._listener.name
+        self.name = self.listener.name
         self.traffic = Traffic()  # bytes sent and received, headers included
 
     @property
     def connections(self) -> int:
         """Number of connected clients."""
-        return len(self._listener.connections)
+        return len(self.listener.connections)
 
     def serve(self, seconds: float, answer: AnswerPdu) -> None:
         """Answer the received requests; return within that time."""
@@ -55,7 +64,16 @@ class ModbusTcpPort:
 
     def requests(self, seconds: float) -> Iterator[tuple[socket.socket, list[bytes]]]:
         """Yield the request frames that connections have sent; return within that time."""
-        for connection, data in self._listener.wait(seconds):
+        yield from self._split(self.listener.wait(seconds))
+
+    def take(self, ready: object) -> Iterator[tuple[socket.socket, list[bytes]]]:
+        """Yield the request frames of a socket that the selector has found ready."""
+        yield from self._split(self.listener.take(ready))
+
+    def _split(
+        self, received: Iterator[tuple[socket.socket, bytes]]
+    ) -> Iterator[tuple[socket.socket, list[bytes]]]:
+        for connection, data in received:
             if not data:
                 self._end(connection)
                 continue
@@ -66,14 +84,14 @@ class ModbusTcpPort:
 
     def send(self, connection: socket.socket, replies: bytes) -> None:
         """Send reply frames; a connection that does not take them is ended."""
-        if replies and self._listener.send(connection, replies):
+        if replies and self.listener.send(connection, replies):
             self.traffic.sent += len(replies)
         elif replies:
             self._end(connection)
 
     def close(self) -> None:
         """End all connections and stop listening."""
-        self._listener.close()
+        self.listener.close()
 
     def _requests(self, connection: socket.socket, data: bytes) -> list[bytes]:
         """Return the whole requests of a connection, and keep the rest."""
@@ -86,7 +104,7 @@ class ModbusTcpPort:
 
     def _end(self, connection: socket.socket) -> None:
         self._pending.pop(connection, None)
-        self._listener.drop(connection)
+        self.listener.drop(connection)
 
 
 class NotModbusError(ValueError):

@@ -23,12 +23,20 @@ class Listener:
 
     Args:
         port: the port, 0 = any that is free.
+        places: connections at once; further ones are closed. None = many, see `places`.
+        selector: waits for this listener and for others; by default one of its own.
 
     Raises:
         PortError: it can't listen there.
     """
 
-    def __init__(self, host: str, port: int) -> None:
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        places: int | None = None,
+        selector: selectors.BaseSelector | None = None,
+    ) -> None:
         try:
             family = socket.AF_INET6 if ":" in host else socket.AF_INET
             self._socket = socket.create_server((host, port), family=family)
@@ -37,18 +45,24 @@ class Listener:
         self._socket.setblocking(False)
         self.name = join_address(host, self._socket.getsockname()[1])
         self.connections: dict[socket.socket, int] = {}
-        self._selector = selectors.DefaultSelector()
-        self._selector.register(self._socket, selectors.EVENT_READ)
+        self._places = places
+        self._shared = selector is not None
+        self._selector = selector or selectors.DefaultSelector()
+        self._selector.register(self._socket, selectors.EVENT_READ, self)
 
     def wait(self, seconds: float) -> Iterator[tuple[socket.socket, bytes]]:
         """Accept new connections; yield received data of the others, b"" for one that has ended."""
         for key, _ in self._selector.select(seconds):
-            if key.fileobj is self._socket:
-                gone = self._accept()
-                if gone is not None:
-                    yield gone, b""
-            elif isinstance(key.fileobj, socket.socket) and key.fileobj in self.connections:
-                yield key.fileobj, self._read(key.fileobj)
+            yield from self.take(key.fileobj)
+
+    def take(self, ready: object) -> Iterator[tuple[socket.socket, bytes]]:
+        """Do what `wait` does for a socket that the selector has found ready."""
+        if ready is self._socket:
+            gone = self._accept()
+            if gone is not None:
+                yield gone, b""
+        elif isinstance(ready, socket.socket) and ready in self.connections:
+            yield ready, self._read(ready)
 
     def send(self, connection: socket.socket, data: bytes) -> bool:
         """Send to a connection, or drop it if that fails; return whether the data was sent."""
@@ -71,7 +85,10 @@ class Listener:
         """End all connections and stop listening."""
         for connection in list(self.connections):
             self.drop(connection)
-        self._selector.close()
+        if self._shared:
+            self._selector.unregister(self._socket)
+        else:
+            self._selector.close()
         self._socket.close()
 
     def _accept(self) -> socket.socket | None:
@@ -80,7 +97,10 @@ class Listener:
             connection, _ = self._socket.accept()
         except OSError:  # closed before it was accepted
             return None
-        gone, has_place = make_place(self.connections, wall_ns())
+        if self._places is None:
+            gone, has_place = make_place(self.connections, wall_ns())
+        else:
+            gone, has_place = None, len(self.connections) < self._places
         if gone is not None:
             self.drop(gone)
         if not has_place:
@@ -89,7 +109,7 @@ class Listener:
         connection.setblocking(False)
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.connections[connection] = wall_ns()
-        self._selector.register(connection, selectors.EVENT_READ)
+        self._selector.register(connection, selectors.EVENT_READ, self)
         return gone
 
     def _read(self, connection: socket.socket) -> bytes:

@@ -62,6 +62,9 @@ class Driver(Exchanges[Drive]):
         """Return other work for the controller, or None."""
         return None
 
+    def hurry(self) -> None:
+        """Take notice of new requests of the adapter, also in a pause."""
+
     def forget(self) -> None:
         """Forget which parameters the controller holds."""
         raise NotImplementedError
@@ -157,7 +160,7 @@ class Driver(Exchanges[Drive]):
             if self.state is ControllerState.READY and (self.busy or self.position != before):
                 self.findings.add(FindingKind.STRAYED)
                 before = self.position
-            if self._has_work():
+            if self.has_work():
                 return
         yield PUBLISH
         if self.state is ControllerState.READY and not self.busy and abs(self.position) < REBIAS_BELOW:
@@ -166,11 +169,12 @@ class Driver(Exchanges[Drive]):
     def _look_in_doubt(self) -> Talk:
         """Read while answers may be late: one read with a motion may be old, one more is proof."""
         for _ in range(self.master.overdue + 1):
-            if (yield from self.rest(self._has_work)) or self._has_work():
+            if (yield from self.rest(self.has_work)) or self.has_work():
                 self.busy = False
                 return
 
-    def _has_work(self) -> bool:
+    def has_work(self) -> bool:
+        """Whether there is more to do than to look."""
         return self.cut or self.setup or bool(self.tasks) or self.errand() is not None
 
     # -- motions ------------------------------------------------------------------------------

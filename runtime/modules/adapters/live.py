@@ -127,6 +127,11 @@ def open_adapter(kind: AdapterKind[Drive], port: str, address: int, options: Opt
     """
     chosen = kind.options.of(options)
     try:
-        return LiveAdapter(LiveLine(partial(open_port, port, kind.line_format)), kind, chosen, address)
+        opened = (
+            partial(open_port, port, kind.line_format)
+            if kind.network is None
+            else partial(kind.network, port)
+        )
+        return LiveAdapter(LiveLine(opened), kind, chosen, address)
     except LinkError as error:
         raise ValueError(str(error)) from error

@@ -25,6 +25,7 @@ from typing import Any, Generic
 
 from ....io_images.amci3601 import CommandLsw, Firmware, InputBit, StatusMsw
 from ....io_images.image import Image, signed_word
+from ...line.clients.link import Link
 from ...line.wire import LineFormat
 from ...loop.events import Event
 from ...loop.incidents import FaultKind
@@ -38,7 +39,7 @@ from .driver import Driver
 from .exchanges import ControllerState
 from .findings import Finding, FindingKind
 from .linked_axis import LinkedAxis
-from .plant import LinkedController, Plant
+from .plant import LinkedController, SimulatedController
 from .task import Drive
 
 Words = tuple[int, ...]
@@ -74,15 +75,17 @@ class AdapterKind(Generic[Drive]):
         plant: returns a simulated controller of address 1 that moves a machine, wired by the options.
         configuration_rows: which configurations it refuses.
         command_rows: which commands it refuses.
+        network: opens a port that is no serial line, by its name; None where the line's own bytes are sent.
     """
 
     options: type[Any]
     line_format: LineFormat
     driver: Callable[[Any, int], Driver[Drive]]
     axis: Callable[[Any, Any], LinkedAxis[Drive]]
-    plant: Callable[[Machine, Any], Plant]
+    plant: Callable[[Machine, Any], SimulatedController]
     configuration_rows: Sequence[ConfigurationRow[Any]]
     command_rows: Sequence[CommandRow[Any]]
+    network: Callable[[str], Link] | None = None
 
     def simulated(
         self, machine: Machine | None = None, options: Options | None = None
@@ -248,6 +251,7 @@ class Adapter(Generic[Drive]):
         if self._locked_out:
             self._stay_locked_out(now_ns, words)
         self.layer.tick(now_ns, words, self.axis.levels)
+        self.driver.hurry()
         self._look_at_the_end(now_ns, findings)
         self._refuse_missed(now_ns)
         self._tell_of_substitutions(now_ns)
@@ -406,7 +410,7 @@ class Adapter(Generic[Drive]):
 class SimulatedAdapter(Adapter[Drive]):
     """An adapter whose controller and line are simulated, and can be disturbed."""
 
-    controller: Plant
+    controller: SimulatedController
 
     def disturb(self, what: FaultKind, *, begins: bool, lasts: bool) -> None:
         """Begin or end a disturbance between adapter and controller, from the last `update` on.

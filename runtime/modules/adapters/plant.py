@@ -7,7 +7,7 @@ from typing import Protocol
 
 from ....io_images.amci3601 import Configuration, InputBit
 from ....io_images.site import SettingError
-from ...line.adapter_line import Line, SimulatedLine
+from ...line.adapter_line import FaultyDevice, Line, SimulatedLine
 from ...line.wire import ControllerDevice
 from ...machine import Machine, Switch
 
@@ -44,6 +44,14 @@ class LinkedController(Protocol):
         """Cycle the controller's power; a reply on the line breaks off."""
 
 
+class SimulatedController(LinkedController, Protocol):
+    """A simulated controller: its line can be disturbed."""
+
+    @property
+    def line(self) -> SimulatedLine:
+        """The line between controller and adapter."""
+
+
 class Plant(ABC):
     """A controller, its line and its machine.
 
@@ -58,7 +66,7 @@ class Plant(ABC):
             raise SettingError("machine", "machine: a master encoder is simulated with module amci3601 only")
         self.machine = machine  # driven by the controller; its shaft follows every step
         self.device = device
-        self.line = SimulatedLine(device)
+        self.line = SimulatedLine(FaultyDevice(device))
         self.levels = machine.levels(0)  # electrical levels of the machine's inputs, as a mask of `InputBit`
         self._held = machine.held
         self._feedback = 0

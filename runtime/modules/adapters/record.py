@@ -81,7 +81,14 @@ def _pmc006() -> AdapterKind[Any]:
     return PMC006
 
 
+def _amci_drive() -> AdapterKind[Any]:
+    from .amci_drive.module import AMCI_DRIVE
+
+    return AMCI_DRIVE
+
+
 RECORDS = (
     adapter_record("pcl601-adapter", _pcl601, factory_address=1, highest_address=99),
     adapter_record("pmc006-adapter", _pmc006, factory_address=FACTORY_ADDRESS, highest_address=120),
+    adapter_record("amci-drive", _amci_drive, factory_address=1, highest_address=247),
 )

@@ -55,6 +55,7 @@ class AxisHoming(Enum):
     NONE = "nothing"
     LEAVES_SWITCH = "it stops on leaving the home switch"
     MEETS_SWITCH = "it stops on meeting the home switch, and leaves one that is active first"
+    WHOLE = "all of it, limits and reversals included"
     MEETS_SWITCH_SLOWLY = "it stops on meeting the home switch, slowed down by the proximity before"
 
 

@@ -11,6 +11,7 @@ whole: 1 for another function, 2 for an address without a register, 3 for a coun
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache, partial
 from typing import TypeVar
 
 from pymodbus.pdu import ModbusPDU
@@ -36,6 +37,9 @@ OUTPUTS = 1024
 COILS = 16 * OUTPUTS
 """The coil of its bit 0."""
 
+REQUESTS_KEPT = 64
+"""Decoded requests that are kept: clients send the same ones again and again."""
+
 
 class DriveRegisters:
     """The registers of the axes of a stack.
@@ -58,10 +62,11 @@ class DriveRegisters:
             22: self._mask_write,
             23: self._write_and_read,
         }
+        self._decoded = lru_cache(REQUESTS_KEPT)(partial(request_of, functions=self._functions))
 
     def answer(self, request: bytes) -> bytes:
         """Carry out a request (function code and data); return the answer or exception."""
-        return answer_to(request_of(request, self._functions), self._carry_out)
+        return answer_to(self._decoded(request), self._carry_out)
 
     def _carry_out(self, request: ModbusPDU) -> ModbusPDU:
         return self._functions[request.function_code](request)

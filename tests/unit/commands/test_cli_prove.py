@@ -257,6 +257,21 @@ def test_two_programs_differ_where_the_edit_reaches(place: Path) -> None:
     assert json.loads(said)["changed"][0]["tag"] == "Rev"
     status, said = scanrack("prove", "line.rung", "new.rung", "--may-differ", "Fwd,Dwell")
     assert status == 1
+    status, said = scanrack("prove", "line.rung", "new.rung", "--outputs", "Fwd,Dwell")
+    assert (status, said.splitlines()[0][:49]) == (0, "0 of 5 bits and numbers can differ, 0 in one scan")
+    status, said = scanrack("prove", "line.rung", "new.rung", "--outputs", "Rev")
+    assert (status, said.splitlines()[0][:49]) == (1, "1 of 1 bits and numbers can differ, 1 in one scan")
+
+
+def test_a_bit_that_only_one_program_writes_is_no_input_of_the_other(place: Path) -> None:
+    """Run is 0 in the old program, whatever the new one makes of Start: only its own copy can differ."""
+    head = "PROGRAM line\nTAG Start : BOOL\nTAG Run : BOOL\nTAG Lamp : BOOL\nROUTINE Main\n"
+    (place / "old.rung").write_text(f"{head}XIC(Run)OTE(Lamp);\nEND\n", encoding="utf-8")
+    (place / "new.rung").write_text(
+        f"{head}XIC(Start)XIO(Start)OTE(Run);\nXIC(Run)OTE(Lamp);\nEND\n", encoding="utf-8"
+    )
+    status, said = scanrack("prove", "old.rung", "new.rung")
+    assert (status, said.splitlines()[0][:49]) == (0, "0 of 2 bits and numbers can differ, 0 in one scan")
 
 
 def test_mistakes_of_a_comparison_are_named(place: Path) -> None:
@@ -320,7 +335,7 @@ def test_nothing_is_asked_about_the_inside_of_shipped_blocks(
 ) -> None:
     asked = []
 
-    def ask(problem: ProgramSystem, routines: set[str], seen: object) -> Answers:
+    def ask(problem: ProgramSystem, routines: set[str], **_others: object) -> Answers:
         asked.append((routines, "MC_HOME.LOGIC" in problem.lowered.routines))
         return Answers()
 

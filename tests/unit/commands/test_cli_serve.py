@@ -188,7 +188,7 @@ def test_orders_that_the_control_channel_refuses(channel: ControlChannel, text: 
 
 
 @pytest.mark.parametrize("known", [True, False])
-@pytest.mark.parametrize("text", ["drop", "[" * 4000, "POST / HTTP/1.1"])
+@pytest.mark.parametrize("text", ["drop", "[[", "POST / HTTP/1.1"])
 def test_a_line_that_is_not_json_ends_the_control_channel(
     channel: ControlChannel, text: str, known: bool
 ) -> None:
@@ -275,6 +275,28 @@ def test_what_cannot_be_served(arguments: list[str], said: str) -> None:
     result = CliRunner().invoke(build(), ["serve", "pmc006", *arguments])
     assert result.exit_code == 2
     assert result.stderr.startswith(f"scanrack: {said}")
+    assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["smd23e2"], "smd23e2: give --tcp [HOST:]PORT, --ethernet-ip [HOST:]PORT or both"),
+        (["smd23e2", "--tcp", "0", "--pty"], "--pty: smd23e2 does not have it"),
+        (["smd23e2", "--ethernet-ip", "here"], "--ethernet-ip here: it has to be HOST:PORT or PORT"),
+        (
+            ["anf2", "--ethernet-ip", "0", "--io-port", "0"],
+            "--ethernet-ip: the EDS file of one SMD23E2 is known",
+        ),
+        (["anf2", "--tcp", "0", "--memory", "anf2.json"], "--memory anf2.json: the anf2 keeps nothing"),
+        (["pcl601", "--pty", "--io-port", "0"], "--io-port: pcl601 does not have it"),
+        (["pcl601", "--pty", "--axes", "2"], "--axes: pcl601 does not have it"),
+    ],
+)
+def test_what_cannot_be_served_of_a_drive(arguments: list[str], said: str) -> None:
+    result = CliRunner().invoke(build(), ["serve", *arguments])
+    assert result.exit_code == 2
+    assert result.stderr.startswith(f"scanrack: {said}"), result.stderr
     assert result.stderr.count("\n") == 1
 
 

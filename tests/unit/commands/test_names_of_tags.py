@@ -107,6 +107,7 @@ ASKED: dict[str, tuple[Asked, dict[str, list[str]]]] = {
     "why what": (lambda name: scanrack("why", "m.mcap", name), TAGS | BITS | IMAGES),
     "why until": (lambda bit: scanrack("why", "m.mcap", r"\A.Step", "--until", bit), BITS | IMAGES),
     "xref tag": (lambda name: scanrack("xref", "m.L5X", name), TAGS),
+    "prove outputs": (lambda name: scanrack("prove", "m.L5X", "m.L5X", "--outputs", name), TAGS),
     "prove only": (lambda name: scanrack("prove", "m.L5X", "m.L5X", "--may-differ", name), TAGS),
     "run tag": (lambda name: scanrack("run", "m.toml", *RECORDED_ANEW, "--tag", name), TAGS | BITS),
     "check": (recorded, TAGS | BITS),

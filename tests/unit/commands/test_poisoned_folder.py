@@ -98,6 +98,7 @@ WORDS = {
     "prove small.rung": 0,
     "drive pcl601": 0,
     "serve pcl601 --program missing": 2,
+    "serve anf2 --tcp 0 --axes 13": 2,
     "device pcl601 --tcp 127.0.0.1:1 status": 1,
     "device pmc006 --serial missing status": 1,
     "device list": 0,

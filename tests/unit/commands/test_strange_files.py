@@ -118,7 +118,7 @@ def logic(scan):
 """
 
 
-@pytest.mark.parametrize("text", ["'x' * 5_000_000", "'x\\n' * 2_500_000"], ids=["a line", "lines"])
+@pytest.mark.parametrize("text", ["'x' * 50_000", "'x\\n' * 25_000"], ids=["a line", "lines"])
 @pytest.mark.parametrize("loading", [True, False])
 def test_a_text_without_an_end_is_shortened(place: Path, text: str, loading: bool) -> None:
     program = RAISES.format(text)
@@ -127,7 +127,7 @@ def test_a_text_without_an_end_is_shortened(place: Path, text: str, loading: boo
     result = scanrack("run rack.toml --record t.mcap")
     assert result.exit_code == 2 if loading else 1
     assert len(result.output) < 20_000
-    assert "5,000,000 characters" in result.output or "more lines" in result.output
+    assert "50,000 characters" in result.output or "more lines" in result.output
     if not loading:
         assert (place / "t.mcap").stat().st_size < 50_000
         assert len(scanrack("show t.mcap").output) < 20_000

@@ -100,6 +100,7 @@ ROWS = [
     Row("drive pcl601", 0, ""),
     Row("serve pcl601 --program missing", 2, "missing"),
     Row("serve pcl601 --pty", 2, "no pseudo-terminals"),
+    Row("serve smd23e2 --tcp 0 --axes 2", 2, "--axes 2"),
     Row("device pcl601 --tcp 127.0.0.1:1 status", 1, "127.0.0.1:1"),
     Row("device pmc006 --serial COM77 status", 1, "COM77"),
     Row("device list", 0, ""),

@@ -82,8 +82,8 @@ GOOD = Recipe(ESTOP, ORIGIN).text()
     ("text", "says"),
     [
         ("[" * 60, "Expecting value"),
-        ("[" * 200_000, "more than 65,536 bytes"),
-        ("[" * 2_000, "brackets"),
+        (" " * 65_537, "more than 65,536 bytes"),
+        ("[" * 65, "brackets"),
         ("[]", "an object is needed, not []"),
         ("nothing", "Expecting value"),
         ("{}", "scans = None: must be 1 to 1,000,000,000,000,000"),

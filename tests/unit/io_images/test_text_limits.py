@@ -11,10 +11,12 @@ import json
 import tomllib
 from collections.abc import Callable
 from contextlib import suppress
+from decimal import Decimal
 from pathlib import Path
 
 import pytest
 from costs import lines_executed, most_memory
+from scanrack.io_images import doors
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.text_limits import LIMITS, TextKind, TextLimitError, check_text
 from scanrack.ladder.files import parse_program, parse_structured
@@ -183,3 +185,9 @@ def test_a_number_has_as_many_digits_as_python_converts(kind: TextKind) -> None:
         with pytest.raises(TextLimitError, match="a number of more than 4,300 digits") as refused:
             check_text(f"\n{sign}{'1' * 4301}\n", kind)
         assert refused.value.line == 2
+
+
+def test_an_exponent_that_no_decimal_has_is_no_number() -> None:
+    """`Decimal` refuses it as it refuses other texts."""
+    assert doors._fraction("1.5") == Decimal("1.5")
+    assert doors._fraction("1e").is_nan()

@@ -184,13 +184,12 @@ def test_a_plan_that_can_not_be_used_is_refused_by_scene_and_line(text: str, say
 @pytest.mark.parametrize(
     ("text", "says"),
     [
-        ("a." * 20_000 + "a = 1", "p.toml:1: a name of more than 16 parts"),
-        ("\na = " + "[" * 100, "p.toml:2: brackets that are nested deeper than 32"),
+        ("a." * 16 + "a = 1", "p.toml:1: a name of more than 16 parts"),
+        ("\na = " + "[" * 33, "p.toml:2: brackets that are nested deeper than 32"),
         ("a = ", "p.toml: Invalid value"),
     ],
 )
 def test_a_plan_has_the_limits_of_other_texts(text: str, says: str) -> None:
-    """A key of 40 kB took 1.6 GB."""
     with pytest.raises(ValueError, match=says):
         parse_plan(text, "p.toml")
 

@@ -100,7 +100,7 @@ def test_a_recording_without_its_end_is_asked_without_snapshots(
     [
         "",
         "[1,2",
-        "[" * 100_000,
+        "[[",
         "{}",
         "[]",
         "[true,7]",

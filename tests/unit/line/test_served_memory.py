@@ -135,7 +135,7 @@ def unit(said: str) -> str:
         (unit('"address": 100, "autorun": false, "program": []'), "address"),
         (unit('"address": 1, "autorun": false, "program": ["NO"]'), "program"),
         (unit('"address": 1, "autorun": false, "program": [], "x": 1'), "x"),
-        (HEAD + '"units": ' + "[" * 100_000, "memory.json"),
+        (HEAD + '"units": ' + "[" * 9, "memory.json"),
     ],
     ids=["another file", "another controller", "no units", "cut off", "address", "program", "key", "nested"],
 )

@@ -114,10 +114,10 @@ async def closed_with(page):
         return closed.rcvd and closed.rcvd.code
 
 
-def test_a_message_of_100_kb_closes_the_socket_and_nothing_else(session):
+def test_a_message_of_more_than_64_kib_closes_the_socket_and_nothing_else(session):
     async def send():
         async with page_of(session) as page:
-            await page.socket.send("x" * 100_000)
+            await page.socket.send("x" * ((1 << 16) + 1))
             assert await closed_with(page) == 1009  # message too big [RFC 6455, section 7.4.1]
         async with page_of(session) as page:
             await page.until(lambda seen: seen.frames > 2)

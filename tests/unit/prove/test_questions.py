@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove import ProgramSystem, ScanBounds
 from scanrack.ladder.prove.induction import VerdictKind
-from scanrack.ladder.prove.questions import RULES, Answers, ask
+from scanrack.ladder.prove.questions import RULES, Answers, Finding, Listener, ask, asking
+from scanrack.ladder.prove.system import System
 
 pytestmark = pytest.mark.extra("prove")
 
@@ -113,3 +116,51 @@ END
 def test_a_coil_that_is_off_in_each_first_scan_is_not_stuck() -> None:
     found = ask(ProgramSystem(parse_program(AWAKE))).findings
     assert [each.text for each in found if each.rule == "stuck"] == ["Held is never off again once it is on"]
+
+
+SLOW = (
+    "XIC(A)ADD(N,1,N);",
+    "GRT(N,5)MOV(0,N);",
+    "LES(N,-3)OTE(X);",
+    "GRT(N,900)OTE(Y);",
+    "XIC(A)XIO(A)OTE(Z);",
+)
+
+
+class Heard(Listener):
+    """Notes what it hears."""
+
+    def __init__(self) -> None:
+        self.said: list[str] = []
+
+    def asked(self, count: int) -> None:
+        self.said.append(f"asked {count}")
+
+    def found(self, finding: Finding) -> None:
+        self.said.append(finding.text)
+
+    def left(self, count: int, spent: int, most: int) -> None:
+        assert spent > 0
+        assert count <= most
+        self.said.append(f"left {count}")
+
+
+def test_what_takes_little_is_answered_first_and_invariants_are_found_once(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    sought = []
+
+    def invariants(system: System, *given: Any) -> Any:
+        sought.append(system)
+        return found_by(system, *given)
+
+    found_by = asking.invariants
+    monkeypatch.setattr(asking, "invariants", invariants)
+    heard = Heard()
+    head = ["PROGRAM p", *TAGS, "ROUTINE Main"]
+    result = ask(ProgramSystem(parse_program("\n".join([*head, *SLOW, "END", ""]))), listener=heard)
+    at = next(place for place, each in enumerate(heard.said) if each.startswith("left"))
+    assert heard.said[0] == f"asked {sum(result.asked.values())}"
+    assert "Z is never on" in heard.said[1:at]
+    assert len(sought) == len(set(map(id, sought))) <= 2
+    assert [each.text for each in result.findings if each.rule == "never-on"][-1] == "Z is never on"

@@ -170,8 +170,9 @@ def test_words_of_statements_are_no_instructions(imported):
     assert (found.report.declared, found.report.objects) == ({"A": "BOOL", "C": "BOOL", "B": "DINT"}, [])
 
 
-@pytest.mark.parametrize("text", ["'$" * 200_000, "(*" * 200_000, "a" * 400_000, "'" * 400_000])
-def test_names_of_calls_are_found_in_linear_time(text):
+@pytest.mark.parametrize("text", ["'$", "(*", "aa", "''"])
+def test_names_of_calls_are_found_in_few_steps(text):
+    text *= 2_000  # of a quadratic search a second
     routine = SimpleNamespace(rungs=[SimpleNamespace(text=text)], lines=[(text, 1)])
     part = SimpleNamespace(routines=[routine])
     read: Any = SimpleNamespace(programs=[part], add_ons=[])

@@ -153,12 +153,12 @@ FORGERIES = {
         OUT,
     ),
     "rack file with a long key": Forgery(
-        {"rack.toml": "a." * 20_000 + "a = 1", "line.py": LINE, "helper.py": HELPER},
+        {"rack.toml": "a." * 16 + "a = 1", "line.py": LINE, "helper.py": HELPER},
         "line.py",
         "a name of more than 16 parts",
     ),
     "rack file nested without end": Forgery(
-        {"rack.toml": "a = " + "[" * 100_000, "line.py": LINE, "helper.py": HELPER},
+        {"rack.toml": "a = " + "[" * 33, "line.py": LINE, "helper.py": HELPER},
         "line.py",
         "nested deeper than 32",
     ),

@@ -102,7 +102,7 @@ PROGRAM = "def logic(scan):\n    if scan.number == 20:\n        print('twenty', 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows does not take away an open file")
 @pytest.mark.parametrize("way", [removed, replaced, emptied], ids=lambda way: way.__name__)
-@pytest.mark.parametrize("command", ["run", "serve"])
+@pytest.mark.parametrize("command", ["run", "run, not quiet", "serve"])
 def test_a_command_whose_recording_is_taken_away_ends_with_3(
     command: str, way: Callable[[Path], None], tmp_path: Path
 ) -> None:
@@ -110,6 +110,7 @@ def test_a_command_whose_recording_is_taken_away_ends_with_3(
     (tmp_path / "line.py").write_text(PROGRAM, "utf-8")
     words = {
         "run": ["run", "line.toml", "--realtime", "--record", "run.mcap", "-q"],
+        "run, not quiet": ["run", "line.toml", "--realtime", "--record", "run.mcap"],
         "serve": ["serve", "pmc006", "--tcp", "0", "--record", "run.mcap"],
     }
     process = forked.start(
@@ -126,6 +127,6 @@ def test_a_command_whose_recording_is_taken_away_ends_with_3(
         way(tmp_path / "run.mcap")
         process.send_signal(signal.SIGINT)
         _, err = process.communicate(timeout=120)
-    told = err.splitlines()[-1]
+    told = next(line for line in err.splitlines() if WAYS[way] in line)
     assert (process.returncode, told.count(WAYS[way])) == (3, 1), err
     assert "run.mcap" in told

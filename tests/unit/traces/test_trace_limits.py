@@ -1,7 +1,9 @@
-"""A small file that unpacks to gigabytes, or has millions of empty records, is refused in no time."""
+"""A chunk that unpacks to more, and a file of more empty records, than a limit allows is refused.
+
+The limits of these tests are small, so that a step beyond them is no load for any reader.
+"""
 
 import struct
-import time
 import zlib
 from pathlib import Path
 
@@ -18,7 +20,6 @@ from typer.testing import CliRunner
 
 MIB = 1024 * 1024
 EMPTY = RECORD_HEAD.pack(0x90, 0)
-PATIENCE_S = 15  # of a core: it takes 2; without limits over 40
 
 
 @pytest.fixture
@@ -37,38 +38,29 @@ def with_chunk(path: Path, size: int, data: bytes, crc: int = 0, name: bytes = b
     return path
 
 
-def zeros(mebibytes: int) -> bytes:
-    compressor = zstandard.ZstdCompressor().compressobj(size=mebibytes * MIB)
-    parts = [compressor.compress(bytes(MIB)) for _ in range(mebibytes)]
-    return b"".join([*parts, compressor.flush()])
-
-
 def run(*arguments: object) -> tuple[int, str]:
-    start = time.process_time()
     result = CliRunner().invoke(build(), [str(argument) for argument in arguments])
-    assert time.process_time() - start < PATIENCE_S
     return result.exit_code, result.stderr
 
 
 @pytest.mark.parametrize("command", ["show", "repair", "query", "export"])
 def test_a_chunk_that_unpacks_to_too_much_is_refused_by_every_command(path: Path, command: str) -> None:
-    """256 MB in 24 KB."""
-    with_chunk(path, 256 * MIB, zeros(256))
+    with_chunk(path, MIB + 1, zstandard.compress(bytes(MIB + 1)))
     words: dict[str, list[object]] = {
         "query": ["slot1.in.MODULE_OK"],
         "export": ["--csv", path.with_suffix(".csv")],
     }
-    status, err = run(command, path, *words.get(command, []))
+    status, err = run("--max-chunk", 1, command, path, *words.get(command, []))
     assert status == 2
-    assert "unpacks to 268,435,456 bytes; the limit is 33,554,432" in err
+    assert "unpacks to 1,048,577 bytes; the limit is 1,048,576" in err
     assert err.endswith("'scanrack --max-chunk N COMMAND ...' raises the limit\n")
     assert err.count("\n") == 1
 
 
 @pytest.mark.slow
 def test_the_limit_can_be_raised(path: Path) -> None:
-    """Forty MiB of empty private records: not damaged, and nothing of ours."""
-    data = EMPTY * (40 * MIB // len(EMPTY) // 40)
+    """A MiB of empty private records: not damaged, and nothing of ours."""
+    data = EMPTY * (MIB // len(EMPTY))
     with_chunk(path, len(data), zstandard.compress(data), zlib.crc32(data))
     with limited(Limits(chunk_bytes=MIB // 2)), open_trace(path) as trace, pytest.raises(TraceLimitError):
         list(trace)
@@ -77,7 +69,7 @@ def test_the_limit_can_be_raised(path: Path) -> None:
     assert run("--max-chunk", 2, "show", path)[0] == 0
 
 
-@pytest.mark.parametrize("size", [3_000_000_000, 256 * MIB])
+@pytest.mark.parametrize("size", [101, 2 * MIB])
 def test_a_chunk_that_only_claims_to_be_large_is_damaged(path: Path, size: int) -> None:
     """What its data say of themselves is another size: a bit of its head has flipped."""
     with_chunk(path, size, zstandard.compress(bytes(100)))
@@ -91,20 +83,19 @@ def test_a_chunk_that_only_claims_to_be_large_is_damaged(path: Path, size: int) 
 @pytest.mark.parametrize("name", [b"lz4", b"zstd"])
 def test_a_chunk_that_claims_to_be_small_unpacks_no_further(path: Path, name: bytes) -> None:
     if name == b"lz4":
-        data = lz4.frame.compress(bytes(64 * MIB), store_size=False)
+        data = lz4.frame.compress(bytes(2_000), store_size=False)
     else:
-        data = zstandard.ZstdCompressor(write_content_size=False).compress(bytes(64 * MIB))
+        data = zstandard.ZstdCompressor(write_content_size=False).compress(bytes(2_000))
     with_chunk(path, 1000, data, name=name)
     with open_trace(path) as trace:
         assert len(list(trace.scans())) == 100
         assert "it holds more than 1,000 bytes instead of 1,000" in trace.notes[-1]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("command", ["show", "repair"])
 @pytest.mark.parametrize("inside", [True, False])
-def test_three_million_empty_records(path: Path, command: str, inside: bool) -> None:
-    data = EMPTY * 3_000_000
+def test_more_empty_records_than_the_limit(path: Path, command: str, inside: bool) -> None:
+    data = EMPTY * 1_001
     if inside:
         with_chunk(path, len(data), zstandard.compress(data), zlib.crc32(data))
     else:
@@ -112,9 +103,9 @@ def test_three_million_empty_records(path: Path, command: str, inside: bool) -> 
         with open_trace(path) as trace:
             place = trace.sections[0].span.offset
         path.write_bytes(content[:place] + data + content[place:])
-    status, err = run(command, path)
+    status, err = run("--max-records", 1_000, command, path)
     assert status == 2
-    assert "has more than 200,000 records, most of them empty" in err
+    assert "has more than 1,000 records, most of them empty" in err
     assert "'scanrack --max-records N COMMAND ...' raises the limit" in err
 
 

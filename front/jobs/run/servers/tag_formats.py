@@ -12,14 +12,13 @@ None of these programs was at hand to import a file; that of Node-RED is read by
 
 from __future__ import annotations
 
-import csv
-import io
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from ....io_images.csv_cells import cell, csv_text, line_text
 from ....runtime.tag_servers.tag_list import TagRow
 from ....runtime.tag_servers.variables import ELEMENTS_MOST
 
@@ -57,16 +56,6 @@ class TagFile:
                 yield row
 
 
-def cell_text(text: str) -> str:
-    r"""Return a text for a cell: of one line, and no formula of a spreadsheet, which begins with `=+-@`.
-
-    >>> cell_text("=HYPERLINK(0)"), cell_text("Motor\nof the belt")
-    ("'=HYPERLINK(0)", 'Motor of the belt')
-    """
-    line = " ".join(text.split())
-    return f"'{line}" if line.startswith(("=", "+", "-", "@")) else line
-
-
 # --- Kepware
 
 _KEPWARE_HEAD = (
@@ -97,18 +86,17 @@ def kepware(rows: Iterable[TagRow], title: str) -> TagFile:
     A dot in a name makes a tag group. `Grid{3}{4}` is an array of one or two dimensions, `Text.DATA/82` a
     text.
     """
-    made, out = TagFile(), io.StringIO()
-    write = csv.writer(out, lineterminator="\n").writerow
-    write(_KEPWARE_HEAD.split(","))
+    made = TagFile()
+    table: list[list[object]] = [[*_KEPWARE_HEAD.split(",")]]
     for row in _with_arrays(made, rows):
         kind = _KEPWARE[row.type_name] + (" Array" if row.dims else "")
         address = row.enip + "".join(f"{{{size}}}" for size in row.dims)
         if row.type_name == "STRING" and not row.in_files:
             address += f".DATA/{_TEXT_MOST}"
         access = "R/W" if row.writable else "RO"
-        shown = cell_text(row.description)
-        write([_plain(row.name, "."), address, kind, 1, access, SCAN_MS, *[""] * 9, shown, ""])
-    made.text = out.getvalue()
+        shown = line_text(row.description)
+        table.append([_plain(row.name, "."), address, kind, 1, access, SCAN_MS, *[""] * 9, shown, ""])
+    made.text = csv_text(table)
     return made
 
 
@@ -178,7 +166,7 @@ def _hmi_tag(row: TagRow, name: str) -> str:
     limits = _LIMITS.get(row.type_name)
     kind = "S" if row.type_name == "STRING" else "D" if limits is None else "A"
     cells: list[object] = [None] * _COLUMNS
-    cells[:7] = kind, name, cell_text(row.description), "F", "D", "*", "F"
+    cells[:7] = kind, name, line_text(row.description), "F", "D", "*", "F"
     if limits is not None:
         cells[7:15] = "D", "F" if row.type_name == "REAL" else "L", *limits, 0, 1, 0, 0
     elif kind == "D":
@@ -191,7 +179,9 @@ def _hmi_tag(row: TagRow, name: str) -> str:
 
 def _cells(*cells: object) -> str:
     """Return a line: texts quoted, `None` empty."""
-    quoted = ('"' + each.replace('"', "'") + '"' if isinstance(each, str) else each for each in cells)
+    quoted = (
+        '"' + each.replace('"', "'") + '"' if isinstance(each, str) else each for each in map(cell, cells)
+    )
     return ",".join("" if each is None else str(each) for each in quoted)
 
 

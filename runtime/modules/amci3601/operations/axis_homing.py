@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from typing import Protocol, runtime_checkable
+
 from typing_extensions import override
 
 from ....kinematics import Profile
@@ -171,10 +173,37 @@ class HomingSlowedByProximity(Homing):
         return bool(self.state.active & HOME)
 
 
+@runtime_checkable
+class SeeksHome(Protocol):
+    """An axis that makes a whole search itself."""
+
+    @property
+    def found_home(self) -> bool:
+        """Whether the last search has ended at home."""
+
+
+class HomingByDrive(Homing):
+    """A search that the axis makes from its start to its end, and says whether it has found home."""
+
+    @override
+    def start(self, now_ns: int) -> None:
+        self.axis.home(now_ns, self.direction, self.profile)
+
+    @override
+    def on_tick(self, now_ns: int, command: CommandWords) -> None:
+        """Take over the result at rest."""
+        if not self.axis.moving:
+            assert isinstance(self.axis, SeeksHome)
+            self.found = self.axis.found_home
+            if not self.found:
+                give_up(self.host, now_ns, STOPPED_ELSEWHERE)
+
+
 HOMINGS: dict[AxisHoming, type[Homing]] = {
     AxisHoming.NONE: Homing,
     AxisHoming.LEAVES_SWITCH: HomingByAxis,
     AxisHoming.MEETS_SWITCH: HomingOntoSwitch,
+    AxisHoming.WHOLE: HomingByDrive,
     AxisHoming.MEETS_SWITCH_SLOWLY: HomingSlowedByProximity,
 }
 """Homing, by the axis's own part of it."""

@@ -1,0 +1,58 @@
+#!/usr/bin/env bash
+# What: a pymodbus server answers the first of several requests that arrive in one read and drops the others
+# Packages:
+#   pypi pymodbus 3.16.1
+# Date: 2026-11-29
+# Meets: a Modbus TCP client with several open transactions, which the transaction identifier is for
+# Expected: an answer to each, at least with Modbus TCP
+# Behavior:
+#   Three requests in one segment, with transaction identifiers 1, 2 and 3, get one answer within a second, to the first.
+#   A request after that is answered. With the RTU framer over TCP it is the same.
+# Scanrack: Its Modbus server splits the frames itself and answers each; see [Modbus](hmi.md#modbus)
+# Output:
+#   socket three at once: 00 01 00 00 00 05 01 03 02 00 0a
+#   socket the third alone: 00 03 00 00 00 05 01 03 02 00 0c
+#   rtu three at once: 01 03 02 00 0a 38 43
+#   rtu the third alone: 01 03 02 00 0c b8 41
+. "$(dirname "$0")/lib.sh"
+observe python - <<'PY'
+import asyncio
+
+from pymodbus import FramerType
+from pymodbus.framer import FramerRTU, FramerSocket
+from pymodbus.pdu import DecodePDU
+from pymodbus.pdu.register_message import ReadHoldingRegistersRequest
+from pymodbus.server import ModbusTcpServer
+from pymodbus.simulator import DataType, SimData, SimDevice
+
+
+async def answers(reader):
+    got = b""
+    try:
+        while True:
+            got += await asyncio.wait_for(reader.read(100), 1)
+    except TimeoutError:
+        return got.hex(" ") or "nothing"
+
+
+async def main():
+    for framer, frames in ((FramerType.SOCKET, FramerSocket), (FramerType.RTU, FramerRTU)):
+        device = SimDevice(1, [SimData(0, values=[10, 11, 12], datatype=DataType.REGISTERS)])
+        server = ModbusTcpServer(device, framer=framer, address=("127.0.0.1", 0))
+        await server.listen()
+        reader, writer = await asyncio.open_connection(*server.transport.sockets[0].getsockname())
+        build = frames(DecodePDU(True)).buildFrame
+        sent = [
+            build(ReadHoldingRegistersRequest(address=each, count=1, dev_id=1, transaction_id=each + 1))
+            for each in (0, 1, 2)
+        ]
+        writer.write(b"".join(sent))
+        print(framer.value, "three at once:", await answers(reader))
+        writer.write(sent[2])
+        print(framer.value, "the third alone:", await answers(reader))
+        writer.close()
+        await server.shutdown()
+
+
+asyncio.run(main())
+PY

@@ -1,0 +1,37 @@
+#!/usr/bin/env bash
+# What: pyvcd sorts scopes by their text, so slot10 comes before slot2 in every viewer
+# Packages:
+#   pypi pyvcd 0.5.1
+# Date: 2026-11-29
+# Meets: who exports more than ten modules
+# Expected: scopes in the order of registration
+# Behavior:
+#   Scopes are written in the order of their names as text, whatever the order of registration. Variables inside
+#   a scope keep their order of registration.
+# Scanrack: Exported scopes come in this order, too: `slot10` is before `slot2`; see [export](query.md)
+# Output:
+#   module rack
+#   module slot1
+#   wire 1 ! run
+#   wire 1 " home
+#   module slot10
+#   wire 1 % run
+#   wire 1 & home
+#   module slot2
+#   wire 1 # run
+#   wire 1 $ home
+. "$(dirname "$0")/lib.sh"
+observe python - <<'PY'
+import io
+
+from vcd import VCDWriter
+
+file = io.StringIO()
+with VCDWriter(file, timescale="1 ns", date="today") as writer:
+    for slot in (1, 2, 10):
+        for name in ("run", "home"):
+            writer.register_var(f"rack.slot{slot}", name, "wire", size=1)
+for line in file.getvalue().splitlines():
+    if line.startswith(("$scope", "$var")):
+        print(" ".join(line.split()[1:-1]))
+PY

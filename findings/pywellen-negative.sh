@@ -1,0 +1,26 @@
+#!/usr/bin/env bash
+# What: pywellen reads -1 of a VCD integer as 4294967295
+# Packages:
+#   pypi pyvcd 0.5.1
+#   pypi pywellen 0.25.7
+# Date: 2026-11-29
+# Meets: who reads a position from a VCD file with Python
+# Expected: the type integer of IEEE 1364 is signed, so -1
+# Behavior:
+#   A variable of type integer with 32 bits, as a VCD writer makes it of -1. pywellen knows the type and gives the bits as
+#   an unsigned number.
+# Scanrack: A position is a 32-bit integer in the export: in pywellen subtract 2**32 from numbers of 2**31 and more; see [export](query.md)
+# Output:
+#   position Integer [0, 4294967295, 1]
+. "$(dirname "$0")/lib.sh"
+observe python - <<'PY'
+import pywellen
+from vcd import VCDWriter
+
+with open("a.vcd", "w") as file, VCDWriter(file, timescale="1 ns", date="today") as writer:
+    position = writer.register_var("rack", "position", "integer", size=32, init=0)
+    writer.change(position, 1, -1)
+    writer.change(position, 2, 1)
+for variable in pywellen.Waveform("a.vcd").all_vars():
+    print(variable.name, variable.var_type, [variable.signal.value_at(when) for when in (0, 1, 2)])
+PY

@@ -1,0 +1,217 @@
+"""A stack of simulated drives at Modbus TCP and EtherNet/IP, in step with the wall clock.
+
+Each request acts at its own instant: the drives advance to it, then the registers answer. All axes have
+one power supply, one network cable and one set of registers; inputs, machines and flash are of each axis.
+"""
+
+from __future__ import annotations
+
+import selectors
+from collections.abc import Sequence
+from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
+
+from typing_extensions import override
+
+from ...io_images.drives.configuration import broken_rules
+from ...io_images.drives.models import MODELS, Model
+from ...runtime.config.rackfile import load_rack_file
+from ...runtime.config.rackspec import SlotSpec
+from ...runtime.line.ports import LineListener, ModbusTcpPort, Server
+from ...runtime.loop.pace import Clock
+from ...runtime.machine import Machine, MachineSpec
+from ...runtime.modules.drives.drive import Drive
+from ...runtime.modules.drives.nonvolatile import DriveMemory
+from ...runtime.modules.drives.options import options_of
+from ...runtime.modules.drives.registers import DriveRegisters
+from ...runtime.modules.drives.surroundings import surround
+from ...runtime.tag_servers.drive_adapter import DriveAdapter
+from ..run.served_units import ServedUnit
+from .drive_server import DriveServer, EnipPort
+from .line import LineService, PortChoice, socket_address
+from .machines import addressed_file
+from .memory_file import ControllerMemory
+
+CONNECTIONS = 6
+"""Connections of Modbus TCP at once; a further one is closed [SMD p. 121]."""
+
+
+class DriveService(LineService):
+    """Drives and their registers.
+
+    Args:
+        axes: in the stack.
+        machines: rack files: FILE for the only axis, AXIS:FILE for one of several.
+        memory: the file of their flash; None without.
+
+    Raises:
+        ValueError: an unusable number of axes, file, machine or memory.
+    """
+
+    def __init__(
+        self, model: Model, clock: Clock, axes: int, machines: Sequence[str], memory: ControllerMemory | None
+    ) -> None:
+        if not 1 <= axes <= model.axes:
+            allowed = f"1 to {model.axes}" if model.axes > 1 else "1"
+            raise ValueError(f"--axes {axes}: a stack of the {model.title} has {allowed}")
+        self.model = model
+        self._clock = clock
+        self._listener: LineListener | None = None
+        slots = _slots(model, machines, axes)
+        flash = _flash(model, memory, axes)
+        self.axes = [_drive(model, slots.get(at), flash[at - 1]) for at in range(1, axes + 1)]
+        self.registers = DriveRegisters(self.axes)
+        self.units = [self._unit(at, drive) for at, drive in enumerate(self.axes, 1)]
+        if memory is not None:
+            memory.follow([partial(_memory_of, each) for each in self.axes])
+
+    @property
+    @override
+    def title(self) -> str:
+        count = len(self.axes)
+        return self.model.name if count == 1 else f"{self.model.name} with {count} axes"
+
+    def advance(self, now_ns: int) -> None:
+        """Advance all axes."""
+        for axis in self.axes:
+            axis.advance(max(now_ns, axis.now_ns))
+            axis.events.clear()
+            axis.machine.events.clear()
+
+    @override
+    def set_fault(self, text: str) -> None:
+        raise ValueError(f"{text!r}: the {self.model.title} has no faults of a line; choose from its pins")
+
+    @override
+    def server(
+        self, choice: PortChoice, clock: Clock, listener: LineListener | None = None
+    ) -> tuple[Server, str]:
+        if choice.tcp is None and choice.ethernet_ip is None:
+            raise ValueError(f"{self.model.name}: give --tcp [HOST:]PORT, --ethernet-ip [HOST:]PORT or both")
+        selector = selectors.DefaultSelector()
+        with ExitStack() as opened:
+            opened.callback(selector.close)
+            modbus = enip = None
+            if choice.tcp is not None:
+                modbus = ModbusTcpPort(*socket_address(choice.tcp), CONNECTIONS, selector)
+                opened.callback(modbus.close)
+            if choice.ethernet_ip is not None:
+                place = socket_address(choice.ethernet_ip, "--ethernet-ip")
+                enip = EnipPort(self._adapter(), *place, choice.io_port, selector)
+            opened.pop_all()
+        self._listener = listener
+        server = DriveServer(modbus, self._answer, enip, self._advance, selector)
+        return server, self._places(modbus, enip)
+
+    def _adapter(self) -> DriveAdapter:
+        if self.model.identity is None or len(self.axes) > 1:
+            known = ", ".join(each.title for each in MODELS.values() if each.identity is not None)
+            raise ValueError(
+                f"--ethernet-ip: the EDS file of one {known} is known, not that of the {self.title}"
+            )
+        return DriveAdapter(self.axes[0])
+
+    def _places(self, modbus: ModbusTcpPort | None, enip: EnipPort | None) -> str:
+        names = [] if modbus is None else [modbus.name]
+        if enip is not None:
+            names.append(f"{enip.name} EtherNet/IP, UDP {enip.io_port}")
+        return "  ".join(names)
+
+    def _advance(self) -> None:
+        self.advance(self._clock.now_ns())
+
+    def _answer(self, unit: int, pdu: bytes) -> bytes:
+        now_ns = self._clock.now_ns()
+        self.advance(now_ns)
+        reply = self.registers.answer(pdu)
+        if self._listener is not None:
+            self._listener.heard(now_ns, bytes((unit,)) + pdu)
+            self._listener.said(now_ns, bytes((unit,)) + reply)
+        return reply
+
+    def _unit(self, number: int, drive: Drive) -> ServedUnit:
+        wired = drive.machine.spec.fed_inputs
+        return ServedUnit(
+            address=number,
+            status=partial(_status, number, drive),
+            values=partial(_values, drive),
+            wire=partial(self._wire, drive, wired),
+        )
+
+    def _wire(self, drive: Drive, wired: int, name: str, state: str) -> None:
+        self.advance(self._clock.now_ns())
+        surround(drive, name, state, wired)
+
+
+def _drive(model: Model, slot: SlotSpec | None, memory: DriveMemory | None) -> Drive:
+    spec = MachineSpec() if slot is None else slot.machine
+    options = slot.options if slot is not None and slot.module == model.name else None
+    return Drive(model, Machine(spec), options, memory)
+
+
+def _slots(model: Model, texts: Sequence[str], axes: int) -> dict[int, SlotSpec]:
+    """Return the slots whose machines the axes move, by the number of the axis."""
+    found: dict[int, SlotSpec] = {}
+    for text in texts:
+        axis, file = addressed_file(text, list(range(1, axes + 1)))
+        if axis in found:
+            raise ValueError(f"--machine {text}: axis {axis} has a machine already")
+        found[axis] = _slot(model, Path(file))
+    return found
+
+
+def _slot(model: Model, file: Path) -> SlotSpec:
+    slots = load_rack_file(file).spec.slot
+    for module in (model.name, "amci-drive", "amci3601"):
+        found = [each for each in slots if each.module == module]
+        if len(found) == 1:
+            return found[0]
+        if found:
+            raise ValueError(
+                f"--machine {file}: {len(found)} of its slots have an {module}; it has to be one"
+            )
+    raise ValueError(f"--machine {file}: none of its slots has a {model.name}, an amci-drive or an amci3601")
+
+
+def _flash(model: Model, memory: ControllerMemory | None, axes: int) -> Sequence[DriveMemory | None]:
+    if memory is None or not memory.known:
+        return [None] * axes
+    memory.check_number(axes)
+    build = options_of(model).of(None).build
+    flash = [each for each in memory.known if isinstance(each, DriveMemory)]
+    for number, each in enumerate(flash):
+        for rule in () if each.configuration is None else broken_rules(each.configuration, model, build):
+            raise ValueError(f"{memory.path}: units.{number}.configuration: {rule.text} [{rule.id}]")
+    return flash
+
+
+def _memory_of(drive: Drive) -> DriveMemory:
+    return drive.memory
+
+
+def _status(number: int, drive: Drive) -> dict[str, str]:
+    words = drive.inputs()
+    shaft, _, _ = drive.figures()
+    return {
+        "axis": str(number),
+        "status 0": f"{words[0] & 0xFFFF:04x}h",
+        "status 1": f"{words[1] & 0xFFFF:04x}h",
+        "shaft": f"{shaft:,}",
+        "motion": "moving" if drive.axis.moving else "idle",
+        "flash writes": f"{drive.memory.writes:,}",
+    }
+
+
+def _values(drive: Drive) -> dict[str, int]:
+    """Return the words by their names, in.NAME and out.NAME, and what no word has."""
+    shaft, counts, energized = drive.figures()
+    words = drive.model.words
+    return {
+        **{f"in.{name}": word & 0xFFFF for name, word in zip(words.inputs, drive.inputs(), strict=True)},
+        **{f"out.{name}": word for name, word in zip(words.outputs, drive.words, strict=True)},
+        "shaft": shaft,
+        "encoder_counts": counts,
+        "energized": energized,
+        "flash_writes": drive.memory.writes,
+    }

@@ -1,0 +1,43 @@
+"""Tables of comma-separated values: the one place that writes them.
+
+A spreadsheet takes a cell that begins with `=`, `+`, `-` or `@` for a formula, which may read other files or
+call out. Texts that others may have made, such as names, descriptions and values of strings, are never one.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable
+
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""What a formula begins with."""
+
+
+def cell(value: object) -> object:
+    """Return a value for a cell: a text is no formula, and a number stays what it is.
+
+    >>> cell("=HYPERLINK(0)"), cell("+1"), cell("Motor"), cell(-1)
+    ("'=HYPERLINK(0)", "'+1", 'Motor', -1)
+    """
+    return f"'{value}" if isinstance(value, str) and value.startswith(FORMULA) else value
+
+
+def line_text(text: str) -> str:
+    r"""Return a text as one line.
+
+    >>> line_text("Motor\nof the belt")
+    'Motor of the belt'
+    """
+    return " ".join(text.split())
+
+
+def csv_text(rows: Iterable[Iterable[object]]) -> str:
+    """Return rows as comma-separated values [RFC 4180], whose texts are no formulas.
+
+    >>> csv_text([["a", "=1"], [-1, "b, c"]]).splitlines()
+    ["a,'=1", '-1,"b, c"']
+    """
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows(map(cell, row) for row in rows)
+    return out.getvalue()

@@ -1,0 +1,135 @@
+"""Class 1 connections as bytes: path of the open request, packets [ODVA volume 1, 3-5.5; volume 2, 3-2].
+
+Path of an open request: an electronic key, class and instance of the configuration assembly, the consumed
+and the produced assembly, configuration data.
+
+    34 04 ...  20 04 24 6E  2C 96  2C 64  80 08 ...
+
+Packet over UDP: two items, connection and count of packets; data behind a sequence count.
+"""
+
+from __future__ import annotations
+
+import struct
+from dataclasses import dataclass
+
+from .codes import BAD_SEGMENT, CipRefusedError
+
+SEQUENCED_ADDRESS, IO_DATA = 0x8002, 0x00B1
+SOCKET_TO_TARGET, SOCKET_TO_ORIGINATOR = 0x8000, 0x8001
+"""Items with a socket's address: where the target, and where the originator, gets its packets."""
+
+IO_PORT = 2222
+"""UDP port of class 1 packets."""
+
+_LOGICAL = {0x20: "class", 0x24: "instance", 0x2C: "point"}
+_KEY_SEGMENT, _DATA_SEGMENT = 0x34, 0x80
+_HEAD = struct.Struct("<HHHIIHH")
+_SOCKET = struct.Struct(">HH4s8x")
+_KEY = struct.Struct("<HHHBB")
+_INTERNET = 2
+
+
+@dataclass(frozen=True, slots=True)
+class IoPath:
+    """What the path of an open request says."""
+
+    key: tuple[int, ...]  # vendor, device type, product code, major revision and flag, minor; empty without
+    numbers: dict[str, int]  # class and instance
+    points: tuple[int, ...]
+    data: bytes | None  # of the configuration; None without
+
+
+def io_path(data: bytes) -> IoPath:
+    r"""Read the path of an open request.
+
+    >>> path = io_path(bytes.fromhex("20 04 24 6E 2C 96 2C 64 80 01 00 04"))
+    >>> path.numbers, path.points, path.data
+    ({'class': 4, 'instance': 110}, (150, 100), b'\x00\x04')
+
+    Raises:
+        CipRefusedError: it is none.
+    """
+    key: tuple[int, ...] = ()
+    numbers: dict[str, int] = {}
+    points: list[int] = []
+    settings: bytes | None = None
+    at = 0
+    while at + 2 <= len(data):
+        kind, value, size = data[at], data[at + 1], 2
+        if kind == _KEY_SEGMENT and at + 2 + _KEY.size <= len(data):
+            size = 2 + _KEY.size
+            key = _KEY.unpack_from(data, at + 2)
+        elif kind == _DATA_SEGMENT:
+            size = 2 + 2 * value
+            settings = data[at + 2 : at + size]
+        elif kind & ~1 in _LOGICAL:
+            if kind & 1:
+                size = 4
+                value = int.from_bytes(data[at + 2 : at + size], "little")
+            if _LOGICAL[kind & ~1] == "point":
+                points.append(value)
+            else:
+                numbers[_LOGICAL[kind & ~1]] = value
+        elif not 0 < kind < 0x10:  # a port: the way here
+            raise CipRefusedError(BAD_SEGMENT)
+        at += size
+    if at != len(data):
+        raise CipRefusedError(BAD_SEGMENT)
+    return IoPath(key, numbers, tuple(points), settings)
+
+
+@dataclass(frozen=True, slots=True)
+class IoPacket:
+    """A packet of data.
+
+    Attributes:
+        connection: its number at the receiver.
+        count: of packets, 32 bits.
+        sequence: of data, 16 bits; the same number means the same data.
+    """
+
+    connection: int
+    count: int
+    sequence: int
+    data: bytes
+
+    def encoded(self) -> bytes:
+        r"""Return the datagram.
+
+        >>> IoPacket(1, 2, 3, b"\4\0").encoded().hex(" ")
+        '02 00 02 80 08 00 01 00 00 00 02 00 00 00 b1 00 04 00 03 00 04 00'
+        """
+        size = 2 + len(self.data)
+        head = _HEAD.pack(2, SEQUENCED_ADDRESS, 8, self.connection, self.count, IO_DATA, size)
+        return head + struct.pack("<H", self.sequence) + self.data
+
+
+def io_packet(datagram: bytes) -> IoPacket | None:
+    r"""Read a datagram; None for one that is no packet of data.
+
+    >>> io_packet(IoPacket(1, 2, 3, b"\4\0").encoded()) == IoPacket(1, 2, 3, b"\4\0")
+    True
+    """
+    if len(datagram) < _HEAD.size + 2:
+        return None
+    items, kind, size, connection, number, other, length = _HEAD.unpack_from(datagram)
+    if (items, kind, size, other) != (2, SEQUENCED_ADDRESS, 8, IO_DATA) or length != len(
+        datagram
+    ) - _HEAD.size:
+        return None
+    (sequence,) = struct.unpack_from("<H", datagram, _HEAD.size)
+    return IoPacket(connection, number, sequence, datagram[_HEAD.size + 2 :])
+
+
+def socket_item(port: int) -> tuple[int, bytes]:
+    """Return the item that names the UDP port of a target, at the address of its TCP connection."""
+    return SOCKET_TO_TARGET, _SOCKET.pack(_INTERNET, port, bytes(4))
+
+
+def port_in(items: list[tuple[int, bytes]]) -> int:
+    """Return the UDP port at which an originator gets its packets; the usual one if no item names it."""
+    for kind, data in items:
+        if kind == SOCKET_TO_ORIGINATOR and len(data) == _SOCKET.size:
+            return int(_SOCKET.unpack(data)[1])
+    return IO_PORT

@@ -1,0 +1,60 @@
+"""A network between a master and a device, in virtual time: whole segments, each after the same time."""
+
+from __future__ import annotations
+
+from collections import deque
+
+from .wire import Device, LineFormat
+
+TRAVEL_NS = 250_000
+"""Time of a segment from end to end, with that of the stacks at both ends."""
+
+
+class SegmentBus:
+    """A connection between a master and one device."""
+
+    def __init__(self, device: Device, now_ns: int = 0) -> None:
+        self.device = device
+        self.now_ns = now_ns
+        self._there: deque[tuple[int, bytes]] = deque()  # instant of arrival, bytes
+        self._back: deque[tuple[int, bytes]] = deque()
+        self._heard = bytearray()
+
+    def send(self, data: bytes, line_format: LineFormat) -> None:
+        """Send as the master from now on."""
+        self._there.append((self.now_ns + TRAVEL_NS, data))
+
+    def take(self) -> bytes:
+        """Return the bytes that the master has received since the last call."""
+        data = bytes(self._heard)
+        self._heard.clear()
+        return data
+
+    def silence(self) -> None:
+        """Drop what is in transit, and what is received and not taken."""
+        self._there.clear()
+        self._back.clear()
+        self._heard.clear()
+
+    def run_until(self, until_ns: int) -> None:
+        """Advance through all arrivals up to and including that instant."""
+        while (due_ns := self.next_event_ns()) is not None and due_ns <= until_ns:
+            self._step(due_ns)
+        self.now_ns = max(self.now_ns, until_ns)
+
+    def next_event_ns(self) -> int | None:
+        """Return the instant of the next arrival or wake-up, or None."""
+        ways = [way[0][0] for way in (self._there, self._back) if way]
+        wake_ns = self.device.next_wake_ns
+        if wake_ns is not None:
+            ways.append(wake_ns)
+        return max(min(ways), self.now_ns) if ways else None
+
+    def _step(self, now_ns: int) -> None:
+        self.now_ns = now_ns
+        while self._there and self._there[0][0] <= now_ns:
+            self.device.receive(now_ns, self._there.popleft()[1])
+        while self._back and self._back[0][0] <= now_ns:
+            self._heard += self._back.popleft()[1]
+        if data := self.device.advance(now_ns):
+            self._back.append((now_ns + TRAVEL_NS, data))

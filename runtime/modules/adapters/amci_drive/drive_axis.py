@@ -1,0 +1,124 @@
+"""A networked drive as the command layer's axis."""
+
+from __future__ import annotations
+
+from typing_extensions import override
+
+from .....io_images.amci3601 import Configuration
+from .....io_images.drives.bits import Status
+from ....kinematics import AnyShape, Profile, Rate
+from ....kinematics import stop as plan_stop
+from ...amci3601.axis_protocol import BlendProgram
+from ..exchanges import ControllerState
+from ..linked_axis import LinkedAxis
+from ..task import Task, TaskKind
+from .capabilities import AmciDriveCapabilities
+from .driver import RESETTABLE, AmciDriver
+from .options import AmciDriveOptions
+from .units import DriveProfile, drive_profile
+
+
+class DriveAxis(LinkedAxis[DriveProfile]):
+    """An `Axis` whose steps a networked drive makes."""
+
+    def __init__(self, driver: AmciDriver, options: AmciDriveOptions) -> None:
+        super().__init__(driver, AmciDriveCapabilities(options))
+        self.driver = driver
+        self._wired = options.wired
+        self._encoder_offset = 0
+
+    @property
+    def _start_sps(self) -> int:
+        return 1 if self.configuration is None else self.configuration.starting_speed
+
+    @override
+    def drive_for(self, profile: Profile) -> DriveProfile:
+        return drive_profile(profile, self._start_sps)
+
+    @override
+    def note_configuration(self, configuration: Configuration) -> None:
+        """Pass inputs, encoder and starting speed to the driver."""
+        self.driver.note_configuration(configuration)
+
+    @property
+    def found_home(self) -> bool:
+        """Whether the last search has ended at home."""
+        return self.driver.found_home
+
+    @property
+    @override
+    def ramp(self) -> int:
+        """As the drive last said."""
+        task = self.task
+        if task is None or task.model is None:
+            return super().ramp
+        if self.driver.status & Status.ACCELERATING:
+            return 1
+        return -1 if self.driver.status & Status.DECELERATING else 0
+
+    @property
+    @override
+    def encoder(self) -> int:
+        """Encoder count as last read; the position as a substitute for diagnostic feedback; else 0."""
+        if self.configuration is None or not self.configuration.quadrature_encoder:
+            return super().encoder
+        return self.driver.encoder + self._encoder_offset
+
+    @property
+    @override
+    def levels(self) -> int:
+        first, second = self._wired
+        levels = self.driver.levels
+        shown = (first if levels & 1 else 0) | (second if levels & 2 else 0)
+        configuration = self.configuration
+        if configuration is None:
+            return shown
+        unwired = configuration.inputs_used & ~(first | second)
+        return shown | unwired & ~configuration.active_high  # option unwired: inactive
+
+    @override
+    def blend(self, now_ns: int, direction: int, program: BlendProgram) -> None:
+        """Run the program as an assembled move of the drive."""
+        top_sps = max(speed for _, speed, _, _ in program.segments)
+        length = sum(steps for steps, _, _, _ in program.segments)
+        drive = DriveProfile(self._start_sps, top_sps, 1, program.final_deceleration, program=program)
+        self.driver.tasks.append(Task(TaskKind.INDEX, direction, drive, True, length))
+
+    @override
+    def change_speed(self, now_ns: int, profile: Profile) -> None:
+        """Change the values of the running jog."""
+        task = self.task
+        if task is not None:
+            task.drive = self.drive_for(profile)
+            self.driver.changed = True
+
+    @override
+    def steps_to_stop(self, now_ns: int, deceleration_spmss: Rate, shape: AnyShape) -> int:
+        task = self.task
+        if task is None or task.model is None:
+            return 0
+        instant_ns = max(task.model.start_ns, now_ns)
+        profile = task.drive.profile
+        down, shape = profile.deceleration_spmss, profile.shape
+        halt = plan_stop(task.model, instant_ns, profile.start_sps, down, shape)
+        assert halt.final_steps is not None
+        return halt.final_steps - task.model.steps_at(instant_ns)
+
+    @override
+    def watch_steps(self, steps: int) -> None:
+        """Note the minimum distance of the registration move that begins."""
+        self.driver.minimum = steps - 1
+
+    @override
+    def preset_encoder(self, value: int) -> None:
+        """Set the present encoder count to `value`; the drive's own stays."""
+        if self.configuration is not None and self.configuration.quadrature_encoder:
+            self._encoder_offset = value - self.driver.encoder
+        else:
+            super().preset_encoder(value)
+
+    @override
+    def reset_errors(self) -> None:
+        """Reset the drive's errors."""
+        driver = self.driver
+        driver.clear_errors = driver.state is ControllerState.READY and bool(driver.status & RESETTABLE)

@@ -1,0 +1,515 @@
+"""The driver of a networked drive: ten words out and ten words in, exchange after exchange.
+
+    out     words A    words A    words B    words B    ...      function 23
+    in      before A   after A    after A    after B
+
+Changed words go out, and the answer to them is read, at once; otherwise rpi_ms pass between exchanges. An
+answer has the data from before its own write, so the words in count for a command from the second exchange
+with it on. A bit that is still on makes no second edge: any exchange may be repeated, a start, too.
+
+    configure   stop, configuration mode, command mode with the driver enabled, position := B
+    idle        no command bit
+    motion      the command bit, until a reply shows the end
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+
+from typing_extensions import override
+
+from .....io_images.amci3601 import Configuration, StatusMsw
+from .....io_images.drives.bits import Command, InputFunction, Modifier, Settings, Status
+from .....io_images.drives.configuration import ROLES
+from .....io_images.drives.models import WORDS
+from .....io_images.drives.numbers import NumberFormat
+from ....kinematics import blend as plan_blend
+from ....kinematics import change_speed, move, register, run
+from ....kinematics import stop as plan_stop
+from ....line import drive_frames as frames
+from ....line.master import PUBLISH, LinePause, LineRequest, LineTiming, Reply, Step
+from ....line.wire import LineFormat
+from ..driver import Driver
+from ..exchanges import BIAS, NEAR_ZERO, LinkLostError, PowerLostError, Talk
+from ..findings import FindingKind
+from ..task import Task, TaskKind
+from .options import AmciDriveOptions
+from .units import DriveProfile, segments_of
+
+LINE_FORMAT = LineFormat(100_000_000)
+"""Ethernet has no characters: the format only says that the bytes take no time."""
+
+LINE_TIMING = LineTiming(LINE_FORMAT, gap_ns=0, patience_ns=100_000_000)
+
+NS_PER_MS = 1_000_000
+COUNTER_END = 8_000_000
+ROOM = {TaskKind.SLEW: 0, TaskKind.HOME: COUNTER_END // 2}
+"""Least steps to the end of the counter's range at the start of a motion without a target."""
+
+STARTS = {
+    TaskKind.INDEX: (Command.RELATIVE_MOVE, Command.RELATIVE_MOVE),
+    TaskKind.SLEW: (Command.JOG_CW, Command.JOG_CCW),
+    TaskKind.HOME: (Command.FIND_HOME_CW, Command.FIND_HOME_CCW),
+}
+"""The command of a motion, CW and CCW."""
+
+RESETTABLE = Status.COMMAND_ERROR | Status.INPUT_ERROR | Status.INVALID_JOG_CHANGE | Status.STALL_DETECTED
+"""Errors that Reset Errors clears before a motion; COMMAND_ERROR refuses it [17 p. 82]."""
+
+FAILED = Status.INPUT_ERROR | Status.COMMAND_ERROR | Status.DRIVER_FAULT | Status.STALL_DETECTED
+
+UNFIT = Status.DRIVER_FAULT | Status.CONFIG_ERROR
+
+COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
+POSITION_INVALID = StatusMsw.POSITION_INVALID.value
+
+COMPLAINTS: dict[Status, tuple[int, str]] = {
+    Status.COMMAND_ERROR: (COMMAND_ERROR, "the drive has refused a command"),
+    Status.INVALID_JOG_CHANGE: (COMMAND_ERROR, "the drive has refused a change of speed"),
+    Status.DRIVER_FAULT: (POSITION_INVALID, "the drive reports a fault of its driver, and the motor is off"),
+    Status.STALL_DETECTED: (POSITION_INVALID, "the motor has stalled"),
+    Status.TEMPERATURE_90C: (0, "the drive is hotter than 90 degC"),
+    Status.CONNECTION_LOST: (0, "the drive has lost its connection meanwhile"),
+    Status.ENCODER_ERROR: (0, "the drive reports an error of its encoder"),
+}
+"""Bits of the drive that appear, with the 3601's bits that show them; input errors show at the inputs."""
+
+FUNCTIONS = {role: function for function, role in ROLES.items()}
+"""The drive's function of an input of the 3601."""
+
+LOOKS = 3
+"""Images at rest without an end of the motion that are not believed."""
+
+HANDSHAKES_MAX = 50
+"""Exchanges in which a drive has to answer a bit of the handshakes."""
+
+CONFIGURES = Command.MODE_CONFIG.value
+ENABLED = Modifier.ENABLE_DRIVER.value
+IDLE = (0, ENABLED, *(0,) * (WORDS - 2))
+
+Words = tuple[int, ...]
+
+
+class AmciDriver(Driver[DriveProfile]):
+    """A networked drive as the link knows it.
+
+    Attributes:
+        status: as last read.
+        encoder: as last read.
+        late: exchanges that took longer than the RPI, those without an answer included.
+        changed: new values for the running jog are requested.
+        minimum: minimum distance of the registration move that begins.
+        found_home: whether the last search has ended at home.
+        clear_errors: a request to reset the drive's errors.
+
+    Args:
+        options: axis, wiring and motor.
+    """
+
+    def __init__(self, options: AmciDriveOptions, unit: int = 1) -> None:
+        super().__init__(LINE_TIMING)
+        self.unit = unit
+        self.status = Status(0)
+        self.encoder = 0
+        self.late = 0
+        self.changed = self.clear_errors = self.found_home = False
+        self.minimum = 0
+        self._options = options
+        self._rpi_ns = NS_PER_MS * options.rpi_ms
+        self._configuration: Words = (0,) * WORDS
+        self._inverted = 0
+        self._start_sps = 1
+        self._transaction = 0
+        self._due_ns = 0
+        self._words = IDLE
+        self._taken: Words | None = None  # words that an answered exchange has written last
+        self._fresh = False  # the last image is one after the words in force, and has not been looked at
+        self._counter = 0
+        self._zeroing = False
+        self._unseen = self._began_at = 0  # looks that have to show an end before rest counts; where it began
+        self._holds = False  # a refused Hold is no news: the move has ended meanwhile
+        self._refuses = False
+
+    def note_configuration(self, configuration: Configuration) -> None:
+        """Build the drive's configuration: functions and levels of its inputs, encoder, starting speed."""
+        options, bits, high = self._options, 0, 0
+        for at, role in enumerate(options.wired):
+            used = role & configuration.inputs_used
+            function = FUNCTIONS[role] if used else InputFunction.GENERAL_PURPOSE
+            bits |= function << 3 * at
+            if not used or configuration.active_high & role:
+                high |= 1 << at
+        if configuration.quadrature_encoder:
+            bits |= Settings.USE_ENCODER.value
+        self._inverted = 3 & ~high
+        self._start_sps = configuration.starting_speed
+        self._configuration = (
+            bits | CONFIGURES,
+            high,
+            *divmod(self._start_sps, 1000),
+            options.steps_per_turn,
+            0,
+            options.counts_per_turn if configuration.quadrature_encoder else 0,
+            options.idle_percent,
+            options.current,
+            0,
+        )
+
+    @property
+    def levels(self) -> int:
+        """Electrical levels of inputs 1 and 2 as last read, bits 0 and 1."""
+        return (self.status >> 16 & 3) ^ self._inverted
+
+    # -- exchanges ----------------------------------------------------------------------------
+
+    @override
+    def identify(self) -> LineRequest:
+        return self._question(None)
+
+    def _question(self, words: Sequence[int] | None) -> LineRequest:
+        self._transaction = self._transaction + 1 & 0xFFFF
+        if words is None:
+            return frames.read(self.unit, self._transaction, self._options.axis)
+        return frames.exchange(self.unit, self._transaction, self._options.axis, words)
+
+    def _exchange(self, words: Words | None) -> Talk:
+        """Make an exchange, until it is answered; None writes nothing."""
+        while True:
+            began_ns = self.master.now_ns
+            self._due_ns = began_ns + self._rpi_ns
+            reply = yield from self.ask(self._question(words))
+            self.master.expect_nothing_late()  # an answer names its request
+            if reply is None or self.master.now_ns > self._due_ns:
+                self._note_late()
+            if reply is not None:
+                break
+        if reply.refused is not None:
+            if not self._refuses:
+                self.findings.complain(0, f"the drive refuses its registers with exception {reply.refused}")
+            self._refuses = True
+            raise LinkLostError
+        self._refuses = False
+        was_configuring = self._taken is not None and bool(self._taken[0] & CONFIGURES)
+        if words is not None:
+            self._taken = words
+        if not was_configuring:
+            self._note(reply.words)
+
+    def _note_late(self) -> None:
+        """Count a late exchange; report the 1st, the 10th, the 100th and so on."""
+        self.late += 1
+        if str(self.late).strip("0") == "1":
+            what = "exchange has" if self.late == 1 else "exchanges have"
+            self.findings.complain(
+                0, f"{self.late} {what} taken longer than the RPI of {self._options.rpi_ms} ms"
+            )
+
+    def _note(self, words: Words) -> None:
+        """Read the ten words of the drive in command mode."""
+        if words[0] & CONFIGURES:
+            return
+        status = Status(words[0] | words[1] << 16)
+        fresh, self.status = status & ~self.status, status
+        position = NumberFormat.THOUSANDS.join(words[2], words[3])
+        encoder = NumberFormat.THOUSANDS.join(words[4], words[5])
+        self._counter = self._counter if position is None else position
+        self.encoder = self.encoder if encoder is None else encoder
+        self.busy = not status & Status.STOPPED
+        if self.busy:
+            self._unseen = 0
+        self.unfit = bool(status & UNFIT) and self._was_ready
+        if self._was_ready and status & Status.CONFIG_ERROR:
+            raise PowerLostError
+        for bit, (bits, text) in COMPLAINTS.items():
+            if fresh & bit and not (bit is Status.COMMAND_ERROR and self._holds):
+                self.findings.complain(bits, text)
+
+    def _put(self, words: Words) -> Talk:
+        """Have words in force, and read what the drive answers to them; a bit that is on gets an edge."""
+        self._words = words
+        if self._taken is not None and self._taken != words and self._taken[0] & words[0] & ~CONFIGURES:
+            yield from self._exchange(IDLE)
+        yield from self._refresh()
+
+    def _keep(self, words: Words) -> Talk:
+        """Have changed words in force whose command bit stays on, and read the answer."""
+        self._words = words
+        yield from self._refresh()
+
+    def _refresh(self) -> Talk:
+        """Read the drive's words, as they are after the words in force."""
+        if not (self._was_ready or self.setup):
+            yield from self._poll(None)  # nothing is written before a configuration
+        elif self._taken != self._words:
+            yield from self._exchange(self._words)
+            yield from self._exchange(self._words)
+            self._fresh = True
+        else:
+            yield from self._poll(self._words)
+
+    def _poll(self, words: Words | None) -> Talk:
+        """Make an exchange that changes nothing, at its turn."""
+        yield LinePause(max(0, self._due_ns - self.master.now_ns))
+        yield from self._exchange(words)
+
+    @override
+    def hurry(self) -> None:
+        task = self.task
+        if self.has_work() or self.changed or (task is not None and (task.stopping or task.marked)):
+            self.master.wake()
+
+    @override
+    def forget(self) -> None:
+        self._taken = None
+        self._fresh = False
+        self._words = IDLE
+        self._zeroing = self._holds = self.changed = self.clear_errors = False
+
+    @override
+    def errand(self) -> Talk | None:
+        return self._reset_errors() if self.clear_errors else None
+
+    def _reset_errors(self) -> Talk:
+        self.clear_errors = False
+        yield from self._put((Command.RESET_ERRORS.value, *IDLE[1:]))
+        yield from self._put(IDLE)
+
+    @override
+    def stop(self) -> Talk:
+        """Stop at once; the bit gets an edge each time."""
+        if self._taken is None or self.setup or not self._was_ready:
+            yield from self._exchange(IDLE)  # what is in force there is not known
+        yield from self._put((Command.IMMEDIATE_STOP.value, *IDLE[1:]))
+
+    # -- reading ------------------------------------------------------------------------------
+
+    @override
+    def read_status(self) -> Talk:
+        """Read the image, unless the one after the last command has not been looked at."""
+        fresh, self._fresh = self._fresh, False
+        if not fresh or self._taken != self._words:
+            yield from self._refresh()
+            self._fresh = False
+
+    @override
+    def ask_position(self) -> Generator[Step, Reply | None, int]:
+        """Return the counter of the last image: status, position and inputs are of one instant."""
+        yield from ()
+        return self._counter
+
+    @override
+    def read_inputs(self) -> Talk:
+        """Do nothing: they are part of the image."""
+        yield from ()
+
+    @property
+    @override
+    def cycle(self) -> tuple[Callable[[], Talk], ...]:
+        return self.read_status, self.read_position
+
+    @override
+    def note_position(self, position: int) -> None:
+        """Store a position read; ignore the zero that the drive sets at home."""
+        if not (self._zeroing and abs(position) <= NEAR_ZERO):
+            super().note_position(position)
+
+    @override
+    def write_position(self, position: int) -> Talk:
+        upper, lower = NumberFormat.THOUSANDS.split(position)
+        preset = (Command.PRESET_POSITION.value, ENABLED, upper & 0xFFFF, lower & 0xFFFF, *IDLE[4:])
+        yield from self._put(preset)
+        self._words = IDLE
+
+    # -- configuration ------------------------------------------------------------------------
+
+    @override
+    def configure(self) -> Talk:
+        """Stop, write the configuration, enable the driver, set the counter to B."""
+        yield from self.halt()
+        yield from self._exchange(self._configuration)
+        yield from self._put(IDLE)
+        if self.status & Status.CONFIG_ERROR:
+            text = "the drive has refused its configuration"
+            self.findings.complain(StatusMsw.CONFIG_ERROR.value, text)
+            raise LinkLostError
+        if self.status & RESETTABLE:
+            yield from self._reset_errors()
+        yield from self.rebase(BIAS)
+
+    # -- motions ------------------------------------------------------------------------------
+
+    @override
+    def top_sps(self, drive: DriveProfile) -> int:
+        return drive.speed_sps
+
+    @override
+    def carry_out(self, task: Task[DriveProfile]) -> Talk:
+        if self.status & RESETTABLE:
+            yield from self._reset_errors()
+        steps = task.steps if task.kind is TaskKind.INDEX else ROOM[task.kind]
+        if abs(self.position + task.direction * steps) > COUNTER_END:
+            yield from self.rebase(-task.direction * BIAS)
+        program = task.drive.program
+        good = program is None or (yield from self._store(task.drive))
+        began_at = self.position
+        if good and not (self.cut or task.stopping):
+            self._zeroing, self.found_home = task.kind is TaskKind.HOME, False
+            self._unseen, self._began_at = LOOKS, began_at
+            yield from self._put(self._words_of(task))
+            self.model(task)
+            yield from self.accompany(task)
+        if not self.cut:
+            yield from self._find_zero(task)
+            yield from self.conclude(task, began_at)
+        self._zeroing = self._holds = self.changed = False
+        if not self.cut:
+            self._words = IDLE
+
+    def _words_of(self, task: Task[DriveProfile]) -> Words:
+        """Return the words that start a motion."""
+        drive = task.drive
+        if drive.program is not None:
+            backward = Modifier.REVERSE_BLEND.value if task.direction < 0 else 0
+            return (Command.RUN_ASSEMBLED_MOVE.value, ENABLED | backward, *IDLE[2:])
+        command = STARTS[task.kind][task.direction < 0]
+        steps = task.direction * task.steps if task.kind is TaskKind.INDEX else task.steps
+        modifiers = ENABLED | (Modifier.REGISTRATION_MOVE.value if task.registers else 0)
+        last = NumberFormat.THOUSANDS.split(self.minimum) if task.registers else (0, drive.jerk)
+        return _command(
+            command, modifiers, steps, (drive.speed_sps, drive.acceleration, drive.deceleration), last
+        )
+
+    def _store(self, drive: DriveProfile) -> Generator[Step, Reply | None, bool]:
+        """Store the segments of a blend move in the drive; return whether it has them."""
+        assert drive.program is not None
+        programs = Command.PROGRAM_ASSEMBLED
+        yield from self._put(_command(programs, ENABLED, 0, (0, 0, 0), (0, 0)))
+        good = yield from self._wait_for(Status.WAITING_FOR_SEGMENT, on=True)
+        for steps, *values in segments_of(drive.program, drive.start_sps):
+            for bits, waits in ((programs | Command.READ_ASSEMBLED_DATA, False), (programs, True)):
+                if good and not self.cut:
+                    yield from self._keep(_command(bits, ENABLED, steps, values, (0, 0)))
+                    good = yield from self._wait_for(Status.WAITING_FOR_SEGMENT, on=waits)
+        yield from self._keep(IDLE)
+        if not good and not self.status & Status.COMMAND_ERROR:
+            self.findings.complain(COMMAND_ERROR, "the drive does not take the segments of a blend move")
+        return good
+
+    def _wait_for(self, bit: Status, *, on: bool) -> Generator[Step, Reply | None, bool]:
+        """Wait for a bit of a handshake; return whether it came."""
+        for _ in range(HANDSHAKES_MAX):
+            if self.status & Status.COMMAND_ERROR or self.cut:
+                return False
+            if bool(self.status & bit) is on:
+                return True
+            yield from self._refresh()
+        return False
+
+    @override
+    def model(self, task: Task[DriveProfile]) -> None:
+        now_ns, drive = self.master.now_ns, task.drive
+        if drive.program is not None:
+            program = drive.program
+            legs, down, shape = program.segments, program.final_deceleration, program.final_shape
+            task.model = plan_blend(now_ns, 0, task.direction, drive.start_sps, legs, down, shape)
+        elif task.kind is TaskKind.INDEX:
+            task.model = move(now_ns, 0, task.direction * task.steps, drive.profile)
+        else:
+            task.model = run(now_ns, 0, task.direction, drive.profile)
+
+    @override
+    def watch(self, task: Task[DriveProfile]) -> Talk:
+        """Change the speed of a jog on request; note the end of the counter's range."""
+        if self.changed:
+            self.changed = False
+            drive, now_ns = task.drive, self.master.now_ns
+            yield from self._keep(self._words_of(task))
+            if task.model is not None:
+                profile = drive.profile
+                rates = profile.acceleration_spmss, profile.deceleration_spmss
+                task.model = change_speed(task.model, now_ns, drive.speed_sps, *rates, profile.shape)
+            self.busy = True  # the image that ends the jog is one after the change
+        if not self.busy and self._unseen:
+            self._unseen -= 1
+            self.busy = not self._shows_an_end(task)
+        if task.kind is TaskKind.SLEW and not task.stopping and abs(self.position) > COUNTER_END:
+            self.findings.add(FindingKind.OUT_OF_RANGE)
+        if task.kind is TaskKind.HOME and not self.busy and not self.status & (Status.AT_HOME | FAILED):
+            self.busy = not (yield from self._rests_long())
+
+    def _shows_an_end(self, task: Task[DriveProfile]) -> bool:
+        """Whether a drive at rest has taken the start: it may do so after the answer to it."""
+        moved = self.position != self._began_at
+        ended = self.status & FAILED or task.stopping or task.marked
+        return bool(ended) or (task.kind is not TaskKind.INDEX and moved) or self._is_there(task)
+
+    def _is_there(self, task: Task[DriveProfile]) -> bool:
+        return task.kind is TaskKind.INDEX and self.position == self._began_at + task.direction * task.steps
+
+    def _rests_long(self) -> Generator[Step, Reply | None, bool]:
+        """Whether a search without a result has ended: a search pauses where it reverses."""
+        before = self._counter
+        for _ in range(HANDSHAKES_MAX):
+            yield from self._refresh()
+            if self.cut or self.busy or self._counter != before or self.status & (Status.AT_HOME | FAILED):
+                return False
+        return True
+
+    @override
+    def slow_down(self, task: Task[DriveProfile]) -> Talk:
+        """Release a jog; hold a move until it stands; stop what can't be held without a ramp."""
+        if task.kind is TaskKind.SLEW and not task.registers:
+            yield from self._keep(IDLE)
+            if task.model is not None:
+                profile = task.drive.profile
+                task.model = plan_stop(
+                    task.model,
+                    self.master.now_ns,
+                    profile.start_sps,
+                    profile.deceleration_spmss,
+                    profile.shape,
+                )
+        elif task.kind is TaskKind.INDEX:
+            self._holds = True
+            yield from self._put((Command.HOLD_MOVE.value, *self._words_of(task)[1:]))
+            while not self.cut and not (yield from self.rest()):
+                yield from self.read_position()
+                yield PUBLISH
+        else:
+            yield from self.stop_and_read_status()
+            text = "the drive can't slow this motion down, and has been stopped without a ramp"
+            self.findings.complain(POSITION_INVALID, text)
+
+    @override
+    def set_mark(self, task: Task[DriveProfile]) -> Talk:
+        """Release the bit of a registration move: its steps count from there, or from its earlier input."""
+        words = self._words_of(task)
+        yield from self._keep((0, *words[1:]))
+        if task.model is not None and task.model.end_ns is None:
+            profile, now_ns = task.drive.profile, self.master.now_ns
+            rate = profile.deceleration_spmss
+            task.model = register(task.model, now_ns, task.steps, profile.start_sps, rate, profile.shape)
+
+    def _find_zero(self, task: Task[DriveProfile]) -> Talk:
+        """Set the counter to B at home, where the drive has set it to 0."""
+        if task.kind is TaskKind.HOME:
+            self._zeroing = False
+            self.found_home = bool(self.status & Status.AT_HOME)
+            if self.found_home:
+                self.position = self._counter
+                yield from self.rebase(BIAS)
+
+
+def _command(
+    bits: Command, modifiers: int, target: int, values: Sequence[int], last: tuple[int, int]
+) -> Words:
+    """Return ten words, unsigned.
+
+    Args:
+        values: speed in steps/s, acceleration and deceleration in steps/ms/s.
+        last: words 8 and 9.
+    """
+    speed, *rates = values
+    split = NumberFormat.THOUSANDS.split
+    words = (bits.value, modifiers, *split(target), *split(speed), *rates, *last)
+    return tuple(word & 0xFFFF for word in words)

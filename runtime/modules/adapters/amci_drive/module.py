@@ -1,0 +1,42 @@
+"""A networked drive in the slot of a 3601."""
+
+from .....io_images.site import SettingError
+from ....line.clients.link import Link
+from ....line.hosts import split_address
+from ....line.liveport import TCP, check_address
+from ..module import AdapterKind
+from .capabilities import COMMAND_ROWS, CONFIGURATION_ROWS
+from .drive_axis import DriveAxis
+from .driver import LINE_FORMAT, AmciDriver
+from .options import AmciDriveOptions
+from .simulated import SimulatedDrive
+
+ANSWER_S = 0.1
+"""Longest wait for an answer; the adapter does not wait longer."""
+
+
+def open_network(port: str) -> Link:
+    """Connect to a drive at tcp:HOST:PORT.
+
+    Raises:
+        ValueError: another kind of port.
+        LinkError: it can't be connected.
+    """
+    from ....line.clients.modbus_tcp import ModbusTcpLink
+
+    check_address(port)
+    if not port.startswith(TCP):
+        raise SettingError("port", f"port {port}: a drive is on Modbus TCP, tcp:HOST:PORT")
+    return ModbusTcpLink(*split_address(port.removeprefix(TCP)), ANSWER_S)
+
+
+AMCI_DRIVE = AdapterKind(
+    AmciDriveOptions,
+    LINE_FORMAT,
+    AmciDriver,
+    DriveAxis,
+    SimulatedDrive,
+    CONFIGURATION_ROWS,
+    COMMAND_ROWS,
+    open_network,
+)

@@ -1,0 +1,133 @@
+"""A simulated drive with its machine, and the network to it.
+
+    adapter --request, whole--> drive --reply, whole--> adapter        each takes 250 us
+
+A damaged segment is a lost one: the checksum of TCP does not let it through.
+"""
+
+from __future__ import annotations
+
+from typing_extensions import override
+
+from .....io_images.amci3601 import Configuration
+from ....line.adapter_line import FaultyDevice, SimulatedLine
+from ....line.ports.modbustcp import reply_to
+from ....line.segments import SegmentBus
+from ....line.wire import LineFormat
+from ....machine import Machine
+from ...drives.drive import Drive
+from ...drives.registers import DriveRegisters
+from ..plant import LinkedController
+from .driver import LINE_FORMAT
+from .options import AmciDriveOptions
+
+
+class DriveDevice:
+    """A stack of drives behind its Modbus TCP server, of which one axis has a machine.
+
+    Attributes:
+        drive: the axis that the adapter uses.
+    """
+
+    def __init__(self, machine: Machine, options: AmciDriveOptions) -> None:
+        wired = {f"in{at}": name for at, name in ((1, options.in1), (2, options.in2)) if name != "none"}
+        self.drive = Drive(options.row, machine, wired)
+        self._registers = DriveRegisters([Drive(options.row) for _ in range(options.axis - 1)] + [self.drive])
+        self._reply = b""
+
+    @property
+    def line_format(self) -> LineFormat:
+        """That of the adapter."""
+        return LINE_FORMAT
+
+    @property
+    def next_wake_ns(self) -> int | None:
+        """The instant of the reply."""
+        return self.drive.now_ns if self._reply else None
+
+    @property
+    def turnaround_ns(self) -> int:
+        """It answers at once."""
+        return 0
+
+    @property
+    def motor_position(self) -> int:
+        """Physical position of the motor, steps."""
+        return self.drive.machine.shaft
+
+    @property
+    def motor_turns(self) -> bool:
+        """Whether the motor turns."""
+        return self.drive.axis.moving
+
+    def receive(self, now_ns: int, data: bytes) -> None:
+        """Answer a request frame."""
+        for axis in self._registers.axes:
+            axis.advance(now_ns)
+        self._reply += reply_to(data, lambda _unit, pdu: self._registers.answer(pdu))
+
+    def advance(self, now_ns: int) -> bytes:
+        """Advance to `now_ns`; return the reply."""
+        for axis in self._registers.axes:
+            axis.advance(now_ns)
+            axis.events.clear()
+        reply, self._reply = self._reply, b""
+        return reply
+
+    def power_cycle(self, now_ns: int) -> None:
+        """Remove and restore the power of the stack."""
+        self._reply = b""
+        for axis in self._registers.axes:
+            axis.advance(now_ns)
+            axis.power_cycle()
+
+
+class FaultyNetwork(FaultyDevice):
+    """A device whose network may fail."""
+
+    @override
+    def damaged(self, data: bytes) -> bytes:
+        return b""
+
+
+class SimulatedDrive(LinkedController):
+    """A drive, the network to it, and its machine."""
+
+    def __init__(self, machine: Machine, options: AmciDriveOptions) -> None:
+        self.device = DriveDevice(machine, options)
+        self._machine = machine
+        self._line = SimulatedLine(FaultyNetwork(self.device), SegmentBus)
+
+    @property
+    @override
+    def machine(self) -> Machine:
+        return self._machine
+
+    @property
+    @override
+    def line(self) -> SimulatedLine:
+        return self._line
+
+    @override
+    def next_event_ns(self, now_ns: int) -> int | None:
+        """Return the next arrival of a segment: the drive itself needs no look in between."""
+        return self._line.next_event_ns()
+
+    @override
+    def run_until(self, now_ns: int) -> None:
+        self._line.run_until(now_ns)
+        self.device.advance(now_ns)
+
+    @override
+    def sense(self, now_ns: int) -> None:
+        """Sample the inputs after a change from outside."""
+        self.device.drive.look_again()
+
+    @override
+    def rewire(self, now_ns: int, configuration: Configuration) -> None:
+        """Do nothing: the options are the wiring."""
+
+    @override
+    def power_cycle(self, now_ns: int) -> None:
+        self.device.power_cycle(now_ns)
+        self._line.silence()
