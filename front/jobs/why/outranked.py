@@ -89,7 +89,8 @@ def of_cpu(recording: PackedTrace, row: int) -> Outranking | None:
     while first and CpuMode(recording.flags[first - 1] & MODE_MASK) is mode:
         first -= 1
     now_ns = recording.times[first]
-    text = f"the key is at program since {seconds(now_ns)} s: program mode, tags keep their values, outputs are off"
+    since = f"the key is at program since {seconds(now_ns)} s"
+    text = f"{since}: program mode, tags keep their values, outputs are off"
     return Outranking("mode", recording.numbers[first], now_ns, text)
 
 
