@@ -171,7 +171,7 @@ def _slot(model: Model, file: Path) -> SlotSpec:
             raise ValueError(
                 f"--machine {file}: {len(found)} of its slots have an {module}; it has to be one"
             )
-    raise ValueError(f"--machine {file}: none of its slots has a {model.name}, an amci-drive or an amci3601")
+    raise ValueError(f"--machine {file}: no slot has a {model.name}, an amci-drive or an amci3601")
 
 
 def _flash(model: Model, memory: ControllerMemory | None, axes: int) -> Sequence[DriveMemory | None]:

@@ -149,7 +149,7 @@ def _slot(file: Path, adapter: str) -> SlotSpec:
             raise ValueError(
                 f"--machine {file}: {len(found)} of its slots have an {module}; it has to be one"
             )
-    raise ValueError(f"--machine {file}: none of its slots has a {adapter} or an amci3601")
+    raise ValueError(f"--machine {file}: no slot has a {adapter} or an amci3601")
 
 
 def _wired_as(machine: Machine) -> Configuration:

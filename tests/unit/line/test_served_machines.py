@@ -100,7 +100,7 @@ def test_other_pins_are_wired_by_hand(tmp_path: Path) -> None:
         ("7:m.toml", "no unit 7; there is 1, 2"),
         ("1:none.toml", "none.toml"),
         ("1:two.toml", "2 of its slots have an amci3601; it has to be one"),
-        ("1:card.toml", "none of its slots has a pcl601-adapter or an amci3601"),
+        ("1:card.toml", "no slot has a pcl601-adapter or an amci3601"),
         ("1:slips.toml", "slips and jams are simulated with module amci3601 only"),
     ],
 )

@@ -48,7 +48,7 @@ RETIRED = {
     r"whatever the": Retired("in every case", 2, 0, 1),
     r"of (?:ours|yours|its own|their own|one's own)": Retired("own, your", 0, 0, 4),
     r"go(?:es)? on": Retired("continue", 15, 0, 11),
-    r"none of (?:them|these|its)": Retired("no", 1, 0, 4),
+    r"none of (?:them|these|its)": Retired("no", 1, 0, 3),
     r"room": Retired("package, space", 1, 0, 2),
     r"house": Retired("package", 0, 0, 0),
     r"deeds?": Retired("response, completion", 0, 0, 0),
