@@ -50,7 +50,7 @@ WORDS = {
     "check drive", "prove outputs",
     "conform path", "conform counter", "conform wire", "conform scene", "conform scan",
     "serve serial",
-    "serve tcp", "serve address", "serve pin", "serve machine", "serve thumbwheel", "serve fault",
+    "serve tcp", "serve ethernet_ip", "serve address", "serve pin", "serve machine", "serve thumbwheel", "serve fault",
     "device pcl601 read name", "device pcl601 set name",
     "device pmc006 read name", "device pmc006 set name", "device identify port",
     "device identify address", "rules ids", "rules bit", "rules firmware", "tags tag", "replay configuration",
