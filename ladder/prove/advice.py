@@ -13,7 +13,7 @@ _WAYS: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
         r"(?P<what>.*), not modelled",
         lambda found, _: (
             f'{found["what"]} may leave anything: say with assume = ["..."] what it gives, '
-            "or claim nothing about it"
+            "or state no property of it"
         ),
     ),
     (
@@ -34,7 +34,7 @@ _WAYS: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     (
         r"the processor writes (?P<what>.*) itself",
         lambda found, _: (
-            f"no proof knows what the processor writes to {found['what']}: claim nothing about it"
+            f"no proof knows what the processor writes to {found['what']}: state no property of it"
         ),
     ),
     (
@@ -54,7 +54,7 @@ _WAYS: tuple[tuple[str, Callable[[re.Match[str], str], str]], ...] = (
     ),
     (
         r"(?P<what>.*)",
-        lambda found, _: f"the relation does not follow {found['what']}: claim nothing about what it writes",
+        lambda found, _: f"the relation does not follow {found['what']}: state no property of what it writes",
     ),
 )
 """Patterns of what is to blame, the worst first, and what to do."""

@@ -197,10 +197,10 @@ def faults_on_rack(subject: ProofSubject, scans: Sequence[ScanOf]) -> str:
         with ExitStack() as ports:
             _run(job, scenario, ports).run(scenario.scans)
     except CpuFault as error:
-        return f"on the rack: the CPU faults in scan {error.fault.scan}"
+        return f"on the rack: the controller faults in scan {error.fault.scan}"
     except ValueError as error:
         return f"on the rack: {error}"
-    return "on the rack: the CPU does not stop"
+    return "on the rack: the controller does not stop"
 
 
 class _Looker(QuietListener):

@@ -127,7 +127,12 @@ class RackChain:
             found = of_cpu(recording, row)
         elif found is None:
             found = of_link(recording, self._slot(bits.slot), scan)
-        return None if found is None else self._outranked(found, name, self.value(bits, row))
+        if found is None:
+            return None
+        link = self._outranked(found, name, self.value(bits, row))
+        changed = self._of_bits(bits, name, row) if found.kind == "mode" else None
+        # the key holds a value that is older
+        return link if changed is None else replace(link, scan=changed.scan, now_ns=changed.now_ns)
 
     def _outranked(self, found: Outranking, name: str, value: Value | None) -> CauseLink:
         return CauseLink(found.kind, name, value, found.scan, found.now_ns, found.text)

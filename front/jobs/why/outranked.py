@@ -89,7 +89,8 @@ def of_cpu(recording: PackedTrace, row: int) -> Outranking | None:
     while first and CpuMode(recording.flags[first - 1] & MODE_MASK) is mode:
         first -= 1
     now_ns = recording.times[first]
-    text = f"the key is at program since {seconds(now_ns)} s: program mode, the logic rests, outputs are off"
+    since = f"the key is at program since {seconds(now_ns)} s"
+    text = f"{since}: program mode, tags keep their values, outputs are off"
     return Outranking("mode", recording.numbers[first], now_ns, text)
 
 
@@ -114,15 +115,23 @@ def of_link(recording: PackedTrace, slot: SlotInfo, scan: int) -> Outranking | N
         why = _reason(recording.events, slot.number, each)
         begun = seconds(each.now_ns)
         if each.until is None or scan < each.until:
-            text = f"slot {slot.number}: {why} since {begun} s: its inputs stand still"
+            text = f"slot {slot.number}: {why} since {begun} s: {_shows(why, is_over=False)}"
             return Outranking("incident", each.scan, each.now_ns, text)
         assert each.until_ns is not None
         rules = "".join(f"; {text}" for text in _rules(recording.events, slot.number, each))
         text = (
-            f"slot {slot.number}: {why} from {begun} s to {seconds(each.until_ns)} s: its inputs stood still"
+            f"slot {slot.number}: {why} from {begun} s to {seconds(each.until_ns)} s: "
+            f"{_shows(why, is_over=True)}"
         )
         return Outranking("incident", scan, each.until_ns, f"{text}{rules}")
     return None
+
+
+def _shows(why: str, *, is_over: bool) -> str:
+    """Return what the PLC reads meanwhile: a removed module has no words, a lost link holds the last ones."""
+    if why == CAUSES_OF_LOSS[FaultKind.REMOVED.value]:
+        return "its input words were 0" if is_over else "its input words are 0"
+    return "its inputs stood still" if is_over else "its inputs stand still"
 
 
 def _reason(events: tuple[TraceEvent, ...], slot: int, loss: Loss) -> str:

@@ -185,7 +185,7 @@ def test_a_fault_stops_the_rack(place: Path) -> None:
     status, said = proved("")
     assert status == 1
     # Count is 1 after the first scan, and 4 after the fourth, number 3
-    assert "on the rack: the CPU faults in scan 3" in said
+    assert "on the rack: the controller faults in scan 3" in said
 
 
 @pytest.mark.slow

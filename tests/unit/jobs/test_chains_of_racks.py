@@ -214,6 +214,29 @@ def test_a_power_cycle_of_the_module_is_the_end(made):
     assert (link.kind, link.scan) == ("incident", 15)
 
 
+REMOVED = POWER.replace("power-cycle", "removed") + "for_ms = 20\n"
+KEY = """
+[[incident]]
+at_s = 0.030
+what = "program-mode"
+"""
+
+
+@pytest.mark.parametrize(("scans", "said"), [(20, "its input words are 0"), (26, "its input words were 0")])
+def test_a_removed_module_has_no_words_that_stand_still(made, scans, said):
+    link = made("line.py", LINES, scans, REMOVED).chain("slot1.status.MODULE_OK")
+    assert link.kind == "incident"
+    assert said in link.text
+    assert "still" not in link.text
+
+
+def test_an_output_that_the_key_holds_is_as_old_as_its_last_change(made):
+    """Run is on since scan 5; the key is turned at 30 ms."""
+    link = made("line.py", LINES, 20, KEY).chain("Local:3:O.Data.4")
+    assert (link.kind, link.scan, link.value) == ("mode", 5, True)
+    assert "tags keep their values, outputs are off" in link.text
+
+
 def test_a_rule_of_the_module_names_its_command(made):
     """CMD-03: a move was started before the previous one was complete."""
     program = LINES.replace("        axis.load(JOG)", "        axis.load(JOG if scan.number < 12 else MOVE)")

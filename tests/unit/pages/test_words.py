@@ -44,7 +44,7 @@ RETIRED = {
     r"as it is": Retired("unchanged", 3, 0, 0),
     r"anew": Retired("again, restart", 0, 0, 5),
     r"laws?": Retired("invariant", 0, 0, 0),
-    r"claims?": Retired("property", 0, 0, 6),
+    r"claims?": Retired("property", 0, 0, 4),
     r"whatever the": Retired("in every case", 2, 0, 1),
     r"of (?:ours|yours|its own|their own|one's own)": Retired("own, your", 0, 0, 4),
     r"go(?:es)? on": Retired("continue", 15, 0, 11),
