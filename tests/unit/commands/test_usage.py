@@ -14,7 +14,8 @@ LINES = {
     "('scanrack run --help'{})",
     "device pcl601 move -100": "-100 looks like an option; put -- before a negative number: "
     "scanrack device pcl601 move -- -100 ('scanrack device pcl601 move --help'{})",
-    "serve pcl602": "DEVICE: 'pcl602' is not one of 'amci3601', 'pcl601', 'pmc006' "
+    "serve pcl602": "DEVICE: 'pcl602' is not one of 'amci3601', 'pcl601', 'pmc006', 'smd23e2', 'smd24e2', "
+    "'sd17060e2', 'ang1', 'anf2' "
     "('scanrack serve --help'{})",
     "run line.toml --scans x": "--scans: a whole number is needed ('scanrack run --help'{})",
     "watch line.toml --port -1": "--port: 0 or more is allowed ('scanrack watch --help'{})",
