@@ -80,6 +80,7 @@ def check(found: object, expected: object, what: str) -> None:
 def check_motion(motion: Motion, profile: Profile) -> None:
     """Check a move's counts after half of its first ramp and in its cruise, and its end."""
     start, speed = profile.start_sps, profile.speed_sps
+    assert isinstance(profile.shape, Shape)
     seconds = profile.shape.factor * (speed - start) / (1000 * profile.acceleration_spmss)
     half_ns = int(seconds * SECOND / 2)
     if half_ns * 2 == seconds * SECOND:

@@ -91,10 +91,12 @@ def state(motion: Motion, t_ns: int) -> tuple[float, float]:
 
 def peer_of_move(distance: int, profile: Profile) -> Course:
     """Return the course of a move, its peak searched for where the distance is short."""
+    shape = profile.shape
+    assert isinstance(shape, Shape)
 
     def ramps(peak: float) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        up = ramp(profile.start_sps, peak, profile.acceleration_spmss, profile.shape)
-        return up, ramp(peak, profile.start_sps, profile.deceleration_spmss, profile.shape)
+        up = ramp(profile.start_sps, peak, profile.acceleration_spmss, shape)
+        return up, ramp(peak, profile.start_sps, profile.deceleration_spmss, shape)
 
     peak = float(profile.speed_sps)
     if length(*ramps(peak)) > distance:

@@ -56,9 +56,10 @@ def total(phases: list[Phase]) -> Fraction:
 def long_moves(draw: st.DrawFn) -> tuple[Profile, list[Phase], int]:
     """Draw a move that reaches its programmed speed, as a profile, as phases, and as a distance."""
     start = draw(speeds)
-    profile = Profile(start, start + draw(speeds), draw(rates), draw(rates), draw(st.sampled_from(Shape)))
-    up = ramp_phases(Fraction(profile.speed_sps - start), profile.acceleration_spmss, profile.shape)
-    down = ramp_phases(Fraction(start - profile.speed_sps), profile.deceleration_spmss, profile.shape)
+    shape = draw(st.sampled_from(Shape))
+    profile = Profile(start, start + draw(speeds), draw(rates), draw(rates), shape)
+    up = ramp_phases(Fraction(profile.speed_sps - start), profile.acceleration_spmss, shape)
+    down = ramp_phases(Fraction(start - profile.speed_sps), profile.deceleration_spmss, shape)
     ramps = integrate(Fraction(start), up, EVER)[0]
     ramps += integrate(Fraction(profile.speed_sps), down, EVER)[0]
     distance = -(-ramps // 1) + draw(st.sampled_from([0, 1]) | st.integers(0, 8_000_000))

@@ -93,7 +93,8 @@ class AdapterLockstep(AloneForAWhile):
     @property
     def motor(self):
         """Where the motor truly stands."""
-        return self.module.controller.device.motor_position
+        plant: Any = self.module.controller
+        return plant.device.motor_position
 
     def updated(self):
         """The adapter's image, its status words unsigned."""

@@ -14,6 +14,7 @@ from scanrack.traces.compare import Comparison, Extent, First, TimeMap, Toleranc
 from scanrack.traces.compare.fields import TIME, Field, FieldKind, all_fields
 from scanrack.traces.compare.findings import FieldDifference, changes_before
 from scanrack.traces.compare.stream import Side
+from scanrack.traces.format.layout import block_layout
 from scanrack.traces.read.columns import Columns
 
 Found = dict[int, tuple[int, int]]
@@ -24,7 +25,8 @@ def plainly(
     slots: Sequence[SlotInfo], one: Columns, other: Columns, tolerance: Tolerance, clock: TimeMap
 ) -> Comparison:
     """Compare two traces of the same slots."""
-    a, b = (Side(columns, {slot.number: 16 * i for i, slot in enumerate(slots)}) for columns in (one, other))
+    places = block_layout(slots).places
+    a, b = Side(one, places), Side(other, places)
     fields = all_fields(slots)
     if tolerance.exact and clock == TimeMap():
         found, only = by_number(fields, a, b)

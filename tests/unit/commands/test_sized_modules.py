@@ -201,7 +201,8 @@ def _jsonl(path: str) -> list[Any]:
 
 
 def _parquet(path: str) -> list[Any]:
-    parquet = pytest.importorskip("pyarrow.parquet", reason="pyarrow is not installed")
+    import pyarrow.parquet as parquet
+
     return list(parquet.read_table(f"{path}.parquet")["slot2.in.counted"].to_pylist())
 
 
@@ -213,7 +214,9 @@ def _vcd(path: str) -> list[Any]:
     return [int(each, 2) for each in bits]
 
 
-@pytest.mark.parametrize("read", [_csv, _jsonl, _parquet, _vcd])
+@pytest.mark.parametrize(
+    "read", [_csv, _jsonl, pytest.param(_parquet, marks=pytest.mark.extra("parquet")), _vcd]
+)
 def test_an_export_has_the_last_word(read: Callable[[str], list[Any]], recorded: str) -> None:
     kinds: dict[Any, str] = {_csv: "csv", _jsonl: "jsonl", _parquet: "parquet", _vcd: "vcd"}
     scanrack("export", f"{recorded}.mcap", f"--{kinds[read]}", f"{recorded}.{kinds[read]}")

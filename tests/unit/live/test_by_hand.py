@@ -2,6 +2,7 @@
 
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 from live_sessions import FEEDER, LiveSession
 from scanrack.io_images.amci3601 import StatusMsw
@@ -87,7 +88,8 @@ class Stepper:
 
 def test_lost_steps_stay_visible_and_a_preset_moves_the_zero():
     stepper = Stepper()
-    figures = MachineFigures(SimpleNamespace(slots={1: stepper_slot(stepper)}))
+    rack: Any = SimpleNamespace(slots={1: stepper_slot(stepper)})
+    figures = MachineFigures(rack)
     zeros = []
     for shaft, position, bits in (
         (0, 0, StatusMsw.POSITION_INVALID),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from scanrack.traces import Scan, SlotInfo
+from scanrack.traces.format.layout import block_layout
 from scanrack.traces.read.changes import ChangeRows
 from scanrack.traces.read.event_text import describe
 from scanrack.traces.read.image_text import input_wording, output_wording
@@ -73,11 +74,14 @@ def test_happenings(topic: str, fields: dict[str, object], text: str) -> None:
     assert describe(topic, 7, fields) == text
 
 
+PLACES = block_layout([SlotInfo(1, "amci3601"), SlotInfo(2, "amci3601")]).places
+
+
 def scan(number: int, words: dict[int, int], flags: int = 1) -> Scan:
     memory = bytearray(64)
     for word, value in words.items():
         memory[2 * word : 2 * word + 2] = (value & 0xFFFF).to_bytes(2, "little")
-    return Scan(number, number, flags, bytes(memory), {1: 0, 2: 32})
+    return Scan(number, number, flags, bytes(memory), PLACES)
 
 
 def texts(*scans: Scan) -> list[str]:
