@@ -119,6 +119,7 @@ def stop(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate, 
     It ends on the first whole step that the deceleration allows. Below the starting
     speed no ramp is made, and it ends at once with the whole steps made.
 
+    >>> from scanrack.runtime.kinematics import Shape
     >>> running = run(0, 0, +1, Profile(1000, 5000, 20, 10))
     >>> held = stop(running, 1_000_000_000, 1000, 10, Shape.CONSTANT)
     >>> held.final_steps, held.end_ns
@@ -148,6 +149,7 @@ def change_speed(
 ) -> Motion:
     """Plan a change to another speed, above or below the starting speed, then constant without end.
 
+    >>> from scanrack.runtime.kinematics import Shape
     >>> running = run(0, 0, +1, Profile(1000, 5000, 20, 10))
     >>> slower = change_speed(running, 1_000_000_000, 500, 20, 10, Shape.CONSTANT)
     >>> slower.speed_at(1_450_000_000), slower.position_at(1_450_000_000)
@@ -181,6 +183,7 @@ def register(
     The present speed lasts until the deceleration is due [chapter 4, Registration Move]. Steps of exactly
     the stopping distance suffice: if a step is under way, the ramp loses that fraction.
 
+    >>> from scanrack.runtime.kinematics import Shape
     >>> running = run(0, 0, +1, Profile(1000, 5000, 20, 10))
     >>> register(running, 1_000_000_000, 2000, 1000, 10, Shape.CONSTANT).final_steps
     6600
@@ -280,6 +283,7 @@ def creep(motion: Motion, now_ns: int, start_sps: int, deceleration_spmss: Rate,
 
     A motion already on its last ramp stays as it is.
 
+    >>> from scanrack.runtime.kinematics import Shape
     >>> slow = creep(move(0, 0, 4000, Profile(500, 2000, 1, 1)), 1_000_000_000, 500, 1, Shape.CONSTANT)
     >>> slow.position_at(2_000_000_000), slow.final_steps, slow.end_ns  # 1000 up, 1000 down, 2000 at 500/s
     (2000, 4000, 6000000000)
