@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import IntEnum, IntFlag
 
 
-class Command(IntFlag):
+class CommandBit(IntFlag):
     """Command word 0 [EDS; 17 p. 80, p. 82]."""
 
     ABSOLUTE_MOVE = 1 << 0
@@ -43,7 +43,7 @@ class Modifier(IntFlag):
     ENABLE_DRIVER = 1 << 15
 
 
-class Status(IntFlag):
+class StatusBit(IntFlag):
     """Status word 0 in bits 0 to 15 [EDS; SMD p. 81-83], status word 1 from bit 16 [17 p. 84; SMD p. 83]."""
 
     MOVING_CW = 1 << 0

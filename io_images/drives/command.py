@@ -13,9 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from .bits import Command, Modifier
+from .bits import CommandBit, Modifier
 from .models import Model
-from .numbers import TARGET_MAX, TARGET_MIN, NumberFormat
+from .numbers import TARGET_MAX, TARGET_MIN, DriveFormat
 
 
 @dataclass(frozen=True)
@@ -24,11 +24,11 @@ class DriveCommand:
 
     words: tuple[int, ...]  # unsigned
     model: Model
-    format: NumberFormat = NumberFormat.THOUSANDS
+    format: DriveFormat = DriveFormat.THOUSANDS
 
     @classmethod
     def of(
-        cls, words: Sequence[int], model: Model, format: NumberFormat = NumberFormat.THOUSANDS
+        cls, words: Sequence[int], model: Model, format: DriveFormat = DriveFormat.THOUSANDS
     ) -> DriveCommand:
         """Return the command of ten words, signed or unsigned."""
         return cls(tuple(word & 0xFFFF for word in words), model, format)
@@ -36,10 +36,10 @@ class DriveCommand:
     @property
     def configures(self) -> bool:
         """Whether the words are those of configuration mode."""
-        return bool(self.words[0] & Command.MODE_CONFIG)
+        return bool(self.words[0] & CommandBit.MODE_CONFIG)
 
     @cached_property
-    def bits(self) -> Command:
+    def bits(self) -> CommandBit:
         """The command bits that are on, at the places of the SMD family."""
         return self.model.command_bits(self.words[0])
 

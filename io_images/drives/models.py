@@ -13,8 +13,8 @@ from enum import Enum
 
 from ..amci3601.bits import InputBit
 from ..module_words import BitPlace, ModuleWords
-from .bits import Command, Modifier, Status
-from .numbers import NumberFormat
+from .bits import CommandBit, Modifier, StatusBit
+from .numbers import DriveFormat
 
 WORDS = 10
 """Registers of an axis in each direction [SMD p. 59]."""
@@ -28,7 +28,7 @@ class Layout(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class DriveLimits:
     """Ranges of parameters, from the least to the greatest value."""
 
     speed: int = 2_999_999  # steps/s, from the starting speed on [SD p. 55; EDS]
@@ -44,7 +44,7 @@ class Limits:
     homing_timeout_s: int = 300  # ANF2 only
 
 
-NO_COMMAND = Command(0)
+NO_COMMAND = CommandBit(0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -76,10 +76,10 @@ class Model:
     title: str
     layout: Layout = Layout.SMD
     axes: int = 1
-    limits: Limits = field(default_factory=Limits)
+    limits: DriveLimits = field(default_factory=DriveLimits)
     terminals: tuple[InputBit, ...] = ()
-    moved_commands: Mapping[Command, int] = field(default_factory=dict)
-    missing_commands: Command = NO_COMMAND
+    moved_commands: Mapping[CommandBit, int] = field(default_factory=dict)
+    missing_commands: CommandBit = NO_COMMAND
     modifiers: Modifier = (
         Modifier.MOTOR_CURRENT
         | Modifier.ENCODER_MOVE
@@ -92,8 +92,8 @@ class Model:
         | Modifier.ENCODER_TO_POSITION
         | Modifier.ENABLE_DRIVER
     )
-    moved_status: Mapping[Status, int] = field(default_factory=dict)
-    number_format: NumberFormat | None = None
+    moved_status: Mapping[StatusBit, int] = field(default_factory=dict)
+    number_format: DriveFormat | None = None
     current_keys: tuple[int, int] = (Modifier.MOTOR_CURRENT.value, 0)
     enable_bit: bool = True
     jerk: bool = True
@@ -112,12 +112,12 @@ class Model:
             return ("in1", "in2")
         return tuple(str(bit.name).lower() for bit in self.terminals)
 
-    def command_bits(self, word_0: int) -> Command:
+    def command_bits(self, word_0: int) -> CommandBit:
         """Return the commands of command word 0, at the places of the SMD family."""
         if not self.moved_commands:
-            return Command(word_0 & 0xFFFF)
-        found = Command(0)
-        for bit in Command:
+            return CommandBit(word_0 & 0xFFFF)
+        found = CommandBit(0)
+        for bit in CommandBit:
             if word_0 & self.moved_commands.get(bit, 0 if bit in self.missing_commands else bit.value):
                 found |= bit
         return found
@@ -125,7 +125,7 @@ class Model:
     def unknown_commands(self, word_0: int) -> int:
         """Return the bits of command word 0 that no command has."""
         known = 0
-        for bit in Command:
+        for bit in CommandBit:
             known |= self.moved_commands.get(bit, 0 if bit in self.missing_commands else bit.value)
         return word_0 & 0xFFFF & ~known
 
@@ -182,10 +182,10 @@ def _places(image: str, bits: Iterable[tuple[str, int]]) -> dict[str, BitPlace]:
 
 
 def _words_of(model: Model) -> ModuleWords:
-    status = [(str(bit.name), model.moved_status.get(bit, bit.value)) for bit in Status]
+    status = [(str(bit.name), model.moved_status.get(bit, bit.value)) for bit in StatusBit]
     commands = [
         (str(bit.name), model.moved_commands.get(bit, 0 if bit in model.missing_commands else bit.value))
-        for bit in Command
+        for bit in CommandBit
     ]
     modifiers = [(str(bit.name), bit.value << 16) for bit in Modifier if bit in model.modifiers]
     groups = {
@@ -203,17 +203,17 @@ SMD24E2 = Model(name="smd24e2", title="SMD24E2")
 SD17060E2 = Model(
     name="sd17060e2",
     title="SD17060E2",
-    limits=Limits(current=(10, 60), current_step=2),  # even values [SD p. 55]
+    limits=DriveLimits(current=(10, 60), current_step=2),  # even values [SD p. 55]
     modifiers=SMD23E2.modifiers | Modifier(0b1),  # bit 0 is a key
     current_keys=(0b100001, 0b10),  # 5 = 1, 1 = 0, 0 = 1 [SD p. 58]
 )
-ANG1 = Model(name="ang1", title="ANG1", axes=6, limits=Limits(current=(10, 40)))
+ANG1 = Model(name="ang1", title="ANG1", axes=6, limits=DriveLimits(current=(10, 40)))
 ANF2 = Model(
     name="anf2",
     title="ANF2",
     layout=Layout.ANF2,
     axes=12,
-    limits=Limits(speed=1_000_000, starting_speed=1_000_000, rate=2_000),
+    limits=DriveLimits(speed=1_000_000, starting_speed=1_000_000, rate=2_000),
     terminals=(
         InputBit.CAPTURE,
         InputBit.EXTERNAL,
@@ -221,27 +221,29 @@ ANF2 = Model(
         InputBit.CW_LIMIT,
         InputBit.CCW_LIMIT,
     ),
-    moved_commands={Command.PRESET_ENCODER: 1 << 10, Command.RESET_ERRORS: 1 << 11},
-    missing_commands=Command.PROGRAM_ASSEMBLED | Command.READ_ASSEMBLED_DATA | Command.RUN_ASSEMBLED_MOVE,
+    moved_commands={CommandBit.PRESET_ENCODER: 1 << 10, CommandBit.RESET_ERRORS: 1 << 11},
+    missing_commands=CommandBit.PROGRAM_ASSEMBLED
+    | CommandBit.READ_ASSEMBLED_DATA
+    | CommandBit.RUN_ASSEMBLED_MOVE,
     modifiers=Modifier(0),
     moved_status={
-        Status.INPUT_1: 1 << 19,  # CW limit
-        Status.INPUT_2: 1 << 20,  # CCW limit
-        Status.ASSEMBLED_MODE: 0,
-        Status.WAITING_FOR_SEGMENT: 0,
-        Status.TEMPERATURE_90C: 0,
-        Status.PLC_IN_PROGRAM_MODE: 0,
-        Status.CONNECTION_LOST: 0,
-        Status.DRIVER_FAULT: 0,
-        Status.INVALID_JOG_CHANGE: 0,
-        Status.LIMIT_CONDITION: 0,
-        Status.HEARTBEAT: 0,
-        Status.ENCODER_ERROR: 0,
-        Status.ACKNOWLEDGE: 0,
-        Status.STALL_DETECTED: 0,
-        Status.DRIVE_ENABLED: 0,
+        StatusBit.INPUT_1: 1 << 19,  # CW limit
+        StatusBit.INPUT_2: 1 << 20,  # CCW limit
+        StatusBit.ASSEMBLED_MODE: 0,
+        StatusBit.WAITING_FOR_SEGMENT: 0,
+        StatusBit.TEMPERATURE_90C: 0,
+        StatusBit.PLC_IN_PROGRAM_MODE: 0,
+        StatusBit.CONNECTION_LOST: 0,
+        StatusBit.DRIVER_FAULT: 0,
+        StatusBit.INVALID_JOG_CHANGE: 0,
+        StatusBit.LIMIT_CONDITION: 0,
+        StatusBit.HEARTBEAT: 0,
+        StatusBit.ENCODER_ERROR: 0,
+        StatusBit.ACKNOWLEDGE: 0,
+        StatusBit.STALL_DETECTED: 0,
+        StatusBit.DRIVE_ENABLED: 0,
     },
-    number_format=NumberFormat.BINARY,
+    number_format=DriveFormat.BINARY,
     enable_bit=False,
     jerk=False,
     flash=False,

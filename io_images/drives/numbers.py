@@ -23,7 +23,7 @@ TARGET_MIN, TARGET_MAX = -8_388_608, 8_388_607
 """Range of positions and distances that the host writes, in each format [SD p. 55; reading R-12]."""
 
 
-class NumberFormat(Enum):
+class DriveFormat(Enum):
     """How a value stands in two registers."""
 
     THOUSANDS = "thousands"
@@ -33,32 +33,32 @@ class NumberFormat(Enum):
     def join(self, first: int, second: int) -> int | None:
         """Return the value of two registers, signed or unsigned; None for words that are no value.
 
-        >>> NumberFormat.THOUSANDS.join(12, 345), NumberFormat.THOUSANDS.join(1, 1000)
+        >>> DriveFormat.THOUSANDS.join(12, 345), DriveFormat.THOUSANDS.join(1, 1000)
         (12345, None)
-        >>> NumberFormat.BINARY.join(0xFFFF, 0xFEA7), NumberFormat.BINARY_LOW.join(0x1170, 1)
+        >>> DriveFormat.BINARY.join(0xFFFF, 0xFEA7), DriveFormat.BINARY_LOW.join(0x1170, 1)
         (-345, 70000)
         """
-        if self is NumberFormat.THOUSANDS:
+        if self is DriveFormat.THOUSANDS:
             upper, lower = signed_word(first), signed_word(second)
             return 1000 * upper + lower if is_legal_pair(upper, lower) else None
-        high, low = (first, second) if self is NumberFormat.BINARY else (second, first)
+        high, low = (first, second) if self is DriveFormat.BINARY else (second, first)
         value = (high & 0xFFFF) << 16 | low & 0xFFFF
         return value - (value >> 31 << 32)
 
     def split(self, value: int) -> tuple[int, int]:
         """Return the two registers of a value, signed; a value beyond them wraps [reading R-12].
 
-        >>> NumberFormat.THOUSANDS.split(-12345), NumberFormat.BINARY.split(70000)
+        >>> DriveFormat.THOUSANDS.split(-12345), DriveFormat.BINARY.split(70000)
         ((-12, -345), (1, 4464))
         """
-        if self is NumberFormat.THOUSANDS:
+        if self is DriveFormat.THOUSANDS:
             return split_reported(value)
         high, low = signed_word(value >> 16 & 0xFFFF), signed_word(value & 0xFFFF)
-        return (high, low) if self is NumberFormat.BINARY else (low, high)
+        return (high, low) if self is DriveFormat.BINARY else (low, high)
 
     def split_all(self, values: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
         """Split many values as `split` does; only the low 16 bits of each word count."""
-        if self is NumberFormat.THOUSANDS:
+        if self is DriveFormat.THOUSANDS:
             return split_reported_all(values)
         high = values >> 16
-        return (high, values) if self is NumberFormat.BINARY else (values, high)
+        return (high, values) if self is DriveFormat.BINARY else (values, high)

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from .bits import Status
+from .bits import StatusBit
 from .configuration import RULES as CONFIGURATION_RULES
 from .configuration import configuration_rules
 from .models import Model
 
-_COMMAND = Status.COMMAND_ERROR
-_INPUT = Status.INPUT_ERROR
-_POSITION = Status.POSITION_INVALID
+_COMMAND = StatusBit.COMMAND_ERROR
+_INPUT = StatusBit.INPUT_ERROR
+_POSITION = StatusBit.POSITION_INVALID
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,17 +30,19 @@ class DriveRule:
     id: str
     section: str
     text: str
-    sets: Status
+    sets: StatusBit
     reading: tuple[str, ...] = ()
 
 
 ROWS: tuple[DriveRule, ...] = (
     # configuration mode
     *(
-        DriveRule(row.id, row.section, row.text, Status.CONFIG_ERROR, row.reading)
+        DriveRule(row.id, row.section, row.text, StatusBit.CONFIG_ERROR, row.reading)
         for row in CONFIGURATION_RULES
     ),
-    DriveRule("CFG-20", "17 p. 82", "The unit has no valid configuration.", Status.CONFIG_ERROR, ("R-09",)),
+    DriveRule(
+        "CFG-20", "17 p. 82", "The unit has no valid configuration.", StatusBit.CONFIG_ERROR, ("R-09",)
+    ),
     DriveRule("CFG-21", "17 p. 82", "A configuration was written.", _POSITION),
     DriveRule("CFG-22", "SMD_Control_Server", "Configuration mode cuts a motion.", _POSITION, ("R-21",)),
     # commands
@@ -69,12 +71,12 @@ ROWS: tuple[DriveRule, ...] = (
     DriveRule("CMD-21", "SMD p. 13", "No input has the function home.", _COMMAND, ("R-43",)),
     # jogs
     DriveRule(
-        "JOG-01", "17 p. 84", "New values of a jog are out of range.", Status.INVALID_JOG_CHANGE, ("R-16",)
+        "JOG-01", "17 p. 84", "New values of a jog are out of range.", StatusBit.INVALID_JOG_CHANGE, ("R-16",)
     ),
     # inputs
     DriveRule("INP-01", "17 p. 82", "The emergency stop input is active.", _INPUT),
     DriveRule(
-        "INP-02", "17 p. 82", "An end limit has become active in a move.", _INPUT | Status.LIMIT_CONDITION
+        "INP-02", "17 p. 82", "An end limit has become active in a move.", _INPUT | StatusBit.LIMIT_CONDITION
     ),
     DriveRule("INP-03", "17 p. 82", "A move is commanded toward an active end limit.", _INPUT, ("R-39",)),
     DriveRule(
@@ -88,7 +90,7 @@ ROWS: tuple[DriveRule, ...] = (
         "INP-05",
         "17 p. 82, p. 84",
         "The cable was lost and is back.",
-        _INPUT | Status.CONNECTION_LOST,
+        _INPUT | StatusBit.CONNECTION_LOST,
         ("R-22",),
     ),
     DriveRule(
@@ -106,13 +108,13 @@ ROWS: tuple[DriveRule, ...] = (
     DriveRule("POS-05", "17 p. 82", "The cable is lost.", _POSITION, ("R-22",)),
     DriveRule("POS-06", "EDS", "A motion was cut by the loss of the connection.", _POSITION, ("R-22",)),
     # the driver
-    DriveRule("DRV-01", "17 p. 84", "The driver is too hot: its current is off.", Status.DRIVER_FAULT),
+    DriveRule("DRV-01", "17 p. 84", "The driver is too hot: its current is off.", StatusBit.DRIVER_FAULT),
     DriveRule("DRV-02", "SMD p. 59", "The driver was disabled in a motion.", _POSITION, ("R-33",)),
     DriveRule(
         "DRV-03",
         "SD2 p. 42; 17 p. 82",
         "The shaft does not follow the motor.",
-        Status.STALL_DETECTED | _POSITION,
+        StatusBit.STALL_DETECTED | _POSITION,
         ("R-42",),
     ),
     DriveRule("DRV-04", "17 p. 84", "A motion was cut by a fault of the driver.", _POSITION),

@@ -23,7 +23,7 @@ from .differing_runs import FAULT, differs, random_runs
 from .induction import Limits, prove
 from .relation.shapes import form_of
 from .replaying import ScanOf, scenario
-from .sharing import NEW, Unknowns, deciding, own
+from .sharing import NEW, SharedUnknowns, deciding, own
 from .solving.frames import Frame
 from .solving.solver import SAT, UNSAT, Solver
 from .system import RUN_ONLY, STOPPED, HeldNumber, Key, ProgramSystem, Runnable, ScanBounds, System, shown
@@ -139,7 +139,7 @@ class _Comparison:
     Attributes:
         own: terms for variables of the new program that are not those of the old one.
         unlike: the part of them that are values of the program.
-        apart: names of unknown values that are not shared, see `Unknowns.match`.
+        apart: names of unknown values that are not shared, see `SharedUnknowns.match`.
     """
 
     old: ProgramSystem
@@ -152,11 +152,11 @@ class _Comparison:
     apart: set[str] = field(default_factory=set)
     memo: dict[int, T] = field(default_factory=dict)
     runs: dict[Key, tuple[ScanOf, ...]] = field(default_factory=dict)  # found by chance
-    unknowns: Unknowns = field(init=False)
+    unknowns: SharedUnknowns = field(init=False)
     base: _Base = field(init=False)
 
     def __post_init__(self) -> None:
-        self.unknowns = Unknowns(self.old, self.new)
+        self.unknowns = SharedUnknowns(self.old, self.new)
 
     def difference(self) -> Difference:
         """Compare."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 from .algebra.numbers import same
 from .algebra.terms import FALSE, TRUE, T, and_, not_, or_, var
-from .relation.unknowns import Origin
+from .relation.unknowns import UnknownOrigin
 from .system import ProgramSystem
 
 NEW = "~new:"
@@ -33,7 +33,7 @@ def own(v: T) -> T:
 
 
 @dataclass(slots=True)
-class Unknowns:
+class SharedUnknowns:
     """The unknown values of two programs.
 
     Attributes:
@@ -44,7 +44,7 @@ class Unknowns:
 
     old: ProgramSystem
     new: ProgramSystem
-    known: dict[str, Origin] = field(default_factory=dict)
+    known: dict[str, UnknownOrigin] = field(default_factory=dict)
     facts: list[tuple[frozenset[str], T]] = field(default_factory=list)
     shared: set[str] = field(default_factory=set)
 
@@ -57,7 +57,7 @@ class Unknowns:
             apart: names of variables of strict functions that are not shared.
         """
         self.known, self.facts, self.shared = {}, [], set()
-        by_function: dict[Hashable, list[tuple[T, Origin]]] = defaultdict(list)
+        by_function: dict[Hashable, list[tuple[T, UnknownOrigin]]] = defaultdict(list)
         for v, origin in _in_order(self.old):
             self.known[v.val] = origin
             if origin.function is not None:
@@ -82,17 +82,17 @@ class Unknowns:
         return [name for name in self.shared if self.known[name].strict]
 
 
-def _in_order(problem: ProgramSystem) -> list[tuple[T, Origin]]:
+def _in_order(problem: ProgramSystem) -> list[tuple[T, UnknownOrigin]]:
     """Return the unknown values of a program: arguments come before what depends on them."""
     return sorted(problem.machine.origins.items(), key=lambda each: int(each[0].val[1:]))
 
 
-def _is_one(one: Origin, other: Origin) -> bool:
+def _is_one(one: UnknownOrigin, other: UnknownOrigin) -> bool:
     a, b = one.arguments, other.arguments
     return a.keys() == b.keys() and all(b[name] is t for name, t in a.items())
 
 
-def _equal(one: Origin, other: Origin) -> T:
+def _equal(one: UnknownOrigin, other: UnknownOrigin) -> T:
     """Return whether all arguments are equal; FALSE if one of them lacks one."""
     a, b = one.arguments, other.arguments
     if a.keys() != b.keys() or any(b[name].kind != t.kind for name, t in a.items()):
@@ -103,7 +103,7 @@ def _equal(one: Origin, other: Origin) -> T:
     return found
 
 
-def deciding(known: Mapping[str, Origin], name: str) -> Iterable[T]:
+def deciding(known: Mapping[str, UnknownOrigin], name: str) -> Iterable[T]:
     """Return the terms on which an unknown value depends, by its name; none of any other variable."""
     origin = known.get(name)
     return () if origin is None else origin.arguments.values()

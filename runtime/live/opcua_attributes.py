@@ -32,7 +32,7 @@ FIRST_YEAR = 1601
 """Year in which the times of OPC UA begin [OPC UA part 6, 5.2.2.5]."""
 
 
-class RefusedError(ValueError):
+class BadStatusError(ValueError):
     """An operation that gets a bad status.
 
     Attributes:
@@ -87,7 +87,7 @@ class Attributes:
         try:
             self.check_named(wanted)
             self.check_encoding(wanted)
-        except RefusedError as refused:
+        except BadStatusError as refused:
             return self._stamped(self._bad(refused.code), wanted, timestamps, now)
         value = self._space.read_attribute_value(wanted.NodeId, wanted.AttributeId)
         return self.shaped(value, wanted, timestamps, now)
@@ -142,12 +142,12 @@ class Attributes:
     def check_named(self, wanted: Any) -> None:
         """Refuse an attribute that does not exist."""
         if wanted.NodeId.is_null():
-            raise RefusedError("BadNodeIdInvalid")
+            raise BadStatusError("BadNodeIdInvalid")
         node = self._space.get(wanted.NodeId)
         if node is None:
-            raise RefusedError("BadNodeIdUnknown")
+            raise BadStatusError("BadNodeIdUnknown")
         if wanted.AttributeId not in node.attributes:
-            raise RefusedError("BadAttributeIdInvalid")
+            raise BadStatusError("BadAttributeIdInvalid")
 
     def check_encoding(self, wanted: Any) -> None:
         """Refuse an encoding that values do not have."""
@@ -156,9 +156,9 @@ class Attributes:
             return
         is_value = wanted.AttributeId == self._ua.AttributeIds.Value
         if not is_value or encoding.NamespaceIndex or encoding.Name not in ENCODINGS:
-            raise RefusedError("BadDataEncodingInvalid")
+            raise BadStatusError("BadDataEncodingInvalid")
         if encoding.Name != BINARY:
-            raise RefusedError("BadDataEncodingUnsupported")
+            raise BadStatusError("BadDataEncodingUnsupported")
 
     # --- writing
 
@@ -166,16 +166,16 @@ class Attributes:
         """Return the writes of a value.
 
         Raises:
-            RefusedError: it is not allowed.
+            BadStatusError: it is not allowed.
         """
         self.check_named(wanted)
         node = self.tag_of(wanted)
         try:
             ranges = parse_ranges(wanted.IndexRange) if wanted.IndexRange else None
         except ValueError as error:
-            raise RefusedError("BadIndexRangeInvalid") from error
+            raise BadStatusError("BadIndexRangeInvalid") from error
         if node is None or not node.variable.writable:
-            raise RefusedError("BadNotWritable")
+            raise BadStatusError("BadNotWritable")
         variable = node.variable
         value = self._value_in(wanted.Value, variable, is_part=ranges is not None)
         try:
@@ -183,13 +183,13 @@ class Attributes:
                 return [variable.change_to(value)]
             return list(variable.part_to(ranges, value, node.data or bytes(variable.size)))
         except NoDataError as error:
-            raise RefusedError("BadIndexRangeNoData") from error
+            raise BadStatusError("BadIndexRangeNoData") from error
         except MismatchError as error:
-            raise RefusedError("BadIndexRangeDataMismatch") from error
+            raise BadStatusError("BadIndexRangeDataMismatch") from error
         except TypeError as error:
-            raise RefusedError("BadTypeMismatch") from error
+            raise BadStatusError("BadTypeMismatch") from error
         except ValueError as error:  # also a text with characters that no tag has
-            raise RefusedError("BadOutOfRange") from error
+            raise BadStatusError("BadOutOfRange") from error
 
     def _value_in(self, given: Any, variable: Variable, *, is_part: bool) -> Any:
         """Return the value that is written; refused if it has not the type of the variable."""
@@ -202,15 +202,15 @@ class Attributes:
             or _is_time(given.ServerTimestamp)
             or (_is_time(given.SourceTimestamp) and not has_value)
         ):
-            raise RefusedError("BadWriteNotSupported")
+            raise BadStatusError("BadWriteNotSupported")
         kind, rank = kinds[TYPES[variable.type_name]], len(variable.dims)
         if not has_value or variant.Value is None:
-            raise RefusedError("BadTypeMismatch")
+            raise BadStatusError("BadTypeMismatch")
         value, found = variant.Value, len(variant.Dimensions or ()) or int(variant.is_array)
         if variant.VariantType == kinds.ByteString and kind == kinds.Byte and rank == 1 and not found:
             return list(value)
         if variant.VariantType != kind or found > rank or (found < rank and not is_part):
-            raise RefusedError("BadTypeMismatch")
+            raise BadStatusError("BadTypeMismatch")
         return value
 
 

@@ -21,7 +21,7 @@ from ..line.ports.places import CLIENTS_MOST
 from ..tag_servers.setup import TagSetup
 from ..tag_servers.tag_snapshot import Operation
 from .mailbox import AREA_BYTES, Mailbox
-from .opcua_attributes import Attributes, RefusedError
+from .opcua_attributes import Attributes, BadStatusError
 from .opcua_guard import UaGuard, keep_apart
 from .opcua_services import Service, accept_unknown_values, answer_browse_next, limit_operations
 from .opcua_space import TagNode, TagSpace
@@ -199,7 +199,7 @@ class OpcUaServer:
         for place, each in enumerate(wanted):
             try:
                 changes = self._attributes.changes(each)
-            except RefusedError as refused:
+            except BadStatusError as refused:
                 status[place] = getattr(codes, refused.code)
             else:
                 operations += changes

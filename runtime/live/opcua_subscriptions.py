@@ -16,7 +16,7 @@ from importlib import import_module
 from typing import Any
 
 from ..tag_servers.index_ranges import parse_ranges
-from .opcua_attributes import Attributes, RefusedError
+from .opcua_attributes import Attributes, BadStatusError
 
 KEEP_ALIVES = 3
 """A subscription lives at least as long as so many messages to keep it alive take."""
@@ -125,7 +125,7 @@ class Subscriptions:
             self._attributes.check_encoding(wanted)
             if wanted.IndexRange:
                 parse_ranges(wanted.IndexRange)
-        except RefusedError as refused:
+        except BadStatusError as refused:
             return refused.code
         except ValueError:
             return "BadIndexRangeInvalid"

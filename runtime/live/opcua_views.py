@@ -25,7 +25,7 @@ CONTINUATIONS_MOST = 16
 """Continuation points of a session; the oldest is released for a new request."""
 
 
-class _Paused(NamedTuple):
+class _Continuation(NamedTuple):
     """A browse that goes on behind a continuation point."""
 
     edition: int
@@ -126,7 +126,7 @@ class Browsing:
         self._translate = translate
         self._error: Any = import_module("asyncua.common.utils").ServiceError
         self._views = views
-        self._paused: dict[bytes, _Paused] = {}
+        self._paused: dict[bytes, _Continuation] = {}
         self._numbers = count(1)
 
     async def browse(self, params: Any) -> list[Any]:
@@ -190,5 +190,5 @@ class Browsing:
                 return self._bad("BadNoContinuationPoints")
             self._paused.pop(before.pop(0), None)
         point = next(self._numbers).to_bytes(8, "big")
-        self._paused[point] = _Paused(self._views.edition, rest, following, most)
+        self._paused[point] = _Continuation(self._views.edition, rest, following, most)
         return self._ua.BrowseResult(ContinuationPoint=point, References=found)

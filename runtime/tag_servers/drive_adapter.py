@@ -51,7 +51,7 @@ from ...io_images.enip.codes import (
 from ...io_images.enip.frames import body_of, items_in
 from ...io_images.enip.io_frames import IoPacket, io_packet, io_path, port_in, socket_item
 from ...io_images.enip.paths import Path, parse_path
-from ..modules.drives.drive import Drive
+from ..modules.drives.drive import DriveUnit
 from .connections import Connections, Triad
 from .objects import answer_identity, identity
 from .router import refused
@@ -103,7 +103,7 @@ class DriveAdapter:
         io: the open connection.
     """
 
-    def __init__(self, drive: Drive) -> None:
+    def __init__(self, drive: DriveUnit) -> None:
         assert drive.model.identity is not None
         self.drive = drive
         self.io: IoConnection | None = None

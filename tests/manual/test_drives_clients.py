@@ -12,7 +12,7 @@ import pytest
 from drive_unit import ENABLE, VALID
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.drives.models import MODELS
-from scanrack.runtime.modules.drives.drive import Drive
+from scanrack.runtime.modules.drives.drive import DriveUnit
 from scanrack.runtime.modules.drives.registers import DriveRegisters
 
 MS = 1_000_000
@@ -23,7 +23,7 @@ class Client:
     """A master that writes a register, or all of an axis, within a millisecond."""
 
     def __init__(self, model: str, **options: Any) -> None:
-        self.drive = Drive(MODELS[model], options=options)
+        self.drive = DriveUnit(MODELS[model], options=options)
         self.registers = DriveRegisters([self.drive])
 
     def wait(self, ms: float) -> Client:

@@ -7,7 +7,7 @@ from drive_unit import ENABLE, VALID, Unit, ready
 from scanrack.io_images.drives.configuration import RULES as CONFIGURATION_RULES
 from scanrack.io_images.drives.rules import RULES
 from scanrack.runtime.machine import Machine
-from scanrack.runtime.modules.drives.drive import Drive
+from scanrack.runtime.modules.drives.drive import DriveUnit
 from scanrack.runtime.modules.drives.nonvolatile import DriveMemory
 
 pytestmark = pytest.mark.rules
@@ -175,7 +175,9 @@ class TestFlash:
 
     def test_a_memory_goes_to_another_unit(self):
         memory = DriveMemory(configuration=VALID, writes=7)
-        drive = Drive(Unit().drive.model, Machine(), memory=DriveMemory.model_validate(memory.model_dump()))
+        drive = DriveUnit(
+            Unit().drive.model, Machine(), memory=DriveMemory.model_validate(memory.model_dump())
+        )
         assert drive.inputs()[0] == 0x4408
 
     def test_smd_p72_preset_encoder_saves_its_offset(self):

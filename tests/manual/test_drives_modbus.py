@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scanrack.io_images.drives.models import MODELS
 from scanrack.jobs.drive.drive_bench import DriveBench
 from scanrack.jobs.drive.requests import RequestError
-from scanrack.runtime.modules.drives.drive import Drive
+from scanrack.runtime.modules.drives.drive import DriveUnit
 from scanrack.runtime.modules.drives.registers import DriveRegisters
 
 pytestmark = pytest.mark.rules
@@ -22,7 +22,7 @@ class Stack:
     """Drives behind their registers."""
 
     def __init__(self, model: str = "smd23e2", axes: int = 1) -> None:
-        self.axes = [Drive(MODELS[model]) for _ in range(axes)]
+        self.axes = [DriveUnit(MODELS[model]) for _ in range(axes)]
         self.registers = DriveRegisters(self.axes)
 
     def ask(self, form: str, *values: int) -> bytes:

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.drives.models import MODELS
 from scanrack.runtime.machine import Jam, Machine, MachineSpec, Slip, Switch
-from scanrack.runtime.modules.drives.drive import Drive
+from scanrack.runtime.modules.drives.drive import DriveUnit
 
 TICK_NS = 250_000
 MOVES = (2, 0x80, 0x100, 0x20, 0x40)
@@ -101,7 +101,7 @@ def befall(drive, name):
 
 def play(model, spec, script, pieces_ns):
     """Return what a drive shows at the end of each action, and its events."""
-    drive = Drive(MODELS[model], Machine(spec), {} if model == "anf2" else {"stored": list(VALID)})
+    drive = DriveUnit(MODELS[model], Machine(spec), {} if model == "anf2" else {"stored": list(VALID)})
     seen, now_ns, odd = [], 0, 123_457
     for ticks, outputs, inputs, what in script:
         befall(drive, what)

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from scanrack.io_images.drives.bits import Status
+from scanrack.io_images.drives.bits import StatusBit
 from scanrack.io_images.drives.models import MODELS
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
-from scanrack.runtime.modules.drives.drive import Drive
+from scanrack.runtime.modules.drives.drive import DriveUnit
 
 MS = 1_000_000
 ENABLE = 0x8000
@@ -20,7 +20,7 @@ class Unit:
     """A drive with its inputs in1 and in2."""
 
     def __init__(self, model: str = "smd23e2", machine: MachineSpec | None = None, **options: Any) -> None:
-        self.drive = Drive(MODELS[model], Machine(machine or MachineSpec()), options)
+        self.drive = DriveUnit(MODELS[model], Machine(machine or MachineSpec()), options)
 
     def wait(self, ms: float) -> Unit:
         """Let time pass."""
@@ -78,7 +78,7 @@ class Unit:
     @property
     def status(self) -> set[str]:
         """The names of the status bits that are on, without the heartbeat."""
-        bits = Status(self.word(0) | self.word(1) << 16) & ~Status.HEARTBEAT
+        bits = StatusBit(self.word(0) | self.word(1) << 16) & ~StatusBit.HEARTBEAT
         return {str(bit.name) for bit in bits}
 
     @property

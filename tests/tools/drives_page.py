@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from scanrack.io_images.drives.models import MODELS, Model
-from scanrack.io_images.drives.readings import READINGS, Reading
+from scanrack.io_images.drives.readings import READINGS, DriveReading
 from scanrack.io_images.drives.rules import ROWS, DriveRule
 from scanrack.io_images.module_words import BitPlace
 from scanrack.runtime.modules.drives.options import SmdOptions
@@ -47,7 +47,7 @@ def with_readings(text: str) -> str:
     return before + HEADING + READINGS_INTRO + "".join(f"{_reading(row)}\n" for row in READINGS)
 
 
-def _reading(row: Reading) -> str:
+def _reading(row: DriveReading) -> str:
     defaults = ((name, SmdOptions.model_fields[name].default) for name in row.options)
     options = ", ".join(f"`{name}`: `{_value(value)}`" for name, value in defaults)
     return f"| {row.id} | {row.place} | {row.text} | {row.confidence} | {options or row.fixed_because} |"

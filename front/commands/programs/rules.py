@@ -14,7 +14,7 @@ import typer
 
 from ...io_images.amci3601 import RULES, Firmware, StatusLsw, StatusMsw
 from ...io_images.amci3601.rules import Rule
-from ...io_images.drives.bits import Status
+from ...io_images.drives.bits import StatusBit
 from ...io_images.drives.models import MODELS, Model
 from ...io_images.drives.rules import DriveRule, rules_of
 from ...terminal.as_json import JsonOption, say_json
@@ -31,7 +31,7 @@ CHAPTERS = {
     "chapter 3": "Chapter 3: Configuration mode",
     "chapter 4": "Chapter 4: Command mode operations",
     "chapter 5": "Chapter 5: Command mode data",
-    "chapter 6": "Chapter 6: Status and error bits",
+    "chapter 6": "Chapter 6: StatusBit and error bits",
     "Manual Revision History": "Manual revision history",
 }
 """Titles of the chapters, by the first words of the table's sections."""
@@ -66,7 +66,7 @@ class RuleTable:
 
 
 def _of_drive(model: Model) -> RuleTable:
-    bits = {str(bit.name): bit.value for bit in Status if model.moved_status.get(bit, bit.value)}
+    bits = {str(bit.name): bit.value for bit in StatusBit if model.moved_status.get(bit, bit.value)}
     return RuleTable({row.id: _rule(row) for row in rules_of(model)}, bits)
 
 

@@ -89,14 +89,14 @@ class LinkPlace:
         return open_link(self.port, self.tcp, line_format)
 
 
-class Opened(Protocol):
+class LinkOpener(Protocol):
     """A line that is open."""
 
     def close(self) -> None:
         """Release it."""
 
 
-Line = TypeVar("Line", bound=Opened)
+Line = TypeVar("Line", bound=LinkOpener)
 Client = TypeVar("Client", bound=Mover)
 
 

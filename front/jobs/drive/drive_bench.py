@@ -10,7 +10,7 @@ from pydantic import Field, field_validator
 from ...io_images.drives.models import Model
 from ...runtime.line.ports.modbustcp import HEADER, NotModbusError, reply_frame, split_frames
 from ...runtime.machine import Switch
-from ...runtime.modules.drives.drive import Drive
+from ...runtime.modules.drives.drive import DriveUnit
 from ...runtime.modules.drives.registers import DriveRegisters
 from .image_bench import NS_PER_MS, time_ms
 from .requests import Milliseconds, RequestError, Steps, Strict, Tables, read
@@ -18,7 +18,7 @@ from .requests import Milliseconds, RequestError, Steps, Strict, Tables, read
 OBSERVED = ("position", "encoder_counts", "flash_writes")
 
 
-class Range(Strict):
+class SwitchRange(Strict):
     """A closed range of the shaft's steps from power-up, in which an input is on; null is open-ended."""
 
     on_when_pos_in: tuple[Steps | None, Steps | None]
@@ -32,7 +32,7 @@ class Range(Strict):
         return value
 
 
-Level = Literal["on", "off"] | Range
+Level = Literal["on", "off"] | SwitchRange
 
 
 class DriveEnv(Strict):
@@ -86,7 +86,7 @@ class DriveBench:
         if new.axes > self.model.axes:
             raise RequestError(f"new.axes: {new.axes} is not allowed: 1 to {self.model.axes}")
         try:
-            axes = [Drive(self.model, options=new.options) for _ in range(new.axes)]
+            axes = [DriveUnit(self.model, options=new.options) for _ in range(new.axes)]
         except ValueError as error:
             raise RequestError(f"new: {error}") from None
         self.axes, self.registers, self.now_ns = axes, DriveRegisters(axes), 0
@@ -151,10 +151,10 @@ def _frame(text: str) -> bytes:
     return frames[0] if len(frames) == 1 and not rest else b""
 
 
-def _surround(axis: Drive, env: DriveEnv, levels: dict[str, Level]) -> None:
+def _surround(axis: DriveUnit, env: DriveEnv, levels: dict[str, Level]) -> None:
     for name, level in levels.items():
         bit = axis.terminals[axis.model.input_names.index(name)]
-        if isinstance(level, Range):
+        if isinstance(level, SwitchRange):
             axis.machine.rewire(bit, [Switch(bit, *level.on_when_pos_in)])
         else:
             axis.machine.rewire(bit, [])
@@ -173,6 +173,6 @@ def _surround(axis: Drive, env: DriveEnv, levels: dict[str, Level]) -> None:
         axis.lose_connection()
 
 
-def _observed(axis: Drive, name: str) -> int:
+def _observed(axis: DriveUnit, name: str) -> int:
     shaft, counts, _ = axis.figures()
     return {"position": shaft, "encoder_counts": counts, "flash_writes": axis.memory.writes}[name]

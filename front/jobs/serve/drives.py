@@ -21,7 +21,7 @@ from ...runtime.config.rackspec import SlotSpec
 from ...runtime.line.ports import LineListener, ModbusTcpPort, Server
 from ...runtime.loop.pace import Clock
 from ...runtime.machine import Machine, MachineSpec
-from ...runtime.modules.drives.drive import Drive
+from ...runtime.modules.drives.drive import DriveUnit
 from ...runtime.modules.drives.nonvolatile import DriveMemory
 from ...runtime.modules.drives.options import options_of
 from ...runtime.modules.drives.registers import DriveRegisters
@@ -130,7 +130,7 @@ class DriveService(LineService):
             self._listener.said(now_ns, bytes((unit,)) + reply)
         return reply
 
-    def _unit(self, number: int, drive: Drive) -> ServedUnit:
+    def _unit(self, number: int, drive: DriveUnit) -> ServedUnit:
         wired = drive.machine.spec.fed_inputs
         return ServedUnit(
             address=number,
@@ -139,15 +139,15 @@ class DriveService(LineService):
             wire=partial(self._wire, drive, wired),
         )
 
-    def _wire(self, drive: Drive, wired: int, name: str, state: str) -> None:
+    def _wire(self, drive: DriveUnit, wired: int, name: str, state: str) -> None:
         self.advance(self._clock.now_ns())
         surround(drive, name, state, wired)
 
 
-def _drive(model: Model, slot: SlotSpec | None, memory: DriveMemory | None) -> Drive:
+def _drive(model: Model, slot: SlotSpec | None, memory: DriveMemory | None) -> DriveUnit:
     spec = MachineSpec() if slot is None else slot.machine
     options = slot.options if slot is not None and slot.module == model.name else None
-    return Drive(model, Machine(spec), options, memory)
+    return DriveUnit(model, Machine(spec), options, memory)
 
 
 def _slots(model: Model, texts: Sequence[str], axes: int) -> dict[int, SlotSpec]:
@@ -186,11 +186,11 @@ def _flash(model: Model, memory: ControllerMemory | None, axes: int) -> Sequence
     return flash
 
 
-def _memory_of(drive: Drive) -> DriveMemory:
+def _memory_of(drive: DriveUnit) -> DriveMemory:
     return drive.memory
 
 
-def _status(number: int, drive: Drive) -> dict[str, str]:
+def _status(number: int, drive: DriveUnit) -> dict[str, str]:
     words = drive.inputs()
     shaft, _, _ = drive.figures()
     return {
@@ -203,7 +203,7 @@ def _status(number: int, drive: Drive) -> dict[str, str]:
     }
 
 
-def _values(drive: Drive) -> dict[str, int]:
+def _values(drive: DriveUnit) -> dict[str, int]:
     """Return the words by their names, in.NAME and out.NAME, and what no word has."""
     shaft, counts, energized = drive.figures()
     words = drive.model.words

@@ -27,7 +27,7 @@ from .shapes import world_of
 from .stored import MOST_OPEN
 from .symbols import UnmodelledError, term_of
 from .term_values import TermValues
-from .unknowns import ONLY, Origin, named, system_leaves
+from .unknowns import ONLY, UnknownOrigin, named, system_leaves
 
 _READ = frozenset(
     (
@@ -168,7 +168,7 @@ class TermSteps(TermValues):
 
     def _refused(
         self, step: LoweredStep, power: T, why: Exception, undone: set[Key], *, moved: bool = False
-    ) -> Origin:
+    ) -> UnknownOrigin:
         """Let all that a step may write be anything, and let it fault; return its origin.
 
         Args:
@@ -191,14 +191,14 @@ class TermSteps(TermValues):
                 self.stop(fault)
         return origin
 
-    def _power_behind(self, step: LoweredStep, power: T, origin: Origin) -> T:
+    def _power_behind(self, step: LoweredStep, power: T, origin: UnknownOrigin) -> T:
         """Return the power after a step that is refused."""
         if not step.spec.decides and step.spec.kind is not InstructionKind.INPUT:
             return power
         after = self.unknown(BOOL, origin=origin.of("power"))
         return after if step.spec.decides else and_(power, after)
 
-    def _origin(self, step: LoweredStep, power: T) -> Origin:
+    def _origin(self, step: LoweredStep, power: T) -> UnknownOrigin:
         """Return the function of a step that is refused, and all that decides what it does."""
         own = [self._in_program(leaf) for operand in step.operands for leaf in _named_by(operand)]
         if self._system is None:
@@ -213,7 +213,7 @@ class TermSteps(TermValues):
             where: Any = self.frame[root]
             parts = {"first": where.first, "left": where.left, "bit": -1 if where.bit is None else where.bit}
             found.update(((root, name), term_of(value, INT)) for name, value in parts.items())
-        return Origin(named(step, tuple(own), self._world), found)
+        return UnknownOrigin(named(step, tuple(own), self._world), found)
 
     def _written_by(self, step: LoweredStep) -> Iterator[Leaf]:
         """Yield the leaves that a step may write by its operands."""

@@ -26,7 +26,7 @@ from .paths import Path, PathFault, Paths, faults_of, merged, result_of, written
 from .places import AGE, CLOCK, Key, TermArgument, TermMemory, kind_of
 from .symbols import TermSymbol, UnmodelledError, term_of, truth_of, whole_of
 from .undo import UndoLog
-from .unknowns import ONLY, Origin
+from .unknowns import ONLY, UnknownOrigin
 
 MOST_FACTS = 64
 """Maximum truths that are known of a place in the program."""
@@ -62,7 +62,7 @@ class TermPlaces(Interpreter):
         self.kinds: dict[Key, Leaf] = {}
         self.written: dict[Key, bool] = {}
         self.havocs: dict[str, Site] = {}  # variables for what is not modeled, and the instruction
-        self.origins: dict[T, Origin] = {}  # the functions of these variables
+        self.origins: dict[T, UnknownOrigin] = {}  # the functions of these variables
         self._unknowns = count()
         self._computed: dict[tuple[Any, ...], T] = {}  # unknown results, by function and operands
         self.faults: list[tuple[int, T]] = []  # major faults: number of the instruction, condition
@@ -154,7 +154,7 @@ class TermPlaces(Interpreter):
         """Set a place where the current instruction is reached and a truth holds; elsewhere it is kept."""
         self.log.put(self._kept, key, ite(and_(self.active, where), t, self._kept[key]))
 
-    def havoc(self, leaf: Leaf, origin: Origin = ONLY) -> None:
+    def havoc(self, leaf: Leaf, origin: UnknownOrigin = ONLY) -> None:
         """Let all elements of a leaf be anything where the current instruction is reached.
 
         Those from `MOST_OPEN` on that nothing has asked for so far become unknown once something does.
@@ -248,7 +248,7 @@ class TermPlaces(Interpreter):
 
     # --- what is unknown
 
-    def unknown(self, kind: str, lo: int = 0, hi: int = 0, origin: Origin = ONLY) -> T:
+    def unknown(self, kind: str, lo: int = 0, hi: int = 0, origin: UnknownOrigin = ONLY) -> T:
         """Return a variable for what is not modeled; see `Paths.unknown`."""
         found = self.paths.unknown((kind, lo, hi), lambda: self._new_unknown(kind, lo, hi))
         return self._noted(found, origin, self.lowered.sites[self.site])
@@ -259,15 +259,15 @@ class TermPlaces(Interpreter):
         Args:
             name: of the computation.
             kind: kind and interval of the result.
-            strict: see `Origin`.
+            strict: see `UnknownOrigin`.
         """
         key = name, kind, *[each.id for each in operands]
         if key not in self._computed:
             self._computed[key] = self._new_unknown(*kind)
-        origin = Origin((name, kind), dict(enumerate(operands)), strict)
+        origin = UnknownOrigin((name, kind), dict(enumerate(operands)), strict)
         return self._noted(self._computed[key], origin, self.lowered.sites[self.site])
 
-    def unknown_of(self, leaf: Leaf, index: int, origin: Origin = ONLY, site: Site | None = None) -> T:
+    def unknown_of(self, leaf: Leaf, index: int, origin: UnknownOrigin = ONLY, site: Site | None = None) -> T:
         """Return a new variable for an element, with the instruction to blame, by default the current one."""
         path = leaf.path.upper()
         kind = (INT, 0, self.most_age) if path.endswith(CLOCK) else kind_of(leaf.type)
@@ -277,7 +277,7 @@ class TermPlaces(Interpreter):
     def _new_unknown(self, kind: str, lo: int, hi: int) -> T:
         return var(f"?{next(self._unknowns)}", kind, lo, hi)
 
-    def _noted(self, found: T, origin: Origin, site: Site) -> T:
+    def _noted(self, found: T, origin: UnknownOrigin, site: Site) -> T:
         self.log.put(self.havocs, found.val, site)
         self.log.put(self.origins, found, origin)
         return found

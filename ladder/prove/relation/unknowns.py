@@ -31,7 +31,7 @@ from .shapes import shape_of
 NO_ARGUMENTS: Mapping[Hashable, T] = {}
 
 
-class Origin(NamedTuple):
+class UnknownOrigin(NamedTuple):
     """Where an unknown value comes from.
 
     Attributes:
@@ -45,12 +45,12 @@ class Origin(NamedTuple):
     arguments: Mapping[Hashable, T] = NO_ARGUMENTS
     strict: bool = False
 
-    def of(self, what: Hashable) -> Origin:
+    def of(self, what: Hashable) -> UnknownOrigin:
         """Return the origin of one of its values."""
         return self if self.function is None else self._replace(function=(self.function, what))
 
 
-ONLY = Origin(None)
+ONLY = UnknownOrigin(None)
 """Of an unknown value that is like no other."""
 
 

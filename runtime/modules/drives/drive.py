@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from ....io_images.amci3601 import InputBit
-from ....io_images.drives.bits import Status
+from ....io_images.drives.bits import StatusBit
 from ....io_images.drives.models import WORDS, Model
 from ....io_images.image import Image, signed_word
 from ...kinematics import Segment
@@ -34,7 +34,7 @@ HOT_C = 90
 NO_WORDS = (0,) * WORDS
 
 
-class Drive:
+class DriveUnit:
     """A simulated unit of the family with its machine; satisfies `runtime.loop.module.Module`.
 
     Attributes:
@@ -73,7 +73,7 @@ class Drive:
         self._running = self._cable = True
         self._due_ns = 0  # before this instant only position and encoder change
         self._hot = False
-        self._conditions = Status(0)
+        self._conditions = StatusBit(0)
         self._image = Image(size=WORDS)
         self._raw = b""  # the output image that `update` has obeyed
         self._power_up(DriveMemory(configuration=stored) if memory is None else memory)
@@ -211,9 +211,9 @@ class Drive:
         """Return the ten input words, signed or unsigned, at the instant of the last call."""
         further = self._conditions
         if self._now_ns // (NS_PER_MS * self.options.beat_ms) & 1:
-            further |= Status.HEARTBEAT
+            further |= StatusBit.HEARTBEAT
         if not self._running:
-            further |= Status.PLC_IN_PROGRAM_MODE
+            further |= StatusBit.PLC_IN_PROGRAM_MODE
         return self.layer.report(further)
 
     # -- the machine, the driver, the link -------------------------------------------------------
@@ -241,7 +241,7 @@ class Drive:
 
     def set_temperature(self, celsius: float) -> None:
         """Set the temperature of the driver from now on."""
-        self._condition(Status.TEMPERATURE_90C, on=celsius > HOT_C)
+        self._condition(StatusBit.TEMPERATURE_90C, on=celsius > HOT_C)
 
     def set_driver_fault(self, faulty: bool) -> None:
         """Let the driver be too hot to work, or cool again, from now on."""
@@ -252,7 +252,7 @@ class Drive:
 
     def set_encoder_error(self, faulty: bool) -> None:
         """Set the error of the multi-turn encoder from now on."""
-        self._condition(Status.ENCODER_ERROR, on=faulty)
+        self._condition(StatusBit.ENCODER_ERROR, on=faulty)
 
     def set_cable(self, connected: bool) -> None:
         """Pull out the network cable, or plug it in again, from now on [17 p. 82, p. 84; reading R-22]."""
@@ -281,7 +281,7 @@ class Drive:
         self.axis.advance(self._now_ns)
         self._due_ns = 0
 
-    def _condition(self, bit: Status, *, on: bool) -> None:
+    def _condition(self, bit: StatusBit, *, on: bool) -> None:
         self._touch()
         self._conditions = self._conditions | bit if on else self._conditions & ~bit
 

@@ -16,17 +16,16 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 
 from ....io_images.amci3601 import InputBit
-from ....io_images.drives.bits import Command, Modifier, Status
+from ....io_images.drives.bits import CommandBit, Modifier, StatusBit
 from ....io_images.drives.command import DriveCommand
 from ....io_images.drives.configuration import (
     INDEXED,
-    DriveConfiguration,
     broken_rules,
     configuration_of,
     stored_words,
 )
 from ....io_images.drives.models import WORDS, Layout, Model
-from ....io_images.drives.numbers import NumberFormat
+from ....io_images.drives.numbers import DriveFormat
 from ....io_images.drives.rules import RULES
 from ...kinematics import PICO, stopping_distance
 from ...loop.events import Event, JsonValue
@@ -35,19 +34,20 @@ from ..amci3601.step_generator import StepGenerator
 from .motions import (
     STOP_JOG,
     BlendMove,
+    DriveEncoderMove,
+    DriveHeldMove,
+    DriveMotion,
+    DriveRegistrationMove,
     DwellMove,
-    EncoderMove,
-    HeldMove,
     HomeSearch,
     Jog,
-    Motion,
     Move,
-    RegistrationMove,
     blend_program,
     profile_of,
 )
 from .nonvolatile import DriveMemory
 from .options import DriveOptions
+from .state import DriveState, StatusLatches
 
 ESTOP = InputBit.ESTOP.value
 LIMITS = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
@@ -59,50 +59,26 @@ SEGMENTS_MAX = 16
 """Segments of an assembled move [17 p. 80]."""
 
 MOVES = (
-    Command.ABSOLUTE_MOVE
-    | Command.RELATIVE_MOVE
-    | Command.RESUME_MOVE
-    | Command.FIND_HOME_CW
-    | Command.FIND_HOME_CCW
-    | Command.JOG_CW
-    | Command.JOG_CCW
-    | Command.RUN_ASSEMBLED_MOVE
+    CommandBit.ABSOLUTE_MOVE
+    | CommandBit.RELATIVE_MOVE
+    | CommandBit.RESUME_MOVE
+    | CommandBit.FIND_HOME_CW
+    | CommandBit.FIND_HOME_CCW
+    | CommandBit.JOG_CW
+    | CommandBit.JOG_CCW
+    | CommandBit.RUN_ASSEMBLED_MOVE
 )
 SYNCHROSTEP = 1 << 12 | 1 << 14
-RESULTS = Status.HOLD_STATE | Status.AT_HOME | Status.MOVE_COMPLETE
+RESULTS = StatusBit.HOLD_STATE | StatusBit.AT_HOME | StatusBit.MOVE_COMPLETE
 RESETTABLE = (
-    Status.COMMAND_ERROR
-    | Status.INPUT_ERROR
-    | Status.INVALID_JOG_CHANGE
-    | Status.LIMIT_CONDITION
-    | Status.CONNECTION_LOST
-    | Status.STALL_DETECTED
+    StatusBit.COMMAND_ERROR
+    | StatusBit.INPUT_ERROR
+    | StatusBit.INVALID_JOG_CHANGE
+    | StatusBit.LIMIT_CONDITION
+    | StatusBit.CONNECTION_LOST
+    | StatusBit.STALL_DETECTED
 )
 """What Reset Errors clears [17 p. 82, p. 84]."""
-
-
-class Latched:
-    """The latched status bits."""
-
-    def __init__(self) -> None:
-        self.bits = Status.MODULE_OK
-
-    def clear(self, bits: int) -> None:
-        """Clear bits."""
-        self.bits &= ~Status(bits)
-
-
-@dataclass(slots=True)
-class DriveState:
-    """What a home search of a 3601 reads and writes: inputs by their functions, and latched bits."""
-
-    latches: Latched
-    configuration: DriveConfiguration | None = None
-    active: int = 0  # mask of active functions, see `ROLES`
-    risen: int = 0  # functions that became active at this tick
-    shown: int = 0  # active inputs by number
-    captured: int = 0
-    proximity: bool = False  # the backplane proximity bit
 
 
 @dataclass(slots=True)
@@ -137,10 +113,10 @@ class DriveLayer:
     ) -> None:
         self.axis, self.model, self.options, self.memory = axis, model, options, memory
         self.build = options.build
-        self.status = Latched()
+        self.status = StatusLatches()
         self.state = DriveState(self.status)
-        self.operation: Motion | None = None
-        self.held: HeldMove | None = None
+        self.operation: DriveMotion | None = None
+        self.held: DriveHeldMove | None = None
         self.armed: Callable[[int], None] | None = None
         self.session: AssembledSession | None = None
         self.in_configuration = False
@@ -173,25 +149,25 @@ class DriveLayer:
         return self.operation is not None and not self.operation.over
 
     @property
-    def _format(self) -> NumberFormat:
+    def _format(self) -> DriveFormat:
         if self.model.number_format is not None:
             return self.model.number_format
         configuration = self.state.configuration
-        return NumberFormat.THOUSANDS if configuration is None else configuration.output_format
+        return DriveFormat.THOUSANDS if configuration is None else configuration.output_format
 
     @property
-    def input_format(self) -> NumberFormat:
+    def input_format(self) -> DriveFormat:
         """Format of the numbers that the host reads."""
         if self.model.number_format is not None:
             return self.model.number_format
         configuration = self.state.configuration
-        return NumberFormat.THOUSANDS if configuration is None else configuration.input_format
+        return DriveFormat.THOUSANDS if configuration is None else configuration.input_format
 
     def next_wake_ns(self, now_ns: int) -> int | None:
         """Return the instant of the next tick without a change of words or inputs, or None."""
         return None if self.operation is None else self.operation.next_wake_ns(now_ns)
 
-    def report(self, further: Status) -> tuple[int, ...]:
+    def report(self, further: StatusBit) -> tuple[int, ...]:
         """Return the ten input words, signed or unsigned.
 
         Args:
@@ -202,18 +178,18 @@ class DriveLayer:
         bits, axis, motion = self.status.bits | further, self.axis, self.operation
         direction = 0 if motion is None else motion.direction
         if direction == 0:
-            bits |= Status.STOPPED
+            bits |= StatusBit.STOPPED
         else:
-            bits |= Status.MOVING_CW if direction > 0 else Status.MOVING_CCW
+            bits |= StatusBit.MOVING_CW if direction > 0 else StatusBit.MOVING_CCW
             ramp = 0 if motion is None else motion.ramp
             if ramp:
-                bits |= Status.ACCELERATING if ramp > 0 else Status.DECELERATING
+                bits |= StatusBit.ACCELERATING if ramp > 0 else StatusBit.DECELERATING
         if self.session is not None:
-            bits |= Status.ASSEMBLED_MODE
+            bits |= StatusBit.ASSEMBLED_MODE
             if self.session.waiting:
-                bits |= Status.WAITING_FOR_SEGMENT
+                bits |= StatusBit.WAITING_FOR_SEGMENT
         if self.enabled:
-            bits |= Status.DRIVE_ENABLED
+            bits |= StatusBit.DRIVE_ENABLED
         bits |= self._shown_inputs()
         split = self.input_format.split
         return (
@@ -228,7 +204,7 @@ class DriveLayer:
     def _shown_inputs(self) -> int:
         if self.model.layout is Layout.ANF2:
             cw, ccw = self.state.active & LIMIT_OF[1], self.state.active & LIMIT_OF[-1]
-            return (Status.INPUT_1 if cw else 0) | (Status.INPUT_2 if ccw else 0)
+            return (StatusBit.INPUT_1 if cw else 0) | (StatusBit.INPUT_2 if ccw else 0)
         return self.state.shown << 16
 
     # -- events -------------------------------------------------------------------------------
@@ -279,13 +255,13 @@ class DriveLayer:
         if state.risen & CAPTURE:
             state.captured = self.axis.encoder if self.axis.counting else self.axis.position
         if not state.active & LIMITS:
-            self.status.clear(Status.LIMIT_CONDITION)
+            self.status.clear(StatusBit.LIMIT_CONDITION)
 
     # -- words --------------------------------------------------------------------------------
 
     def _obey(self, now_ns: int, words: tuple[int, ...]) -> None:
         previous = self.command
-        if words[0] & Command.MODE_CONFIG:
+        if words[0] & CommandBit.MODE_CONFIG:
             self.command = DriveCommand(words, self.model, self._format)
             self._configure(now_ns, words, entering=not previous.configures)
             self._enable(now_ns)
@@ -312,27 +288,27 @@ class DriveLayer:
         if self.busy and not self.enabled:
             self.cut(now_ns, "DRV-02")
 
-    def _fall(self, now_ns: int, fallen: Command) -> None:
+    def _fall(self, now_ns: int, fallen: CommandBit) -> None:
         """React to bits that fell: the acknowledge, an armed move, assembled programming."""
-        if fallen & (Command.PRESET_POSITION | Command.PRESET_ENCODER | Command.RESET_ERRORS):
-            self.status.clear(Status.ACKNOWLEDGE)
+        if fallen & (CommandBit.PRESET_POSITION | CommandBit.PRESET_ENCODER | CommandBit.RESET_ERRORS):
+            self.status.clear(StatusBit.ACKNOWLEDGE)
         if fallen & MOVES:
             self.armed = None
         if self.session is not None:
-            if fallen & Command.READ_ASSEMBLED_DATA:
+            if fallen & CommandBit.READ_ASSEMBLED_DATA:
                 self.session.waiting = True
-            if fallen & Command.PROGRAM_ASSEMBLED:
+            if fallen & CommandBit.PROGRAM_ASSEMBLED:
                 self._end_session(now_ns)
 
-    def _command(self, now_ns: int, command: DriveCommand, risen: Command) -> None:
+    def _command(self, now_ns: int, command: DriveCommand, risen: CommandBit) -> None:
         """Refuse or carry out the command whose bit rose."""
-        error = bool(self.status.bits & Status.COMMAND_ERROR)
+        error = bool(self.status.bits & StatusBit.COMMAND_ERROR)
         if risen.bit_count() > 1:
             self.fire(now_ns, "CMD-01")
-        elif risen & Command.RESET_ERRORS:
+        elif risen & CommandBit.RESET_ERRORS:
             self.status.clear(RESETTABLE)
-            self.status.bits |= Status.ACKNOWLEDGE
-        elif risen & Command.IMMEDIATE_STOP and not (error and self.options.error_locks_stop):
+            self.status.bits |= StatusBit.ACKNOWLEDGE
+        elif risen & CommandBit.IMMEDIATE_STOP and not (error and self.options.error_locks_stop):
             self._stop(now_ns)
         elif self.state.configuration is None:
             self.fire(now_ns, "CMD-09")
@@ -340,7 +316,7 @@ class DriveLayer:
             self.fire(now_ns, "CMD-14")
         elif command.reserved_modifiers:
             self.fire(now_ns, "CMD-02")
-        elif error and risen & (MOVES | Command.IMMEDIATE_STOP):
+        elif error and risen & (MOVES | CommandBit.IMMEDIATE_STOP):
             self.fire(now_ns, "CMD-13")
         else:
             HANDLERS[risen](self, now_ns, command)
@@ -395,7 +371,7 @@ class DriveLayer:
     def _adopt(self, words: tuple[int, ...]) -> None:
         """Use a valid configuration; the encoder keeps its count."""
         configuration = configuration_of(words, self.model, self.build)
-        self.status.clear(Status.CONFIG_ERROR)
+        self.status.clear(StatusBit.CONFIG_ERROR)
         count = self.axis.encoder
         self.state.configuration = configuration
         _, self.state.active = configuration.active(self._levels)  # makes no transition, as on a 3601
@@ -412,7 +388,7 @@ class DriveLayer:
     def _stop(self, now_ns: int) -> None:
         """Cut the motion, and end a hold; without either nothing changes, as on a 3601."""
         self.held = self.armed = None
-        self.status.clear(Status.HOLD_STATE)
+        self.status.clear(StatusBit.HOLD_STATE)
         if self.busy:
             self.status.clear(RESULTS)
             self.cut(now_ns, "POS-02")
@@ -444,7 +420,7 @@ class DriveLayer:
             command,
             "absolute",
             lambda: target,
-            ("CMD-05", bool(self.status.bits & Status.POSITION_INVALID)),
+            ("CMD-05", bool(self.status.bits & StatusBit.POSITION_INVALID)),
         )
 
     def _relative(self, now_ns: int, command: DriveCommand) -> None:
@@ -482,9 +458,9 @@ class DriveLayer:
         def go(now_ns: int) -> None:
             goal = target()
             assert goal is not None
-            motion: Move | EncoderMove
+            motion: Move | DriveEncoderMove
             if encoder:
-                motion = EncoderMove(self, now_ns, goal, profile)
+                motion = DriveEncoderMove(self, now_ns, goal, profile)
                 heading = motion.heading
             else:
                 motion = Move(self, now_ns, name, goal, profile)
@@ -506,7 +482,7 @@ class DriveLayer:
     def _ranges_hold(self, command: DriveCommand) -> bool:
         return command.ranges_hold(self.start_sps) and command.current_holds
 
-    def _begin(self, command: DriveCommand, motion: Motion) -> None:
+    def _begin(self, command: DriveCommand, motion: DriveMotion) -> None:
         """Make a motion the running one, and note current and jerk of its command."""
         self.held = None
         self.status.clear(RESULTS)
@@ -546,7 +522,7 @@ class DriveLayer:
 
     def _jog(self, now_ns: int, command: DriveCommand, heading: int) -> None:
         running = self.operation
-        if isinstance(running, Jog) and not isinstance(running, RegistrationMove) and self.busy:
+        if isinstance(running, Jog) and not isinstance(running, DriveRegistrationMove) and self.busy:
             again = running.stopping and running.heading == heading and self.enabled
             if again and not command.modifiers & Modifier.REGISTRATION_MOVE and self._ranges_hold(command):
                 running.change(now_ns, command)  # reading R-38
@@ -562,7 +538,7 @@ class DriveLayer:
             ("CMD-20", bool(self.state.active & STOP_JOG)),
         ):
             return
-        motion = (RegistrationMove if registers else Jog)(self, now_ns, heading, command)
+        motion = (DriveRegistrationMove if registers else Jog)(self, now_ns, heading, command)
         self._begin(command, motion)
         motion.start(now_ns)
 
@@ -591,8 +567,8 @@ class DriveLayer:
             return
         self.axis.preset_position(value)
         self.held = None
-        self.status.clear(Status.POSITION_INVALID | Status.HOLD_STATE)
-        self.status.bits |= Status.ACKNOWLEDGE
+        self.status.clear(StatusBit.POSITION_INVALID | StatusBit.HOLD_STATE)
+        self.status.bits |= StatusBit.ACKNOWLEDGE
 
     def _preset_encoder(self, now_ns: int, command: DriveCommand) -> None:
         value = command.target
@@ -600,7 +576,7 @@ class DriveLayer:
         if self._refused(now_ns, *broken) or value is None:
             return
         self.axis.preset_encoder(value)
-        self.status.bits |= Status.ACKNOWLEDGE
+        self.status.bits |= StatusBit.ACKNOWLEDGE
         if command.modifiers & Modifier.SAVE_TO_FLASH and not command.selects_current:
             self._save(encoder_offset=value - self.axis.machine.encoder_counts(now_ns))
 
@@ -674,7 +650,7 @@ class DriveLayer:
         if risen & ESTOP or (self.busy and self.state.active & ESTOP):
             self.fire(now_ns, "INP-01")
             self.held = self.armed = None
-            self.status.clear(Status.HOLD_STATE)
+            self.status.clear(StatusBit.HOLD_STATE)
             if self.busy:
                 self.cut(now_ns, "POS-03")
         elif risen & LIMITS and motion is not None and self.busy and motion.stops_at_limits:
@@ -691,8 +667,8 @@ class DriveLayer:
         """Begin or end a fault of the driver; it exists while the driver is enabled [17 p. 84]."""
         self.faulty = faulty and self.enabled
         if not self.faulty:
-            self.status.clear(Status.DRIVER_FAULT)
-        elif not self.status.bits & Status.DRIVER_FAULT:
+            self.status.clear(StatusBit.DRIVER_FAULT)
+        elif not self.status.bits & StatusBit.DRIVER_FAULT:
             self.fire(now_ns, "DRV-01")
             if self.busy:
                 self.cut(now_ns, "DRV-04")
@@ -731,7 +707,7 @@ class DriveLayer:
         motion, self.operation = self.operation, None
         assert motion is not None
         self.status.clear(RESULTS)
-        self.status.bits |= Status(result)
+        self.status.bits |= StatusBit(result)
         fields: dict[str, JsonValue] = {
             "from": motion.started_at,
             "to": self.axis.position,
@@ -742,19 +718,19 @@ class DriveLayer:
         self._events.append(Event(now_ns, "move", motion.name, text, fields))
 
 
-HANDLERS: dict[Command, Callable[[DriveLayer, int, DriveCommand], None]] = {
-    Command.ABSOLUTE_MOVE: DriveLayer._absolute,
-    Command.RELATIVE_MOVE: DriveLayer._relative,
-    Command.HOLD_MOVE: DriveLayer._hold,
-    Command.RESUME_MOVE: DriveLayer._resume,
-    Command.FIND_HOME_CW: lambda layer, now_ns, command: layer._home(now_ns, command, 1),
-    Command.FIND_HOME_CCW: lambda layer, now_ns, command: layer._home(now_ns, command, -1),
-    Command.JOG_CW: lambda layer, now_ns, command: layer._jog(now_ns, command, 1),
-    Command.JOG_CCW: lambda layer, now_ns, command: layer._jog(now_ns, command, -1),
-    Command.PRESET_POSITION: DriveLayer._preset_position,
-    Command.PROGRAM_ASSEMBLED: DriveLayer._program_assembled,
-    Command.READ_ASSEMBLED_DATA: DriveLayer._read_segment,
-    Command.RUN_ASSEMBLED_MOVE: DriveLayer._run_assembled,
-    Command.PRESET_ENCODER: DriveLayer._preset_encoder,
+HANDLERS: dict[CommandBit, Callable[[DriveLayer, int, DriveCommand], None]] = {
+    CommandBit.ABSOLUTE_MOVE: DriveLayer._absolute,
+    CommandBit.RELATIVE_MOVE: DriveLayer._relative,
+    CommandBit.HOLD_MOVE: DriveLayer._hold,
+    CommandBit.RESUME_MOVE: DriveLayer._resume,
+    CommandBit.FIND_HOME_CW: lambda layer, now_ns, command: layer._home(now_ns, command, 1),
+    CommandBit.FIND_HOME_CCW: lambda layer, now_ns, command: layer._home(now_ns, command, -1),
+    CommandBit.JOG_CW: lambda layer, now_ns, command: layer._jog(now_ns, command, 1),
+    CommandBit.JOG_CCW: lambda layer, now_ns, command: layer._jog(now_ns, command, -1),
+    CommandBit.PRESET_POSITION: DriveLayer._preset_position,
+    CommandBit.PROGRAM_ASSEMBLED: DriveLayer._program_assembled,
+    CommandBit.READ_ASSEMBLED_DATA: DriveLayer._read_segment,
+    CommandBit.RUN_ASSEMBLED_MOVE: DriveLayer._run_assembled,
+    CommandBit.PRESET_ENCODER: DriveLayer._preset_encoder,
 }
 """The commands by their bits; Reset Errors and Immediate Stop come before all refusals."""

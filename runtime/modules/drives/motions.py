@@ -1,7 +1,7 @@
 """The motions of a drive: moves, jogs, registration moves, the home search, assembled moves.
 
 A motion lasts from the acceptance of its command to its end. It reacts to words, inputs and Hold, and ends
-itself by `DriveLayer.finish`.
+itself by `MotionHost.finish`.
 """
 
 from __future__ import annotations
@@ -9,24 +9,24 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate
-from typing import TYPE_CHECKING, ClassVar, cast
+from typing import ClassVar, Protocol, cast
 
 from typing_extensions import override
 
 from ....io_images.amci3601 import InputBit
-from ....io_images.drives.bits import Command, Status
+from ....io_images.drives.bits import CommandBit, StatusBit
 from ....io_images.drives.command import DriveCommand
 from ...kinematics import AnyShape, BlendLeg, Jerk, Profile, Shape, check_blend
 from ..amci3601.axis_protocol import BlendProgram
 from ..amci3601.operation import Host
 from ..amci3601.operations.homing import Homing
 from ..amci3601.state import NO_COMMAND
-
-if TYPE_CHECKING:
-    from .layer import DriveLayer
+from ..amci3601.step_generator import StepGenerator
+from .options import DriveOptions
+from .state import DriveState, StatusLatches
 
 STOP_JOG = InputBit.EXTERNAL.value
-JOG_BIT = {1: Command.JOG_CW, -1: Command.JOG_CCW}
+JOG_BIT = {1: CommandBit.JOG_CW, -1: CommandBit.JOG_CCW}
 
 
 def shape_of(jerk: int) -> AnyShape:
@@ -41,20 +41,43 @@ def profile_of(command: DriveCommand, start_sps: int) -> Profile:
 
 
 @dataclass(frozen=True, slots=True)
-class HeldMove:
+class DriveHeldMove:
     """A held move: its name, and its target in steps."""
 
     target: int
     name: str
 
 
-class Motion:
+class MotionHost(Protocol):
+    """What a motion uses of its drive, see `DriveLayer`."""
+
+    axis: StepGenerator
+    options: DriveOptions
+    status: StatusLatches
+    state: DriveState
+    held: DriveHeldMove | None
+
+    @property
+    def start_sps(self) -> int:
+        """The starting speed, steps/s."""
+
+    def fire(self, now_ns: int, rule_id: str) -> None:
+        """Set the bits of a rule, and record it."""
+
+    def cut(self, now_ns: int, rule_id: str) -> None:
+        """End the motion without a ramp, for a rule."""
+
+    def finish(self, now_ns: int, result: int, how: str) -> None:
+        """End the motion with a result bit, or 0, and record it."""
+
+
+class DriveMotion:
     """A motion of the axis."""
 
     name: ClassVar[str] = ""
     stops_at_limits: ClassVar[bool] = True
 
-    def __init__(self, layer: DriveLayer, now_ns: int) -> None:
+    def __init__(self, layer: MotionHost, now_ns: int) -> None:
         self.layer = layer
         self.axis = layer.axis
         self.started_ns = now_ns
@@ -91,13 +114,13 @@ class Motion:
 
     def on_end(self, now_ns: int) -> None:
         """React to the regular end of the motion: show MOVE_COMPLETE."""
-        self.layer.finish(now_ns, Status.MOVE_COMPLETE, "complete")
+        self.layer.finish(now_ns, StatusBit.MOVE_COMPLETE, "complete")
 
 
-class Move(Motion):
+class Move(DriveMotion):
     """An absolute or relative move; it can be held and resumed."""
 
-    def __init__(self, layer: DriveLayer, now_ns: int, name: str, target: int, profile: Profile) -> None:
+    def __init__(self, layer: MotionHost, now_ns: int, name: str, target: int, profile: Profile) -> None:
         super().__init__(layer, now_ns)
         self.name = name  # type: ignore[misc]  # two commands share the class
         self.target = target
@@ -123,18 +146,18 @@ class Move(Motion):
     def on_end(self, now_ns: int) -> None:
         """Show MOVE_COMPLETE, or HOLD_STATE with the rest kept for Resume."""
         if self.holding and self.axis.position != self.target:
-            self.layer.finish(now_ns, Status.HOLD_STATE, "held")
-            self.layer.held = HeldMove(self.target, self.name)
+            self.layer.finish(now_ns, StatusBit.HOLD_STATE, "held")
+            self.layer.held = DriveHeldMove(self.target, self.name)
         else:
             super().on_end(now_ns)
 
 
-class EncoderMove(Motion):
+class DriveEncoderMove(DriveMotion):
     """A move until the encoder has reached a count, and a ramp down from there [K p. 69]."""
 
     name: ClassVar[str] = "encoder"
 
-    def __init__(self, layer: DriveLayer, now_ns: int, target: int, profile: Profile) -> None:
+    def __init__(self, layer: MotionHost, now_ns: int, target: int, profile: Profile) -> None:
         super().__init__(layer, now_ns)
         self.target = target
         self.heading = 1 if target >= self.axis.encoder else -1
@@ -154,12 +177,12 @@ class EncoderMove(Motion):
             self.axis.stop(now_ns, self.profile.deceleration_spmss, self.profile.shape)
 
 
-class Jog(Motion):
+class Jog(DriveMotion):
     """A motion as long as the bit is on; its speed and rates may change [17 p. 84]."""
 
     name: ClassVar[str] = "jog"
 
-    def __init__(self, layer: DriveLayer, now_ns: int, heading: int, command: DriveCommand) -> None:
+    def __init__(self, layer: MotionHost, now_ns: int, heading: int, command: DriveCommand) -> None:
         super().__init__(layer, now_ns)
         self.heading = heading
         self.profile = profile_of(command, layer.start_sps)
@@ -186,7 +209,7 @@ class Jog(Motion):
             self.stopping = False
             self.profile = profile_of(command, layer.start_sps)
             self.axis.change_speed(now_ns, self.profile)
-            layer.status.clear(Status.INVALID_JOG_CHANGE)
+            layer.status.clear(StatusBit.INVALID_JOG_CHANGE)
         else:
             layer.fire(now_ns, "JOG-01")
             if layer.options.jog_stops_on_bad_values:
@@ -205,10 +228,10 @@ class Jog(Motion):
 
     @override
     def on_end(self, now_ns: int) -> None:
-        self.layer.finish(now_ns, Status(0), "stopped")
+        self.layer.finish(now_ns, StatusBit(0), "stopped")
 
 
-class RegistrationMove(Jog):
+class DriveRegistrationMove(Jog):
     """A jog that ends a distance after its input, or after its bit is gone [SMD p. 67; reading R-17].
 
     Below the minimum distance neither ends it.
@@ -216,7 +239,7 @@ class RegistrationMove(Jog):
 
     name: ClassVar[str] = "registration"
 
-    def __init__(self, layer: DriveLayer, now_ns: int, heading: int, command: DriveCommand) -> None:
+    def __init__(self, layer: MotionHost, now_ns: int, heading: int, command: DriveCommand) -> None:
         super().__init__(layer, now_ns, heading, command)
         assert command.target is not None
         assert command.minimum_distance is not None
@@ -251,13 +274,13 @@ class RegistrationMove(Jog):
             self.axis.register(now_ns, self.distance, self.profile.deceleration_spmss, self.profile.shape)
 
 
-class HomeSearch(Motion):
+class HomeSearch(DriveMotion):
     """A home search: the sequence of a 3601, whose search reads the drive's state [reading R-19]."""
 
     name: ClassVar[str] = "home"
     stops_at_limits: ClassVar[bool] = False
 
-    def __init__(self, layer: DriveLayer, now_ns: int, heading: int, profile: Profile) -> None:
+    def __init__(self, layer: MotionHost, now_ns: int, heading: int, profile: Profile) -> None:
         super().__init__(layer, now_ns)
         # a search uses of its host what a drive has, too: axis, options, state, finish and abort_homing
         self._search = Homing(cast(Host, layer), now_ns, heading, profile)
@@ -320,13 +343,13 @@ def blend_program(segments: Sequence[DriveCommand], start_sps: int) -> BlendProg
     return BlendProgram(tuple(legs), final.rates[1], shape_of(final.jerk))
 
 
-class BlendMove(Motion):
+class BlendMove(DriveMotion):
     """An assembled move without pauses [17 p. 80]; Hold ends it, and it can't be resumed [SD p. 23]."""
 
     name: ClassVar[str] = "blend"
 
     def __init__(
-        self, layer: DriveLayer, now_ns: int, heading: int, segments: Sequence[DriveCommand]
+        self, layer: MotionHost, now_ns: int, heading: int, segments: Sequence[DriveCommand]
     ) -> None:
         super().__init__(layer, now_ns)
         self.heading = heading
@@ -350,18 +373,18 @@ class BlendMove(Motion):
     @override
     def on_end(self, now_ns: int) -> None:
         if self.held and abs(self.axis.position - self.started_at) != self._ends[-1]:
-            self.layer.finish(now_ns, Status(0), "held")
+            self.layer.finish(now_ns, StatusBit(0), "held")
         else:
             super().on_end(now_ns)
 
 
-class DwellMove(Motion):
+class DwellMove(DriveMotion):
     """An assembled move with pauses: relative moves one after the other [SMD p. 38; reading R-20]."""
 
     name: ClassVar[str] = "dwell"
 
     def __init__(
-        self, layer: DriveLayer, now_ns: int, segments: Sequence[DriveCommand], pause_ns: int
+        self, layer: MotionHost, now_ns: int, segments: Sequence[DriveCommand], pause_ns: int
     ) -> None:
         super().__init__(layer, now_ns)
         self.segments = segments
@@ -406,6 +429,6 @@ class DwellMove(Motion):
     @override
     def on_end(self, now_ns: int) -> None:
         if self._held:
-            self.layer.finish(now_ns, Status(0), "held")
+            self.layer.finish(now_ns, StatusBit(0), "held")
         else:
             super().on_end(now_ns)

@@ -24,11 +24,11 @@ def make(
         seed: of the machine's random numbers.
         options: options of the model by name, see `SmdOptions`.
     """
-    from .drive import Drive
+    from .drive import DriveUnit
 
     if wiring is not None:
         raise SettingError("wiring", f"wiring {wiring}: a {model.title} has none; leave it out")
-    return Drive(model, Machine(machine, seed), options)
+    return DriveUnit(model, Machine(machine, seed), options)
 
 
 def _option_table(model: Model) -> type[DriveOptions]:

@@ -27,7 +27,7 @@ from ...line.modbus_pdus import (
     number_of,
     request_of,
 )
-from .drive import Drive
+from .drive import DriveUnit
 
 T = TypeVar("T")
 
@@ -48,7 +48,7 @@ class DriveRegisters:
         axes: 1 or more, all advanced to the instant of each request.
     """
 
-    def __init__(self, axes: Sequence[Drive]) -> None:
+    def __init__(self, axes: Sequence[DriveUnit]) -> None:
         self.axes = axes
         self._functions: dict[int, Callable[[ModbusPDU], ModbusPDU]] = {
             1: self._read_coils,

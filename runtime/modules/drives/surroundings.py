@@ -18,9 +18,9 @@ from collections.abc import Callable, Mapping
 
 from ...controllers.pcl601.pinstates import range_of
 from ...machine import Switch
-from .drive import Drive
+from .drive import DriveUnit
 
-Act = Callable[[Drive], None]
+Act = Callable[[DriveUnit], None]
 
 COLDEST_C, HOTTEST_C = -273, 1000
 COUNTS_MOST = 2**31 - 1
@@ -40,20 +40,20 @@ STATES: Mapping[str, Mapping[str, Act]] = {
         "lost": lambda drive: drive.set_cable(False),
         "connected": lambda drive: drive.set_cable(True),
     },
-    "connection": {"lost": Drive.lose_connection},
-    "stall": {"now": Drive.stall},
-    "power": {"cycle": Drive.power_cycle},
+    "connection": {"lost": DriveUnit.lose_connection},
+    "stall": {"now": DriveUnit.stall},
+    "power": {"cycle": DriveUnit.power_cycle},
 }
 """What a name does in each of its states."""
 
-NUMBERS: Mapping[str, tuple[int, int, Callable[[Drive, int], None]]] = {
-    "temperature": (COLDEST_C, HOTTEST_C, Drive.set_temperature),
+NUMBERS: Mapping[str, tuple[int, int, Callable[[DriveUnit, int], None]]] = {
+    "temperature": (COLDEST_C, HOTTEST_C, DriveUnit.set_temperature),
     "encoder": (-COUNTS_MOST, COUNTS_MOST, lambda drive, counts: _turn(drive, counts)),
 }
 """Names with a number: its range, and what it does."""
 
 
-def surround(drive: Drive, name: str, state: str, wired: int = 0) -> None:
+def surround(drive: DriveUnit, name: str, state: str, wired: int = 0) -> None:
     """Put a drive into other surroundings, from the instant of its last call on.
 
     Args:
@@ -82,7 +82,7 @@ def surround(drive: Drive, name: str, state: str, wired: int = 0) -> None:
         raise ValueError(f"no {name} at the {drive.model.title}; choose from {', '.join(names)}")
 
 
-def _set_input(drive: Drive, name: str, state: str, wired: int) -> None:
+def _set_input(drive: DriveUnit, name: str, state: str, wired: int) -> None:
     bit = drive.terminals[drive.model.input_names.index(name)]
     if bit.value & wired:
         raise ValueError(f"{name} is wired to the machine ({str(bit.name).lower()})")
@@ -98,5 +98,5 @@ def _set_input(drive: Drive, name: str, state: str, wired: int) -> None:
     drive.machine.rewire(bit, [Switch(bit, first, last)])
 
 
-def _turn(drive: Drive, counts: int) -> None:
+def _turn(drive: DriveUnit, counts: int) -> None:
     drive.machine.turn_encoder(counts, drive.now_ns, drive.now_ns)

@@ -6,7 +6,7 @@ import pytest
 from adapterbench import MS, AdapterBenchDrive, move
 from rest_claims import violations
 from scanrack.io_images.amci3601 import CommandMsw, InputBit
-from scanrack.io_images.drives.bits import Command
+from scanrack.io_images.drives.bits import CommandBit
 from scanrack.runtime.machine import Switch
 from scanrack.runtime.modules.adapters.amci_drive.driver import AmciDriver
 
@@ -171,7 +171,7 @@ def test_a_stop_button_of_the_drive_alone_shows_as_a_move_that_stopped_short():
     bench = configured()
     bench.give(*move(20_000), ms=300)
     drive = bench.device.drive
-    drive.obey((Command.IMMEDIATE_STOP.value, *drive.words[1:]))
+    drive.obey((CommandBit.IMMEDIATE_STOP.value, *drive.words[1:]))
     bench.run(200)
     assert "POSITION_INVALID" in bench.bits
     assert bench.now_ns % MS == 0

@@ -15,7 +15,7 @@ from scanrack.io_images.thousands import join_reported
 from scanrack.runtime import SlotSpec
 from scanrack.runtime.line.ports.modbustcp import ModbusTcpPort
 from scanrack.runtime.modules.adapters.live import LiveAdapter
-from scanrack.runtime.modules.drives.drive import Drive
+from scanrack.runtime.modules.drives.drive import DriveUnit
 from scanrack.runtime.modules.drives.registers import DriveRegisters
 
 pytestmark = pytest.mark.slow  # in real time
@@ -34,7 +34,7 @@ class ServedDrive:
     """
 
     def __init__(self) -> None:
-        self.drive = Drive(SMD23E2)
+        self.drive = DriveUnit(SMD23E2)
         self.delay_s = 0.0
         self._registers = DriveRegisters([self.drive])
         self._began_ns = perf_counter_ns()

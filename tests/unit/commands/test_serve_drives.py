@@ -289,7 +289,7 @@ last = 10
 @pytest.mark.parametrize("module", ["smd23e2", "amci3601"])
 def test_a_machine_of_a_rack_acts_on_the_inputs(module: str, tmp_path: Path) -> None:
     rack = tmp_path / "rack.toml"
-    rack.write_text(RACK.format(module=module), encoding="utf-8")
+    rack.write_text(RACK.format(module=module), encoding="utf-8", newline="\n")
     drives = service(machines=(str(rack),))
     assert drives.axes[0].inputs()[1] & 1
     with pytest.raises(ValueError, match=r"in1 is wired to the machine \(home\)"):

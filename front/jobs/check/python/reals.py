@@ -17,7 +17,7 @@ DEPTH = 6
 
 def note_reals(reader: Reader, facts: Facts) -> None:
     """Note the comparisons of a calculated fraction for equality."""
-    reals = _Reals(reader.tree)
+    reals = _PythonReals(reader.tree)
     for function, _ in functions_in(reader.tree):
         for node in ast.walk(function):
             if isinstance(node, ast.Compare) and len(node.ops) == 1:
@@ -28,7 +28,7 @@ def note_reals(reader: Reader, facts: Facts) -> None:
                     facts.remark("real-equality", FileLine(reader.file, node.lineno), text)
 
 
-class _Reals:
+class _PythonReals:
     def __init__(self, tree: ast.Module) -> None:
         self._tree = tree
         self._attributes = dict(_assigned(tree))

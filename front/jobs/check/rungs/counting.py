@@ -34,7 +34,7 @@ RUN = {
 }
 """What an instruction does with a structure of these types; without it they stay as they are."""
 
-PART = re.compile(r"(?:\.(\w+))?((?:\[[^\]]*\])*)")
+PART = re.compile(r"(?:\.(\w+))?((?:\[[^\]]*\])*+)")
 """A member, with the subscripts of its structure: ".DN[3]"."""
 
 RESULTS = frozenset(("ACC", "DN", "TT", "CU", "CD", "OV", "UN", "EN"))

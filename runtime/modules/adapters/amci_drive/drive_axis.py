@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing_extensions import override
 
 from .....io_images.amci3601 import Configuration
-from .....io_images.drives.bits import Status
+from .....io_images.drives.bits import StatusBit
 from ....kinematics import AnyShape, Profile, Rate
 from ....kinematics import stop as plan_stop
 from ...amci3601.axis_protocol import BlendProgram
@@ -52,9 +52,9 @@ class DriveAxis(LinkedAxis[DriveProfile]):
         task = self.task
         if task is None or task.model is None:
             return super().ramp
-        if self.driver.status & Status.ACCELERATING:
+        if self.driver.status & StatusBit.ACCELERATING:
             return 1
-        return -1 if self.driver.status & Status.DECELERATING else 0
+        return -1 if self.driver.status & StatusBit.DECELERATING else 0
 
     @property
     @override

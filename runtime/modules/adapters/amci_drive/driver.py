@@ -19,10 +19,10 @@ from collections.abc import Callable, Generator, Sequence
 from typing_extensions import override
 
 from .....io_images.amci3601 import Configuration, StatusMsw
-from .....io_images.drives.bits import Command, InputFunction, Modifier, Settings, Status
+from .....io_images.drives.bits import CommandBit, InputFunction, Modifier, Settings, StatusBit
 from .....io_images.drives.configuration import ROLES
 from .....io_images.drives.models import WORDS
-from .....io_images.drives.numbers import NumberFormat
+from .....io_images.drives.numbers import DriveFormat
 from ....kinematics import blend as plan_blend
 from ....kinematics import change_speed, move, register, run
 from ....kinematics import stop as plan_stop
@@ -47,30 +47,35 @@ ROOM = {TaskKind.SLEW: 0, TaskKind.HOME: COUNTER_END // 2}
 """Least steps to the end of the counter's range at the start of a motion without a target."""
 
 STARTS = {
-    TaskKind.INDEX: (Command.RELATIVE_MOVE, Command.RELATIVE_MOVE),
-    TaskKind.SLEW: (Command.JOG_CW, Command.JOG_CCW),
-    TaskKind.HOME: (Command.FIND_HOME_CW, Command.FIND_HOME_CCW),
+    TaskKind.INDEX: (CommandBit.RELATIVE_MOVE, CommandBit.RELATIVE_MOVE),
+    TaskKind.SLEW: (CommandBit.JOG_CW, CommandBit.JOG_CCW),
+    TaskKind.HOME: (CommandBit.FIND_HOME_CW, CommandBit.FIND_HOME_CCW),
 }
 """The command of a motion, CW and CCW."""
 
-RESETTABLE = Status.COMMAND_ERROR | Status.INPUT_ERROR | Status.INVALID_JOG_CHANGE | Status.STALL_DETECTED
+RESETTABLE = (
+    StatusBit.COMMAND_ERROR | StatusBit.INPUT_ERROR | StatusBit.INVALID_JOG_CHANGE | StatusBit.STALL_DETECTED
+)
 """Errors that Reset Errors clears before a motion; COMMAND_ERROR refuses it [17 p. 82]."""
 
-FAILED = Status.INPUT_ERROR | Status.COMMAND_ERROR | Status.DRIVER_FAULT | Status.STALL_DETECTED
+FAILED = StatusBit.INPUT_ERROR | StatusBit.COMMAND_ERROR | StatusBit.DRIVER_FAULT | StatusBit.STALL_DETECTED
 
-UNFIT = Status.DRIVER_FAULT | Status.CONFIG_ERROR
+UNFIT = StatusBit.DRIVER_FAULT | StatusBit.CONFIG_ERROR
 
 COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
 POSITION_INVALID = StatusMsw.POSITION_INVALID.value
 
-COMPLAINTS: dict[Status, tuple[int, str]] = {
-    Status.COMMAND_ERROR: (COMMAND_ERROR, "the drive has refused a command"),
-    Status.INVALID_JOG_CHANGE: (COMMAND_ERROR, "the drive has refused a change of speed"),
-    Status.DRIVER_FAULT: (POSITION_INVALID, "the drive reports a fault of its driver, and the motor is off"),
-    Status.STALL_DETECTED: (POSITION_INVALID, "the motor has stalled"),
-    Status.TEMPERATURE_90C: (0, "the drive is hotter than 90 degC"),
-    Status.CONNECTION_LOST: (0, "the drive has lost its connection meanwhile"),
-    Status.ENCODER_ERROR: (0, "the drive reports an error of its encoder"),
+COMPLAINTS: dict[StatusBit, tuple[int, str]] = {
+    StatusBit.COMMAND_ERROR: (COMMAND_ERROR, "the drive has refused a command"),
+    StatusBit.INVALID_JOG_CHANGE: (COMMAND_ERROR, "the drive has refused a change of speed"),
+    StatusBit.DRIVER_FAULT: (
+        POSITION_INVALID,
+        "the drive reports a fault of its driver, and the motor is off",
+    ),
+    StatusBit.STALL_DETECTED: (POSITION_INVALID, "the motor has stalled"),
+    StatusBit.TEMPERATURE_90C: (0, "the drive is hotter than 90 degC"),
+    StatusBit.CONNECTION_LOST: (0, "the drive has lost its connection meanwhile"),
+    StatusBit.ENCODER_ERROR: (0, "the drive reports an error of its encoder"),
 }
 """Bits of the drive that appear, with the 3601's bits that show them; input errors show at the inputs."""
 
@@ -83,7 +88,7 @@ LOOKS = 3
 HANDSHAKES_MAX = 50
 """Exchanges in which a drive has to answer a bit of the handshakes."""
 
-CONFIGURES = Command.MODE_CONFIG.value
+CONFIGURES = CommandBit.MODE_CONFIG.value
 ENABLED = Modifier.ENABLE_DRIVER.value
 IDLE = (0, ENABLED, *(0,) * (WORDS - 2))
 
@@ -109,7 +114,7 @@ class AmciDriver(Driver[DriveProfile]):
     def __init__(self, options: AmciDriveOptions, unit: int = 1) -> None:
         super().__init__(LINE_TIMING)
         self.unit = unit
-        self.status = Status(0)
+        self.status = StatusBit(0)
         self.encoder = 0
         self.late = 0
         self.changed = self.clear_errors = self.found_home = False
@@ -208,20 +213,20 @@ class AmciDriver(Driver[DriveProfile]):
         """Read the ten words of the drive in command mode."""
         if words[0] & CONFIGURES:
             return
-        status = Status(words[0] | words[1] << 16)
+        status = StatusBit(words[0] | words[1] << 16)
         fresh, self.status = status & ~self.status, status
-        position = NumberFormat.THOUSANDS.join(words[2], words[3])
-        encoder = NumberFormat.THOUSANDS.join(words[4], words[5])
+        position = DriveFormat.THOUSANDS.join(words[2], words[3])
+        encoder = DriveFormat.THOUSANDS.join(words[4], words[5])
         self._counter = self._counter if position is None else position
         self.encoder = self.encoder if encoder is None else encoder
-        self.busy = not status & Status.STOPPED
+        self.busy = not status & StatusBit.STOPPED
         if self.busy:
             self._unseen = 0
         self.unfit = bool(status & UNFIT) and self._was_ready
-        if self._was_ready and status & Status.CONFIG_ERROR:
+        if self._was_ready and status & StatusBit.CONFIG_ERROR:
             raise PowerLostError
         for bit, (bits, text) in COMPLAINTS.items():
-            if fresh & bit and not (bit is Status.COMMAND_ERROR and self._holds):
+            if fresh & bit and not (bit is StatusBit.COMMAND_ERROR and self._holds):
                 self.findings.complain(bits, text)
 
     def _put(self, words: Words) -> Talk:
@@ -271,7 +276,7 @@ class AmciDriver(Driver[DriveProfile]):
 
     def _reset_errors(self) -> Talk:
         self.clear_errors = False
-        yield from self._put((Command.RESET_ERRORS.value, *IDLE[1:]))
+        yield from self._put((CommandBit.RESET_ERRORS.value, *IDLE[1:]))
         yield from self._put(IDLE)
 
     @override
@@ -279,7 +284,7 @@ class AmciDriver(Driver[DriveProfile]):
         """Stop at once; the bit gets an edge each time."""
         if self._taken is None or self.setup or not self._was_ready:
             yield from self._exchange(IDLE)  # what is in force there is not known
-        yield from self._put((Command.IMMEDIATE_STOP.value, *IDLE[1:]))
+        yield from self._put((CommandBit.IMMEDIATE_STOP.value, *IDLE[1:]))
 
     # -- reading ------------------------------------------------------------------------------
 
@@ -315,8 +320,8 @@ class AmciDriver(Driver[DriveProfile]):
 
     @override
     def write_position(self, position: int) -> Talk:
-        upper, lower = NumberFormat.THOUSANDS.split(position)
-        preset = (Command.PRESET_POSITION.value, ENABLED, upper & 0xFFFF, lower & 0xFFFF, *IDLE[4:])
+        upper, lower = DriveFormat.THOUSANDS.split(position)
+        preset = (CommandBit.PRESET_POSITION.value, ENABLED, upper & 0xFFFF, lower & 0xFFFF, *IDLE[4:])
         yield from self._put(preset)
         self._words = IDLE
 
@@ -328,7 +333,7 @@ class AmciDriver(Driver[DriveProfile]):
         yield from self.halt()
         yield from self._exchange(self._configuration)
         yield from self._put(IDLE)
-        if self.status & Status.CONFIG_ERROR:
+        if self.status & StatusBit.CONFIG_ERROR:
             text = "the drive has refused its configuration"
             self.findings.complain(StatusMsw.CONFIG_ERROR.value, text)
             raise LinkLostError
@@ -370,11 +375,11 @@ class AmciDriver(Driver[DriveProfile]):
         drive = task.drive
         if drive.program is not None:
             backward = Modifier.REVERSE_BLEND.value if task.direction < 0 else 0
-            return (Command.RUN_ASSEMBLED_MOVE.value, ENABLED | backward, *IDLE[2:])
+            return (CommandBit.RUN_ASSEMBLED_MOVE.value, ENABLED | backward, *IDLE[2:])
         command = STARTS[task.kind][task.direction < 0]
         steps = task.direction * task.steps if task.kind is TaskKind.INDEX else task.steps
         modifiers = ENABLED | (Modifier.REGISTRATION_MOVE.value if task.registers else 0)
-        last = NumberFormat.THOUSANDS.split(self.minimum) if task.registers else (0, drive.jerk)
+        last = DriveFormat.THOUSANDS.split(self.minimum) if task.registers else (0, drive.jerk)
         return _command(
             command, modifiers, steps, (drive.speed_sps, drive.acceleration, drive.deceleration), last
         )
@@ -382,23 +387,23 @@ class AmciDriver(Driver[DriveProfile]):
     def _store(self, drive: DriveProfile) -> Generator[Step, Reply | None, bool]:
         """Store the segments of a blend move in the drive; return whether it has them."""
         assert drive.program is not None
-        programs = Command.PROGRAM_ASSEMBLED
+        programs = CommandBit.PROGRAM_ASSEMBLED
         yield from self._put(_command(programs, ENABLED, 0, (0, 0, 0), (0, 0)))
-        good = yield from self._wait_for(Status.WAITING_FOR_SEGMENT, on=True)
+        good = yield from self._wait_for(StatusBit.WAITING_FOR_SEGMENT, on=True)
         for steps, *values in segments_of(drive.program, drive.start_sps):
-            for bits, waits in ((programs | Command.READ_ASSEMBLED_DATA, False), (programs, True)):
+            for bits, waits in ((programs | CommandBit.READ_ASSEMBLED_DATA, False), (programs, True)):
                 if good and not self.cut:
                     yield from self._keep(_command(bits, ENABLED, steps, values, (0, 0)))
-                    good = yield from self._wait_for(Status.WAITING_FOR_SEGMENT, on=waits)
+                    good = yield from self._wait_for(StatusBit.WAITING_FOR_SEGMENT, on=waits)
         yield from self._keep(IDLE)
-        if not good and not self.status & Status.COMMAND_ERROR:
+        if not good and not self.status & StatusBit.COMMAND_ERROR:
             self.findings.complain(COMMAND_ERROR, "the drive does not take the segments of a blend move")
         return good
 
-    def _wait_for(self, bit: Status, *, on: bool) -> Generator[Step, Reply | None, bool]:
+    def _wait_for(self, bit: StatusBit, *, on: bool) -> Generator[Step, Reply | None, bool]:
         """Wait for a bit of a handshake; return whether it came."""
         for _ in range(HANDSHAKES_MAX):
-            if self.status & Status.COMMAND_ERROR or self.cut:
+            if self.status & StatusBit.COMMAND_ERROR or self.cut:
                 return False
             if bool(self.status & bit) is on:
                 return True
@@ -434,7 +439,7 @@ class AmciDriver(Driver[DriveProfile]):
             self.busy = not self._shows_an_end(task)
         if task.kind is TaskKind.SLEW and not task.stopping and abs(self.position) > COUNTER_END:
             self.findings.add(FindingKind.OUT_OF_RANGE)
-        if task.kind is TaskKind.HOME and not self.busy and not self.status & (Status.AT_HOME | FAILED):
+        if task.kind is TaskKind.HOME and not self.busy and not self.status & (StatusBit.AT_HOME | FAILED):
             self.busy = not (yield from self._rests_long())
 
     def _shows_an_end(self, task: Task[DriveProfile]) -> bool:
@@ -451,7 +456,7 @@ class AmciDriver(Driver[DriveProfile]):
         before = self._counter
         for _ in range(HANDSHAKES_MAX):
             yield from self._refresh()
-            if self.cut or self.busy or self._counter != before or self.status & (Status.AT_HOME | FAILED):
+            if self.cut or self.busy or self._counter != before or self.status & (StatusBit.AT_HOME | FAILED):
                 return False
         return True
 
@@ -471,7 +476,7 @@ class AmciDriver(Driver[DriveProfile]):
                 )
         elif task.kind is TaskKind.INDEX:
             self._holds = True
-            yield from self._put((Command.HOLD_MOVE.value, *self._words_of(task)[1:]))
+            yield from self._put((CommandBit.HOLD_MOVE.value, *self._words_of(task)[1:]))
             while not self.cut and not (yield from self.rest()):
                 yield from self.read_position()
                 yield PUBLISH
@@ -494,14 +499,14 @@ class AmciDriver(Driver[DriveProfile]):
         """Set the counter to B at home, where the drive has set it to 0."""
         if task.kind is TaskKind.HOME:
             self._zeroing = False
-            self.found_home = bool(self.status & Status.AT_HOME)
+            self.found_home = bool(self.status & StatusBit.AT_HOME)
             if self.found_home:
                 self.position = self._counter
                 yield from self.rebase(BIAS)
 
 
 def _command(
-    bits: Command, modifiers: int, target: int, values: Sequence[int], last: tuple[int, int]
+    bits: CommandBit, modifiers: int, target: int, values: Sequence[int], last: tuple[int, int]
 ) -> Words:
     """Return ten words, unsigned.
 
@@ -510,6 +515,6 @@ def _command(
         last: words 8 and 9.
     """
     speed, *rates = values
-    split = NumberFormat.THOUSANDS.split
+    split = DriveFormat.THOUSANDS.split
     words = (bits.value, modifiers, *split(target), *split(speed), *rates, *last)
     return tuple(word & 0xFFFF for word in words)

@@ -15,7 +15,7 @@ from ....line.ports.modbustcp import reply_to
 from ....line.segments import SegmentBus
 from ....line.wire import LineFormat
 from ....machine import Machine
-from ...drives.drive import Drive
+from ...drives.drive import DriveUnit
 from ...drives.registers import DriveRegisters
 from ..plant import LinkedController
 from .driver import LINE_FORMAT
@@ -31,8 +31,10 @@ class DriveDevice:
 
     def __init__(self, machine: Machine, options: AmciDriveOptions) -> None:
         wired = {f"in{at}": name for at, name in ((1, options.in1), (2, options.in2)) if name != "none"}
-        self.drive = Drive(options.row, machine, wired)
-        self._registers = DriveRegisters([Drive(options.row) for _ in range(options.axis - 1)] + [self.drive])
+        self.drive = DriveUnit(options.row, machine, wired)
+        self._registers = DriveRegisters(
+            [DriveUnit(options.row) for _ in range(options.axis - 1)] + [self.drive]
+        )
         self._reply = b""
 
     @property
