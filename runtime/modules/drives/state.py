@@ -1,0 +1,32 @@
+"""The state of a drive that its motions read and write."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ....io_images.drives.bits import StatusBit
+from ....io_images.drives.configuration import DriveConfiguration
+
+
+class StatusLatches:
+    """The latched status bits."""
+
+    def __init__(self) -> None:
+        self.bits = StatusBit.MODULE_OK
+
+    def clear(self, bits: int) -> None:
+        """Clear bits."""
+        self.bits &= ~StatusBit(bits)
+
+
+@dataclass(slots=True)
+class DriveState:
+    """What a home search of a 3601 reads and writes: inputs by their functions, and latched bits."""
+
+    latches: StatusLatches
+    configuration: DriveConfiguration | None = None
+    active: int = 0  # mask of active functions, see `ROLES`
+    risen: int = 0  # functions that became active at this tick
+    shown: int = 0  # active inputs by number
+    captured: int = 0
+    proximity: bool = False  # the backplane proximity bit
