@@ -130,9 +130,13 @@ class RackChain:
         if found is None:
             return None
         link = self._outranked(found, name, self.value(bits, row))
-        changed = self._of_bits(bits, name, row) if found.kind == "mode" else None
+        if found.kind != "mode":
+            return link
+        changed = Past(recording, row).last_change(bits.slot, bits.image, bits.word, bits.mask)
+        if changed is None:
+            return link
         # the key holds a value that is older
-        return link if changed is None else replace(link, scan=changed.scan, now_ns=changed.now_ns)
+        return replace(link, scan=recording.numbers[changed], now_ns=recording.times[changed])
 
     def _outranked(self, found: Outranking, name: str, value: Value | None) -> CauseLink:
         return CauseLink(found.kind, name, value, found.scan, found.now_ns, found.text)

@@ -192,7 +192,7 @@ def test_pins_by_json_lines_and_the_state(tmp_path: Path) -> None:
         )
         with (
             socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT_S) as client,
-            client.makefile("rw") as lines,
+            client.makefile("rw", encoding="utf-8", newline="\n") as lines,
         ):
 
             def ask(**request: object) -> dict[str, object]:

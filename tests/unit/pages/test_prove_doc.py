@@ -72,6 +72,8 @@ def test_what_the_page_shows_happens(tmp_path: Path, monkeypatch: pytest.MonkeyP
             program, *words = shlex.split(command)
             assert program == "scanrack"
             done = CliRunner().invoke(build(), words)
-            assert shown(done.output) == shown(printed), command
+            assert shown(done.stdout) == shown(printed), (
+                command
+            )  # how many are left, on stderr, depends on the machine
             ran += 1
     assert ran >= 6
