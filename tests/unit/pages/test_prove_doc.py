@@ -74,6 +74,6 @@ def test_what_the_page_shows_happens(tmp_path: Path, monkeypatch: pytest.MonkeyP
             done = CliRunner().invoke(build(), words)
             assert shown(done.stdout) == shown(printed), (
                 command
-            )  # how many are left, on stderr, depends on the machine
+            )  # stderr: what is left
             ran += 1
     assert ran >= 6
