@@ -72,8 +72,6 @@ def test_what_the_page_shows_happens(tmp_path: Path, monkeypatch: pytest.MonkeyP
             program, *words = shlex.split(command)
             assert program == "scanrack"
             done = CliRunner().invoke(build(), words)
-            assert shown(done.stdout) == shown(printed), (
-                command
-            )  # stderr: what is left
+            assert shown(done.stdout) == shown(printed), command  # stderr: what is left
             ran += 1
     assert ran >= 6
