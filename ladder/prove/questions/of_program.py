@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
-from itertools import combinations
+from itertools import pairwise
 from typing import Any
 
 from ...model.operands import Constant, Group, Place
@@ -119,11 +119,28 @@ def _of_coil(problem: ProgramSystem, steps: Sequence[LoweredStep]) -> Iterator[Q
         yield Question("never-on", site, f"{place.text} is never on", after)
         falls = and_(bit_before(problem, place), not_(_as_first(problem, after)))
         yield Question("stuck", site, text, falls, and_(after, not_(problem.stops)))
-    for one, other in combinations([step for step in steps if step.name == "OTE"], 2):
+    for one, other in _pairs(problem, [step for step in steps if step.name == "OTE"]):
         where = sites[one.site].place
         text = f"{place.text}: the coils here and in {where} write different values in one scan"
         pair = one.site, other.site
         yield Question("conflict", sites[other.site], text, _disagree(problem, one, other), coils=pair)
+
+
+def _pairs(problem: ProgramSystem, coils: Sequence[LoweredStep]) -> Iterator[tuple[LoweredStep, LoweredStep]]:
+    """Yield pairs of coils; of those that have the same power, thousands perhaps, each with the next."""
+    alike: dict[object, list[int]] = {}
+    kinds: list[object] = []
+    for number, coil in enumerate(coils):
+        found = {(each.active, each.power) for each in problem.machine.passages.get(coil.site, ())}
+        kinds.append(next(iter(found)) if len(found) == 1 else number)
+        alike.setdefault(kinds[-1], []).append(number)
+    following = {one: other for found in alike.values() for one, other in pairwise(found)}
+    for number, kind in enumerate(kinds):
+        later = [each for other, found in alike.items() if other != kind for each in found if each > number]
+        if number in following:
+            later.append(following[number])
+        for each in sorted(later):
+            yield coils[number], coils[each]
 
 
 def _as_first(problem: ProgramSystem, t: T) -> T:

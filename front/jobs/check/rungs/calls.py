@@ -126,13 +126,13 @@ def exclusive_repeats(
             at.setdefault(place, []).append((name, point))
             writers.setdefault(name, []).append(point)
     for each in remarks:
-        pairs = [
-            (point, other)
+        excluded = (
+            calls.exclude(point, other)
             for name, point in at.get(each.place, ())
             for other in writers[name]
             if other is not point
-        ]
-        if not pairs or not all(calls.exclude(one, other) for one, other in pairs):
+        )
+        if not next(excluded, False) or not all(excluded):
             yield each
 
 

@@ -247,6 +247,7 @@ def sealed(
         places: operands by their keys.
         written: returns an instruction as it is written.
     """
+    writes = [each for each in facts.accesses if each.writes]
     for point, place in points:
         target = point.step.operands[0] if point.step.name in ("OTE", ":=") else None
         if not isinstance(target, Place) or not target.type.is_bool:
@@ -260,9 +261,10 @@ def sealed(
         is_input = any(
             each is not None and each.leaf.slot is not None and not each.leaf.output for each in starts
         )
-        writes = [each for each in facts.accesses if each.writes]
+        if not is_input:
+            continue
         own_write = next((each for each in writes if each.place == place and each.text == target.text), None)
-        if is_input and own_write is not None and not _others(own_write, writes):
+        if own_write is not None and not _others(own_write, writes):
             text = f"{written(point.step)} holds itself: nothing switches {target.text} off"
             facts.remark("latch-never-cleared", place, text)
 
