@@ -31,7 +31,7 @@ CHAPTERS = {
     "chapter 3": "Chapter 3: Configuration mode",
     "chapter 4": "Chapter 4: Command mode operations",
     "chapter 5": "Chapter 5: Command mode data",
-    "chapter 6": "Chapter 6: StatusBit and error bits",
+    "chapter 6": "Chapter 6: Status and error bits",
     "Manual Revision History": "Manual revision history",
 }
 """Titles of the chapters, by the first words of the table's sections."""
