@@ -1,7 +1,7 @@
 """A stack of simulated drives at Modbus TCP and EtherNet/IP, in step with the wall clock.
 
 Each request acts at its own instant: the drives advance to it, then the registers answer. All axes have
-one power supply, one network cable and one set of registers; inputs, machines and flash are of each axis.
+one set of registers; inputs, machines, flash, power and cable are of each axis.
 """
 
 from __future__ import annotations
