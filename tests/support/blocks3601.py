@@ -14,11 +14,14 @@ from __future__ import annotations
 from functools import cache
 
 from bench3601 import CONFIGURATION
+from drive_bench import ESTOP, HOME, LinkedDrive, drive_words
 from scanrack import Program
 from scanrack.io_images.amci3601 import InputBit, StatusView
+from scanrack.io_images.drives.models import MODELS
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.files.rungreader import load_library
 from scanrack.ladder.lowering.addon import ParameterMode
+from scanrack.ladder.model.stubs import NO_STUBS, Stubs
 from scanrack.runtime import Amci3601, Card, Cpu, Rack
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
@@ -44,7 +47,7 @@ INSTANCES = {
 }
 
 ARRAYS = {
-    "Configuration": "INT[8]",
+    "Configuration": "INT[10]",
     "Lengths": "DINT[16]",
     "Velocities": "DINT[16]",
     "Rates": "INT[16]",
@@ -58,11 +61,12 @@ DISABLED, STANDSTILL, DISCRETE, CONTINUOUS, HOMING, STOPPING, ERROR_STOP, SYNCHR
 
 
 @cache
-def program_of(*, told: bool = True) -> Program:
+def program_of(*, told: bool = True, model: str = "") -> Program:
     """Return a program that calls every block once, then the axis.
 
     Args:
         told: whether it tells the axis of the connection fault.
+        model: of the networked drive in slot 1; "" for a 3601.
     """
     tags = ["TAG Axis : AXIS_3601", "TAG Drive : Amci3601", "SLOT module : 1"]
     tags += [f"TAG {name} : {kind}" for name, kind in ARRAYS.items()]
@@ -79,7 +83,8 @@ def program_of(*, told: bool = True) -> Program:
         rungs.append(f"{block}({','.join(operands)});")
     rungs.append("Amci3601(Drive,Axis,module.I.Data[0],module.O.Data[0]);")
     lines = ["PROGRAM bench", "USE axis3601", *tags, "ROUTINE Main", *rungs, "END", ""]
-    program = parse_program("\n".join(lines))
+    stubs = Stubs(modules={1: MODELS[model].words}) if model else NO_STUBS
+    program = parse_program("\n".join(lines), stubs=stubs)
     assert isinstance(program, Program)
     return program
 
@@ -115,9 +120,11 @@ class Diary:
 
 
 class BlocksBench:
-    """A rack with one 3601, and a program with every block.
+    """A rack with one 3601 or networked drive, and a program with every block.
 
     Args:
+        model: of the drive; "" for a 3601.
+        inputs: functions of the drive's two inputs.
         firmware: "2.0" to "4.1".
         scan_ms: scan period.
         rpi_ms: period of an asynchronous exchange; None exchanges at the end of the scan.
@@ -135,13 +142,20 @@ class BlocksBench:
         machine: dict[str, tuple[int | None, int | None]] | None = None,
         interpreted: bool = False,
         told: bool = True,
+        model: str = "",
+        inputs: tuple[int, int] = (HOME, ESTOP),
     ) -> None:
         switches = tuple(
             Switch(InputBit[name.upper()], first, last) for name, (first, last) in (machine or {}).items()
         )
-        self.module = Amci3601(firmware, Machine(MachineSpec(switches=switches)))
-        self.rack = Rack([Card(1, self.module, "amci3601", firmware)])
-        program = program_of(told=told)
+        self.module: Amci3601 | LinkedDrive
+        if model:
+            self.module = LinkedDrive(model, Machine(MachineSpec(switches=switches)), inputs)
+            self.rack = Rack([Card(1, self.module, model, words=self.module.model.words)])
+        else:
+            self.module = Amci3601(firmware, Machine(MachineSpec(switches=switches)))
+            self.rack = Rack([Card(1, self.module, "amci3601", firmware)])
+        program = program_of(told=told, model=model)
         self.engine = program.interpret() if interpreted else program.compile()
         self.diary = Diary(self.rack)
         exchange = EndOfScan() if rpi_ms is None else EveryRpi(rpi_ms * 1_000_000)
@@ -151,9 +165,12 @@ class BlocksBench:
         self.status = StatusView(self.rack.slots[1].inputs)
 
     @classmethod
-    def configured(cls, *, config=CONFIGURATION, **kwargs) -> BlocksBench:
+    def configured(cls, *, config=CONFIGURATION, format: int = 0, **kwargs) -> BlocksBench:
         """Return a bench whose module is configured; the position is not valid."""
         bench = cls(**kwargs)
+        if "model" in kwargs:
+            inputs = kwargs.get("inputs", (HOME, ESTOP))
+            config = drive_words(kwargs["model"], inputs=inputs, format=format)
         for number, word in enumerate(config):
             bench.tags[f"Configuration[{number}]"] = (word ^ 0x8000) - 0x8000
         bench.scan()  # prescan takes an Execute that is on at power-up for no edge, as ONS does
