@@ -370,7 +370,7 @@ class Axis3601(Device):
             )
         wrong = wrong_configuration(self.configuration, model)
         if wrong:
-            self._refuse(f"slot {self.slot} has a {words.message if model is None else model.title}: {wrong}")
+            self._refuse(f"slot {self.slot}, {words.message if model is None else model.title}: {wrong}")
         self._translate(model, words, slot)
         self._drive = self._new_drive(getattr(slot, "round_trip_ms", 0))
         link = Link(self.slot, slot)
