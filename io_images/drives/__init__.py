@@ -7,6 +7,8 @@
 | `numbers` | positions and speeds in two registers: thousands, or 32 bits |
 | `configuration` | the words of configuration mode, and their checks |
 | `command` | the words of command mode |
+| `translation` | the words of a 3601 that axes and motion blocks write, in those of a drive, and back |
+| `status` | the status by the names of a drive's bits |
 | `rules` | what a drive refuses or reports, a row for each rule, with its page |
 | `readings` | where the pages are silent: the choice, with its confidence |
 

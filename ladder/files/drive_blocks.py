@@ -1,4 +1,4 @@
-"""The motion blocks of `USE axis3601` in a rack with a networked drive: what they take of a 3601, and instead.
+"""The motion blocks of `USE axis3601` in a rack with a networked drive: what they take of a 3601, and what replaces it.
 
 The library stays as it is; a line of it is replaced or gets lines before it, a row each. Blocks write the
 eight words of a 3601 either way. `Amci3601` alone reads and writes the words of the drive, as
@@ -102,7 +102,11 @@ NEQ(Model,0)CPS(Raw[0],Outputs,10);""",
     ),
     # what a drive lacks: refused with 4096, unless it is refused anyway
     *(
-        (block, "Request3601(Request,", f"OTU(Refused.12)EQU(Refused,0){lacks}OTE(Refused.12);\nRequest3601(Request,")
+        (
+            block,
+            "Request3601(Request,",
+            f"OTU(Refused.12)EQU(Refused,0){lacks}OTE(Refused.12);\nRequest3601(Request,",
+        )
         for block, lacks in (
             ("MC_MoveAbsolute", "EQU(Axis.Model,2)NEQ(Shape,0)"),
             ("MC_MoveRelative", "EQU(Axis.Model,2)NEQ(Shape,0)"),
@@ -124,7 +128,7 @@ NEQ(Model,0)CPS(Raw[0],Outputs,10);""",
         "Configure3601",
         "XIC(Request.Start)COP(Configuration,Axis.Words[0],8);",
         """XIC(Request.Start)EQU(Axis.Model,0)COP(Configuration,Axis.Words[0],8);
-XIC(Request.Start)NEQ(Axis.Model,0)COP(Configuration,Axis.Setup[0],10)MOV(Axis.Setup[0],Axis.Words[0]);""",
+XIC(Request.Start)NEQ(Axis.Model,0)COP(Configuration,Axis.Setup[0],10)MOV(Axis.Setup[0],Axis.Words[0])MOV(4,Axis.Words[1]);""",
     ),
     # a segment of a drive has a deceleration, in word 7; -1 marks the first block
     ("ProgramBlend3601", "LOCAL Index : DINT", "LOCAL Index : DINT\nLOCAL Latest : DINT\nLOCAL Prior : DINT"),

@@ -50,7 +50,6 @@ class Library:
     add_ons: Mapping[str, AddOn]
 
 
-@cache
 def load_library(name: str, *, drives: bool = False) -> Library:
     """Read a library of scanrack, or raise a LadderError for an unknown name.
 
@@ -59,9 +58,13 @@ def load_library(name: str, *, drives: bool = False) -> Library:
     """
     if name.lower() not in LIBRARIES:
         raise LadderError(f"no library {name}; choose from {', '.join(LIBRARIES)}")
-    file = files(__package__.rpartition(".")[0]) / "blocks" / f"{name.lower()}.rung"
-    text = file.read_text(encoding="utf-8")
-    return Reader(for_drives(text) if drives else text, f"{name.lower()}.rung").library()
+    return _library(f"{name.lower()}.rung", drives)
+
+
+@cache
+def _library(file: str, drives: bool) -> Library:
+    text = (files(__package__.rpartition(".")[0]) / "blocks" / file).read_text(encoding="utf-8")
+    return Reader(for_drives(text) if drives else text, file).library()
 
 
 def is_of_library(definition: AddOn, name: str) -> bool:

@@ -1,4 +1,4 @@
-"""The same script on the function blocks of rungs and on the axis in Python, each with a 3601 or drive of its own.
+"""The same script on the function blocks of rungs and on the axis in Python, each with a module of its own.
 
 A script is a list of deeds, each with the scans until the next one. A command is a rising Execute for one
 scan, or a call of the axis's method in that scan.

@@ -12,6 +12,7 @@ told otherwise, as in `bench3601`.
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 from bench3601 import CONFIGURATION
 from drive_bench import ESTOP, HOME, LinkedDrive, drive_words
@@ -25,8 +26,11 @@ from scanrack.ladder.model.stubs import NO_STUBS, Stubs
 from scanrack.runtime import Amci3601, Card, Cpu, Rack
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
+from scanrack.runtime.modules.registry import MODULES
 
 LIBRARY = load_library("axis3601")
+
+ADAPTER = "amci-drive"
 
 INSTANCES = {
     "Configure": "Configure3601",
@@ -123,7 +127,7 @@ class BlocksBench:
     """A rack with one 3601 or networked drive, and a program with every block.
 
     Args:
-        model: of the drive; "" for a 3601.
+        model: of the drive; "" for a 3601, `ADAPTER` for one behind the adapter amci-drive.
         inputs: functions of the drive's two inputs.
         firmware: "2.0" to "4.1".
         scan_ms: scan period.
@@ -148,27 +152,32 @@ class BlocksBench:
         switches = tuple(
             Switch(InputBit[name.upper()], first, last) for name, (first, last) in (machine or {}).items()
         )
-        self.module: Amci3601 | LinkedDrive
-        if model:
+        self.module: Any
+        if model == ADAPTER:
+            spec, options = MachineSpec(switches=switches), {"in1": "home", "in2": "cw_limit"}
+            self.module = MODULES[ADAPTER].make("4.1", spec, 0, options, None)
+            self.rack = Rack([Card(1, self.module, ADAPTER)])
+        elif model:
             self.module = LinkedDrive(model, Machine(MachineSpec(switches=switches)), inputs)
             self.rack = Rack([Card(1, self.module, model, words=self.module.model.words)])
         else:
             self.module = Amci3601(firmware, Machine(MachineSpec(switches=switches)))
             self.rack = Rack([Card(1, self.module, "amci3601", firmware)])
-        program = program_of(told=told, model=model)
+        program = program_of(told=told, model="" if model == ADAPTER else model)
         self.engine = program.interpret() if interpreted else program.compile()
         self.diary = Diary(self.rack)
         exchange = EndOfScan() if rpi_ms is None else EveryRpi(rpi_ms * 1_000_000)
         self.cpu = Cpu(self.rack, self.engine, scan_ms * 1_000_000, exchange=exchange, listeners=[self.diary])
         self.tags = self.engine.tags
-        self.tags["Axis.RoundTrip"] = 2 * (rpi_ms or 0) + scan_ms
+        self.tags["Axis.RoundTrip"] = 400 if model == ADAPTER else 2 * (rpi_ms or 0) + scan_ms
         self.status = StatusView(self.rack.slots[1].inputs)
+        self.is_drive = model not in ("", ADAPTER)
 
     @classmethod
     def configured(cls, *, config=CONFIGURATION, format: int = 0, **kwargs) -> BlocksBench:
         """Return a bench whose module is configured; the position is not valid."""
         bench = cls(**kwargs)
-        if "model" in kwargs:
+        if kwargs.get("model", "") not in ("", ADAPTER):
             inputs = kwargs.get("inputs", (HOME, ESTOP))
             config = drive_words(kwargs["model"], inputs=inputs, format=format)
         for number, word in enumerate(config):
@@ -235,4 +244,4 @@ class BlocksBench:
     @property
     def position(self) -> int:
         """Position that the module reports."""
-        return self.status.position
+        return self.tags["Axis.Position"] if self.is_drive else self.status.position

@@ -5,13 +5,12 @@ Inputs: 1 is home, 2 emergency stop; an ANF2 has home and both limits. Starting 
 
 from __future__ import annotations
 
-from typing_extensions import override
-
 from scanrack.io_images.drives.models import MODELS, Layout
 from scanrack.io_images.image import Image
 from scanrack.runtime import ModuleFault
 from scanrack.runtime.machine import Machine
 from scanrack.runtime.modules.drives.drive import DriveUnit
+from typing_extensions import override
 
 HOME, ESTOP, CAPTURE, STOP_JOG, CW_LIMIT = 7, 6, 5, 4, 1
 BINARY, BINARY_LOW = 0x0300, 0x0700
@@ -32,9 +31,7 @@ class LinkedDrive(DriveUnit):
 
     linked = True
 
-    def __init__(
-        self, model: str, machine: Machine, inputs: tuple[int, int] = (HOME, ESTOP)
-    ) -> None:
+    def __init__(self, model: str, machine: Machine, inputs: tuple[int, int] = (HOME, ESTOP)) -> None:
         is_anf2 = MODELS[model].layout is Layout.ANF2
         wired = {} if is_anf2 else {"in1": ROLES[inputs[0]], "in2": ROLES[inputs[1]]}
         super().__init__(MODELS[model], machine, wired)

@@ -48,7 +48,7 @@ class BlendProgramming(Command):
         self._left = [array("h", each.to_image().words) for each in segments]
 
     def for_drive(self) -> Image:
-        """Give each block, in word 7, HEADER or its deceleration, as a networked drive needs; return the first."""
+        """Set word 7 of each block for a networked drive: HEADER, or its deceleration; return the first."""
         self.words[7] = HEADER
         for block in self._left:
             block[7] = block[6]
@@ -62,7 +62,7 @@ class BlendProgramming(Command):
             return "a blend of a drive has no S-curve"
         before, last = (1000 * block[4] + block[5] for block in self._left[-2:])
         if last < before and self._left[-1][6] != self._left[-1][7]:
-            return "the last segment of a drive has one rate to slow down: final_deceleration must be the segment's"
+            return "the last segment of a drive has one rate: final_deceleration must be the segment's"
         return ""
 
     def _next(self, drive: Handshake, now_ns: int) -> None:

@@ -115,7 +115,11 @@ class Drive:
         link: Link,
         translation: DriveTranslation | None = None,
     ) -> None:
-        """Attach to the images of a slot and its link, and reset; `translation` is that of a networked drive."""
+        """Attach to the images of a slot and its link, and reset.
+
+        Args:
+            translation: of a networked drive.
+        """
         self._clock, self.link = clock, link
         self._translation, self._slot_words = translation, inputs.words
         self.inputs = inputs if translation is None else Image()

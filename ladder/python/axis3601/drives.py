@@ -27,10 +27,12 @@ def checked_configuration(given: object) -> AxisConfiguration:
     if isinstance(given, Sequence) and len(given) == WORDS and all(map(_is_word, given)):
         words = tuple(word & 0xFFFF for word in given)
         if not words[0] & _MODE:
-            raise ValueError(f"configuration word 0 is {words[0]:04X}h: bit 15, configuration mode, must be on")
+            raise ValueError(
+                f"configuration word 0 is {words[0]:04X}h: bit 15, configuration mode, must be on"
+            )
         return words
     raise ValueError(
-        f"configuration {given!r} is not a Configuration; for a networked drive it is {WORDS} words of 16 bits"
+        f"configuration {given!r} is not a Configuration; for a networked drive it is {WORDS} words"
     )
 
 
@@ -45,9 +47,13 @@ def wrong_configuration(given: AxisConfiguration, model: Model | None) -> str:
         model: of the drive, or None for a module with a 3601's words.
     """
     if model is None:
-        return "" if isinstance(given, Configuration) else "its configuration is a Configuration, not ten words"
+        return (
+            "" if isinstance(given, Configuration) else "its configuration is a Configuration, not ten words"
+        )
     if isinstance(given, Configuration):
-        return f"its configuration is {WORDS} words of its own, not a 3601's Configuration; see docs/drives.md"
+        return (
+            f"its configuration is {WORDS} words of its own, not a 3601's Configuration; see docs/drives.md"
+        )
     broken = broken_rules(given, model)
     return "; ".join(f"configuration: {rule.text} [{rule.id}, {rule.section}]" for rule in broken)
 
@@ -67,4 +73,3 @@ def lacking(model: Model, command: Command) -> str:
     if kind is REGISTRATION and curved:
         return "a registration move of a drive has no S-curve"
     return f"the {title} has no S-curve" if curved and not model.jerk else ""
-

@@ -14,7 +14,7 @@ from typing import NoReturn, TypeVar, overload
 
 from typing_extensions import override
 
-from ....io_images.amci3601.bits import StatusMsw
+from ....io_images.amci3601.bits import CommandLsw, StatusMsw
 from ....io_images.amci3601.blend import Acceleration, BlendHeader, BlendSegment
 from ....io_images.amci3601.command import PresetPosition, ResetErrors, StoreMinimumRegistration
 from ....io_images.amci3601.configuration import Configuration
@@ -55,6 +55,9 @@ LEAST_ROUND_TRIP_MS = 10
 """Default round trip: exchange at the ends of the scan."""
 
 _MOVING = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value
+
+_CONFIGURES = CommandLsw.ENCODER_MOVE.value
+"""Word 1 while a networked drive is configured: a bit that the axis has no other use for."""
 
 CONSTANT = Acceleration.CONSTANT
 
@@ -389,9 +392,16 @@ class Axis3601(Device):
         self.status = status_view(slot.inputs, translation)
 
     def _configuring(self) -> Image:
-        """Return the words that request the configuration; a networked drive's are in the translation."""
+        """Return the words that request the configuration; a networked drive's are in the translation.
+
+        Word 1 then only shows that the handshake progresses once it is 0.
+        """
         given = self.configuration
-        return given.to_image() if isinstance(given, Configuration) else Image([signed_word(given[0])])
+        return (
+            given.to_image()
+            if isinstance(given, Configuration)
+            else Image([signed_word(given[0]), _CONFIGURES])
+        )
 
     def _refuse(self, why: str) -> NoReturn:
         raise DeclarationError.at(self.declared, f"{self.name}: {why}")

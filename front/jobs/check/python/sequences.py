@@ -18,11 +18,11 @@ from inspect import getattr_static
 from pathlib import Path
 from typing import Any
 
+from ....io_images.amci3601 import Configuration
 from ....io_images.annotations import declared
 from ....io_images.input_files import read_input_text
 from ....io_images.site import NOWHERE, Site, SiteError, sites_of
 from ....io_images.text_limits import TextKind
-from ....io_images.amci3601 import Configuration
 from ....ladder.python.axis3601 import Axis3601
 from ....ladder.python.sequences import (
     Input,

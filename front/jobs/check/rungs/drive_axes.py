@@ -11,6 +11,7 @@ from ....io_images.drives.models import WORDS, Model
 from ..facts import LocalFinding
 from .blocks import BlockCall
 
+
 def fastest(limits: Limits, models: Iterable[Model]) -> Limits:
     """Return the largest limits of a rack's modules: those given, and those of its drives."""
     own = [each.limits for each in models]

@@ -8,8 +8,8 @@ from fnmatch import fnmatch
 from pathlib import Path
 
 from ....io_images.amci3601.words import is_stepper
-from ....io_images.drives.translation import model_of
 from ....io_images.cards import KINDS
+from ....io_images.drives.translation import model_of
 from ....io_images.site import Site
 from ....ladder import LadderLogic
 from ....ladder.debug import cross_reference
@@ -25,11 +25,11 @@ from .accesses import Variables, accesses_of, declaration_lines
 from .add_ons import note_add_ons
 from .block_mistakes import called_twice, misordered, parameters_out_of_range
 from .blocks import block_calls, commands_of, slots_of
-from .drive_axes import fastest, note_drives
 from .calls import RoutineCalls, exclusive_repeats
 from .conditions import Conditions, on_delays
 from .controls import shared
 from .counting import never_run, unbounded
+from .drive_axes import fastest, note_drives
 from .loops import counted, counts_by_site, endless
 from .mistakes import Mistakes, sealed
 from .number_ranges import Values
