@@ -51,9 +51,7 @@ def wrong_configuration(given: AxisConfiguration, model: Model | None) -> str:
             "" if isinstance(given, Configuration) else "its configuration is a Configuration, not ten words"
         )
     if isinstance(given, Configuration):
-        return (
-            f"its configuration is {WORDS} words of its own, not a 3601's Configuration; see docs/drives.md"
-        )
+        return f"its configuration is {WORDS} words, not a 3601's Configuration; see docs/drives.md"
     broken = broken_rules(given, model)
     return "; ".join(f"configuration: {rule.text} [{rule.id}, {rule.section}]" for rule in broken)
 

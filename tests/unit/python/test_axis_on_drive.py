@@ -246,7 +246,7 @@ def rack_of(axis, module=None):
 @pytest.mark.parametrize(
     ("axis", "module", "text"),
     [
-        (Axis3601(1, SETUP), None, "slot 1, SMD23E2: its configuration is 10 words of its own"),
+        (Axis3601(1, SETUP), None, "slot 1, SMD23E2: its configuration is 10 words, not a 3601"),
         (
             Axis3601(1, (0x8007, 3, 1, 0, 20, 0, 0, 50, 28, 0)),
             None,
