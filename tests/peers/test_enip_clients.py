@@ -299,3 +299,17 @@ def test_what_clients_make_of_what_they_can_not_have(bench: tuple[ServedRack, in
 
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.mark.peer("pycomm3", "pylogix")
+def test_pycomm3_and_pylogix_ask_for_the_network_interface(bench: tuple[ServedRack, int]) -> None:
+    _, port = bench
+    with pycomm3_client(pycomm3.LogixDriver, port) as plc:
+        link = plc.generic_message(service=1, class_code=0xF6, instance=1, connected=False)
+        address = plc.generic_message(service=0x0E, class_code=0xF5, instance=1, attribute=5)
+    assert (link.error, link.value[:8]) == (None, bytes.fromhex("e8030000 0f000000"))
+    assert (address.error, address.value[:4]) == (None, bytes((1, 0, 0, 127)))
+    with pylogix_client(port) as plc:
+        link = plc.Message(0x01, 0xF6, 1)
+        assert (link.Status, link.Value[-6:]) == ("Success", bytes.fromhex("02005ca99acc"))
+        assert plc.Message(0x0E, 0xF5, 1, 7).Status != "Success"

@@ -129,6 +129,11 @@ def test_identity_and_assemblies_by_explicit_reads(scanner: Scanner) -> None:
     assert scanner.ask(bytes((0x0E, 3, 0x20, 4, 0x24, 101, 0x30, 3)))[2] == 5
 
 
+def test_the_network_interface_has_the_address_of_the_server(scanner: Scanner) -> None:
+    assert scanner.get(0xF5, 1, 5)[:4] == bytes((1, 0, 0, 127))
+    assert scanner.get(0xF6, 1, 1) == struct.pack("<I", 1000)
+
+
 def test_a_connection_with_a_configuration_moves_the_drive(scanner: Scanner) -> None:
     assert scanner.open(with_settings())[:4] == b"\xd4\0\0\0"
     assert scanner.get(4, 110, 3) == SETTINGS
