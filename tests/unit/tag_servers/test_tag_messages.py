@@ -50,7 +50,9 @@ def test_a_write_is_read_back_and_is_an_order_with_the_address(client: Client) -
     assert given == [Store("aDint", 0, "f7ffffff", "", "127.0.0.1:5000")]
 
 
-ALL_OF_TCP_IP = "01000000 00000000 00000000 0200 20f62401 0100007f 00000000 00000000 00000000 00000000 0000 0000"
+ALL_OF_TCP_IP = (
+    "01000000 00000000 00000000 0200 20f62401 0100007f 00000000 00000000 00000000 00000000 0000 0000"
+)
 ALL_OF_LINK = "e8030000 0f000000 02005ca99acc"
 
 
@@ -184,7 +186,9 @@ def test_a_reply_never_exceeds_its_connection(client: Client) -> None:
     assert client.ask(batch(reads * 5))[0] == 0x11
 
 
-def test_a_connection_is_opened_used_and_closed(client: Client) -> None:
+@pytest.mark.parametrize("manager", [b"\x20\x06\x24\x01", b"\x21\0\x06\0\x25\0\x01\0"])
+def test_a_connection_is_opened_used_and_closed(client: Client, manager: bytes) -> None:
+    """EIPScanner, which eip2nats 1.3.2 has, names the connection manager by 16-bit segments."""
     triad = struct.pack("<HHI", 7, 1, 99)
     head = struct.pack("<BBII", 10, 5, 0, 0xABCD) + triad + struct.pack("<BBH", 0, 0, 0)
     opened = (
@@ -192,7 +196,7 @@ def test_a_connection_is_opened_used_and_closed(client: Client) -> None:
         + struct.pack("<IHIHB", 2000, 0x43F8 & 0xFFFF, 2000, 0x4000 | 100, 0xA3)
         + b"\x02\x20\x02\x24\x01"
     )
-    status, data = client.ask(message(0x54, b"\x20\x06\x24\x01", opened))
+    status, data = client.ask(message(0x54, manager, opened))
     assert (status, data[4:8]) == (0, struct.pack("<I", 0xABCD))
     read = message(READ, symbol("Dints"), struct.pack("<H", 1000))
     items = (
@@ -204,8 +208,8 @@ def test_a_connection_is_opened_used_and_closed(client: Client) -> None:
     reply = client.send(frame(0x70, items, client.handle))
     assert reply[48] == 6
     assert 90 <= len(reply) - 44 <= 100
-    assert client.ask(message(0x54, b"\x20\x06\x24\x01", opened))[0] == 1  # it is open
-    assert client.ask(message(0x4E, b"\x20\x06\x24\x01", b"\5\5" + triad + b"\0\0"))[0] == 0
+    assert client.ask(message(0x54, manager, opened))[0] == 1  # it is open
+    assert client.ask(message(0x4E, manager, b"\5\5" + triad + b"\0\0"))[0] == 0
     assert client.send(frame(0x70, items, client.handle)) == b""
 
 
