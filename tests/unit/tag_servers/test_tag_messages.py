@@ -50,9 +50,7 @@ def test_a_write_is_read_back_and_is_an_order_with_the_address(client: Client) -
     assert given == [Store("aDint", 0, "f7ffffff", "", "127.0.0.1:5000")]
 
 
-ALL_OF_TCP_IP = "01000000 00000000 00000000 0200 20f62401 0100007f" + 18 * "00" + "0000"
-    "01000000 00000000 00000000 0200 20f62401 0100007f 00000000 00000000 00000000 00000000 0000 0000"
-)
+ALL_OF_TCP_IP = "01000000 00000000 00000000 0200 20f62401 0100007f" + 20 * "00"
 ALL_OF_LINK = "e8030000 0f000000 02005ca99acc"
 
 
