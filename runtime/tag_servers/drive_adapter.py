@@ -53,7 +53,7 @@ from ...io_images.enip.io_frames import IoPacket, io_packet, io_path, port_in, s
 from ...io_images.enip.paths import Path, parse_path
 from ..modules.drives.drive import DriveUnit
 from .connections import Connections, Triad
-from .objects import answer_identity, identity
+from .objects import INTERFACES, LOOPBACK, answer_identity, answer_interface, identity
 from .router import refused
 from .session import ClientSession, Frame
 from .tag_services import HEAD_BYTES, Answer
@@ -101,12 +101,14 @@ class DriveAdapter:
     Attributes:
         identity: all attributes of the identity object.
         io: the open connection.
+        address: IPv4 address of the server.
     """
 
     def __init__(self, drive: DriveUnit) -> None:
         assert drive.model.identity is not None
         self.drive = drive
         self.io: IoConnection | None = None
+        self.address = LOOPBACK
         self.opened = False  # by the latest request
         self._numbers = count(0x5CA9_0001)
 
@@ -141,6 +143,8 @@ class DriveAdapter:
         kind, instance = path.numbers.get("class"), path.numbers.get("instance")
         if kind == IDENTITY and instance == 1:
             return answer_identity(self.identity, service, path)
+        if kind in INTERFACES:
+            return answer_interface(self.address, service, path)
         if kind != ASSEMBLY:
             raise CipRefusedError(BAD_SEGMENT if kind is None else UNKNOWN_OBJECT)
         data = self._assembly(instance)

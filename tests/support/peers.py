@@ -77,6 +77,7 @@ ENIP, PCCC, UA, MODBUS = "EtherNet/IP", "PCCC", "OPC UA", "Modbus TCP"
 
 PEERS: dict[str, Peer] = {
     "pycomm3": Peer(ENIP, "list, templates, every type, batches, 12,000 bytes; SLCDriver: files", version),
+    "ciplink": Peer(ENIP, "list, every type, batches, 12,000 bytes, refusals", version),
     "pylogix": Peer(ENIP, "list, templates, every type, connections of 4,002 and 504 bytes", version),
     "libplctag": Peer(
         ENIP, "list, templates, values, bits, 12,000 bytes, refusals; files of an .SLC", _plctag_version

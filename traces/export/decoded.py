@@ -1,4 +1,4 @@
-"""Decoded values of 3601s as one more field of /scan: `/scan.decoded.slot1.speed`, `.in.position`.
+"""Decoded values of 3601s as one more field of /scan: `/scan.decoded.slot1.speed`, `.inputs.position`.
 
 They are not recorded, since they follow from the words; a copy has them, see `export.write_mcap`. Values
 are float64, NaN in configuration mode; bits are bool. The names are those of the signals, in small letters:
@@ -10,8 +10,8 @@ are float64, NaN in configuration mode; bits are bool. The names are those of th
     ====...
     MSG: scanrack/Decoded3601
     float64 speed
-    Decoded3601In in
-    Decoded3601Out out
+    Decoded3601In inputs
+    Decoded3601Out outputs
     ====...
     MSG: scanrack/Decoded3601In
     float64 position
@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 
 from ..format.cdr import leaves
 from ..format.layout import SlotInfo
+from ..format.schema import IMAGE_FIELDS
 from ..signals import Block, Catalog, Signal, SignalKind
 
 FIELD = "decoded"
@@ -37,6 +38,7 @@ FIELD = "decoded"
 
 _STEM = "Decoded3601"
 _HASH_DIGITS = 12
+_IMAGES = dict(zip(("out", "in"), IMAGE_FIELDS, strict=True))
 _ROS = {SignalKind.BIT: "bool", SignalKind.VALUE: "float64", SignalKind.MEASURED: "float64"}
 
 Message = tuple[str, list[str]]
@@ -93,22 +95,23 @@ class DecodedValues:
 
 
 def _path(signal: Signal) -> tuple[str, ...]:
-    return tuple(part.lower() for part in signal.path)
+    return tuple(_IMAGES.get(part, part.lower()) for part in signal.path)
 
 
 def _messages(slots: Sequence[SlotInfo], signals: Sequence[Signal]) -> list[Message]:
     """Return the messages, from the signals of the first 3601; all have the same."""
     stem = f"slot{slots[0].number}"
-    fields: dict[str, list[str]] = {"": [], "in": [], "out": []}
+    outputs, inputs = IMAGE_FIELDS
+    fields: dict[str, list[str]] = {"": [], outputs: [], inputs: []}
     widest_first = sorted(signals, key=lambda signal: signal.kind is SignalKind.BIT)
     for signal in widest_first:
-        slot, *direction, name = _path(signal)
+        slot, *image, name = _path(signal)
         if slot == stem:
-            fields[direction[0] if direction else ""].append(f"{_ROS[signal.kind]} {name}")
+            fields[image[0] if image else ""].append(f"{_ROS[signal.kind]} {name}")
     parts = [
-        (_STEM, [*fields[""], f"{_STEM}In in", f"{_STEM}Out out"]),
-        (f"{_STEM}In", fields["in"]),
-        (f"{_STEM}Out", fields["out"]),
+        (_STEM, [*fields[""], f"{_STEM}In {inputs}", f"{_STEM}Out {outputs}"]),
+        (f"{_STEM}In", fields[inputs]),
+        (f"{_STEM}Out", fields[outputs]),
     ]
     own = [f"{_STEM} slot{slot.number}" for slot in slots]
     text = "\n".join([*own, *(line for _, lines in parts for line in lines)])

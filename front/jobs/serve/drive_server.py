@@ -53,7 +53,7 @@ class EnipPort:
             self.close()
             raise
         self.io_port = int(self._io.getsockname()[1])
-        self._address = _ipv4(host)
+        self._address = adapter.address = _ipv4(host)
         self._sessions: dict[socket.socket, DriveSession] = {}
 
     def _datagrams(self, host: str, port: int) -> socket.socket:

@@ -58,6 +58,7 @@ class Scanner:
     def open(
         self,
         path: bytes = PATH,
+        manager: bytes = MANAGER,
         sizes: tuple[int, int] = (26, 22),
         rpi_us: int = 10_000,
         trigger: int = 1,
@@ -67,7 +68,7 @@ class Scanner:
         to_target, to_originator = (0x4800 | size for size in sizes)
         head = struct.pack("<BBIIHHIB3x", 10, 5, 0, 0x1234, serial, 99, 42, multiplier)
         rates = struct.pack("<IHIHBB", rpi_us, to_target, rpi_us, to_originator, trigger, len(path) // 2)
-        reply = self.ask(b"\x54" + MANAGER + head + rates + path)
+        reply = self.ask(b"\x54" + manager + head + rates + path)
         if reply[2] == 0:
             self.serial = serial
             self.ours = struct.unpack_from("<I", reply, 4)[0]
@@ -129,6 +130,11 @@ def test_identity_and_assemblies_by_explicit_reads(scanner: Scanner) -> None:
     assert scanner.ask(bytes((0x0E, 3, 0x20, 4, 0x24, 101, 0x30, 3)))[2] == 5
 
 
+def test_the_network_interface_has_the_address_of_the_server(scanner: Scanner) -> None:
+    assert scanner.get(0xF5, 1, 5)[:4] == bytes((1, 0, 0, 127))
+    assert scanner.get(0xF6, 1, 1) == struct.pack("<I", 1000)
+
+
 def test_a_connection_with_a_configuration_moves_the_drive(scanner: Scanner) -> None:
     assert scanner.open(with_settings())[:4] == b"\xd4\0\0\0"
     assert scanner.get(4, 110, 3) == SETTINGS
@@ -138,6 +144,10 @@ def test_a_connection_with_a_configuration_moves_the_drive(scanner: Scanner) -> 
     seen = scanner.until(0, 0x0088, 0x0088, 1, 0x8000, 3, 0, 5, 0, 20, 20)
     assert seen[2:4] == (3, 0)
     assert scanner.shut()[:4] == b"\xce\0\0\0"
+
+
+def test_a_path_of_16_bit_segments_opens_too(scanner: Scanner) -> None:
+    assert scanner.open(manager=bytes.fromhex("04 21000600 25000100"))[:4] == b"\xd4\0\0\0"
 
 
 def test_counts_of_packets_go_up(scanner: Scanner) -> None:
