@@ -8,7 +8,7 @@ EXAMPLES = 25
 """Examples of a property test in the CI profile; a long run plays 120 times as many (tests/conftest.py)."""
 
 FEW_EXAMPLES = 10
-"""Examples in a run of the whole suite without -m; `.ci/run` plays all of these tests, marked `sampled`, again."""
+"""Examples in a run of the whole suite without -m; `.ci/run` plays these tests, marked `sampled`, in full."""
 
 
 def amount(examples: int) -> int:

@@ -10,6 +10,7 @@ import random
 from pathlib import Path
 
 import pytest
+from amounts import amount
 from scanrack import run
 from scanrack.jobs.conform.hypotheses import search
 from scanrack.jobs.conform.moments import KnownState, PlayedScene, Timing
@@ -22,7 +23,7 @@ from scanrack.traces.replay import PackedTrace
 
 FEEDER = Path(__file__).parents[3] / "examples/feeder/feeder.toml"
 TIMING = Timing(scan_ns=0)
-CUTS = 20
+CUTS = amount(20)
 
 
 @pytest.fixture(scope="module")
@@ -49,6 +50,7 @@ def explained(scene: PlayedScene) -> bool:
     return search(scene.moments, Amci3601, TIMING).explains_all
 
 
+@pytest.mark.sampled
 def test_cuts_are_judged_from_the_first_rest_on_and_nothing_differs(recording: PackedTrace) -> None:
     words = configuration(recording)
     judged = total = 0
