@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from amounts import EXAMPLES, FEW_EXAMPLES
+from budget import Budget
 from extras import skip_without_extras
 from forked import fork_helpers
 from hypothesis import HealthCheck, Phase, is_hypothesis_test, settings
@@ -66,6 +67,8 @@ def pytest_configure(config: pytest.Config) -> None:
     junkdrawer._gc_initialized = True  # Hypothesis times the collector for deadlines, which no test has
     if not config.getoption("--long"):
         _draw_no_constants_of_modules()
+    if _is_quick_run(config):
+        config.pluginmanager.register(Budget())
     lines = config.stash.setdefault(RULE_LINES, [])
     count = config.getoption("--processes") or _number_of_processes(config)
     if count > 1 and hasattr(os, "fork"):

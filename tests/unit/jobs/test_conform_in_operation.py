@@ -10,7 +10,6 @@ import random
 from pathlib import Path
 
 import pytest
-from amounts import amount
 from scanrack import run
 from scanrack.jobs.conform.hypotheses import search
 from scanrack.jobs.conform.moments import KnownState, PlayedScene, Timing
@@ -23,7 +22,7 @@ from scanrack.traces.replay import PackedTrace
 
 FEEDER = Path(__file__).parents[3] / "examples/feeder/feeder.toml"
 TIMING = Timing(scan_ns=0)
-CUTS = amount(20)
+CUTS = 20
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +49,7 @@ def explained(scene: PlayedScene) -> bool:
     return search(scene.moments, Amci3601, TIMING).explains_all
 
 
-@pytest.mark.sampled
+@pytest.mark.slow
 def test_cuts_are_judged_from_the_first_rest_on_and_nothing_differs(recording: PackedTrace) -> None:
     words = configuration(recording)
     judged = total = 0

@@ -123,6 +123,7 @@ def test_a_step_of_a_computation_is_a_function_of_its_operands() -> None:
     assert names(compared(old, program("COS(Q,I);", "XIC(Go)MOV(I,A[0]);"))) >= {"I", "A"}
 
 
+@pytest.mark.slow
 def test_rows_of_an_slc_are_functions_too() -> None:
     data = ["F8:0 2.5 0", "N7:0 3 0"]
     old, new = (

@@ -7,6 +7,7 @@ import re
 import sys
 import tomllib
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -62,6 +63,7 @@ def imported(tree: ast.Module) -> Iterator[tuple[str, str]]:
                 yield str(words[0]), str(words[1])
 
 
+@cache
 def found(room: str) -> set[tuple[str, str]]:
     """Return the distributions that a room imports, each with the extra of its call."""
     pairs: set[tuple[str, str]] = set()
