@@ -43,8 +43,8 @@ class Budget:
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         """Keep what is above."""
-        took = dict(report.user_properties).get(KEY, 0.0)
-        if report.when == "call" and took > ALLOWED_S:
+        took = dict(report.user_properties).get(KEY)
+        if report.when == "call" and isinstance(took, float) and took > ALLOWED_S:
             self._above[report.nodeid] = took
 
     @pytest.hookimpl(trylast=True)

@@ -45,7 +45,9 @@ def names(found: Difference) -> set[str]:
     return {each.name.partition(".")[0].partition("[")[0] for each in found.changed}
 
 
-@pytest.mark.parametrize("name", ROWS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name in ("PID", "RTOS") else name for name in ROWS]
+)
 def test_an_inverted_condition_is_listed_and_an_edit_elsewhere_is_not(name: str) -> None:
     row, lamp = ROWS[name], "XIC(Other)OTE(Lamp);"
     old = program(f"XIC(Go){row};", lamp)
