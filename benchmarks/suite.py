@@ -4,15 +4,15 @@
     python benchmarks/suite.py --smoke                   two files beside HEAD, one round
 
 COMMIT is the one that benchmarks/against.commit names, if none is given. The sample is every sixth file of
-its tests, without those of the browser; a file that this checkout does not have is named and left out. Tests
-marked `slow` are left out on both sides, as README's command leaves them out.
+its tests, without those of the browser; a file that this checkout does not have is named and left out. Each
+side leaves out what README's command leaves out there, and plays as many random examples.
 
 Each side is a copy of a commit or of the working tree, with its package beside it, and one process of pytest
 per round, which has collected the sample and runs the file that is named to it. A test's time is
 processor time of its process and of the processes that it started, with its fixtures. Three figures come out:
 
-    the same tests    tests that both sides have and run
-    all tests         all that either side runs of these files: new tests count, too
+    the same tests    tests that both sides run
+    all tests         all that each side runs of these files: new ones count, those that are slow do not
     collecting        from the start of the process to the first test
 
 Exit status: 0; 1 if a test fails or a side does not run; 0 and a line if this clone does not have the commit.
@@ -47,7 +47,7 @@ class Suite:
     Args:
         side: where the package is.
         root: the checkout with the tests.
-        files: what it collects, from `root`.
+        files: what it collects in place of the whole suite, from `root`.
 
     Attributes:
         collecting: processor seconds until it was ready.
@@ -62,7 +62,7 @@ class Suite:
         environment.pop("PYTHONDONTWRITEBYTECODE", None)
         ours, theirs = socketpair()
         words = [sys.executable, "-m", "pytest", "-q", "-p", "suite_turns", "--turns", str(theirs.fileno())]
-        words += ["-p", "no:cacheprovider", "--processes", "1", "-m", "not slow", *files]
+        words += ["-p", "no:cacheprovider", "--processes", "1", "-o", f"testpaths={' '.join(files)}"]
         self._process = subprocess.Popen(
             words,
             cwd=root,
