@@ -63,12 +63,14 @@ class Suite:
         ours, theirs = socketpair()
         words = [sys.executable, "-m", "pytest", "-q", "-p", "suite_turns", "--turns", str(theirs.fileno())]
         words += ["-p", "no:cacheprovider", "--processes", "1", "-o", f"testpaths={' '.join(files)}"]
+        self._said = tempfile.TemporaryFile()  # noqa: SIM115 - `end` closes it
         self._process = subprocess.Popen(
             words,
             cwd=root,
             env=environment,
             stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
+            stdout=self._said,
+            stderr=subprocess.STDOUT,
             pass_fds=[theirs.fileno()],
         )
         theirs.close()
@@ -79,7 +81,7 @@ class Suite:
     def _answer(self):
         line = self._lines.readline()
         if not line:
-            raise UnmeasuredError("its process ended")
+            raise UnmeasuredError(f"its process ended: {self.said()}")
         return json.loads(line)
 
     def times(self, file: str) -> Times:
@@ -88,10 +90,18 @@ class Suite:
         self._lines.flush()
         return self._answer()
 
-    def end(self) -> int:
-        """End it; return pytest's exit status."""
+    def said(self) -> str:
+        """Return the end of what pytest has printed."""
+        self._said.seek(0)
+        return self._said.read()[-2_000:].decode("utf-8", "replace")
+
+    def end(self) -> str:
+        """End it; return what pytest has printed if a test has failed."""
         self._lines.close()
-        return self._process.wait()
+        status = self._process.wait()
+        said = self.said()
+        self._said.close()
+        return f"pytest ends with {status}: {said}" if status else ""
 
 
 @contextmanager
@@ -108,9 +118,9 @@ def suites(checkouts: Sequence[tuple[Side, Path]], files: Sequence[str]) -> Iter
         yield started
     finally:
         ends = [suite.end() for suite in started]
-    for (_, root), status in zip(checkouts, ends, strict=True):
-        if status:
-            raise UnmeasuredError(f"pytest ends with {status} in {root.name}")
+    for (_, root), said in zip(checkouts, ends, strict=True):
+        if said:
+            raise UnmeasuredError(f"{root.name}: {said}")
 
 
 def sample(root: Path) -> list[str]:
