@@ -120,7 +120,7 @@ def items(draw: st.DrawFn) -> list[dict[str, object]]:
     return found
 
 
-@settings(max_examples=amount(100))
+@settings(max_examples=amount(40))
 @given(items(), st.lists(WORDS.map(lambda text: f"# {text}"), max_size=2))
 def test_what_is_saved_is_loaded_and_saved_the_same(found, head):
     text = panel_text(Panel(found, head))

@@ -231,6 +231,7 @@ def test_a_diagram_is_written_as_it_was_read(imported, tmp_path):
         assert _without_lines(records[0]) == _without_lines(records[1])
 
 
+@pytest.mark.slow
 def test_all_blocks_of_process_control_are_written_back_and_as_text(imported, tmp_path):
     """As text the diagram is structured text that is read as the same statements, without its drawing."""
     parts = [
