@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 from ...io_images.amci3601 import InputBit
 from ...io_images.image import Image
 from ...io_images.module_words import PLAIN_WORDS, ModuleWords
+from ...io_images.number_formats import NumberFormat
 from ...io_images.site import SettingError
 from ..loop.events import JsonValue
 from ..loop.module import Module
@@ -59,6 +60,15 @@ class ModuleWithFigures(Protocol):
 
     def figures(self) -> tuple[int, int, int]:
         """Return the shaft's position (steps), the encoder's counts, and the mask of energized inputs."""
+
+
+@runtime_checkable
+class ModuleWithFormats(Protocol):
+    """A module whose configuration selects the format of its numbers."""
+
+    @property
+    def number_format(self) -> NumberFormat:
+        """The format of the numbers that the PLC reads."""
 
 
 @runtime_checkable

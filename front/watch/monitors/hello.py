@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from ...io_images.amci3601.words import is_stepper
+from ...io_images.drives.models import MODELS
 from ...io_images.module_words import ModuleWords
 from ...runtime.config.rackspec import RackSpec, SlotSpec
 from ...runtime.loop.incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind
 from ...runtime.machine.spec import INPUT_NAMES, MachineSpec, input_name
 from ...runtime.modules.record import Trait
-from .picture import values_of
+from .picture import said_values
 
 Json = dict[str, Any]
 
@@ -29,6 +30,7 @@ NAMES = {
     "pcl601-adapter": "PCL601 adapter",
     "pmc006-adapter": "PMC006 adapter",
     "amci-drive": "networked drive",
+    **{name: f"AMCI {model.title}" for name, model in MODELS.items()},
 }
 """Titles of modules; cards have their catalog numbers."""
 
@@ -53,7 +55,7 @@ def slot_of(slot: SlotSpec) -> Json:
         "title": _title(slot),
         "words": {"in": len(words.inputs), "out": len(words.outputs)},
         "bits": bits_of(slot.number, words),
-        "values": [each._asdict() for each in values_of(words)],
+        "values": said_values(words),
         "inputs": inputs_of(slot),
         "lamps": [
             {"name": name, "title": name, "word": at.word, "bit": at.bit}
