@@ -66,12 +66,12 @@ class NumberFormat(Enum):
         if self is NumberFormat.THOUSANDS:
             return join_reported_all(first, second)
         if self is NumberFormat.SIGN_MAGNITUDE:
-            values = (first & _MAGNITUDE).astype(float) * 1000 + second
-            values[first < 0] *= -1
-            return values
+            whole: NDArray[np.float64] = (first & _MAGNITUDE).astype(float) * 1000 + second
+            whole[first < 0] *= -1
+            return whole
         high, low = (first, second) if self is NumberFormat.BINARY else (second, first)
-        values = high.astype(float) * 65536
-        return values + (low & 0xFFFF)
+        values: NDArray[np.float64] = high.astype(float) * 65536
+        return values + (low.astype(int) & 0xFFFF)
 
     def split(self, value: int) -> tuple[int, int]:
         """Return the two registers of a value, signed; a value beyond them wraps [reading R-12].
