@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
@@ -13,6 +13,7 @@ from ...io_images.module_words import PLAIN_WORDS, ModuleWords
 from ...io_images.number_formats import NumberFormat
 from ...io_images.site import SettingError
 from ..loop.events import JsonValue
+from ..loop.exposed import Surroundings
 from ..loop.module import Module
 from ..machine import Machine
 
@@ -199,6 +200,8 @@ class ModuleRecord:
         capabilities: the table of its refusals, Markdown; None without own refusals.
         option_table: returns the declaration of its options, for editors; None without one.
         round_trip_ms: longest time until it answers a command, ms; 0 = it answers at once.
+        surroundings: returns what is around a module, if that can be set while it runs.
+        states: returns the names in such surroundings with their states; of a number an example.
         unread: stands for a module whose file is not executed: its options and named bits are not checked.
     """
 
@@ -218,4 +221,6 @@ class ModuleRecord:
     capabilities: Callable[[], str] | None = None
     option_table: Callable[[], type[BaseModel]] | None = None
     round_trip_ms: int = 0
+    surroundings: Callable[[Any], Surroundings] | None = None
+    states: Callable[[], Mapping[str, Sequence[str]]] = dict
     unread: bool = False

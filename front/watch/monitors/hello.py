@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from ...io_images.amci3601.words import is_stepper
@@ -195,7 +196,21 @@ def incidents_of(spec: RackSpec) -> list[Json]:
             late = {"name": "late_words", "title": "Late words", "kind": "words", "default": [1, 2]}
             fields.append(late | {"choices": words})
         found.append({"name": kind.value, "title": title, "fields": fields})
-    return found
+    return [*found, *_surroundings_of(spec)]
+
+
+def _surroundings_of(spec: RackSpec) -> Iterator[Json]:
+    """Yield what can be set around modules: named states by choice, anything as text."""
+    slots = [each.number for each in spec.slot if not each.is_live and each.record.surroundings]
+    if not slots:
+        return
+    known = next(each.record.states() for each in spec.slot if each.number == slots[0])
+    choices = [f"{name}={state}" for name, states in known.items() for state in states]
+    slot = {"name": "slot", "title": "Slot", "kind": "choice", "default": slots[0], "choices": slots}
+    named = {"name": "state", "title": "State", "kind": "choice", "default": choices[0], "choices": choices}
+    typed = {"name": "state", "title": "State", "kind": "text", "default": "temperature=95"}
+    for title, field in (("Around a drive", named), ("Around a drive, as text", typed)):
+        yield {"name": FaultKind.SURROUNDINGS.value, "title": title, "fields": [slot, field]}
 
 
 def _can(kind: FaultKind, slot: SlotSpec) -> bool:

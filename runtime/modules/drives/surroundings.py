@@ -1,4 +1,4 @@
-"""The surroundings of a drive as text, for command lines and test programs: `in1=on`, `cable=lost`.
+"""The surroundings of a drive as text, for rack files, pages, command lines and test programs.
 
 in1=on, in1=off          a level of an input; an input of a model has its own name
 in1=1000..1500           a switch that is closed while the shaft is at these steps from power-up
@@ -14,8 +14,12 @@ power=cycle              power goes off and on; the flash and the shaft keep wha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
+from ....io_images.amci3601 import InputBit
+from ....io_images.drives.bits import StatusBit
+from ....io_images.site import SettingError
 from ...controllers.pcl601.pinstates import range_of
 from ...machine import Switch
 from .drive import DriveUnit
@@ -46,56 +50,105 @@ STATES: Mapping[str, Mapping[str, Act]] = {
 }
 """What a name does in each of its states."""
 
-NUMBERS: Mapping[str, tuple[int, int, Callable[[DriveUnit, int], None]]] = {
-    "temperature": (COLDEST_C, HOTTEST_C, DriveUnit.set_temperature),
-    "encoder": (-COUNTS_MOST, COUNTS_MOST, lambda drive, counts: _turn(drive, counts)),
+NUMBERS: Mapping[str, tuple[int, int, str, Callable[[DriveUnit, int], None]]] = {
+    "temperature": (COLDEST_C, HOTTEST_C, "95", DriveUnit.set_temperature),
+    "encoder": (-COUNTS_MOST, COUNTS_MOST, "-400", lambda drive, counts: _turn(drive, counts)),
 }
-"""Names with a number: its range, and what it does."""
+"""Names with a number: its range, an example, and what it does."""
 
 
-def surround(drive: DriveUnit, name: str, state: str, wired: int = 0) -> None:
-    """Put a drive into other surroundings, from the instant of its last call on.
+NEEDED: Mapping[str, StatusBit] = {
+    "driver_fault": StatusBit.DRIVER_FAULT,
+    "encoder_error": StatusBit.ENCODER_ERROR,
+    "connection": StatusBit.CONNECTION_LOST,
+    "stall": StatusBit.STALL_DETECTED,
+    "temperature": StatusBit.TEMPERATURE_90C,
+}
+"""The status bit without which a model lacks what a name stands for."""
+
+
+class DriveSurroundings:
+    """The surroundings of a drive in a slot; satisfies `runtime.loop.exposed.Surroundings`.
+
+    Args:
+        drive: before any of its inputs is set; those that its machine operates can't be.
+    """
+
+    def __init__(self, drive: DriveUnit) -> None:
+        self._drive, self._wired = drive, drive.machine.spec.fed_inputs
+
+    def check(self, state: str) -> None:
+        """Refuse a state that the drive can't have, with a ValueError."""
+        action(self._drive, *_parts(state), self._wired)
+
+    def put(self, state: str) -> None:
+        """Put the drive into a state, from the instant of its last `update` on."""
+        action(self._drive, *_parts(state), self._wired)()
+
+
+def states() -> Mapping[str, Sequence[str]]:
+    """Return the names of all models with their states; of a number an example."""
+    numbers = {name: (example,) for name, (_, _, example, _) in NUMBERS.items()}
+    return {**{name: tuple(known) for name, known in STATES.items()}, **numbers}
+
+
+def _parts(state: str) -> tuple[str, str]:
+    name, equals, value = state.partition("=")
+    if not equals:
+        raise SettingError("state", f"state {state!r}: must be NAME=STATE, such as temperature=95")
+    return name.strip(), value.strip()
+
+
+def action(drive: DriveUnit, name: str, state: str, wired: int = 0) -> Callable[[], None]:
+    """Return what puts a drive into other surroundings, from the instant of its last call on.
 
     Args:
         wired: mask of the inputs that only the machine may change.
 
     Raises:
-        ValueError: an unknown name or state, or an input that is wired to the machine.
+        ValueError: an unknown name or state, an input that is wired to the machine, or what the model lacks.
     """
-    if name in drive.model.input_names:
-        _set_input(drive, name, state, wired)
-    elif name in STATES:
+    model = drive.model
+    if name in model.input_names:
+        return _input_action(drive, name, state, wired)
+    if name in NEEDED and model.moved_status.get(NEEDED[name]) == 0:
+        raise ValueError(f"{name}={state}: the {model.title} lacks the status bit {NEEDED[name].name}")
+    if name == "encoder" and not drive.options.encoder_fitted:
+        raise ValueError(f"{name}={state}: the unit has no encoder (option encoder_fitted = false)")
+    if name in STATES:
         if state not in STATES[name]:
             raise ValueError(f"{name}={state}: it has to be {' or '.join(STATES[name])}")
-        STATES[name][state](drive)
-    elif name in NUMBERS:
-        first, last, act = NUMBERS[name]
+        return partial(STATES[name][state], drive)
+    if name in NUMBERS:
+        first, last, _, act = NUMBERS[name]
         try:
             number = int(state)
         except ValueError:
             number = last + 1
         if not first <= number <= last:
             raise ValueError(f"{name}={state}: it has to be {first:,} to {last:,}")
-        act(drive, number)
-    else:
-        names = (*drive.model.input_names, *STATES, *NUMBERS)
-        raise ValueError(f"no {name} at the {drive.model.title}; choose from {', '.join(names)}")
+        return partial(act, drive, number)
+    names = (*model.input_names, *STATES, *NUMBERS)
+    raise ValueError(f"no {name} at the {model.title}; choose from {', '.join(names)}")
 
 
-def _set_input(drive: DriveUnit, name: str, state: str, wired: int) -> None:
+def _input_action(drive: DriveUnit, name: str, state: str, wired: int) -> Callable[[], None]:
     bit = drive.terminals[drive.model.input_names.index(name)]
     if bit.value & wired:
         raise ValueError(f"{name} is wired to the machine ({str(bit.name).lower()})")
     if state in _ON_OFF:
-        drive.machine.rewire(bit, [])
-        drive.machine.set_input(bit, _ON_OFF[state])
-        return
+        return partial(_hold_input, drive, bit, _ON_OFF[state])
     try:
         first, last = range_of(state)
     except ValueError:
         allowed = "on, off, or positions such as 9000.. or ..-3000 or 5..10"
         raise ValueError(f"{name}={state}: it has to be {allowed}") from None
-    drive.machine.rewire(bit, [Switch(bit, first, last)])
+    return partial(drive.machine.rewire, bit, [Switch(bit, first, last)])
+
+
+def _hold_input(drive: DriveUnit, bit: InputBit, energised: bool) -> None:
+    drive.machine.rewire(bit, [])
+    drive.machine.set_input(bit, energised)
 
 
 def _turn(drive: DriveUnit, counts: int) -> None:
