@@ -279,11 +279,11 @@ class InjectedFaultSpec(Table):
         at_ms: its begin; or `at_s`.
         what: "power-cycle", "link-lost", "removed", "fatal-error", "asic-lost", "torn-update",
             "program-mode"; of an adapter "line-down", "replies-lost", "replies-damaged" or
-            "controller-power-cycle"; of a drive "surroundings".
+            "controller-power-cycle"; of a drive "condition".
         slot: its module; left out for "program-mode", and where there is one module only.
         for_ms: duration; or `for_s`. Unlimited if left out; a torn update lasts one RPI.
         late_words: of a torn update: the output words that arrive late.
-        state: of surroundings: what begins, such as "temperature=95" or "cable=lost".
+        state: of conditions: what begins, such as "temperature=95" or "cable=lost".
     """
 
     at_ms: Milliseconds | None = None

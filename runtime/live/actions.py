@@ -131,7 +131,7 @@ class InjectFault:
     slot: int
     for_ms: float = 0
     late_words: tuple[int, ...] = ()
-    state: str = ""  # of surroundings
+    state: str = ""  # of conditions
 
 
 @dataclass(frozen=True, slots=True)

@@ -53,7 +53,7 @@ class OnALine(Module, Protocol):
         """Begin or end a disturbance of the line; one that does not last affects one reply."""
 
 
-class Surroundings(Protocol):
+class Conditions(Protocol):
     """What is around a module, as states in text: "temperature=95"."""
 
     def check(self, state: str) -> None:
@@ -67,16 +67,16 @@ class ExposedModule(Module):
     """A module with scheduled incidents; satisfies `runtime.loop.module.Module`.
 
     Args:
-        surroundings: of the module, if they can be set.
+        conditions: of the module, if they can be set.
 
     Raises:
-        ValueError: the module can't simulate a fault, or has no such surroundings.
+        ValueError: the module can't simulate a fault, or has no such conditions.
     """
 
     def __init__(
-        self, module: Module, incidents: Iterable[InjectedFault], surroundings: Surroundings | None = None
+        self, module: Module, incidents: Iterable[InjectedFault], conditions: Conditions | None = None
     ) -> None:
-        self.module, self._surroundings = module, surroundings
+        self.module, self._conditions = module, conditions
         self._foreseeing = module if isinstance(module, ForeseeingModule) else None  # expensive to ask
         self.events = module.events
         ordered = sorted(incidents, key=lambda each: each.at_ns)
@@ -108,12 +108,13 @@ class ExposedModule(Module):
             self._acts = sorted([*self._acts, *_acts(incident)], key=lambda act: act[0])
 
     def _check(self, incident: InjectedFault) -> None:
-        what, surroundings = incident.what, self._surroundings
-        if what is FaultKind.SURROUNDINGS and surroundings is not None:
-            surroundings.check(incident.state)
-        elif what is FaultKind.SURROUNDINGS or not _can_happen(what, self.module):
-            instead = "; set its surroundings, such as cable=lost" if surroundings is not None else ""
-            raise ValueError(f"{what.value} can't happen to {type(self.module).__name__}{instead}")
+        what, conditions = incident.what, self._conditions
+        if what is FaultKind.CONDITION and conditions is not None:
+            conditions.check(incident.state)
+        elif what is FaultKind.CONDITION or not _can_happen(what, self.module):
+            instead = "; set its conditions, such as cable=lost" if conditions is not None else ""
+            module = type(self.module).__name__
+            raise ValueError(f"injected fault {what.value} does not apply to {module}{instead}")
 
     @property
     def under_way(self) -> str | None:
@@ -203,8 +204,8 @@ class ExposedModule(Module):
         what = incident.what
         if isinstance(self.module, OnALine) and what in ON_THE_LINE:
             self.module.disturb(what, begins=begins, lasts=bool(incident.for_ns))
-        elif self._surroundings is not None and what is FaultKind.SURROUNDINGS:
-            self._surroundings.put(incident.state)
+        elif self._conditions is not None and what is FaultKind.CONDITION:
+            self._conditions.put(incident.state)
         else:
             self._trouble(what, begins=begins)
         self.events.append(incident_event(at_ns, what, begins=begins, state=incident.state))
@@ -248,7 +249,7 @@ def _acts(incident: InjectedFault) -> Iterable[tuple[int, InjectedFault, bool]]:
 
 def incident_event(at_ns: int, what: FaultKind, *, begins: bool, state: str = "") -> Event:
     """Return the event of an incident that begins or ends."""
-    if what is FaultKind.SURROUNDINGS:
+    if what is FaultKind.CONDITION:
         text = f"Around the module: {state}."
         return Event(at_ns, "stimulus", what.value, text, {"begins": begins, "state": state})
     if what in ON_THE_LINE:

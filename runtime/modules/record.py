@@ -13,7 +13,7 @@ from ...io_images.module_words import PLAIN_WORDS, ModuleWords
 from ...io_images.number_formats import NumberFormat
 from ...io_images.site import SettingError
 from ..loop.events import JsonValue
-from ..loop.exposed import Surroundings
+from ..loop.exposed import Conditions
 from ..loop.module import Module
 from ..machine import Machine
 
@@ -200,8 +200,8 @@ class ModuleRecord:
         capabilities: the table of its refusals, Markdown; None without own refusals.
         option_table: returns the declaration of its options, for editors; None without one.
         round_trip_ms: longest time until it answers a command, ms; 0 = it answers at once.
-        surroundings: returns what is around a module, if that can be set while it runs.
-        states: returns the names in such surroundings with their states; of a number an example.
+        conditions: returns what is around a module, if that can be set while it runs.
+        states: returns the names in such conditions with their states; of a number an example.
         unread: stands for a module whose file is not executed: its options and named bits are not checked.
     """
 
@@ -221,6 +221,6 @@ class ModuleRecord:
     capabilities: Callable[[], str] | None = None
     option_table: Callable[[], type[BaseModel]] | None = None
     round_trip_ms: int = 0
-    surroundings: Callable[[Any], Surroundings] | None = None
+    conditions: Callable[[Any], Conditions] | None = None
     states: Callable[[], Mapping[str, Sequence[str]]] = dict
     unread: bool = False

@@ -76,8 +76,8 @@ def _exposed(spec: RackSpec, slot: SlotSpec, module: Module, *, handled: bool) -
         each.check_late_words(len(slot.words.outputs))
     if not (coming or handled):
         return module
-    surroundings = slot.record.surroundings
-    return ExposedModule(module, coming, None if surroundings is None else surroundings(module))
+    conditions = slot.record.conditions
+    return ExposedModule(module, coming, None if conditions is None else conditions(module))
 
 
 def _module(slot: SlotSpec, seed: int, ports: ExitStack | None) -> Module:

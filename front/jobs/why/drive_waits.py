@@ -35,7 +35,7 @@ MOVES = frozenset(
 
 CLEARED_BY = {
     "CONFIG_ERROR": "a valid configuration clears it",
-    "POSITION_INVALID": "a search for home or PRESET_POSITION clears it; it takes no absolute move before",
+    "POSITION_INVALID": "homing or PRESET_POSITION clears it; it takes no absolute move before",
 }
 """What clears error bits; RESET_ERRORS clears all others."""
 

@@ -196,12 +196,12 @@ def incidents_of(spec: RackSpec) -> list[Json]:
             late = {"name": "late_words", "title": "Late words", "kind": "words", "default": [1, 2]}
             fields.append(late | {"choices": words})
         found.append({"name": kind.value, "title": title, "fields": fields})
-    return [*found, *_surroundings_of(spec)]
+    return [*found, *_conditions_of(spec)]
 
 
-def _surroundings_of(spec: RackSpec) -> Iterator[Json]:
+def _conditions_of(spec: RackSpec) -> Iterator[Json]:
     """Yield what can be set around modules: named states by choice, anything as text."""
-    slots = [each.number for each in spec.slot if not each.is_live and each.record.surroundings]
+    slots = [each.number for each in spec.slot if not each.is_live and each.record.conditions]
     if not slots:
         return
     known = next(each.record.states() for each in spec.slot if each.number == slots[0])
@@ -210,7 +210,7 @@ def _surroundings_of(spec: RackSpec) -> Iterator[Json]:
     named = {"name": "state", "title": "State", "kind": "choice", "default": choices[0], "choices": choices}
     typed = {"name": "state", "title": "State", "kind": "text", "default": "temperature=95"}
     for title, field in (("Around a drive", named), ("Around a drive, as text", typed)):
-        yield {"name": FaultKind.SURROUNDINGS.value, "title": title, "fields": [slot, field]}
+        yield {"name": FaultKind.CONDITION.value, "title": title, "fields": [slot, field]}
 
 
 def _can(kind: FaultKind, slot: SlotSpec) -> bool:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ....io_images.drives.models import MODELS, Model
 from ....io_images.site import SettingError
-from ...loop.exposed import Surroundings
+from ...loop.exposed import Conditions
 from ...loop.module import Module
 from ...machine import Machine, MachineSpec
 from ..record import ModuleRecord, Options, Trait
@@ -40,14 +40,14 @@ def _option_table(model: Model) -> type[DriveOptions]:
     return options_of(model)
 
 
-def _surroundings(drive: DriveUnit) -> Surroundings:
-    from .surroundings import DriveSurroundings
+def _conditions(drive: DriveUnit) -> Conditions:
+    from .conditions import DriveConditions
 
-    return DriveSurroundings(drive)
+    return DriveConditions(drive)
 
 
 def _states() -> Mapping[str, Sequence[str]]:
-    from .surroundings import states
+    from .conditions import states
 
     return states()
 
@@ -59,7 +59,7 @@ def _record(model: Model) -> ModuleRecord:
         words=lambda _options: model.words,
         traits=frozenset({Trait.MACHINE, Trait.SLIPS}),
         option_table=partial(_option_table, model),
-        surroundings=_surroundings,
+        conditions=_conditions,
         states=_states,
     )
 

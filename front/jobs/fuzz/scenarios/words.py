@@ -21,7 +21,7 @@ HAPPENS = {
     FaultKind.LINE_DOWN: "the line to the controller of slot {slot} is open",
     FaultKind.REPLIES_LOST: "{replies} of the controller of slot {slot} got lost",
     FaultKind.REPLIES_DAMAGED: "{replies} of the controller of slot {slot} got damaged",
-    FaultKind.SURROUNDINGS: "around slot {slot}: {state}",
+    FaultKind.CONDITION: "around slot {slot}: {state}",
     FaultKind.CONTROLLER_POWER_CYCLE: "the power of the controller of slot {slot} goes and comes back",
 }
 """Sentence of each event."""

@@ -1,4 +1,4 @@
-"""The surroundings of a drive as text, for rack files, pages, command lines and test programs.
+"""The conditions of a drive as text, for rack files, pages, command lines and test programs.
 
 in1=on, in1=off          a level of an input; an input of a model has its own name
 in1=1000..1500           a switch that is closed while the shaft is at these steps from power-up
@@ -60,15 +60,14 @@ NUMBERS: Mapping[str, tuple[int, int, str, Callable[[DriveUnit, int], None]]] = 
 NEEDED: Mapping[str, StatusBit] = {
     "driver_fault": StatusBit.DRIVER_FAULT,
     "encoder_error": StatusBit.ENCODER_ERROR,
-    "connection": StatusBit.CONNECTION_LOST,
     "stall": StatusBit.STALL_DETECTED,
     "temperature": StatusBit.TEMPERATURE_90C,
 }
 """The status bit without which a model lacks what a name stands for."""
 
 
-class DriveSurroundings:
-    """The surroundings of a drive in a slot; satisfies `runtime.loop.exposed.Surroundings`.
+class DriveConditions:
+    """The conditions of a drive in a slot; satisfies `runtime.loop.exposed.Conditions`.
 
     Args:
         drive: before any of its inputs is set; those that its machine operates can't be.
@@ -100,7 +99,7 @@ def _parts(state: str) -> tuple[str, str]:
 
 
 def action(drive: DriveUnit, name: str, state: str, wired: int = 0) -> Callable[[], None]:
-    """Return what puts a drive into other surroundings, from the instant of its last call on.
+    """Return what puts a drive into other conditions, from the instant of its last call on.
 
     Args:
         wired: mask of the inputs that only the machine may change.
