@@ -11,10 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scanrack.commands import build
+from scanrack.io_images.amci3601.image_form import ImageForm
+from scanrack.io_images.amci3601.words import WORDS_3601
 from scanrack.io_images.module_words import Quantity
 from scanrack.io_images.number_formats import NumberFormat
 from scanrack.traces import open_trace
 from scanrack.traces.export import write_mcap
+from scanrack.traces.format.layout import SlotInfo
+from scanrack.traces.read.image_text import module_text
 from scanrack.traces.read.number_formats import NumberFormats
 from scanrack.traces.signals import Catalog, blocks
 from typer.testing import CliRunner
@@ -202,3 +206,25 @@ def test_formats_change_at_the_scans_of_their_events() -> None:
     ]
     words = np.array([[1, 2]] * 3, np.int16)
     assert formats.values(2, reads, np.array([99, 100, 200]), words).tolist() == [1002, 65538, 1002]
+
+
+def test_sign_and_magnitude_is_read_as_the_page_writes_it() -> None:
+    """-345 = 8000h, 345 [3502 manual 1.0, page 1]."""
+    pairs = np.array([[-0x8000, 345], [12, 345], [-0x7FF4, 1]], np.int16)
+    format = NumberFormat.SIGN_MAGNITUDE
+    assert format.reported_all(pairs[:, 0], pairs[:, 1]).tolist() == [-345, 12_345, -12_001]
+    assert [format.reported(*pair) for pair in pairs.tolist()] == [-345, 12_345, -12_001]
+
+
+def test_a_3401_shows_its_position_in_its_own_words() -> None:
+    """Status and position follow two zeros behind a ControlLogix [3401 manual 2.0, page 34]."""
+    form = ImageForm(("zero0", "zero1", "status_msw", "status_lsw", "position_msw", "position_lsw"))
+    slot = SlotInfo(1, "amci3401", words=form.words(WORDS_3601))
+    position = slot.words.quantity("position")
+    assert position is not None
+    assert position.word == 4
+    assert slot.words.quantity("encoder") is None
+    before, after = (0, 0, 0x4008, 0, 0, 0), (0, 0, 0x4021, 0, 12, 345)
+    assert module_text(slot, "in", before, after) == "+MOVING_CW +ACCELERATING -STOPPED"
+    assert NumberFormats().value(1, 0, position, after) == 12_345
+    assert slot.words.configures("in", (0, 0, -0x8000, 0, 0, 0))
