@@ -6,20 +6,18 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from drive_unit import ENABLE, VALID
+from drive_unit import ENABLE, VALID, Unit
 from scanrack.io_images.amci3601 import InputBit
-from scanrack.io_images.drives.models import MODELS
 from scanrack.io_images.image import Image, signed_word
 from scanrack.io_images.site import SettingError
 from scanrack.jobs.load.building import build_rack
 from scanrack.runtime.config.rackspec import RackSpec
-from scanrack.runtime.live.actions import action_of, said_of
-from scanrack.runtime.live.operator_actions import sentence
 from scanrack.runtime.loop.exposed import ExposedModule
 from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
-from scanrack.runtime.machine import Machine, MachineSpec, Switch
+from scanrack.runtime.machine import MachineSpec, Switch
 from scanrack.runtime.modules.drives.conditions import DriveConditions, states
 from scanrack.runtime.modules.drives.drive import DriveUnit
+from scanrack.runtime.modules.drives.record import RECORDS
 from scanrack.watch.monitors.hello import incidents_of
 
 MS = 1_000_000
@@ -66,22 +64,22 @@ def is_on(drive: DriveUnit, inputs: Image, bit: str) -> bool:
 @pytest.mark.parametrize(("state", "bit"), SHOWN.items())
 def test_the_timeline_sets_what_is_around_a_drive(state: str, bit: str) -> None:
     for incidents, expected in (((), False), ((around(state),), True)):
-        drive = DriveUnit(MODELS["smd23e2"])
+        drive = Unit().drive
         inputs = jogging(exposed(drive, *incidents))
         assert is_on(drive, inputs, bit) is expected
 
 
 def test_a_switch_of_the_shaft_is_wired_while_the_rack_runs() -> None:
-    drive = DriveUnit(MODELS["smd23e2"])
+    drive = Unit().drive
     module = exposed(drive, around("in1=-100000..100000"), around("in1=off", 55))
     assert is_on(drive, jogging(module, 50), "INPUT_1")
-    drive = DriveUnit(MODELS["smd23e2"])
+    drive = Unit().drive
     assert not is_on(drive, jogging(exposed(drive, around("in1=on"), around("in1=off", 50))), "INPUT_1")
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", [record.name for record in RECORDS])
 def test_each_state_is_accepted_or_refused_by_what_the_model_lacks(model: str) -> None:
-    drive = DriveUnit(MODELS[model])
+    drive = Unit(model).drive
     for name, known in states().items():
         incident = around(f"{name}={known[0]}")
         if model == "anf2" and name not in {"cable", "connection", "power", "encoder"}:
@@ -102,14 +100,14 @@ def test_each_state_is_accepted_or_refused_by_what_the_model_lacks(model: str) -
 )
 def test_a_wrong_state_is_refused_with_what_is_allowed(state: str, words: str) -> None:
     with pytest.raises(ValueError, match=words):
-        exposed(DriveUnit(MODELS["smd23e2"]), around(state))
+        exposed(Unit().drive, around(state))
 
 
 def test_an_input_of_the_machine_and_a_missing_encoder_are_refused() -> None:
-    machine = Machine(MachineSpec(switches=(Switch(InputBit.HOME, 0, 10),)))
+    machine = MachineSpec(switches=(Switch(InputBit.HOME, 0, 10),))
     with pytest.raises(ValueError, match=r"in1 is wired to the machine \(home\)"):
-        exposed(DriveUnit(MODELS["smd23e2"], machine), around("in1=on"))
-    without = DriveUnit(MODELS["smd23e2"], options={"encoder_fitted": False})
+        exposed(Unit(machine=machine).drive, around("in1=on"))
+    without = Unit(encoder_fitted=False).drive
     with pytest.raises(ValueError, match="no encoder"):
         exposed(without, around("encoder=-400"))
 
@@ -138,7 +136,7 @@ def test_a_rack_file_sets_conditions_and_a_3601_has_none(tmp_path: Path) -> None
 
 
 def test_a_lost_link_of_a_drive_names_its_conditions() -> None:
-    drive = DriveUnit(MODELS["smd23e2"])
+    drive = Unit().drive
     with pytest.raises(ValueError, match=r"link-lost does not apply to DriveUnit; .* cable=lost"):
         exposed(drive, InjectedFault(0, FaultKind.LINK_LOST))
 
@@ -148,14 +146,10 @@ def test_a_page_sets_conditions_by_choice_or_as_text() -> None:
     assert "cable=lost" in named["fields"][1]["choices"]
     assert typed["fields"][1]["kind"] == "text"
     assert all(each["name"] != "condition" for each in incidents_of(rack("amci3601")))
-    said = {"do": "incident", "kind": "condition", "slot": 1, "state": "stall=now"}
-    order = action_of(said)
-    assert said_of(order)["state"] == "stall=now"
-    assert sentence(order) == "Slot 1: stall=now."
 
 
 def test_an_order_while_it_runs_is_checked_and_acts() -> None:
-    drive = DriveUnit(MODELS["smd23e2"])
+    drive = Unit().drive
     module = exposed(drive)
     with pytest.raises(ValueError, match="choose from"):
         module.happen(around("humidity=3", 0))
