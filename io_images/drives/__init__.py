@@ -4,7 +4,6 @@
 |---|---|
 | `bits` | the bits of all words of the family |
 | `models` | a row for each model: words, bits, ranges, functions |
-| `numbers` | positions and speeds in two registers: thousands, or 32 bits |
 | `configuration` | the words of configuration mode, and their checks |
 | `command` | the words of command mode |
 | `translation` | the words of a 3601 that axes and motion blocks write, in those of a drive, and back |

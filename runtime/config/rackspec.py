@@ -279,10 +279,11 @@ class InjectedFaultSpec(Table):
         at_ms: its begin; or `at_s`.
         what: "power-cycle", "link-lost", "removed", "fatal-error", "asic-lost", "torn-update",
             "program-mode"; of an adapter "line-down", "replies-lost", "replies-damaged" or
-            "controller-power-cycle".
+            "controller-power-cycle"; of a drive "condition".
         slot: its module; left out for "program-mode", and where there is one module only.
         for_ms: duration; or `for_s`. Unlimited if left out; a torn update lasts one RPI.
         late_words: of a torn update: the output words that arrive late.
+        state: of conditions: what begins, such as "temperature=95" or "cable=lost".
     """
 
     at_ms: Milliseconds | None = None
@@ -296,13 +297,14 @@ class InjectedFaultSpec(Table):
     for_ms: Milliseconds | None = None
     for_s: Seconds | None = None
     late_words: Annotated[tuple[int, ...], Field(strict=False)] = ()
+    state: str = ""
 
     def incident(self, only_slot: int = 1) -> InjectedFault:
         """Return the incident; ValueError if times or words are missing or contradict each other."""
         lasting = self.for_ms is not None or self.for_s is not None
         slot = 0 if self.what is FaultKind.PROGRAM_MODE else self.slot or only_slot
         return InjectedFault(
-            self.ns("at"), self.what, slot, self.ns("for") if lasting else 0, self.late_words
+            self.ns("at"), self.what, slot, self.ns("for") if lasting else 0, self.late_words, self.state
         )
 
     @model_validator(mode="after")

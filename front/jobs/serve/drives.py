@@ -21,11 +21,11 @@ from ...runtime.config.rackspec import SlotSpec
 from ...runtime.line.ports import LineListener, ModbusTcpPort, Server
 from ...runtime.loop.pace import Clock
 from ...runtime.machine import Machine, MachineSpec
+from ...runtime.modules.drives.conditions import action
 from ...runtime.modules.drives.drive import DriveUnit
 from ...runtime.modules.drives.nonvolatile import DriveMemory
 from ...runtime.modules.drives.options import options_of
 from ...runtime.modules.drives.registers import DriveRegisters
-from ...runtime.modules.drives.surroundings import surround
 from ...runtime.tag_servers.drive_adapter import DriveAdapter
 from ..run.served_units import ServedUnit
 from .drive_server import DriveServer, EnipPort
@@ -141,7 +141,7 @@ class DriveService(LineService):
 
     def _wire(self, drive: DriveUnit, wired: int, name: str, state: str) -> None:
         self.advance(self._clock.now_ns())
-        surround(drive, name, state, wired)
+        action(drive, name, state, wired)()
 
 
 def _drive(model: Model, slot: SlotSpec | None, memory: DriveMemory | None) -> DriveUnit:

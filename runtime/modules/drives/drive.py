@@ -15,6 +15,7 @@ from ....io_images.amci3601 import InputBit
 from ....io_images.drives.bits import StatusBit
 from ....io_images.drives.models import WORDS, Model
 from ....io_images.image import Image, signed_word
+from ....io_images.number_formats import NumberFormat
 from ...kinematics import Segment
 from ...loop.events import Event, JsonValue
 from ...loop.module import unnoticed
@@ -93,6 +94,11 @@ class DriveUnit:
     def memory(self) -> DriveMemory:
         """What the flash holds."""
         return self.layer.memory
+
+    @property
+    def number_format(self) -> NumberFormat:
+        """The format of the numbers that the PLC reads."""
+        return self.layer.input_format
 
     @property
     def now_ns(self) -> int:

@@ -25,8 +25,8 @@ from ....io_images.drives.configuration import (
     stored_words,
 )
 from ....io_images.drives.models import WORDS, Layout, Model
-from ....io_images.drives.numbers import DriveFormat
 from ....io_images.drives.rules import RULES
+from ....io_images.number_formats import NumberFormat
 from ...kinematics import PICO, stopping_distance
 from ...loop.events import Event, JsonValue
 from ...machine import EncoderSpec
@@ -127,6 +127,7 @@ class DriveLayer:
         self._written: tuple[int, ...] | None = None  # configuration words of the present configuration mode
         self._mirror: tuple[int, ...] = (0,) * WORDS
         self.command = DriveCommand((0,) * WORDS, model, self._format)
+        self._noted = (NumberFormat.THOUSANDS, NumberFormat.THOUSANDS) if now_ns == 0 else None
         self.fire(now_ns, "POS-01")
         if memory.configuration is None:
             self.fire(now_ns, "CFG-20")
@@ -135,6 +136,7 @@ class DriveLayer:
         if memory.encoder_offset is not None and axis.counting:
             axis.preset_encoder(axis.machine.encoder_counts(now_ns) + memory.encoder_offset)
         self.segments = [DriveCommand(words, model, self._format) for words in memory.segments]
+        self._note_formats(now_ns)
 
     # -- present state ------------------------------------------------------------------------
 
@@ -149,19 +151,19 @@ class DriveLayer:
         return self.operation is not None and not self.operation.over
 
     @property
-    def _format(self) -> DriveFormat:
+    def _format(self) -> NumberFormat:
         if self.model.number_format is not None:
             return self.model.number_format
         configuration = self.state.configuration
-        return DriveFormat.THOUSANDS if configuration is None else configuration.output_format
+        return NumberFormat.THOUSANDS if configuration is None else configuration.output_format
 
     @property
-    def input_format(self) -> DriveFormat:
+    def input_format(self) -> NumberFormat:
         """Format of the numbers that the host reads."""
         if self.model.number_format is not None:
             return self.model.number_format
         configuration = self.state.configuration
-        return DriveFormat.THOUSANDS if configuration is None else configuration.input_format
+        return NumberFormat.THOUSANDS if configuration is None else configuration.input_format
 
     def next_wake_ns(self, now_ns: int) -> int | None:
         """Return the instant of the next tick without a change of words or inputs, or None."""
@@ -218,6 +220,16 @@ class DriveLayer:
             "section": rule.section,
         }
         self._events.append(Event(now_ns, "rule", rule_id, rule.text, fields))
+
+    def _note_formats(self, now_ns: int) -> None:
+        """Report the formats of the numbers, if the configuration selects them and they have changed."""
+        formats = self.input_format, self._format
+        if formats != self._noted and self.model.number_format is None:
+            self._noted = formats
+            reads, writes = (each.value for each in formats)
+            text = f"The host reads numbers as {reads}, and writes them as {writes}."
+            fields: dict[str, JsonValue] = {"reads": reads, "writes": writes}
+            self._events.append(Event(now_ns, "format", "numbers", text, fields))
 
     # -- the tick -----------------------------------------------------------------------------
 
@@ -362,8 +374,10 @@ class DriveLayer:
         if broken:
             self.state.configuration = None
             self.axis.configure(None)
+            self._note_formats(now_ns)
             return
         self._adopt(words)
+        self._note_formats(now_ns)
         configuration = self.state.configuration
         if self.model.flash and configuration is not None and configuration.saves:
             self.memory = self.memory.written(configuration=stored_words(words, self.build))

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from .....io_images.amci3601 import Configuration, InputBit
+from .....io_images.drives.command import TARGET_MAX
 from .....io_images.drives.models import SMD23E2
-from .....io_images.drives.numbers import TARGET_MAX
 from ....kinematics import MILLI, PICO, stopping_distance
 from ...amci3601 import AxisHoming, AxisRequest, Feature
 from ..capabilities import (
