@@ -80,6 +80,7 @@ class LadderLogic(ABC):
         self.axes: Axes | None = None  # axes that the rack names, or None
         self.remotes: Mapping[str, Remote] = {}  # of consumed tags and messages, by name in capitals
         self.motion = MotionData()  # what an export says of axes
+        self.outputs: Mapping[int, bytes] = {}  # first values of output images, by slot
         self.declares_missing = False  # whether undeclared tags are declared by their use
         self.declared_missing: list[Tag] = []  # those tags, once it is built
         self.refused: Sequence[str] = ()  # parts of an export that are left out, as texts
@@ -112,6 +113,7 @@ class LadderLogic(ABC):
         if self.monitors is not None:
             self.monitors(lowering)
         lowered = lowering.lowered
+        lowered.outputs = self.outputs
         lowered.recursive = recursive_routines(lowered)
         problems = lowering.problems + check_whole(lowered) + problems
         problems += connect(lowered, self.stubs, self.remotes)

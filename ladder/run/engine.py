@@ -49,6 +49,7 @@ class Engine:
     ) -> None:
         self.lowered = lowered
         self.memory = memory or self.memory_type(lowered.layout, lowered.presets, lowered.defaults)
+        self.memory.put_outputs(lowered.outputs)
         self.tags = Tags(lowered, self.memory)
         self.fault_log = FaultLog(lowered, self.memory)
         self.now_ns = 0
@@ -145,6 +146,8 @@ class Engine:
             close(self)
 
     def _first_logic(self, now_ns: int) -> None:
+        if not self._started and self.lowered.outputs:
+            self._put_outputs()
         self._started = True
         if not self._prescanned:
             self.interpreter.prescan()
@@ -156,6 +159,15 @@ class Engine:
         self.memory.write(self._first_scan, 0, True)
         self._scan(now_ns)
         self.memory.write(self._first_scan, 0, False)
+
+    def _put_outputs(self) -> None:
+        """Give the output images of the rack their first values."""
+        slots = getattr(self._rack, "slot", {})
+        for number, data in self.lowered.outputs.items():
+            if number in slots:
+                raw = slots[number].outputs.raw
+                count = min(len(raw), len(data))
+                raw[:count] = data[:count]
 
     def call_python(self, name: str, inputs: Sequence[Passed]) -> Sequence[Passed]:
         """Call a routine in Python with the tags, the inputs, and `jsr` if it has that parameter."""

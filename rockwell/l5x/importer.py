@@ -113,7 +113,9 @@ class Importer:
 
     def _read_logic(self) -> None:
         document, reader = self._document, self._reader
-        self._parts.declarations += module_tags(document, self._types, self.report, self._slots)
+        memory = module_tags(document, self._types, self.report, self._slots)
+        self._parts.declarations += memory.declarations
+        self._parts.outputs = memory.outputs
         reader.stubbed = frozenset(self._stubs.by_name)
         shapes = self._add_ons.specs()
         if self._completes:

@@ -23,7 +23,8 @@ from ....ladder.model.types import (
     count_of,
 )
 from ..xml.records import DataTypeRecord, Element, MemberRecord, number_of
-from .raw import has_known_bytes
+from .layouts import Layouts
+from .module_bits import in_words
 
 MOST_VALUES = 100_000
 """Maximum values in one element of a type."""
@@ -61,15 +62,17 @@ class Types:
         for each in records:
             self._records.setdefault(each.name.upper(), each)
         major = number_of(revision.partition(".")[0])
-        self._eights = major is None or major >= EIGHTS_SINCE
-        self._bytes: dict[int, tuple[DataType, bool]] = {}
+        self._own = set(self._records)  # names of types of which all members are known
+        self.layouts = Layouts(major is None or major >= EIGHTS_SINCE, self._own)
         self._initials: dict[int, tuple[DataType, bool]] = {}
+        self._instances: dict[int, tuple[DataType, bool]] = {}
         self._known: dict[str, DataType] = {name.upper(): kind for name, kind in TYPES.items()}
         self._open: list[str] = []
         self._shown: dict[str, DataType] = {}
         self._counts: dict[int, tuple[DataType, int]] = {}
         self._left = MOST_IN_ALL
         self._depth = 0
+        self.apart: dict[str, list[str]] = {}  # integers of module-defined types whose bits are not known
         self.wrong: dict[str, str] = {}  # unusable types with the reason, by name in capitals
         self.add_on: Callable[[str], Structure | None] = lambda _name: None
 
@@ -145,12 +148,16 @@ class Types:
             known = self._initials[id(kind)] = kind, found
         return known[1]
 
-    def has_known_bytes(self, kind: DataType) -> bool:
-        """Whether the order of a type's bytes is known, see `raw`."""
-        known = self._bytes.get(id(kind))
+    def has_locals(self, kind: DataType) -> bool:
+        """Whether a type has instances of add-ons, whose local tags decorated data lack."""
+        if isinstance(kind, Elementary):
+            return False
+        known = self._instances.get(id(kind))
         if known is None:
-            order = has_known_bytes(kind, self._records, eights=self._eights)
-            known = self._bytes[id(kind)] = kind, order
+            found = kind.name.upper() in self.layouts.add_ons or any(
+                self.has_locals(each.type) for each in kind.own
+            )
+            known = self._instances[id(kind)] = kind, found
         return known[1]
 
     def take(self, kind: DataType, dims: tuple[int, ...]) -> None:
@@ -193,13 +200,17 @@ class Types:
         if data.tag not in ("Structure", "StructureMember") or self._depth == DEEPEST:
             return None
         self._depth += 1
-        members = tuple(filter(None, map(self._shown_member, data.iterchildren())))
+        members: Iterable[Member] = list(filter(None, map(self._shown_member, data.iterchildren())))
         self._depth -= 1
+        if ":" in kind:
+            values = {each.get("Name", ""): each.get("Value", "") for each in data.iterchildren("*")}
+            members, self.apart[kind] = in_words(members, values)
         made = _unique(kind or "unnamed", members)
         if self.count(made) > MOST_VALUES:
             return None
         if kind:
             self._shown[kind.upper()] = made
+            self._own.add(kind.upper())
         return made
 
     def _shown_member(self, element: Any) -> Member | None:
