@@ -168,7 +168,8 @@ def _added(to: Any, declarations: list[Declaration], report: Report) -> list[Dec
             to.add(each)
             taken.append(each)
         except LadderError as error:
-            report.note(each.name, f"it is not declared: {error}")
+            owner = "" if isinstance(to, Controller) else rf"\{to.name}."
+            report.leave_out(f"{owner}{each.name}", str(error))
     return taken
 
 

@@ -30,7 +30,7 @@ from .schedule import chart_options_of, tasks_of
 from .scopes import motion_of, remotes_of, scope_of
 from .unknown import UnknownTypes
 from .uses import all_instructions, numbered_instructions
-from .values.datatypes import NAME, Types
+from .values.datatypes import MEMORY_MIB, NAME, Types
 from .xml.document import read_document
 from .xml.limits import check_limits
 from .xml.records import L5xDocument, ProgramRecord, TagRecord
@@ -60,6 +60,7 @@ def import_l5x(
     slots: Collection[int] | None = None,
     *,
     trial: bool = False,
+    memory_mib: int = MEMORY_MIB,
 ) -> L5xImport:
     """Import an L5X, or raise an L5xError.
 
@@ -67,23 +68,28 @@ def import_l5x(
         stubs: replacements of instructions and of refused routines, by name.
         slots: slots of the rack, to which module tags are bound; None without a rack.
         trial: also check uncalled add-on instructions, and complete messages.
+        memory_mib: bound of the memory of all tags, MiB.
     """
     with collector_paused():
         document = read_document(Path(path))
         check_limits(document)
-        return Importer(document, stubs, slots).run(trial=trial)
+        return Importer(document, stubs, slots, memory_mib).run(trial=trial)
 
 
 class Importer:
     """Imports one document, see `import_l5x`."""
 
     def __init__(
-        self, document: L5xDocument, stubs: Stubs = NO_STUBS, slots: Collection[int] | None = None
+        self,
+        document: L5xDocument,
+        stubs: Stubs = NO_STUBS,
+        slots: Collection[int] | None = None,
+        memory_mib: int = MEMORY_MIB,
     ) -> None:
         self._document, self._stubs, self._slots = document, stubs, slots
         self.report = Report(document.file, document.revision, document.target, document.name)
         self._reader = RoutineReader(self.report)
-        self._types = Types(document.data_types, document.revision)
+        self._types = Types(document.data_types, document.revision, memory_mib)
         self._add_ons = AddOns(document.add_ons, self._types, self.report)
         self._parts = Parts(document.name, stubs=dict(stubs.by_name), modules=stubs.modules)
         self._parts.chart_options = chart_options_of(document, self.report)

@@ -74,7 +74,7 @@ class ModuleMemory:
 def module_tags(
     document: L5xDocument, types: Types, report: Report, slots: Collection[int] | None = None
 ) -> ModuleMemory:
-    """Return the tags of modules, those that are images of `slots` as bytes; report modules without a slot."""
+    """Return the tags of modules, of outputs of `slots` their bytes; report modules without a slot."""
     found: dict[str, Declaration] = {}
     outputs: dict[int, bytes] = {}
     aliases: list[tuple[ModuleRecord, ModuleTagRecord]] = []
@@ -129,12 +129,12 @@ def module_objects(
 def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Report) -> Tag | None:
     """Return a tag with the values of the document, None if its type is not known."""
     name = f"{prefix_of(module)}:{tag.suffix}"
-    kind = next((each for each in _shown(tag, types) if each is not None), None) or _sized(module, tag)
+    kind = next((each for each in _shown(tag, types) if each is not None), None) or _sized(module, tag, types)
     if tag.forced:
         note_forces(tag, kind or DINT, (), types, report, name)
     if kind is None:
         if any(map(_has_values, tag.data)):
-            report.lose(name, "it is not declared: its values do not show its type", tag.line)
+            report.leave_out(name, "its values do not show its type", tag.line)
         return None
     for host in types.apart.get(kind.name, ()):
         text = f"BOOLs of its {host} have their own memory: the file does not say which bits they are"
@@ -161,7 +161,7 @@ def _has_values(data: Data) -> bool:
     return any(each in "123456789ABCDEF" for each in "".join(data.element.itertext()))
 
 
-def _sized(module: ModuleRecord, tag: ModuleTagRecord) -> Structure | None:
+def _sized(module: ModuleRecord, tag: ModuleTagRecord, types: Types) -> Structure | None:
     """Return the words of a module known by size only: Data, and Fault (4 bytes of the size) for inputs."""
     is_input = tag.kind == "InputTag"
     size = tag.size - FAULT_BYTES * (is_input and module.catalog.startswith(GENERIC))
@@ -170,9 +170,9 @@ def _sized(module: ModuleRecord, tag: ModuleTagRecord) -> Structure | None:
     name = f"{module.catalog}:{tag.suffix}"
     listed = next(filter(None, map(_numbers_in, tag.data)), 0)
     if listed and tag.size % listed == 0 and tag.size // listed in _BY_BYTES:
-        return Structure(name, (Member("Data", _BY_BYTES[tag.size // listed], (listed,)),))
+        return types.own(Structure(name, (Member("Data", _BY_BYTES[tag.size // listed], (listed,)),)))
     fault = (Member("Fault", DINT),) if is_input else ()
-    return Structure(name, (*fault, Member("Data", INT, (size // 2,))))
+    return types.own(Structure(name, (*fault, Member("Data", INT, (size // 2,)))))
 
 
 _BY_BYTES = {1: SINT, 2: INT, 4: DINT}

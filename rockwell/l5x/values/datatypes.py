@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from ....ladder.model.errors import LadderError
 from ....ladder.model.predefined.structures import PREDEFINED_TYPES
@@ -26,11 +26,11 @@ from ..xml.records import DataTypeRecord, Element, MemberRecord, number_of
 from .layouts import Layouts
 from .module_bits import in_words
 
-MOST_VALUES = 100_000
-"""Maximum values in one element of a type."""
+MEMORY_MIB, MEMORY_MIB_MOST = 128, 4096
+"""Memory of the tags of a document in one engine, MiB: the default bound, and the largest one."""
 
-MOST_IN_ALL = 8_000_000
-"""Maximum values of all tags: 64 MiB of Python per engine; controllers have less than half of that."""
+PATH_BYTES, VALUE_BYTES = 1400, 8
+"""Memory of a path to values, such as `Line.Speed`, and of one of its values, as measured."""
 
 EIGHTS_SINCE = 27
 """First software revision with 8-byte values at multiples of 8 [1756-RM100F, chapter 5]."""
@@ -50,6 +50,11 @@ _RENAMED: Mapping[str, str] = {
 """Other names of types. Durations and dates are whole numbers: µs, and ns where the name begins with an L."""
 
 
+class _Counts(NamedTuple):
+    paths: int
+    values: int
+
+
 class UnknownTypeError(LadderError):
     """A type without a definition in the document."""
 
@@ -57,7 +62,9 @@ class UnknownTypeError(LadderError):
 class Types:
     """The document's types by name (the first of each name counts), and all others."""
 
-    def __init__(self, records: Iterable[DataTypeRecord], revision: str = "") -> None:
+    def __init__(
+        self, records: Iterable[DataTypeRecord], revision: str = "", memory_mib: int = MEMORY_MIB
+    ) -> None:
         self._records: dict[str, DataTypeRecord] = {}
         for each in records:
             self._records.setdefault(each.name.upper(), each)
@@ -69,8 +76,9 @@ class Types:
         self._known: dict[str, DataType] = {name.upper(): kind for name, kind in TYPES.items()}
         self._open: list[str] = []
         self._shown: dict[str, DataType] = {}
-        self._counts: dict[int, tuple[DataType, int]] = {}
-        self._left = MOST_IN_ALL
+        self._counts: dict[int, tuple[DataType, _Counts]] = {}
+        self._mib = memory_mib
+        self._left = memory_mib << 20  # bytes for further tags
         self._depth = 0
         self.apart: dict[str, list[str]] = {}  # integers of module-defined types whose bits are not known
         self.wrong: dict[str, str] = {}  # unusable types with the reason, by name in capitals
@@ -125,16 +133,27 @@ class Types:
 
     def refuse_size(self, kind: Structure) -> None:
         """Raise a LadderError for a structure that is too large."""
-        if self.count(kind) > MOST_VALUES:
-            raise LadderError(f"data type {kind.name} has more than {MOST_VALUES:,} values")
+        self._refuse(f"data type {kind.name}", self._bytes(kind, ()))
 
-    def count(self, kind: DataType) -> int:
-        """Return the number of values in an element of a type."""
+    def _refuse(self, what: str, size: int) -> None:
+        if size > self._mib << 20:
+            mib = f"{-(-size >> 20):,} MiB" if size < MEMORY_MIB_MOST << 20 else "too much memory"
+            raise LadderError(f"{what} takes {mib}; {self._mib:,} MiB are allowed (--memory)")
+
+    def _bytes(self, kind: DataType, dims: tuple[int, ...]) -> int:
+        """Return the memory of a tag, about."""
+        found = self._counted(kind)
+        return found.paths * PATH_BYTES + found.values * count_of(dims) * VALUE_BYTES
+
+    def _counted(self, kind: DataType) -> _Counts:
+        """Count the paths and the values of an element of a type."""
         if isinstance(kind, Elementary):
-            return 1
+            return _Counts(1, 1)
         known = self._counts.get(id(kind))
         if known is None:
-            total = sum(self.count(each.type) * count_of(each.dims) for each in kind.own)
+            inner = [(self._counted(each.type), count_of(each.dims)) for each in kind.own]
+            paths = sum(each.paths for each, _ in inner)
+            total = _Counts(paths, sum(each.values * count for each, count in inner))
             known = self._counts[id(kind)] = kind, total
         return known[1]
 
@@ -161,10 +180,13 @@ class Types:
         return known[1]
 
     def take(self, kind: DataType, dims: tuple[int, ...]) -> None:
-        """Add the values of a tag to the total; a LadderError beyond the limit."""
-        wanted = self.count(kind) * count_of(dims)
+        """Add the memory of a tag to the total; a LadderError beyond the limit."""
+        wanted = self._bytes(kind, dims)
+        self._refuse("it", wanted)
         if wanted > self._left:
-            raise LadderError(f"the tags of the file have more than {MOST_IN_ALL:,} values")
+            raise LadderError(
+                f"the tags of the file take more than the {self._mib:,} MiB that are allowed (--memory)"
+            )
         self._left -= wanted
 
     def _member(self, record: DataTypeRecord, member: MemberRecord) -> Member:
@@ -181,9 +203,13 @@ class Types:
             kind = self.find(member.type)
         except UnknownTypeError:
             raise LadderError(f"{where} is a {member.type}, which the file does not define") from None
-        if self.count(kind) * count_of(member.dims) > MOST_VALUES:
-            raise LadderError(f"{where} has more than {MOST_VALUES:,} values")
+        self._refuse(where, self._bytes(kind, member.dims))
         return Member(member.name, kind, member.dims, hidden=member.hidden)
+
+    def own(self, kind: Structure) -> Structure:
+        """Return a type that was made here of all its members."""
+        self._own.add(kind.name.upper())
+        return kind
 
     def define(self, name: str, kind: DataType) -> None:
         """Define a missing type."""
@@ -206,7 +232,7 @@ class Types:
             values = {each.get("Name", ""): each.get("Value", "") for each in data.iterchildren("*")}
             members, self.apart[kind] = in_words(members, values)
         made = _unique(kind or "unnamed", members)
-        if self.count(made) > MOST_VALUES:
+        if self._bytes(made, ()) > self._mib << 20:
             return None
         if kind:
             self._shown[kind.upper()] = made
@@ -228,7 +254,7 @@ class Types:
         lengths = tuple(filter(None, map(number_of, element.get("Dimensions", "").split(","))))
         if kind is None or not lengths or len(lengths) > MAX_DIMENSIONS or min(lengths) < 1:
             return None
-        return Member(name, kind, lengths) if self.count(kind) * count_of(lengths) <= MOST_VALUES else None
+        return Member(name, kind, lengths) if self._bytes(kind, lengths) <= self._mib << 20 else None
 
 
 def _refuse_host(kind: Structure, member: Member) -> None:

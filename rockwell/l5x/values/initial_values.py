@@ -148,7 +148,7 @@ class _Forms:
     def _compare(self, found: Mapping[str, Any]) -> None:
         """Report the first value that differs between two forms, as each has it."""
         (first, value), *others = found.items()
-        for form, other in others:
+        for _form, other in others:
             path = first_difference(self._kind, self._dims, value, other)
             if path is not None:
                 said = (f"{name} {value_at(self._kind, each, path)}" for name, each in found.items())

@@ -29,6 +29,10 @@ class OtherVersionError(ValueTextError):
     """Data of another version of their type, or of a type whose memory is not known."""
 
 
+_NUL = "$00"
+"""A character behind the LEN of a string."""
+
+
 def from_l5k(text: str, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
     """Return an initial value as in `Tag.initial`, None for the type's own.
 
@@ -95,12 +99,21 @@ def _l5k_array(tree: Any, kind: DataType, dims: tuple[int, ...], how: ValueReadi
 def _l5k_string(tree: Any, kind: Structure, how: ValueReading) -> str | None:
     if not (isinstance(tree, list) and len(tree) == 2 and all(isinstance(each, str) for each in tree)):
         raise _other_version(kind)
-    length, text = tree
-    characters, most = unquoted_or_raise(text.strip("'")), number_of(length)
-    if most is None:
+    length, text = tree[0], tree[1][1:-1] if tree[1][0] == "'" else tree[1]
+    given = number_of(length)
+    if given is None:
         raise _other_version(kind)
-    found = characters[: min(most, kind.members[1].dims[0])]
+    most = min(given, kind.members[1].dims[0])
+    found = unquoted_or_raise(_without_padding(text, most))[:most]
     return found if found or how.keep else None
+
+
+def _without_padding(text: str, most: int) -> str:
+    """Return a literal with its first characters, without zeros at its end."""
+    count = max(0, len(text) // len(_NUL) - most)  # a character has at most as many letters
+    end = len(text) - count * len(_NUL)
+    is_padding = text[end:] == _NUL * count and text[end - 1 : end] != "$"
+    return text[:end] if is_padding else text
 
 
 def _l5k_structure(tree: Any, kind: Structure, how: ValueReading) -> Any:

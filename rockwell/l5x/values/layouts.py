@@ -4,10 +4,11 @@
 |---|---|
 | TIMER, COUNTER, CONTROL | a word of status bits, then the members |
 | of the document | the members in order; bits lie in hidden members |
-| add-on instruction | parameters by value, then local tags, in order; a BOOL is a bit of a word of 32, which is at the place of its first BOOL [1756-RM084S, Add-On Instruction tag values example] |
+| add-on instruction | parameters by value, then local tags, in order; BOOLs are bits of words of 32 |
 | of a module | the members that its values show |
 
-A value lies at a multiple of its size, a structure at one of 4, with a value of 8 bytes at one of 8.
+A word of BOOLs lies at the place of its first one [1756-RM084S p. 131]. A value lies at a
+multiple of its size, a structure at one of 4, with a value of 8 bytes at one of 8.
 """
 
 from __future__ import annotations

@@ -13,6 +13,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 from ....ladder.model.types import BOOL, Elementary, Member
 from .value_texts import ValueTextError, value_of
@@ -88,5 +89,5 @@ def _numbers(names: Sequence[str], bits: int) -> dict[str, int]:
             return dict(zip(names, series, strict=True))
     ends = {name: int(end[1]) for name in names if (end := _AT_END.search(name))}
     places = list(ends.values())
-    rising = all(one < next_ for one, next_ in zip(places, places[1:], strict=False))
+    rising = all(one < after for one, after in pairwise(places))
     return ends if rising and places and len(places) <= places[-1] < bits else {}
