@@ -146,17 +146,20 @@ class Engine:
             close(self)
 
     def _first_logic(self, now_ns: int) -> None:
-        if not self._started and self.lowered.outputs:
+        begins, self._started = not self._started, True
+        if begins and self.lowered.outputs:
             self._put_outputs()
-        self._started = True
-        if not self._prescanned:
+        resumes = begins and self.lowered.resume is not None
+        if resumes:
+            self.lowered.resume(self)  # type: ignore[misc]
+        elif not self._prescanned:
             self.interpreter.prescan()
         self._prescanned = False
         if self.scheduler is not None:
-            self.scheduler.begin(now_ns)
+            self.scheduler.begin(now_ns, started=resumes)
             self._scan(now_ns)
             return
-        self.memory.write(self._first_scan, 0, True)
+        self.memory.write(self._first_scan, 0, not resumes)
         self._scan(now_ns)
         self.memory.write(self._first_scan, 0, False)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...io_images.site import Site
+from ...io_images.text_limits import EXPORT_MIB
 from ...ladder.instructions.stubbed import specs_of_stubs
 from ...ladder.lowering.addon import OTHERWISE
 from ...ladder.lowering.controller import Controller
@@ -30,7 +31,7 @@ from .schedule import chart_options_of, tasks_of
 from .scopes import motion_of, remotes_of, scope_of
 from .unknown import UnknownTypes
 from .uses import all_instructions, numbered_instructions
-from .values.datatypes import MEMORY_MIB, NAME, Types
+from .values.datatypes import NAME, Types
 from .xml.document import read_document
 from .xml.limits import check_limits
 from .xml.records import L5xDocument, ProgramRecord, TagRecord
@@ -60,7 +61,7 @@ def import_l5x(
     slots: Collection[int] | None = None,
     *,
     trial: bool = False,
-    memory_mib: int = MEMORY_MIB,
+    memory_mib: int = EXPORT_MIB,
 ) -> L5xImport:
     """Import an L5X, or raise an L5xError.
 
@@ -84,7 +85,7 @@ class Importer:
         document: L5xDocument,
         stubs: Stubs = NO_STUBS,
         slots: Collection[int] | None = None,
-        memory_mib: int = MEMORY_MIB,
+        memory_mib: int = EXPORT_MIB,
     ) -> None:
         self._document, self._stubs, self._slots = document, stubs, slots
         self.report = Report(document.file, document.revision, document.target, document.name)

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
+from ....io_images.text_limits import EXPORT_MIB, EXPORT_MIB_MOST
 from ....ladder.model.errors import LadderError
 from ....ladder.model.predefined.structures import PREDEFINED_TYPES
 from ....ladder.model.types import (
@@ -25,9 +26,6 @@ from ....ladder.model.types import (
 from ..xml.records import DataTypeRecord, Element, MemberRecord, number_of
 from .layouts import Layouts
 from .module_bits import in_words
-
-MEMORY_MIB, MEMORY_MIB_MOST = 128, 4096
-"""Memory of the tags of a document in one engine, MiB: the default bound, and the largest one."""
 
 PATH_BYTES, VALUE_BYTES = 1400, 8
 """Memory of a path to values, such as `Line.Speed`, and of one of its values, as measured."""
@@ -63,7 +61,7 @@ class Types:
     """The document's types by name (the first of each name counts), and all others."""
 
     def __init__(
-        self, records: Iterable[DataTypeRecord], revision: str = "", memory_mib: int = MEMORY_MIB
+        self, records: Iterable[DataTypeRecord], revision: str = "", memory_mib: int = EXPORT_MIB
     ) -> None:
         self._records: dict[str, DataTypeRecord] = {}
         for each in records:
@@ -137,7 +135,7 @@ class Types:
 
     def _refuse(self, what: str, size: int) -> None:
         if size > self._mib << 20:
-            mib = f"{-(-size >> 20):,} MiB" if size < MEMORY_MIB_MOST << 20 else "too much memory"
+            mib = f"{-(-size >> 20):,} MiB" if size < EXPORT_MIB_MOST << 20 else "too much memory"
             raise LadderError(f"{what} takes {mib}; {self._mib:,} MiB are allowed (--memory)")
 
     def _bytes(self, kind: DataType, dims: tuple[int, ...]) -> int:
