@@ -158,8 +158,9 @@ def test_a_rack_file_says_how_its_export_begins(path):
         encoding="utf-8",
     )
     assert load_job(str(rack)).logic.keeps_values
-    status, said = invoked("run", rack, "--keep-values", "--no-record")
-    assert (status, "a rack file has no --keep-values and no --memory" in said) == (2, True)
+    for line in (["run", rack, "--keep-values", "--no-record"], ["watch", rack, "--keep-values"]):
+        status, said = invoked(*line)
+        assert (status, "a rack file has no --keep-values and no --memory" in said) == (2, True)
 
 
 @pytest.mark.parametrize("command", ["run", "watch", "l5x"])
