@@ -41,7 +41,8 @@ def plain(text: str) -> str:
 def number(text: str, kind: str) -> Value:
     """A value in any radix, as its type keeps it."""
     if kind == "REAL":
-        return struct.unpack("<f", struct.pack("<f", float(text)))[0]
+        single: float = struct.unpack("<f", struct.pack("<f", float(text)))[0]
+        return single
     if kind == "LREAL":
         return float(text)
     base, mark, digits = text.rpartition("#")

@@ -3,6 +3,7 @@
 import struct
 from contextlib import ExitStack
 from pathlib import Path
+from typing import Any
 
 import pytest
 from l5x_files import add_on, data_type, document, ladder, machine, member, module, parameter, program, tag
@@ -35,7 +36,8 @@ def local(name, kind, dims=""):
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.name)
 def test_values_of_a_file_are_those_of_an_independent_reader(path):
-    tags = import_l5x(path, trial=True).controller.interpret().tags
+    controller: Any = import_l5x(path, trial=True).controller
+    tags = controller.interpret().tags
     plain = Document(path)
     listed = [pair for name, each in plain.tags() for pair in plain.values(name, each)]
     assert listed

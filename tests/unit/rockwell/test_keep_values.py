@@ -1,6 +1,7 @@
 """An export begins as after a download, or in the middle: `--keep-values`."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from l5x_files import machine, tag
@@ -10,6 +11,10 @@ from scanrack.ladder.files import parse_program
 from scanrack.ladder.model.errors import LadderError
 from scanrack.rockwell.l5x import import_l5x
 from typer.testing import CliRunner
+
+
+def controller_of(path: Path) -> Any:
+    return import_l5x(path).controller
 
 
 def begun(name, kind, l5k):
@@ -49,7 +54,7 @@ def path(tmp_path):
     ],
 )
 def test_the_first_scan_is_that_after_a_download_or_the_next_one(path, how, keep, elapsed, shots, firsts):
-    controller = import_l5x(path).controller
+    controller = controller_of(path)
     if keep:
         controller.keep_values()
     engine = getattr(controller, how)()
@@ -60,14 +65,14 @@ def test_the_first_scan_is_that_after_a_download_or_the_next_one(path, how, keep
 
 
 def test_a_program_that_has_begun_does_not_begin_again(path):
-    controller = import_l5x(path).controller
+    controller = controller_of(path)
     controller.step()
     with pytest.raises(LadderError, match="runs already"):
         controller.keep_values()
 
 
 def test_prescan_comes_after_program_mode_all_the_same(path):
-    controller = import_l5x(path).controller
+    controller = controller_of(path)
     controller.keep_values()
     engine = controller.compile()
     engine.step(10)
@@ -92,7 +97,7 @@ def test_a_chart_continues_with_the_step_that_is_active(tmp_path, keep, active):
     )
     path = tmp_path / "mixer.L5X"
     path.write_text(before + head + after.replace(shown, shown + middle, 1), encoding="utf-8")
-    controller = import_l5x(path).controller
+    controller = controller_of(path)
     if keep:
         controller.keep_values()
     for engine in (controller.compile(), controller.interpret()):
@@ -157,7 +162,8 @@ def test_a_rack_file_says_how_its_export_begins(path):
         'program = "machine.L5X"\n[export]\nkeep_values = true\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n',
         encoding="utf-8",
     )
-    assert load_job(str(rack)).logic.keeps_values
+    logic: Any = load_job(str(rack)).logic
+    assert logic.keeps_values
     for line in (["run", rack, "--keep-values", "--no-record"], ["watch", rack, "--keep-values"]):
         status, said = invoked(*line)
         assert (status, "a rack file has no --keep-values and no --memory" in said) == (2, True)
