@@ -137,7 +137,7 @@ class Document:
                 yield f"{path}.{part}", int(next(rest))
 
     def members(self, path: str, kind: Any, data: Any) -> Values:
-        words = {}
+        words: dict[str, int] = {}
         parts = iter(data)
         for each in kind.iterfind("Members/Member"):
             name, dim = each.get("Name"), int(each.get("Dimension") or 0)
