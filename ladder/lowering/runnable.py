@@ -396,14 +396,16 @@ class LadderLogic(ABC):
         }
         with suppress(LadderFault):
             engine.interpreter.prescan()
-        found = []
+        found: list[str] = []
+        old: Sequence[Any]
+        new: Sequence[Any]
         for leaf in (each for each in leaves if each.path in before):
             old, new = (each if leaf.dims else [each] for each in (before[leaf.path], memory.values(leaf)))
-            for index, (one, other) in enumerate(zip(old, new, strict=True)):  # type: ignore[arg-type]
-                if one != other:
-                    memory.write(leaf, index, one)
-                if one and not other:
-                    found.append(element_text(leaf.path, leaf.dims, index))
+            found += [
+                element_text(leaf.path, leaf.dims, index)
+                for index, (one, other) in enumerate(zip(old, new, strict=True))
+                if one and not other
+            ]
         return found
 
     # --- running
