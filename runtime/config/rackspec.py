@@ -44,6 +44,7 @@ from ..machine.spec import INPUT_NAMES
 from ..modules.record import LiveModule, ModuleRecord, Trait
 from ..modules.registry import MODULES, OWN, live_port
 from .axis_tables import AxisTable
+from .export_table import ExportTable
 from .fuzz_table import FuzzTable
 from .machine_tables import MachineTable, Table
 from .prove_tables import ProveTable
@@ -338,6 +339,7 @@ class RackSpec(Table):
         axes: axes of a ladder program's motion instructions, by tag: the 3601 behind each, or an ideal one.
         prove: what `scanrack prove` proves of the program, and what it assumes.
         fuzz: how `scanrack fuzz` searches it.
+        export: how a program that is an export begins.
         server: what clients of a tag server see and may write.
         seed: of random numbers, such as those of slips.
         mode: position of the CPU's key at power-up.
@@ -365,6 +367,7 @@ class RackSpec(Table):
     axes: dict[str, AxisTable] = Field(default_factory=dict)
     prove: ProveTable = ProveTable()
     fuzz: FuzzTable = FuzzTable()
+    export: ExportTable = ExportTable()
     server: ServerTable = ServerTable()
     seed: Annotated[int, Field(ge=0)] = 0
     mode: Literal["run", "program", "test"] = "run"

@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from ...terminal.as_json import JsonOption
+from ...terminal.trace_options import KeepValuesOption, MemoryOption
 
 
 def _l5x_command(
@@ -42,6 +43,8 @@ def _l5x_command(
         bool,
         typer.Option("--stand-in", help="Declare tags, members and routines that the L5X names and lacks."),
     ] = False,
+    keep_values: KeepValuesOption = False,
+    memory: MemoryOption = None,
 ) -> None:
     """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
 
@@ -67,7 +70,7 @@ def _l5x_command(
     """
     from .l5x_job import l5x
 
-    l5x(file, as_json, rack, against, export, stepper, run, scans, stand_in)
+    l5x(file, as_json, rack, against, export, stepper, run, scans, stand_in, keep_values, memory)
 
 
 def register(app: typer.Typer) -> None:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ...jobs.load.program import L5X_SUFFIXES
-from ...jobs.load.trial import is_slc, tried
+from ...jobs.load.exports import begun
+from ...jobs.load.program import DOWNLOADED, L5X_SUFFIXES
+from ...jobs.load.trial import Trial, is_slc, tried
 from ...ladder.files.rungfile import read_program
 from ...ladder.lowering.controller import Controller
 from ...ladder.lowering.program import Program
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from ...jobs.first.first_run import FirstRun
     from ...rockwell.l5x import L5xImport
     from ...rockwell.slc import SlcImport
+    from ...runtime.config.export_table import ExportTable
 
 
 def l5x(
@@ -40,32 +42,37 @@ def l5x(
     run: bool,
     scans: int | None,
     stand_in: bool,
+    keep_values: bool,
+    memory: int | None,
 ) -> None:
     """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
     """
+    begins = begun(keep_values=keep_values, memory=memory) or DOWNLOADED
     if file.is_dir():
-        if against or rack or stepper or export or run:
-            raise typer.Exit(complain(f"{file}: a folder takes --json, --scans and --stand-in", BAD_INPUT))
+        if against or rack or stepper or export or run or keep_values:
+            taken = "--json, --scans, --stand-in and --memory"
+            raise typer.Exit(complain(f"{file}: a folder takes {taken}", BAD_INPUT))
         from .l5x_folder import l5x_folder  # a single file needs none of it
 
-        raise typer.Exit(l5x_folder(file, as_json=as_json, stand_in=stand_in, scans=scans or SCANS))
+        trial = Trial(scans or SCANS, stand_in, begins.memory_mib)
+        raise typer.Exit(l5x_folder(file, trial, as_json=as_json))
     if against is not None:
         raise typer.Exit(_print_differences(file, against, as_json=as_json))
     if rack or stepper:
-        raise typer.Exit(_print_rack(file, stepper or [], stand_in=stand_in))
+        raise typer.Exit(_print_rack(file, stepper or [], begins, stand_in=stand_in))
     if export is not None:
         raise typer.Exit(_print_export(file, export))
     try:
-        imported = tried(file, (not run and scans) or SCANS, stand_in=stand_in)
+        imported = tried(file, Trial((not run and scans) or SCANS, stand_in, begins.memory_mib))
     except LadderError as error:
         if as_json:
             say_json({"file": str(file), "problem": str(error)})
         raise typer.Exit(complain(str(error), BAD_INPUT)) from None
     report = imported.report
-    first = _first_run(file, imported, scans) if run else None
+    first = _first_run(file, imported, scans, begins) if run else None
     if as_json:
         say_json(report.as_json() | ({"run": first.as_json()} if first else {}))
     else:
@@ -74,11 +81,13 @@ def l5x(
     raise typer.Exit(DONE if report.complete and not (first and (first.fault or first.problem)) else NO)
 
 
-def _first_run(file: Path, imported: L5xImport | SlcImport, scans: int | None) -> FirstRun:
+def _first_run(
+    file: Path, imported: L5xImport | SlcImport, scans: int | None, begins: ExportTable
+) -> FirstRun:
     """Run an export on its own rack."""
     from ...jobs.first import first_run  # racks take time to import, and a report needs none
 
-    return first_run.first_run(file, imported, scans or first_run.SCANS)
+    return first_run.first_run(file, imported, scans or first_run.SCANS, begins)
 
 
 def _print_differences(file: Path, older: Path, *, as_json: bool) -> int:
@@ -115,7 +124,7 @@ def _print_export(file: Path, name: str) -> int:
     return DONE
 
 
-def _print_rack(file: Path, steppers: list[str], *, stand_in: bool) -> int:
+def _print_rack(file: Path, steppers: list[str], begins: ExportTable, *, stand_in: bool) -> int:
     """Print a rack file for an export; return the exit status."""
     from ...jobs.imports.l5x_rack import rack_of  # racks take time to import, and a report needs none
     from ...jobs.imports.slc_rack import rack_of_slc
@@ -125,8 +134,9 @@ def _print_rack(file: Path, steppers: list[str], *, stand_in: bool) -> int:
             program = import_slc(file)
             printed, report = rack_of_slc(program, file, steppers), program.report
         else:
-            imported = import_l5x(file, Stubs(missing_tags=stand_in), trial=True)
-            printed, report = rack_of(imported, file, steppers), imported.report
+            stubs = Stubs(missing_tags=stand_in)
+            imported = import_l5x(file, stubs, trial=True, memory_mib=begins.memory_mib)
+            printed, report = rack_of(imported, file, steppers, export=begins), imported.report
     except ValueError as error:
         return complain(str(error), BAD_INPUT)
     say(printed.rstrip(), whole=True)
