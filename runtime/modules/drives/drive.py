@@ -31,6 +31,8 @@ NS_PER_MS = 1_000_000
 HOT_C = 90
 """Temperature in degC above which TEMPERATURE_90C is on [17 p. 84]."""
 
+HEARTBEAT, PLC_IN_PROGRAM_MODE = StatusBit.HEARTBEAT.value, StatusBit.PLC_IN_PROGRAM_MODE.value
+
 NO_WORDS = (0,) * WORDS
 
 
@@ -209,11 +211,11 @@ class DriveUnit:
 
     def inputs(self) -> tuple[int, ...]:
         """Return the ten input words, signed or unsigned, at the instant of the last call."""
-        further = self._conditions
+        further = int(self._conditions)
         if self._now_ns // (NS_PER_MS * self.options.beat_ms) & 1:
-            further |= StatusBit.HEARTBEAT
+            further |= HEARTBEAT
         if not self._running:
-            further |= StatusBit.PLC_IN_PROGRAM_MODE
+            further |= PLC_IN_PROGRAM_MODE
         return self.layer.report(further)
 
     # -- the machine, the driver, the link -------------------------------------------------------

@@ -104,9 +104,10 @@ class DriveRegisters:
 
     # writing
 
-    def _write(self, first: int, values: Sequence[int]) -> None:
+    def _write(self, first: int, values: list[int]) -> None:
         outputs, at = self._outputs(), first - OUTPUTS
-        _part(outputs, at, len(values))
+        if _part(outputs, at, len(values)) == values:
+            return
         outputs[at : at + len(values)] = values
         for number, axis in enumerate(self.axes):
             axis.obey(outputs[WORDS * number : WORDS * number + WORDS])
@@ -137,7 +138,7 @@ class DriveRegisters:
         assert isinstance(request, words.MaskWriteRegisterRequest)
         kept, added = request.and_mask, request.or_mask
         (word,) = _part(self._outputs(), request.address - OUTPUTS, 1)
-        self._write(request.address, (word & kept | added & ~kept & 0xFFFF,))
+        self._write(request.address, [word & kept | added & ~kept & 0xFFFF])
         return words.MaskWriteRegisterResponse(address=request.address, and_mask=kept, or_mask=added)
 
     def _write_and_read(self, request: ModbusPDU) -> ModbusPDU:
