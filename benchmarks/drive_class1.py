@@ -103,10 +103,9 @@ def exchange(scanner: Scanner, rpi_s: float, seconds: float) -> tuple[list[float
             sent.append(now)
         elif select.select([scanner.udp], [], [], due - now)[0]:
             number, sequence, words = scanner.receive()
-            if number & 0xFFFF != sequence or (received and number != last + 1):
-                sys.exit(f"packet {number} has the sequence count {sequence}")
-            last = number
             received.append(perf_counter())
+            if not number == sequence == len(received) & 0xFFFF:
+                sys.exit(f"packet {len(received)} has the counts {number} and {sequence}")
             if len(received) > 100 and not words[1] & ENABLED:
                 sys.exit(f"the driver is off: {words[1]:04x}h")
     return sent, received

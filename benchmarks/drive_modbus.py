@@ -5,8 +5,7 @@
 Both run in a process of their own. One client reads input registers 0 to 9 by function 4; then six
 connections take turns; then function 23 reads the ten and writes one. A reply is compared with the first
 one, without the heartbeat. A round is short and has all four. The best rates are compared, which other
-processes have disturbed least; beside them the ratios within a round: the middle one, and between what half of
-them are.
+processes have disturbed least; beside them stand the ratios within a round: median and quartiles.
 
 Exit status 1 if a reply is wrong, or if the drive answers fewer reads than pymodbus's server with one
 connection, or fewer than 0.95 times those of one connection by function 4 with six connections, or by

@@ -295,9 +295,9 @@ class DriveAdapter:
         if wall_ns < io.due_ns:
             return None
         io.sent += 1
-        if wall_ns - io.due_ns >= io.every_ns:
-            self.late_sent += 1
-        io.due_ns = max(io.due_ns + io.every_ns, wall_ns)
+        missed = (wall_ns - io.due_ns) // io.every_ns
+        self.late_sent += missed > 0
+        io.due_ns += (missed + 1) * io.every_ns
         data = _packed(self.drive.inputs())
         return IoPacket(io.theirs, io.sent & 0xFFFF_FFFF, io.sent & 0xFFFF, data).encoded(), io.place
 

@@ -18,6 +18,27 @@ def with_settings(settings: bytes = SETTINGS) -> bytes:
     return PATH + bytes((0x80, len(settings) // 2)) + settings
 
 
+def forward_open(
+    path: bytes = PATH,
+    sizes: tuple[int, int] = (26, 22),
+    rpi_us: int = 10_000,
+    trigger: int = 1,
+    multiplier: int = 0,
+    serial: int = 7,
+) -> bytes:
+    """Return the data of a request of a class 1 connection."""
+    to_target, to_originator = (0x4800 | size for size in sizes)
+    head = struct.pack("<BBIIHHIB3x", 10, 5, 0, 0x1234, serial, 99, 42, multiplier)
+    rates = struct.pack("<IHIHBB", rpi_us, to_target, rpi_us, to_originator, trigger, len(path) // 2)
+    return head + rates + path
+
+
+def class_1_packet(connection: int, count: int, words: tuple[int, ...], run: int = 1) -> bytes:
+    """Return a packet to the drive; words that are missing are 0."""
+    data = struct.pack("<HI10H", count & 0xFFFF, run, *words, *(0,) * (10 - len(words)))
+    return struct.pack("<HHHIIHH", 2, 0x8002, 8, connection, count, 0xB1, len(data)) + data
+
+
 class Scanner:
     """One TCP session and one UDP socket."""
 
@@ -65,10 +86,8 @@ class Scanner:
         multiplier: int = 0,
         serial: int = 7,
     ) -> bytes:
-        to_target, to_originator = (0x4800 | size for size in sizes)
-        head = struct.pack("<BBIIHHIB3x", 10, 5, 0, 0x1234, serial, 99, 42, multiplier)
-        rates = struct.pack("<IHIHBB", rpi_us, to_target, rpi_us, to_originator, trigger, len(path) // 2)
-        reply = self.ask(b"\x54" + MANAGER + head + rates + path)
+        request = forward_open(path, sizes, rpi_us, trigger, multiplier, serial)
+        reply = self.ask(b"\x54" + MANAGER + request)
         if reply[2] == 0:
             self.serial = serial
             self.ours = struct.unpack_from("<I", reply, 4)[0]
@@ -81,9 +100,8 @@ class Scanner:
     def send(self, *words: int, run: int = 1) -> None:
         """Send a packet of words; the others are 0."""
         self.packets += 1
-        data = struct.pack("<HI10H", self.packets & 0xFFFF, run, *words, *(0,) * (10 - len(words)))
-        head = struct.pack("<HHHIIHH", 2, 0x8002, 8, self.ours, self.packets, 0xB1, len(data))
-        self.udp.sendto(head + data, self.target)
+        packet = class_1_packet(self.ours, self.packets, words, run)
+        self.udp.sendto(packet, self.target)
 
     def receive(self) -> tuple[int, int, tuple[int, ...]]:
         """Return count of packets, sequence count and words of the next packet."""

@@ -77,7 +77,10 @@ class DriveRegisters:
         return [word & 0xFFFF for axis in self.axes for word in axis.inputs()]
 
     def _outputs(self) -> list[int]:
-        return [word for axis in self.axes for word in axis.words]
+        words: list[int] = []
+        for axis in self.axes:
+            words += axis.words
+        return words
 
     def _holding(self, first: int, count: int) -> list[int]:
         return (
