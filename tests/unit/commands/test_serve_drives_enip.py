@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
 import struct
 from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
 from time import monotonic
 
 import pytest
-from drive_scanner import PATH, SETTINGS, Scanner, with_settings
+from drive_scanner import PATH, SETTINGS, Scanner, class_1_packet, with_settings
 from drive_served import serving
 from drive_unit import VALID
+from mcap.reader import make_reader
 
 SECONDS = 20
 
@@ -122,3 +126,29 @@ def test_the_words_of_the_configuration_are_those_of_modbus(scanner: Scanner) ->
     scanner.open(with_settings())
     first, second, start, steps, *_ = struct.unpack("<HHiHHHH", scanner.get(4, 110, 3))
     assert (first | 0x8000, second, divmod(start, 1000), steps) == (VALID[0], VALID[1], (1, 0), VALID[4])
+
+
+def test_packets_of_class_1_are_recorded(tmp_path: Path) -> None:
+    """Each is on /line as it was on the network, and the counts of late ones are values of the axis."""
+    words = ("smd23e2", "--ethernet-ip", "0", "--io-port", "0", "--record", "line.mcap")
+    with serving(*words, cwd=tmp_path) as served:
+        place = served.line.split()
+        with closing(Scanner(int(place[0].rpartition(":")[2]), int(place[place.index("UDP") + 1]))) as owner:
+            owner.open(with_settings())
+            sent, received = [], []
+            for word in (0, 1 << 15, 0):
+                sent.append(class_1_packet(owner.ours, owner.packets + 1, (0, word)).hex(" "))
+                owner.send(0, word)
+                received.append(owner.udp.recv(2048).hex(" "))
+            owner.shut()
+    with (tmp_path / "line.mcap").open("rb") as stream:
+        messages = [
+            (channel.topic, json.loads(message.data))
+            for _, channel, message in make_reader(stream, validate_crcs=True).iter_messages()
+        ]
+    line = [(each["direction"], each["hex"]) for topic, each in messages if topic == "/line"]
+    assert [data for way, data in line if way == "received" and data in sent] == sent
+    assert [data for way, data in line if way == "sent" and data in received] == received
+    units = [each for topic, each in messages if topic == "/unit1"]
+    assert {"late_received", "late_sent"} <= units[-1].keys()
+    assert units[-1]["out.command_1"] == 0
