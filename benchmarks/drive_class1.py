@@ -14,9 +14,7 @@ Exit status 1 if a packet is missing, if words or counts of the drive are wrong,
 from __future__ import annotations
 
 import argparse
-import json
 import select
-import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -25,11 +23,12 @@ from itertools import pairwise
 from pathlib import Path
 from statistics import median, quantiles
 from time import perf_counter
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
 from drive_scanner import Scanner, with_settings
+from drive_served import ControlLine, serving
 
 BUSY_LOOPS = 2
 ENABLE = 0x8000
@@ -41,42 +40,21 @@ class Server(NamedTuple):
 
     port: int
     io_port: int
-    test_port: tuple[str, int]
-    key: str
+    control: ControlLine
 
     def late(self) -> tuple[int, int]:
         """Return the server's own counts of late packets, received and sent."""
-        with (
-            socket.create_connection(self.test_port, timeout=10) as client,
-            client.makefile("rw", encoding="utf-8", newline="\n") as lines,
-        ):
-            for request in ({"key": self.key}, {"state": 1}):
-                lines.write(json.dumps(request) + "\n")
-                lines.flush()
-                answer = json.loads(lines.readline())
-        return answer["state"]["late_received"], answer["state"]["late_sent"]
+        state: Any = self.control.ask(state=1)["state"]
+        return state["late_received"], state["late_sent"]
 
 
 @contextmanager
 def served() -> Iterator[Server]:
     """Serve an SMD23E2 in another process."""
-    words = [sys.executable, "-m", "scanrack", "serve", "smd23e2", "--ethernet-ip", "0", "--io-port", "0"]
-    process = subprocess.Popen(
-        [*words, "--test-port", "0", "--quiet"], stdout=subprocess.PIPE, text=True, encoding="utf-8"
-    )
-    try:
-        assert process.stdout is not None
-        line = [word.strip(";,") for word in process.stdout.readline().split()]
-        host, _, test_port = line[line.index("at") + 1].rpartition(":")
-        yield Server(
-            int(line[0].rpartition(":")[2]),
-            int(line[line.index("UDP") + 1]),
-            (host, int(test_port)),
-            line[line.index("key") + 1],
-        )
-    finally:
-        process.terminate()
-        process.communicate()
+    words = ("smd23e2", "--ethernet-ip", "0", "--io-port", "0", "--test-port", "0")
+    with serving(*words) as started, closing(ControlLine(started.line)) as control:
+        line = [word.strip(",;") for word in started.line.split()]
+        yield Server(int(line[0].rpartition(":")[2]), int(line[line.index("UDP") + 1]), control)
 
 
 @contextmanager

@@ -257,10 +257,13 @@ class DriveAdapter:
         """Close the connection, if it has these numbers; return whether it has."""
         if self.io is None or self.io.triad != triad:
             return False
-        self._end()
+        self.end()
         return True
 
-    def _end(self) -> None:
+    def end(self) -> None:
+        """End the connection, if there is one: the drive loses its controlling connection."""
+        if self.io is None:
+            return
         self.io = None
         self.drive.plc_run(True)
         self.drive.lose_connection()
@@ -290,7 +293,7 @@ class DriveAdapter:
         if io is None:
             return None
         if wall_ns >= io.deadline_ns:
-            self._end()
+            self.end()
             return None
         if wall_ns < io.due_ns:
             return None

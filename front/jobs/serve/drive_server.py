@@ -161,6 +161,12 @@ class EnipPort:
             with suppress(OSError):
                 self._io.sendto(*packet)
 
+    def drop_all(self) -> None:
+        """End all connections."""
+        for each in list(self._sessions):
+            self._end(each)
+        self.adapter.end()
+
     def close(self) -> None:
         """End all connections and stop listening."""
         for each in self._udp:
@@ -215,6 +221,12 @@ class DriveServer(Server):
 
     def _is_modbus(self, owner: object) -> bool:
         return self._modbus is not None and owner is self._modbus.listener
+
+    def drop_all(self) -> None:
+        """End all connections, as without power."""
+        for port in (self._modbus, self._enip):
+            if port is not None:
+                port.drop_all()
 
     @override
     def close(self) -> None:

@@ -58,6 +58,7 @@ class DriveService(LineService):
         self.model = model
         self._clock = clock
         self._tap = LineTap(clock, None)
+        self._server: DriveServer | None = None
         slots = _slots(model, machines, axes)
         flash = _flash(model, memory, axes)
         self.axes = [_drive(model, slots.get(at), flash[at - 1]) for at in range(1, axes + 1)]
@@ -101,8 +102,8 @@ class DriveService(LineService):
                 place = socket_address(choice.ethernet_ip, "--ethernet-ip")
                 enip = EnipPort(self._adapter(), place, choice.io_port, selector, self._tap)
             opened.pop_all()
-        server = DriveServer(modbus, self._answer, enip, self._advance, selector)
-        return server, self._places(modbus, enip)
+        self._server = DriveServer(modbus, self._answer, enip, self._advance, selector)
+        return self._server, self._places(modbus, enip)
 
     def _adapter(self) -> DriveAdapter:
         if self._scanned is None:
@@ -141,6 +142,8 @@ class DriveService(LineService):
     def _wire(self, drive: DriveUnit, wired: int, name: str, state: str) -> None:
         self.advance(self._clock.now_ns())
         surround(drive, name, state, wired)
+        if name == "power" and len(self.axes) == 1 and self._server is not None:
+            self._server.drop_all()
 
 
 def _drive(model: Model, slot: SlotSpec | None, memory: DriveMemory | None) -> DriveUnit:
