@@ -152,6 +152,15 @@ def test_exceptions_of_the_protocol() -> None:
         assert client.read(0, 1) == (0x6408,)
 
 
+def test_every_unit_number_is_the_drives() -> None:
+    """A reply repeats the unit of its request."""
+    with serving("smd23e2", "--tcp", "0") as served:
+        client = Client(served.port)
+        for unit in (0, 1, 0xF7, 0xFF):
+            client.socket.sendall(b"\0\1\0\0\0\6" + bytes((unit,)) + b"\4\0\0\0\1")
+            assert client.socket.recv(64) == b"\0\1\0\0\0\5" + bytes((unit,)) + b"\4\2\x64\x08"
+
+
 def test_a_configuration_in_six_pieces_is_the_drives_business() -> None:
     """SMDS writes word 0 second and the numbers after it [clients of the family]."""
     with serving("smd23e2", "--tcp", "0") as served:
