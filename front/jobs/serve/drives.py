@@ -16,7 +16,6 @@ from typing_extensions import override
 
 from ...io_images.drives.configuration import broken_rules
 from ...io_images.drives.models import MODELS, Model
-from ...runtime.config.rackfile import load_rack_file
 from ...runtime.config.rackspec import SlotSpec
 from ...runtime.line.ports import LineListener, ModbusTcpPort, Server
 from ...runtime.loop.pace import Clock
@@ -30,7 +29,7 @@ from ...runtime.tag_servers.drive_adapter import DriveAdapter
 from ..run.served_units import ServedUnit
 from .drive_server import DriveServer, EnipPort, LineTap
 from .line import LineService, PortChoice, socket_address
-from .machines import addressed_file
+from .machines import addressed_file, slot_in
 from .memory_file import ControllerMemory
 
 CONNECTIONS = 6
@@ -159,21 +158,8 @@ def _slots(model: Model, texts: Sequence[str], axes: int) -> dict[int, SlotSpec]
         axis, file = addressed_file(text, list(range(1, axes + 1)))
         if axis in found:
             raise ValueError(f"--machine {text}: axis {axis} has a machine already")
-        found[axis] = _slot(model, Path(file))
+        found[axis] = slot_in(Path(file), model.name, "amci-drive", "amci3601")
     return found
-
-
-def _slot(model: Model, file: Path) -> SlotSpec:
-    slots = load_rack_file(file).spec.slot
-    for module in (model.name, "amci-drive", "amci3601"):
-        found = [each for each in slots if each.module == module]
-        if len(found) == 1:
-            return found[0]
-        if found:
-            raise ValueError(
-                f"--machine {file}: {len(found)} of its slots have an {module}; it has to be one"
-            )
-    raise ValueError(f"--machine {file}: no slot has a {model.name}, an amci-drive or an amci3601")
 
 
 def _flash(model: Model, memory: ControllerMemory | None, axes: int) -> Sequence[DriveMemory | None]:
