@@ -181,7 +181,7 @@ def _memory_of(drive: DriveUnit) -> DriveMemory:
 def _status(number: int, drive: DriveUnit, scanned: DriveAdapter | None) -> dict[str, str]:
     words = drive.inputs()
     shaft, _, _ = drive.figures()
-    late = {}
+    late: dict[str, str] = {}
     if scanned is not None and scanned.used:
         late["late packets"] = f"{scanned.late_received:,} received, {scanned.late_sent:,} sent"
     return {
@@ -198,7 +198,8 @@ def _status(number: int, drive: DriveUnit, scanned: DriveAdapter | None) -> dict
 def _values(drive: DriveUnit, scanned: DriveAdapter | None) -> dict[str, int]:
     """Return the words by their names, in.NAME and out.NAME, and what no word has."""
     shaft, counts, energized = drive.figures()
-    words, late = drive.model.words, {}
+    words = drive.model.words
+    late: dict[str, int] = {}
     if scanned is not None:
         late = {"late_received": scanned.late_received, "late_sent": scanned.late_sent}
     return {
