@@ -107,9 +107,9 @@ class DriveRegisters:
 
     # writing
 
-    def _write(self, first: int, values: list[int]) -> None:
+    def _write(self, first: int, values: Sequence[int]) -> None:
         outputs, at = self._outputs(), first - OUTPUTS
-        if _part(outputs, at, len(values)) == values:
+        if _part(outputs, at, len(values)) == list(values):
             return
         outputs[at : at + len(values)] = values
         for number, axis in enumerate(self.axes):
