@@ -55,6 +55,19 @@ LIMIT_OF = {1: InputBit.CW_LIMIT.value, -1: InputBit.CCW_LIMIT.value}
 CAPTURE = InputBit.CAPTURE.value
 HOME = InputBit.HOME.value
 
+STOPPED, MOVING_CW, MOVING_CCW = (
+    StatusBit.STOPPED.value,
+    StatusBit.MOVING_CW.value,
+    StatusBit.MOVING_CCW.value,
+)
+ACCELERATING, DECELERATING = StatusBit.ACCELERATING.value, StatusBit.DECELERATING.value
+ASSEMBLED_MODE, WAITING_FOR_SEGMENT = StatusBit.ASSEMBLED_MODE.value, StatusBit.WAITING_FOR_SEGMENT.value
+DRIVE_ENABLED, INPUT_1, INPUT_2 = (
+    StatusBit.DRIVE_ENABLED.value,
+    StatusBit.INPUT_1.value,
+    StatusBit.INPUT_2.value,
+)
+
 SEGMENTS_MAX = 16
 """Segments of an assembled move [17 p. 80]."""
 
@@ -169,7 +182,7 @@ class DriveLayer:
         """Return the instant of the next tick without a change of words or inputs, or None."""
         return None if self.operation is None else self.operation.next_wake_ns(now_ns)
 
-    def report(self, further: StatusBit) -> tuple[int, ...]:
+    def report(self, further: int) -> tuple[int, ...]:
         """Return the ten input words, signed or unsigned.
 
         Args:
@@ -177,25 +190,10 @@ class DriveLayer:
         """
         if self.in_configuration:
             return self._mirror
-        bits, axis, motion = self.status.bits | further, self.axis, self.operation
-        direction = 0 if motion is None else motion.direction
-        if direction == 0:
-            bits |= StatusBit.STOPPED
-        else:
-            bits |= StatusBit.MOVING_CW if direction > 0 else StatusBit.MOVING_CCW
-            ramp = 0 if motion is None else motion.ramp
-            if ramp:
-                bits |= StatusBit.ACCELERATING if ramp > 0 else StatusBit.DECELERATING
-        if self.session is not None:
-            bits |= StatusBit.ASSEMBLED_MODE
-            if self.session.waiting:
-                bits |= StatusBit.WAITING_FOR_SEGMENT
-        if self.enabled:
-            bits |= StatusBit.DRIVE_ENABLED
-        bits |= self._shown_inputs()
+        axis = self.axis
         split = self.input_format.split
         return (
-            *self.model.status_words(int(bits)),
+            *self.model.status_words(int(self.status.bits) | further | self._present_bits()),
             *split(axis.position),
             *split(axis.encoder),
             *split(self.state.captured),
@@ -203,10 +201,25 @@ class DriveLayer:
             self.jerk,
         )
 
+    def _present_bits(self) -> int:
+        """Return the status bits that are not latched."""
+        motion, session = self.operation, self.session
+        bits = self._shown_inputs()
+        if motion is None or motion.direction == 0:
+            bits |= STOPPED
+        else:
+            bits |= MOVING_CW if motion.direction > 0 else MOVING_CCW
+            ramp = motion.ramp
+            if ramp:
+                bits |= ACCELERATING if ramp > 0 else DECELERATING
+        if session is not None:
+            bits |= ASSEMBLED_MODE | WAITING_FOR_SEGMENT if session.waiting else ASSEMBLED_MODE
+        return bits | DRIVE_ENABLED if self.enabled else bits
+
     def _shown_inputs(self) -> int:
         if self.model.layout is Layout.ANF2:
             cw, ccw = self.state.active & LIMIT_OF[1], self.state.active & LIMIT_OF[-1]
-            return (StatusBit.INPUT_1 if cw else 0) | (StatusBit.INPUT_2 if ccw else 0)
+            return (INPUT_1 if cw else 0) | (INPUT_2 if ccw else 0)
         return self.state.shown << 16
 
     # -- events -------------------------------------------------------------------------------

@@ -225,8 +225,10 @@ class AmciDriver(Driver[DriveProfile]):
         self.unfit = bool(status & UNFIT) and self._was_ready
         if self._was_ready and status & StatusBit.CONFIG_ERROR:
             raise PowerLostError
+        if self._holds or status & StatusBit.CONFIG_ERROR:  # without a configuration it refuses all commands
+            fresh &= ~StatusBit.COMMAND_ERROR
         for bit, (bits, text) in COMPLAINTS.items():
-            if fresh & bit and not (bit is StatusBit.COMMAND_ERROR and self._holds):
+            if fresh & bit:
                 self.findings.complain(bits, text)
 
     def _put(self, words: Words) -> Talk:
