@@ -19,11 +19,11 @@ from ..amci3601.blend import PROGRAM_AND_TRANSMIT
 from ..amci3601.parameters import Limits
 from ..image import signed_word
 from ..module_words import ModuleWords
+from ..number_formats import NumberFormat
 from ..thousands import split_reported
 from .bits import CommandBit, InputFunction, Modifier, StatusBit
 from .configuration import USUAL, configuration_of
 from .models import MODELS, Layout, Model
-from .numbers import DriveFormat
 
 Bit = TypeVar("Bit", CommandBit, StatusBit)
 
@@ -143,7 +143,7 @@ class DriveTranslation:
         lsw = StatusLsw.IN_CAPTURE.value if word1 & self._capture else 0
         if self._acknowledges(bits):
             lsw |= StatusLsw.BLEND_ACK.value
-        if self._set.input_format is DriveFormat.THOUSANDS:
+        if self._set.input_format is NumberFormat.THOUSANDS:
             return [msw, lsw, *inputs[2:8]]
         return [msw, lsw, *(word for at in (2, 4, 6) for word in split_reported(self.number(inputs, at)))]
 

@@ -397,8 +397,8 @@ class LadderLogic(ABC):
         with suppress(LadderFault):
             engine.interpreter.prescan()
         found: list[str] = []
-        old: Sequence[Any]
-        new: Sequence[Any]
+        old: Any
+        new: Any
         for leaf in (each for each in leaves if each.path in before):
             old, new = (each if leaf.dims else [each] for each in (before[leaf.path], memory.values(leaf)))
             found += [

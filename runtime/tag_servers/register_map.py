@@ -89,8 +89,9 @@ class RegisterMap:
             raise ValueError(
                 f"it needs {size} addresses from {address} on: the last address is {ADDRESSES - 1}"
             )
-        if taken := next(filter(None, (cells.get(address + place) for place in range(size))), None):
-            raise ValueError(f"an address from {address} on is that of {taken.row.target.name}")
+        taken = next((each.row for place in range(size) if (each := cells.get(address + place))), None)
+        if isinstance(taken, MappedTag):
+            raise ValueError(f"an address from {address} on is that of {taken.target.name}")
         for place in range(size):
             cells[address + place] = _Cell(row, place, size - place)
 
