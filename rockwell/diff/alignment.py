@@ -61,7 +61,9 @@ def _anchors(old: Sequence[Hashable], new: Sequence[Hashable], span: tuple[int, 
     once = Counter(old[i:j])
     others = Counter(new[k:n])
     places = {new[at]: at for at in range(k, n) if others[new[at]] == 1}
-    return longest_chain([(at, places[old[at]]) for at in range(i, j) if once[old[at]] == 1 and old[at] in places])
+    return longest_chain(
+        [(at, places[old[at]]) for at in range(i, j) if once[old[at]] == 1 and old[at] in places]
+    )
 
 
 def _without_anchor(

@@ -7,7 +7,8 @@
 | moved | a rung or a line in another order, which logic is executed in |
 | renamed | an item with the same content, a tag with the same uses |
 
-Order of what has a name, dates, authors, blanks and places on a sheet are apart: they change nothing that runs.
+The order of what has a name, dates, authors, blanks and places on a sheet are apart: they change nothing
+that runs.
 """
 
 from __future__ import annotations
@@ -15,7 +16,6 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import groupby
 from typing import Any
 
 from .alignment import longest_chain
@@ -33,7 +33,7 @@ ORDERED = frozenset({"parameter"})
 
 ORDER, DATES, LAYOUT = (
     "the order of",
-    "dates, authors and options of the export of",
+    "dates, authors and options of",
     "blanks and places on the sheet of",
 )
 """What is apart."""
@@ -53,6 +53,7 @@ class Difference:
     was: str = ""  # the old name of a renamed item, the old place of a moved or changed step if it is another
     old: tuple[Step, ...] = ()  # steps of the old version that are drawn
     new: tuple[Step, ...] = ()
+    head: str = ""  # of an added or removed item: its text without these steps
 
     @property
     def where(self) -> str:
@@ -103,12 +104,23 @@ class Comparison:
 
     def lines(self) -> Iterator[str]:
         """Yield it as lines of text, grouped by program and routine."""
-        for owner, group in groupby(self.differences, key=lambda each: each.owner):
+        for owner, group in self.by_owner().items():
             indent = "  " if owner else ""
             yield from filter(None, [owner])
             yield from (f"{indent}{line}" for each in group for line in each.lines())
         yield self.summary
         yield from (f"not counted: {each}" for each in self.apart)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for `--json`."""
+        return {"differences": [each.as_json() for each in self.differences], "apart": list(self.apart)}
+
+    def by_owner(self) -> dict[str, list[Difference]]:
+        """Return the differences by program and routine, those of the controller first."""
+        found: defaultdict[str, list[Difference]] = defaultdict(list)
+        for each in self.differences:
+            found[each.owner].append(each)
+        return dict(sorted(found.items(), key=lambda group: bool(group[0])))
 
     @property
     def summary(self) -> str:
@@ -169,7 +181,7 @@ class _Comparer:
         place = place_of(owner, new)
         self._fields(old, new, owner)
         if old.dates != new.dates:
-            self._apart[DATES].append(place or new.what)
+            self._apart[DATES].append(place or f"the {new.what}".replace("export", "file"))
         if old.steps or new.steps:
             self._found.append(_Routine(place, old, new))
             for scope in {"", owner}:
@@ -192,9 +204,15 @@ class _Comparer:
 
     def _items(self, old: Sequence[Item | Shared], new: Sequence[Item | Shared], place: str) -> None:
         places, mates = _shared(old, new)
-        ours = {i: each.open() if isinstance(each, Shared) else each for i, each in enumerate(old) if i not in places}
+        ours = {
+            i: each.open() if isinstance(each, Shared) else each
+            for i, each in enumerate(old)
+            if i not in places
+        }
         theirs = {
-            k: each.open() if isinstance(each, Shared) else each for k, each in enumerate(new) if k not in mates
+            k: each.open() if isinstance(each, Shared) else each
+            for k, each in enumerate(new)
+            if k not in mates
         }
         by_key: dict[tuple[str, str], list[int]] = defaultdict(list)
         for i in sorted(ours, reverse=True):
@@ -251,7 +269,8 @@ class _Comparer:
     def differences(self) -> Iterator[Difference]:
         """Yield the differences in the order of the new version."""
         names = {
-            owner: renamed(each.old, each.new, each.before, each.after) for owner, each in self._scopes.items()
+            owner: renamed(each.old, each.new, each.before, each.after)
+            for owner, each in self._scopes.items()
         }
         for each in self._found:
             if isinstance(each, Difference):
@@ -285,7 +304,9 @@ class _Comparer:
             self._note(LAYOUT, owner)
         if old is not None and new is not None and old.comment != new.comment:
             where = _name_of(new)
-            yield Difference(CHANGED, "comment", owner, where, new.line, old.comment, new.comment, "", (old,), (new,))
+            yield Difference(
+                CHANGED, "comment", owner, where, new.line, old.comment, new.comment, "", (old,), (new,)
+            )
 
     def _note(self, what: str, where: str) -> None:
         if where not in self._apart[what]:
@@ -296,9 +317,7 @@ class _Comparer:
         yield from (f"{what} {', '.join(where)}" for what, where in self._apart.items())
 
 
-def _shared(
-    old: Sequence[Item | Shared], new: Sequence[Item | Shared]
-) -> tuple[set[int], dict[int, int]]:
+def _shared(old: Sequence[Item | Shared], new: Sequence[Item | Shared]) -> tuple[set[int], dict[int, int]]:
     """Return the places of what both lists share, and of the new ones with the old one's."""
     places: defaultdict[bytes, list[int]] = defaultdict(list)
     for i in range(len(old) - 1, -1, -1):
@@ -371,13 +390,18 @@ def _one(each: _One, names: dict[str, Item]) -> Iterator[Difference]:
         return
     if each.kind == ADDED and item.what in TAGS and any(item is new for new in names.values()):
         return
-    inner = [item.text(), *(line for part in item.opened() for line in canonical_lines(part))]
-    text = "\n".join(filter(None, inner))
     removed = each.kind == REMOVED
+    text = _text_of(item, steps=True)
     texts = (text, "") if removed else ("", text)
     steps = _all_steps(item)
-    drawn = {"old": steps} if removed else {"new": steps}
-    yield Difference(each.kind, item.what, each.owner, item.name, item.line, *texts, **drawn)
+    sides = (steps, ()) if removed else ((), steps)
+    head = _text_of(item, steps=False)
+    yield Difference(each.kind, item.what, each.owner, item.name, item.line, *texts, "", *sides, head)
+
+
+def _text_of(item: Item, *, steps: bool) -> str:
+    inner = (line for part in item.opened() for line in canonical_lines(part, steps=steps))
+    return "\n".join((*item.lines(steps=steps), *inner))
 
 
 def _all_steps(item: Item) -> tuple[Step, ...]:

@@ -52,6 +52,15 @@ PLACES = frozenset(("X", "Y", "HideDesc", "DescX", "DescY", "DescWidth", "Show",
 _KEYS = ("Name", "Id", "ID", "Operand", "Index", "Number", "Format", "Lang")
 """Attributes that name an element among its siblings."""
 
+_GROUPS = frozenset(
+    {
+        *("DataTypes", "Modules", "AddOnInstructionDefinitions", "Tags", "Programs", "Tasks", "Trends"),
+        *("Routines", "Parameters", "LocalTags", "Members", "Comments", "Ports", "Connections"),
+        *("ScheduledPrograms", "Dependencies", "QuickWatchLists", "ParameterConnections", "DataLogs"),
+    }
+)
+"""Elements that group others: an empty one says nothing."""
+
 _VALUES = {"Data": "", "DefaultData": "default", "ForceData": "force"}
 _TEXTS = re.compile(r"('(?:[^'$]++|\$.)*+')")
 
@@ -137,7 +146,9 @@ class _L5xOutline:
 
     def _inside(self, element: Any, path: str, item: Item, seen: Counter[str]) -> None:
         """Add the children of an element, and its text."""
-        decorated = any(each.get("Format") == "Decorated" for each in element.iterchildren("Data", "DefaultData"))
+        decorated = any(
+            each.get("Format") == "Decorated" for each in element.iterchildren("Data", "DefaultData")
+        )
         for child in element.iterchildren("*"):
             tag = child.tag
             if tag == CUT and self._document.cuts:
@@ -160,7 +171,9 @@ class _L5xOutline:
         """Add an element that nothing is known of: its attributes and its text, by its path."""
         text = _own_text(element)
         given = element.attrib
-        if not given and not text and len(element):  # it only holds others together
+        if (
+            not given and not text and (len(element) or element.tag in _GROUPS)
+        ):  # it only holds others together
             self._inside(element, path, item, seen)
             return
         key = next((name for name in _KEYS if name in given), "")
@@ -182,7 +195,9 @@ class _L5xOutline:
         label = f"member {given.pop('Name', '')}"
         kind, dims = given.pop("DataType", ""), given.pop("Dimension", given.pop("Dimensions", "0"))
         rest = ", ".join(f"{name} {text}" for name, text in given.items())
-        item.fields.append((label, f"{kind}{'' if dims in ('0', '') else f'[{dims}]'}{rest and f' ({rest})'}"))
+        item.fields.append(
+            (label, f"{kind}{'' if dims in ('0', '') else f'[{dims}]'}{rest and f' ({rest})'}")
+        )
         self._inside(element, label, item, seen)
 
     def _values(self, element: Any, path: str, item: Item, *, repeated: bool) -> None:
@@ -190,7 +205,7 @@ class _L5xOutline:
         form, begin = element.get("Format", ""), f"{path} {_VALUES[element.tag]}".strip()
         if form == "Decorated":
             for value, member in _decorated(element, ""):
-                item.fields.append((f"{begin} {member}".strip() or "value", value))
+                item.fields.append((f"{begin}{member}" or "value", value))
             item.details.append((f"{begin or 'values'}, as decorated data", _markup(element)))
         elif form in ("L5K", "String", "") and not len(element):
             kept = item.details if repeated else item.fields
@@ -205,13 +220,21 @@ class _L5xOutline:
         """Yield the rungs of a routine."""
         for place, each in enumerate(content.iterchildren("*"), number):
             texts = [each.text for each in each.iterchildren("Text")] or [""]
-            text = (texts[0] or "").strip() if len(texts) == 1 else "\n".join(map(_text, each.iterchildren("Text")))
+            text = (
+                (texts[0] or "").strip()
+                if len(texts) == 1
+                else "\n".join(map(_text, each.iterchildren("Text")))
+            )
             first = next(each.iterchildren("Text"), None)
             comment = "\n".join(_text(inner) for inner in each.iterchildren("Comment"))
             kind = each.get("Type", "N")
             marks = [kind] if kind != "N" else []
-            marks += [f"{name}={said}" for name, said in each.attrib.items() if name not in ("Number", "Type")]
-            marks += [_markup(inner) for inner in each.iterchildren("*") if inner.tag not in ("Text", "Comment")]
+            marks += [
+                f"{name}={said}" for name, said in each.attrib.items() if name not in ("Number", "Type")
+            ]
+            marks += [
+                _markup(inner) for inner in each.iterchildren("*") if inner.tag not in ("Text", "Comment")
+            ]
             shown = f"{', '.join(marks)}: {text}" if marks else text
             line = self._line(each) if first is None else line_of_text(first) + self._shift
             yield Step(RUNG, place, shown, rung_key(shown), comment, line)
@@ -243,7 +266,9 @@ class _L5xOutline:
             for each in inner:
                 text = _element_text(each, names)
                 if text:
-                    layout = " ".join(f"{name}={said}" for name, said in each.attrib.items() if name in PLACES)
+                    layout = " ".join(
+                        f"{name}={said}" for name, said in each.attrib.items() if name in PLACES
+                    )
                     shown = f"{head}: {text}" if head else text
                     yield Step(ELEMENT, place, shown, " ".join(shown.split()), "", self._line(each), layout)
                     place += 1
@@ -270,7 +295,9 @@ def _own_text(element: Any) -> str:
     """Return the text of an element without that of those inside it."""
     if not len(element):
         return (element.text or "").strip()
-    return " ".join(filter(None, ((each or "").strip() for each in (element.text, *(inner.tail for inner in element)))))
+    return " ".join(
+        filter(None, ((each or "").strip() for each in (element.text, *(inner.tail for inner in element))))
+    )
 
 
 def _markup(element: Any) -> str:

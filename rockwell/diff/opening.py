@@ -6,8 +6,7 @@ from pathlib import Path
 
 from ...io_images.input_files import open_input
 from ...ladder.model.errors import LadderError
-from ..l5x.xml.parsing import MOST_BYTES as MOST_L5X_BYTES
-from ..slc.document import MOST_BYTES as MOST_SLC_BYTES
+from ..l5x.xml.parsing import MOST_BYTES
 from .comparison import Comparison, compared
 from .l5x import outline, outlines
 from .outline import Item, canonical_lines
@@ -23,7 +22,10 @@ def compare_exports(old: Path, new: Path) -> Comparison:
     before, after = _bytes_of(old), _bytes_of(new)
     kinds = [_is_xml(each) for each in (before, after)]
     if kinds[0] != kinds[1]:
-        names = [f"{file} is {'an L5X' if xml else 'text of RSLogix 500'}" for file, xml in zip((new, old), kinds[::-1], strict=True)]
+        names = [
+            f"{file} is {'an L5X' if xml else 'text of RSLogix 500'}"
+            for file, xml in zip((new, old), kinds[::-1], strict=True)
+        ]
         raise LadderError(f"{', '.join(names)}: --against compares two L5X files, or two of RSLogix 500")
     if kinds[0]:
         return compared(*outlines(before, after, (str(old), str(new))))
@@ -31,7 +33,7 @@ def compare_exports(old: Path, new: Path) -> Comparison:
 
 
 def text_of_export(path: Path) -> str:
-    """Return an export as text in which order and dates are no difference; a LadderError if it can't be read."""
+    """Return an export as text without order and dates; a LadderError if it can't be read."""
     data = _bytes_of(path)
     item = outline(data, str(path)) if _is_xml(data) else _slc(data, path)
     return "\n".join(canonical_lines(item))
@@ -44,7 +46,7 @@ def _slc(data: bytes, path: Path) -> Item:
 def _bytes_of(path: Path) -> bytes:
     try:
         with open_input(path) as stream:
-            return stream.read(MOST_L5X_BYTES + 1)
+            return stream.read(MOST_BYTES + 1)
     except OSError as error:
         raise LadderError(f"{path}: it can't be read: {error.strerror}") from None
 

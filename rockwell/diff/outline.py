@@ -48,7 +48,9 @@ class Item:
     line: int
     fields: list[Field] = field(default_factory=list)
     details: list[Field] = field(default_factory=list)
-    dates: list[Field] = field(default_factory=list)  # dates, authors and options of the export: no difference
+    dates: list[Field] = field(
+        default_factory=list
+    )  # dates, authors and options of the export: no difference
     steps: list[Step] = field(default_factory=list)
     items: list[Item | Shared] = field(default_factory=list)
 
@@ -62,10 +64,12 @@ class Item:
         for each in self.items:
             yield each.open() if isinstance(each, Shared) else each
 
-    def text(self) -> str:
-        """Return fields and steps as text."""
-        lines = [f"{label} = {text}" for label, text in self.fields]
-        return "\n".join([*lines, *(line for each in self.steps for line in each.lines())])
+    def lines(self, *, steps: bool = True) -> Iterator[str]:
+        """Yield fields and perhaps steps as lines."""
+        for label, text in self.fields:
+            yield from f"{label} = {text}".splitlines()
+        if steps:
+            yield from (line for each in self.steps for line in each.lines())
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +87,7 @@ class Shared:
 
 
 OWNERLESS = frozenset(("export", "controller"))
-"""Items that are no part of a place: `Main, Start` is a tag of program Main, `Start` one of the controller."""
+"""Items without a place: `Main, Start` is a tag of program Main, `Start` one of the controller."""
 
 
 def place_of(owner: str, item: Item) -> str:
@@ -93,11 +97,10 @@ def place_of(owner: str, item: Item) -> str:
     return ", ".join(filter(None, (owner, item.name)))
 
 
-def canonical_lines(item: Item, owner: str = "") -> Iterator[str]:
-    """Yield an outline as text in which order and dates are no difference, for git."""
+def canonical_lines(item: Item, owner: str = "", *, steps: bool = True) -> Iterator[str]:
+    """Yield an outline as text in which order and dates are no difference, for git; perhaps without steps."""
     place = place_of(owner, item)
     yield " ".join(filter(None, (item.what, place)))
-    yield from (f"  {line}" for label, text in item.fields for line in f"{label} = {text}".splitlines())
-    yield from (f"  {line}" for step in item.steps for line in step.lines())
+    yield from (f"  {line}" for line in item.lines(steps=steps))
     for each in sorted(item.opened(), key=lambda inner: inner.key):
-        yield from canonical_lines(each, place)
+        yield from canonical_lines(each, place, steps=steps)

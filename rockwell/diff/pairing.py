@@ -1,8 +1,8 @@
 """Rungs and lines of two versions: the same, moved, changed, added, removed.
 
-    the same     the longest chain in both orders, see `alignment`
-    moved        the same key elsewhere in the routine
-    changed      of those left between two that are the same: the most similar ones, or those with one comment
+the same     the longest chain in both orders, see `alignment`
+moved        the same key elsewhere in the routine
+changed      of those left between two that are the same: the most similar ones, or those with one comment
 """
 
 from __future__ import annotations

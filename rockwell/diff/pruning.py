@@ -3,8 +3,8 @@
     <Tag Name="A" ...> ... </Tag>     in both, byte for byte:     <Cut N="5"/>
 
 Most of two versions is the same, and comparing its bytes takes a tenth of the time of reading its elements.
-Line numbers stay: a cut leaves its newlines. Programs, tags and so on are compared first; of those that differ,
-their tags and routines.
+Line numbers stay: a cut leaves its newlines. Programs, tags and so on are compared first; of those that
+differ, their tags and routines.
 """
 
 from __future__ import annotations
@@ -55,7 +55,8 @@ def pruned(old: bytes, new: bytes) -> tuple[Pruned, Pruned]:
         if None in found:
             return Pruned(old, []), Pruned(new, [])
         contents = [
-            {data[begin:end] for begin, end in each or ()} for data, each in zip(documents, found, strict=True)
+            {data[begin:end] for begin, end in each or ()}
+            for data, each in zip(documents, found, strict=True)
         ]
         common = contents[0] & contents[1]
         for number, data in enumerate(documents):
@@ -78,7 +79,9 @@ def _elements(data: bytes, spans: Iterable[Span]) -> list[Span] | None:
         return None
     elements: list[Span] = []
     for begin, end in spans:
-        for found in _ELEMENT.finditer(data, begin + 1, end):  # without the element itself, or the declaration
+        for found in _ELEMENT.finditer(
+            data, begin + 1, end
+        ):  # without the element itself, or the declaration
             if found[1]:
                 elements.append(found.span())
             elif found[2]:

@@ -68,7 +68,9 @@ def _by_use(tags: Iterable[Item], own: Uses, other: Uses) -> dict[object, list[I
     for each in tags:
         name = each.name.upper()
         if own.get(name) and not other.get(name):
-            kinds = tuple(text for label, text in each.fields if label in ("DataType", "Dimensions", "TagType"))
+            kinds = tuple(
+                text for label, text in each.fields if label in ("DataType", "Dimensions", "TagType")
+            )
             uses = frozenset(Counter(own[name]).items())
             found[each.what, kinds, uses].append(each)
     return found
