@@ -20,7 +20,7 @@ from typing import Any
 
 from .alignment import longest_chain
 from .outline import ELEMENT, Field, Item, Shared, Step, canonical_lines, place_of
-from .pairing import Pairing, paired
+from .pairing import Pairing, paired, without_followers
 from .renames import TAGS, renamed, with_new_names
 
 ADDED, REMOVED, CHANGED, MOVED, RENAMED = "added", "removed", "changed", "moved", "renamed"
@@ -259,8 +259,9 @@ class _Comparer:
             if what in ORDERED:
                 names = [_name(new[k]) for k, _ in both]
                 was = [_name(new[k]) for k, _ in sorted(both, key=lambda pair: pair[1])]
-                texts = (f"order of {what}s = {', '.join(each)}" for each in (was, names))
-                self._found.append(Difference(CHANGED, "add-on", "", place, new[both[0][0]].line, *texts))
+                before, after = (f"order of {what}s = {', '.join(each)}" for each in (was, names))
+                line = new[both[0][0]].line
+                self._found.append(Difference(CHANGED, "add-on", "", place, line, before, after))
             else:
                 self._apart[ORDER].append(f"{what}s of {place}" if place else f"{what}s")
 
@@ -284,7 +285,7 @@ class _Comparer:
 
     def _steps(self, routine: _Routine, names: dict[str, Item]) -> Iterator[Difference]:
         old = [with_new_names(each, names) for each in routine.old.steps]
-        for pair in paired(old, routine.new.steps):
+        for pair in without_followers(paired(old, routine.new.steps)):
             yield from self._step(routine.owner, pair)
 
     def _step(self, owner: str, pair: Pairing) -> Iterator[Difference]:
@@ -391,12 +392,19 @@ def _one(each: _One, names: dict[str, Item]) -> Iterator[Difference]:
     if each.kind == ADDED and item.what in TAGS and any(item is new for new in names.values()):
         return
     removed = each.kind == REMOVED
-    text = _text_of(item, steps=True)
-    texts = (text, "") if removed else ("", text)
-    steps = _all_steps(item)
-    sides = (steps, ()) if removed else ((), steps)
-    head = _text_of(item, steps=False)
-    yield Difference(each.kind, item.what, each.owner, item.name, item.line, *texts, "", *sides, head)
+    text, steps = _text_of(item, steps=True), _all_steps(item)
+    yield Difference(
+        each.kind,
+        item.what,
+        each.owner,
+        item.name,
+        item.line,
+        before=text if removed else "",
+        after="" if removed else text,
+        old=steps if removed else (),
+        new=() if removed else steps,
+        head=_text_of(item, steps=False),
+    )
 
 
 def _text_of(item: Item, *, steps: bool) -> str:
@@ -409,7 +417,7 @@ def _all_steps(item: Item) -> tuple[Step, ...]:
 
 
 def _name_of(step: Step) -> str:
-    return step.what if step.what == ELEMENT else f"{step.what} {step.number}"
+    return "" if step.what == ELEMENT else f"{step.what} {step.number}"
 
 
 def _difference(kind: str, owner: str, old: Step | None, new: Step | None) -> Difference:

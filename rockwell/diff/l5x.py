@@ -168,12 +168,13 @@ class _L5xOutline:
                 self._other(child, path, item, seen)
 
     def _other(self, element: Any, path: str, item: Item, seen: Counter[str]) -> None:
-        """Add an element that nothing is known of: its attributes and its text, by its path."""
+        """Add an element that nothing is known of: its attributes and its text, by its path.
+
+        One without either only holds others together.
+        """
         text = _own_text(element)
         given = element.attrib
-        if (
-            not given and not text and (len(element) or element.tag in _GROUPS)
-        ):  # it only holds others together
+        if not given and not text and (len(element) or element.tag in _GROUPS):
             self._inside(element, path, item, seen)
             return
         key = next((name for name in _KEYS if name in given), "")
@@ -253,7 +254,7 @@ class _L5xOutline:
                     continue
                 shown = f"{kind}: {line.rstrip()}" if kind else line.rstrip()
                 at = line_of_text(each) + self._shift + offset
-                yield Step(LINE, number + place, shown, f"{kind}:{words}", "", at, f"{blanks}{line}")
+                yield Step(LINE, number + place, shown, f"{kind} {words}", "", at, layout=f"{blanks}{line}")
                 blanks = 0
 
     def chart(self, content: Any, number: int) -> Iterator[Step]:
@@ -270,7 +271,8 @@ class _L5xOutline:
                         f"{name}={said}" for name, said in each.attrib.items() if name in PLACES
                     )
                     shown = f"{head}: {text}" if head else text
-                    yield Step(ELEMENT, place, shown, " ".join(shown.split()), "", self._line(each), layout)
+                    key, name = " ".join(shown.split()), names.get(each.get("ID", ""), "")
+                    yield Step(ELEMENT, place, shown, key, "", self._line(each), name, layout)
                     place += 1
 
 

@@ -31,6 +31,7 @@ class Step:
     key: str  # what decides whether two are the same: the text without blanks
     comment: str
     line: int
+    name: str = ""  # what connections call an element
     layout: str = ""  # its place on a sheet, or its blanks: no difference
 
     def lines(self) -> Iterator[str]:

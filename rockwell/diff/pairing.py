@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter, defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -18,6 +18,9 @@ from .outline import LINE, Step
 
 TOKEN = re.compile(r"'(?:[^'$]++|\$.)*+'|\"[^\"]*+\"|[\w.:#\\$%/?]++|\S")
 """A word of a rung or a line: a mnemonic, an operand, a sign."""
+
+_NAMED = re.compile(r"ID=((?:(?! \w+=).)*+)")
+"""The name of an element in a connection."""
 
 ALIKE = 0.5
 """Least similarity of a changed rung."""
@@ -61,6 +64,23 @@ def paired(old: Sequence[Step], new: Sequence[Step]) -> list[Pairing]:
     found += [Pairing(old[i], new[k], moved=True) for i, k in moved]
     rest = [Pairing(None, new[k]) for k in free.new]
     return _in_order(found + rest, [old[i] for i in sorted(free.old)])
+
+
+def without_followers(pairs: Sequence[Pairing]) -> list[Pairing]:
+    """Return pairs without connections that only follow a renamed element: it is the difference."""
+    names = {
+        each.old.name: each.new.name
+        for each in pairs
+        if each.old is not None and each.new is not None and each.old.name != each.new.name
+    }
+    return [each for each in pairs if not (names and _follows(each, names))]
+
+
+def _follows(pair: Pairing, names: Mapping[str, str]) -> bool:
+    if pair.old is None or pair.new is None or pair.old.key == pair.new.key or pair.old.name:
+        return False
+    key = _NAMED.sub(lambda found: f"ID={names.get(found[1], found[1])}", pair.old.key)
+    return key == pair.new.key
 
 
 def _in_order(found: list[Pairing], removed: list[Step]) -> list[Pairing]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from .outline import Item, Step
@@ -22,19 +22,8 @@ _MNEMONIC = re.compile(r"([A-Za-z_]\w*+)\(")
 
 TAGS = frozenset(("tag", "local tag", "parameter"))
 
-Uses = Mapping[str, list[tuple[str, int]]]
-"""By a name in capitals: the instructions of each rung that has it, and its place among the rung's names."""
-
-
-def uses_of(steps: Iterable[Step]) -> Uses:
-    """Return the uses of names."""
-    found: defaultdict[str, list[tuple[str, int]]] = defaultdict(list)
-    for step in steps:
-        shape = " ".join(_MNEMONIC.findall(step.key))
-        for number, word in enumerate(_WORD.finditer(step.key)):
-            if word[1]:
-                found[word[1].upper()].append((shape, number))
-    return found
+Use = tuple[str, int]
+"""A rung, or what is alike of it, and a place among its names."""
 
 
 def renamed(
@@ -48,32 +37,57 @@ def renamed(
         before: steps of the scope in the old version that may use them.
         after: those of the new one.
     """
-    removed = [each for each in old if each.what in TAGS]
-    added = [each for each in new if each.what in TAGS]
+    removed = {each.name.upper(): each for each in old if each.what in TAGS}
+    added = {each.name.upper(): each for each in new if each.what in TAGS}
     if not removed or not added:
         return {}
-    were, are = uses_of(before), uses_of(after)
-    gone = _by_use(removed, were, are)
-    come = _by_use(added, are, were)
-    return {
-        ours[0].name.upper(): come[use][0]
-        for use, ours in gone.items()
-        if len(ours) == 1 and len(come.get(use, ())) == 1
-    }
+    for tags, other in ((removed, after), (added, before)):
+        for name in {each for step in other for each in _names_in(step)} & tags.keys():
+            del tags[name]
+    names: dict[str, Item] = {}
+    for shape in (_rest, _mnemonics):  # rungs that are the same but for the names; then those alike
+        gone, come = _by_use(removed, before, shape), _by_use(added, after, shape)
+        for use, ours in gone.items():
+            theirs = come.get(use, [])
+            if len(ours) == len(theirs) == 1:
+                names[ours[0]] = added.pop(theirs[0])
+                del removed[ours[0]]
+    return names
 
 
-def _by_use(tags: Iterable[Item], own: Uses, other: Uses) -> dict[object, list[Item]]:
-    """Return tags that only their version uses, by type and uses."""
-    found: defaultdict[object, list[Item]] = defaultdict(list)
-    for each in tags:
-        name = each.name.upper()
-        if own.get(name) and not other.get(name):
-            kinds = tuple(
-                text for label, text in each.fields if label in ("DataType", "Dimensions", "TagType")
-            )
-            uses = frozenset(Counter(own[name]).items())
-            found[each.what, kinds, uses].append(each)
+def _rest(key: str, names: Mapping[str, Item]) -> str:
+    """Return a rung without the names of tags that only its version has."""
+    return _WORD.sub(lambda word: "?" if (word[1] or "").upper() in names else word[0], key)
+
+
+def _mnemonics(key: str, _names: Mapping[str, Item]) -> str:
+    return " ".join(_MNEMONIC.findall(key))
+
+
+def _by_use(
+    tags: Mapping[str, Item],
+    steps: Iterable[Step],
+    shape: Callable[[str, Mapping[str, Item]], str],
+) -> dict[object, list[str]]:
+    """Return the names of tags by type and uses, without those that are not used."""
+    uses: defaultdict[str, list[Use]] = defaultdict(list)
+    for step in steps:
+        words = _names_in(step)
+        if not tags.keys().isdisjoint(words):
+            alike = shape(step.key, tags)
+            for number, word in enumerate(words):
+                if word in tags:
+                    uses[word].append((alike, number))
+    found: defaultdict[object, list[str]] = defaultdict(list)
+    for name, each in uses.items():
+        item = tags[name]
+        kinds = tuple(text for label, text in item.fields if label in ("DataType", "Dimensions", "TagType"))
+        found[item.what, kinds, frozenset(Counter(each).items())].append(name)
     return found
+
+
+def _names_in(step: Step) -> list[str]:
+    return [(word[1] or "").upper() for word in _WORD.finditer(step.key)]
 
 
 def with_new_names(step: Step, names: Mapping[str, Item]) -> Step:
