@@ -203,21 +203,12 @@ class _Comparer:
             )
 
     def _items(self, old: Sequence[Item | Shared], new: Sequence[Item | Shared], place: str) -> None:
-        places, mates = _shared(old, new)
-        ours = {
-            i: each.open() if isinstance(each, Shared) else each
-            for i, each in enumerate(old)
-            if i not in places
-        }
-        theirs = {
-            k: each.open() if isinstance(each, Shared) else each
-            for k, each in enumerate(new)
-            if k not in mates
-        }
+        old, new, pairs = _without_shared(old, new)
+        ours = {i: each for i, each in enumerate(old) if isinstance(each, Item)}
+        theirs = {k: each for k, each in enumerate(new) if isinstance(each, Item)}
         by_key: dict[tuple[str, str], list[int]] = defaultdict(list)
         for i in sorted(ours, reverse=True):
             by_key[ours[i].key].append(i)
-        pairs = dict(zip(mates, mates.values(), strict=True))
         added: list[int] = []
         for k, item in theirs.items():
             if by_key[item.key]:
@@ -318,18 +309,38 @@ class _Comparer:
         yield from (f"{what} {', '.join(where)}" for what, where in self._apart.items())
 
 
-def _shared(old: Sequence[Item | Shared], new: Sequence[Item | Shared]) -> tuple[set[int], dict[int, int]]:
-    """Return the places of what both lists share, and of the new ones with the old one's."""
+def _without_shared(
+    old: Sequence[Item | Shared], new: Sequence[Item | Shared]
+) -> tuple[list[Item | Shared], list[Item | Shared], dict[int, int]]:
+    """Return two lists that share all that is still shared, and the places of it: new ones with old ones."""
+    counts = Counter(each.content for each in old if isinstance(each, Shared)) & Counter(
+        each.content for each in new if isinstance(each, Shared)
+    )
+    before, after = _opened(old, counts.copy()), _opened(new, counts)
     places: defaultdict[bytes, list[int]] = defaultdict(list)
-    for i in range(len(old) - 1, -1, -1):
-        each = old[i]
+    for i in range(len(before) - 1, -1, -1):
+        each = before[i]
         if isinstance(each, Shared):
             places[each.content].append(i)
-    mates: dict[int, int] = {}
-    for k, each in enumerate(new):
-        if isinstance(each, Shared) and places.get(each.content):
-            mates[k] = places[each.content].pop()
-    return set(mates.values()), mates
+    return (
+        before,
+        after,
+        {k: places[each.content].pop() for k, each in enumerate(after) if isinstance(each, Shared)},
+    )
+
+
+def _opened(items: Sequence[Item | Shared], counts: Counter[bytes]) -> list[Item | Shared]:
+    """Open what the other list does not share."""
+    found: list[Item | Shared] = []
+    for each in items:
+        if isinstance(each, Item):
+            found.append(each)
+        elif counts[each.content] > 0:
+            counts[each.content] -= 1
+            found.append(each)
+        else:
+            found += each.open()
+    return found
 
 
 def _same_content(
@@ -378,7 +389,7 @@ def _order_of_members(old: Item, new: Item, item: Item) -> str:
 
 
 def _name(item: Item | Shared) -> str:
-    return item.open().name if isinstance(item, Shared) else item.name
+    return ", ".join(each.name for each in item.open()) if isinstance(item, Shared) else item.name
 
 
 def _one(each: _One, names: dict[str, Item]) -> Iterator[Difference]:

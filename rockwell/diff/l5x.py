@@ -121,9 +121,10 @@ class _L5xOutline:
         what = KINDS[content[1:60].split(None, 1)[0].decode().rstrip("/>")]
         return Shared(what, content, self._line(element), self._read)
 
-    def _read(self, content: bytes, line: int) -> Item:
+    def _read(self, content: bytes, line: int) -> list[Item]:
         inner = _L5xOutline(self._file, Pruned(content, []), line - 1)
-        return inner._item(parsed(content, self._file, line))
+        parts = parsed(b"<Cut>%b</Cut>" % content, self._file, line)
+        return [inner._item(each) for each in parts]
 
     def _item(self, element: Any) -> Item:
         what = KINDS[element.tag]

@@ -63,7 +63,7 @@ class Item:
     def opened(self) -> Iterator[Item]:
         """Yield the inner items, shared ones too."""
         for each in self.items:
-            yield each.open() if isinstance(each, Shared) else each
+            yield from each.open() if isinstance(each, Shared) else (each,)
 
     def lines(self, *, steps: bool = True) -> Iterator[str]:
         """Yield fields and perhaps steps as lines."""
@@ -75,15 +75,15 @@ class Item:
 
 @dataclass(frozen=True, slots=True)
 class Shared:
-    """An item that both versions have, byte for byte; its content is the key."""
+    """Items that both versions have in this order, byte for byte; their content is the key."""
 
-    what: str
+    what: str  # of the first one
     content: bytes
     line: int
-    read: Callable[[bytes, int], Item]
+    read: Callable[[bytes, int], list[Item]]
 
-    def open(self) -> Item:
-        """Read the item."""
+    def open(self) -> list[Item]:
+        """Read the items."""
         return self.read(self.content, self.line)
 
 
