@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from .alignment import longest_chain
-from .outline import ELEMENT, Field, Item, Shared, Step, canonical_lines, place_of
+from .outline import ELEMENT, CommonPart, Field, Item, Step, canonical_lines, place_of
 from .pairing import Pairing, paired, without_followers
 from .renames import TAGS, renamed, with_new_names
 
@@ -202,7 +202,7 @@ class _Comparer:
                 Difference(CHANGED, new.what, owner, name, new.line, "\n".join(before), "\n".join(after))
             )
 
-    def _items(self, old: Sequence[Item | Shared], new: Sequence[Item | Shared], place: str) -> None:
+    def _items(self, old: Sequence[Item | CommonPart], new: Sequence[Item | CommonPart], place: str) -> None:
         old, new, pairs = _without_shared(old, new)
         ours = {i: each for i, each in enumerate(old) if isinstance(each, Item)}
         theirs = {k: each for k, each in enumerate(new) if isinstance(each, Item)}
@@ -239,7 +239,7 @@ class _Comparer:
             (scope.old if kind == REMOVED else scope.new).append(each)
 
     def _orders(
-        self, kinds: Sequence[str], pairs: dict[int, int], new: Sequence[Item | Shared], place: str
+        self, kinds: Sequence[str], pairs: dict[int, int], new: Sequence[Item | CommonPart], place: str
     ) -> None:
         by_kind: defaultdict[str, list[tuple[int, int]]] = defaultdict(list)
         for k in sorted(pairs):
@@ -310,28 +310,28 @@ class _Comparer:
 
 
 def _without_shared(
-    old: Sequence[Item | Shared], new: Sequence[Item | Shared]
-) -> tuple[list[Item | Shared], list[Item | Shared], dict[int, int]]:
+    old: Sequence[Item | CommonPart], new: Sequence[Item | CommonPart]
+) -> tuple[list[Item | CommonPart], list[Item | CommonPart], dict[int, int]]:
     """Return two lists that share all that is still shared, and the places of it: new ones with old ones."""
-    counts = Counter(each.content for each in old if isinstance(each, Shared)) & Counter(
-        each.content for each in new if isinstance(each, Shared)
+    counts = Counter(each.content for each in old if isinstance(each, CommonPart)) & Counter(
+        each.content for each in new if isinstance(each, CommonPart)
     )
     before, after = _opened(old, counts.copy()), _opened(new, counts)
     places: defaultdict[bytes, list[int]] = defaultdict(list)
     for i in range(len(before) - 1, -1, -1):
         each = before[i]
-        if isinstance(each, Shared):
+        if isinstance(each, CommonPart):
             places[each.content].append(i)
     return (
         before,
         after,
-        {k: places[each.content].pop() for k, each in enumerate(after) if isinstance(each, Shared)},
+        {k: places[each.content].pop() for k, each in enumerate(after) if isinstance(each, CommonPart)},
     )
 
 
-def _opened(items: Sequence[Item | Shared], counts: Counter[bytes]) -> list[Item | Shared]:
+def _opened(items: Sequence[Item | CommonPart], counts: Counter[bytes]) -> list[Item | CommonPart]:
     """Open what the other list does not share."""
-    found: list[Item | Shared] = []
+    found: list[Item | CommonPart] = []
     for each in items:
         if isinstance(each, Item):
             found.append(each)
@@ -388,8 +388,8 @@ def _order_of_members(old: Item, new: Item, item: Item) -> str:
     return ", ".join(each.removeprefix("member ") for each in (before if item is old else after))
 
 
-def _name(item: Item | Shared) -> str:
-    return ", ".join(each.name for each in item.open()) if isinstance(item, Shared) else item.name
+def _name(item: Item | CommonPart) -> str:
+    return ", ".join(each.name for each in item.open()) if isinstance(item, CommonPart) else item.name
 
 
 def _one(each: _One, names: dict[str, Item]) -> Iterator[Difference]:

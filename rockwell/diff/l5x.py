@@ -17,8 +17,8 @@ from typing import Any
 from ..l5x.xml.document import ROOT
 from ..l5x.xml.elements import line_of_text
 from ..l5x.xml.parsing import L5xError, checked, parsed
-from .outline import ELEMENT, LINE, RUNG, Field, Item, Shared, Step
-from .pruning import CUT, Pruned, pruned
+from .outline import ELEMENT, LINE, RUNG, CommonPart, Field, Item, Step
+from .pruning import CUT, PrunedDocument, pruned
 
 KINDS: Mapping[str, str] = {
     ROOT: "export",
@@ -81,7 +81,7 @@ def outlines(old: bytes, new: bytes, files: tuple[str, str]) -> tuple[Item, Item
 
 def outline(data: bytes, file: str) -> Item:
     """Read an L5X file; an L5xError for one that can't be read."""
-    return _L5xOutline(file, Pruned(checked(data, file), [])).root()
+    return _L5xOutline(file, PrunedDocument(checked(data, file), [])).root()
 
 
 def rung_key(text: str) -> str:
@@ -105,7 +105,7 @@ def _checked_root(root: Any, file: str) -> int:
 class _L5xOutline:
     """Builds items from elements; `shift` is the line of the document's beginning."""
 
-    def __init__(self, file: str, document: Pruned, shift: int = 0) -> None:
+    def __init__(self, file: str, document: PrunedDocument, shift: int = 0) -> None:
         self._file, self._document, self._shift = file, document, shift
 
     def root(self) -> Item:
@@ -116,13 +116,13 @@ class _L5xOutline:
     def _line(self, element: Any) -> int:
         return int(element.sourceline or 0) + self._shift
 
-    def _shared(self, element: Any) -> Shared:
+    def _shared(self, element: Any) -> CommonPart:
         content = self._document.cuts[int(element.get("N"))]
         what = KINDS[content[1:60].split(None, 1)[0].decode().rstrip("/>")]
-        return Shared(what, content, self._line(element), self._read)
+        return CommonPart(what, content, self._line(element), self._read)
 
     def _read(self, content: bytes, line: int) -> list[Item]:
-        inner = _L5xOutline(self._file, Pruned(content, []), line - 1)
+        inner = _L5xOutline(self._file, PrunedDocument(content, []), line - 1)
         parts = parsed(b"<Cut>%b</Cut>" % content, self._file, line)
         return [inner._item(each) for each in parts]
 

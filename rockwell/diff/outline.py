@@ -6,7 +6,7 @@
       steps      rungs, lines of structured text, or elements of a chart, in order
       items      inner items, in order
 
-What two versions have in common may be left out of both, see `Shared`.
+What two versions have in common may be left out of both, see `CommonPart`.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Item:
         default_factory=list
     )  # dates, authors and options of the export: no difference
     steps: list[Step] = field(default_factory=list)
-    items: list[Item | Shared] = field(default_factory=list)
+    items: list[Item | CommonPart] = field(default_factory=list)
 
     @property
     def key(self) -> tuple[str, str]:
@@ -63,7 +63,7 @@ class Item:
     def opened(self) -> Iterator[Item]:
         """Yield the inner items, shared ones too."""
         for each in self.items:
-            yield from each.open() if isinstance(each, Shared) else (each,)
+            yield from each.open() if isinstance(each, CommonPart) else (each,)
 
     def lines(self, *, steps: bool = True) -> Iterator[str]:
         """Yield fields and perhaps steps as lines."""
@@ -74,7 +74,7 @@ class Item:
 
 
 @dataclass(frozen=True, slots=True)
-class Shared:
+class CommonPart:
     """Items that both versions have in this order, byte for byte; their content is the key."""
 
     what: str  # of the first one

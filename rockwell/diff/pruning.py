@@ -43,14 +43,14 @@ Joint = tuple[bytes, bytes, bytes]
 """Two elements and what is between them."""
 
 
-class Pruned(NamedTuple):
+class PrunedDocument(NamedTuple):
     """A document, and what was cut out of it: by the number in it."""
 
     data: bytes
     cuts: list[bytes]
 
 
-class _Part(NamedTuple):
+class _Element(NamedTuple):
     """An element: where it begins and ends, and its text."""
 
     begin: int
@@ -58,15 +58,15 @@ class _Part(NamedTuple):
     content: bytes
 
 
-def pruned(old: bytes, new: bytes) -> tuple[Pruned, Pruned]:
+def pruned(old: bytes, new: bytes) -> tuple[PrunedDocument, PrunedDocument]:
     """Return two documents without the elements that both have; whole ones if one has comments."""
     documents = old, new
-    cut: tuple[list[_Part], list[_Part]] = ([], [])
+    cut: tuple[list[_Element], list[_Element]] = ([], [])
     spans: list[list[Span]] = [[(0, len(each))] for each in documents]
     for _ in range(_LEVELS):
         found = [_elements(data, each) for data, each in zip(documents, spans, strict=True)]
         if None in found:
-            return Pruned(old, []), Pruned(new, [])
+            return PrunedDocument(old, []), PrunedDocument(new, [])
         parts = [each or [] for each in found]
         common = {each.content for each in parts[0]} & {each.content for each in parts[1]}
         for number, each in enumerate(parts):
@@ -75,31 +75,31 @@ def pruned(old: bytes, new: bytes) -> tuple[Pruned, Pruned]:
     joints = _joints(old, cut[0]) & _joints(new, cut[1])
     before, after = _without(old, cut[0], joints), _without(new, cut[1], joints)
     if _has_own_cuts(before) or _has_own_cuts(after):
-        return Pruned(old, []), Pruned(new, [])
+        return PrunedDocument(old, []), PrunedDocument(new, [])
     return before, after
 
 
-def _has_own_cuts(document: Pruned) -> bool:
+def _has_own_cuts(document: PrunedDocument) -> bool:
     return document.data.count(b"<Cut") != len(document.cuts)
 
 
-def _elements(data: bytes, spans: Iterable[Span]) -> list[_Part] | None:
+def _elements(data: bytes, spans: Iterable[Span]) -> list[_Element] | None:
     """Return the outermost elements inside of spans; None if there are comments or unended characters."""
     if data.rfind(b"<![CDATA[") > data.rfind(b"]]>"):
         return None
-    elements: list[_Part] = []
+    elements: list[_Element] = []
     for begin, end in spans:
         for found in _ELEMENT.finditer(
             data, begin + 1, end
         ):  # without the element itself, or the declaration
             if found[1]:
-                elements.append(_Part(found.start(), found.end(), found[0]))
+                elements.append(_Element(found.start(), found.end(), found[0]))
             elif found[2]:
                 return None
     return elements
 
 
-def _joints(data: bytes, parts: list[_Part]) -> set[Joint]:
+def _joints(data: bytes, parts: list[_Element]) -> set[Joint]:
     """Return neighbors with only blanks between them, of elements that are there once."""
     parts.sort()
     counts = Counter(each.content for each in parts)
@@ -111,10 +111,10 @@ def _joints(data: bytes, parts: list[_Part]) -> set[Joint]:
     }
 
 
-def _without(data: bytes, parts: list[_Part], joints: set[Joint]) -> Pruned:
+def _without(data: bytes, parts: list[_Element], joints: set[Joint]) -> PrunedDocument:
     """Replace elements; those that follow each other in both documents by one cut."""
     runs: list[list[int]] = []
-    before: _Part | None = None
+    before: _Element | None = None
     for each in parts:
         joined = (
             before is not None and (before.content, data[before.end : each.begin], each.content) in joints
@@ -132,4 +132,4 @@ def _without(data: bytes, parts: list[_Part], joints: set[Joint]) -> Pruned:
         kept += [data[done:begin], b'<Cut N="%d"/>' % len(cuts), b"\n" * content.count(b"\n")]
         cuts.append(content)
         done = end
-    return Pruned(b"".join((*kept, data[done:])), cuts)
+    return PrunedDocument(b"".join((*kept, data[done:])), cuts)
