@@ -27,7 +27,6 @@ r"""L5X: program exports of Studio 5000 and RSLogix 5000.
 | `widening` | members that the types of the file lack |
 | `building` | builds it, refusing rung by rung |
 | `importer` | all of this for one document |
-| `comparing` | two versions, rung by rung |
 | `export` | a program or a routine back to an L5X |
 | `trial` | runs it: interpreter and compiler in lockstep |
 """

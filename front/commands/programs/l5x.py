@@ -24,6 +24,13 @@ def _l5x_command(
     against: Annotated[
         Path | None, typer.Option(metavar="OLDER", help="List what differs from an older version.")
     ] = None,
+    html: Annotated[
+        Path | None,
+        typer.Option("--html", metavar="OUT", help="With --against: also write both versions side by side."),
+    ] = None,
+    text: Annotated[
+        bool, typer.Option("--text", help="Print the file as text without order and dates, for git.")
+    ] = False,
     export: Annotated[
         str | None,
         typer.Option(metavar="PROGRAM[.ROUTINE]", help="Print it as an L5X for partial import."),
@@ -63,14 +70,16 @@ def _l5x_command(
     Example: scanrack l5x machine.L5X --print-rack --stepper Feed > machine.toml
 
     Example: scanrack l5x machine.L5X --against before.L5X
+    Example: scanrack l5x machine.L5X --against before.L5X --html review.html
+    Example: scanrack l5x machine.L5X --text
     Example: scanrack l5x line.rung --export Main.Sequence > sequence.L5X
 
     Exit status: 0 all is imported, or nothing differs; 1 something is refused, or differs; 2 a file can't
-    be used.
+    be used; 3 the page can't be written.
     """
     from .l5x_job import l5x
 
-    l5x(file, as_json, rack, against, export, stepper, run, scans, stand_in, keep_values, memory)
+    l5x(file, as_json, rack, against, html, text, export, stepper, run, scans, stand_in, keep_values, memory)
 
 
 def register(app: typer.Typer) -> None:

@@ -15,15 +15,16 @@ from ...ladder.lowering.controller import Controller
 from ...ladder.lowering.program import Program
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import Stubs
+from ...rockwell.diff import compare_exports, page_of, text_of_export
 from ...rockwell.l5x import import_l5x
-from ...rockwell.l5x.comparing import differences
 from ...rockwell.l5x.export import export_l5x
 from ...rockwell.l5x.trial import SCANS
-from ...rockwell.l5x.xml.document import read_document
 from ...rockwell.slc import import_slc
 from ...terminal.as_json import say_json
-from ...terminal.status import BAD_INPUT, DONE, NO, complain, reason
+from ...terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, NO, complain, reason
 from ...terminal.terminal import say
+from ...traces.files.guard import PAGE, OwnedError
+from ...traces.files.newfile import new_file
 
 if TYPE_CHECKING:
     from ...jobs.first.first_run import FirstRun
@@ -37,6 +38,8 @@ def l5x(
     as_json: bool,
     rack: bool,
     against: Path | None,
+    html: Path | None,
+    text: bool,
     export: str | None,
     stepper: list[str] | None,
     run: bool,
@@ -52,15 +55,19 @@ def l5x(
     """
     begins = begun(keep_values=keep_values, memory=memory) or DOWNLOADED
     if file.is_dir():
-        if against or rack or stepper or export or run or keep_values:
+        if against or html or text or rack or stepper or export or run or keep_values:
             taken = "--json, --scans, --stand-in and --memory"
             raise typer.Exit(complain(f"{file}: a folder takes {taken}", BAD_INPUT))
         from .l5x_folder import l5x_folder  # a single file needs none of it
 
         trial = Trial(scans or SCANS, stand_in, begins.memory_mib)
         raise typer.Exit(l5x_folder(file, trial, as_json=as_json))
+    if html is not None and against is None:
+        raise typer.Exit(complain("--html draws what --against finds: name the older version", BAD_INPUT))
     if against is not None:
-        raise typer.Exit(_print_differences(file, against, as_json=as_json))
+        raise typer.Exit(_print_differences(file, against, html, as_json=as_json))
+    if text:
+        raise typer.Exit(_print_text(file))
     if rack or stepper:
         raise typer.Exit(_print_rack(file, stepper or [], begins, stand_in=stand_in))
     if export is not None:
@@ -90,23 +97,36 @@ def _first_run(
     return first_run.first_run(file, imported, scans or first_run.SCANS, begins)
 
 
-def _print_differences(file: Path, older: Path, *, as_json: bool) -> int:
-    """Print the differences between two versions; return the exit status."""
-    for each in (file, older):
-        if is_slc(each):
-            return complain(f"{each}: --against compares L5X files", BAD_INPUT)
+def _print_differences(file: Path, older: Path, html: Path | None, *, as_json: bool) -> int:
+    """Print the differences between two versions, and draw them; return the exit status."""
     try:
-        found = differences(read_document(older), read_document(file))
+        found = compare_exports(older, file)
     except LadderError as error:
         return complain(str(error), BAD_INPUT)
+    if html is not None:
+        used = {file: "the export", older: "the older export"}
+        try:
+            with new_file(html, PAGE, used=used) as out:
+                out.write(page_of(found, older.name, file.name))
+        except OwnedError as error:
+            return complain(str(error), BAD_INPUT)
+        except OSError as error:
+            return complain(reason(error), CANNOT_WRITE)
     if as_json:
-        say_json([each.as_json() for each in found])
-        return NO if found else DONE
-    for difference in found:
-        for line in difference.lines():
+        say_json({"file": str(file), "against": str(older), **found.as_json()})
+    else:
+        for line in found.lines():
             say(line)
-    say(f"{len(found)} difference{'s'[: len(found) != 1]}" if found else "no difference")
-    return NO if found else DONE
+    return NO if found.differences else DONE
+
+
+def _print_text(file: Path) -> int:
+    """Print an export as text, for git; return the exit status."""
+    try:
+        say(text_of_export(file), whole=True)
+    except LadderError as error:
+        return complain(str(error), BAD_INPUT)
+    return DONE
 
 
 def _print_export(file: Path, name: str) -> int:
