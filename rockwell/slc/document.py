@@ -91,7 +91,9 @@ def read_document(path: Path | str) -> SlcDocument:
         raise SlcError(f"{path}: the file has more than {MOST_BYTES:,} bytes")
     if b"\0" in data:
         raise SlcError(f"{path}: this is not text: export the program as text, with SOR and EOR")
-    return parse_document(text_of(data), str(path), file.stem)
+    document = parse_document(text_of(data), str(path), file.stem)
+    document.source = data
+    return document
 
 
 def text_of(data: bytes) -> str:

@@ -42,6 +42,12 @@ def _l5x_command(
         bool,
         typer.Option("--stand-in", help="Declare tags, members and routines that the L5X names and lacks."),
     ] = False,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", metavar="COPY", help="Write the export there, or with --export the part of it."
+        ),
+    ] = None,
 ) -> None:
     """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
 
@@ -61,13 +67,14 @@ def _l5x_command(
 
     Example: scanrack l5x machine.L5X --against before.L5X
     Example: scanrack l5x line.rung --export Main.Sequence > sequence.L5X
+    Example: scanrack l5x machine.L5X --out copy.L5X
 
     Exit status: 0 all is imported, or nothing differs; 1 something is refused, or differs; 2 a file can't
-    be used.
+    be used; 3 a file can't be written.
     """
     from .l5x_job import l5x
 
-    l5x(file, as_json, rack, against, export, stepper, run, scans, stand_in)
+    l5x(file, as_json, rack, against, export, stepper, run, scans, stand_in, out)
 
 
 def register(app: typer.Typer) -> None:

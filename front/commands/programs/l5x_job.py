@@ -7,22 +7,24 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ...jobs.load.program import L5X_SUFFIXES
 from ...jobs.load.trial import is_slc, tried
 from ...ladder.files.rungfile import read_program
-from ...ladder.lowering.controller import Controller
-from ...ladder.lowering.program import Program
+from ...ladder.files.suffixes import SUFFIX
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import Stubs
 from ...rockwell.l5x import import_l5x
 from ...rockwell.l5x.comparing import differences
 from ...rockwell.l5x.export import export_l5x
+from ...rockwell.l5x.partial import partial_l5x
 from ...rockwell.l5x.trial import SCANS
 from ...rockwell.l5x.xml.document import read_document
 from ...rockwell.slc import import_slc
+from ...rockwell.slc.document import read_document as read_slc
 from ...terminal.as_json import say_json
-from ...terminal.status import BAD_INPUT, DONE, NO, complain, reason
-from ...terminal.terminal import say
+from ...terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, NO, complain, reason, size_of
+from ...terminal.terminal import say, say_file
+from ...traces.files.guard import EXPORT
+from ...traces.files.newfile import new_file
 
 if TYPE_CHECKING:
     from ...jobs.first.first_run import FirstRun
@@ -40,6 +42,7 @@ def l5x(
     run: bool,
     scans: int | None,
     stand_in: bool,
+    out: Path | None,
 ) -> None:
     """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
 
@@ -47,7 +50,7 @@ def l5x(
         typer.Exit: with the status of the command, unless it is 0.
     """
     if file.is_dir():
-        if against or rack or stepper or export or run:
+        if against or rack or stepper or export or run or out:
             raise typer.Exit(complain(f"{file}: a folder takes --json, --scans and --stand-in", BAD_INPUT))
         from .l5x_folder import l5x_folder  # a single file needs none of it
 
@@ -56,8 +59,8 @@ def l5x(
         raise typer.Exit(_print_differences(file, against, as_json=as_json))
     if rack or stepper:
         raise typer.Exit(_print_rack(file, stepper or [], stand_in=stand_in))
-    if export is not None:
-        raise typer.Exit(_print_export(file, export))
+    if export is not None or out is not None:
+        raise typer.Exit(_export(file, export, out))
     try:
         imported = tried(file, (not run and scans) or SCANS, stand_in=stand_in)
     except LadderError as error:
@@ -100,19 +103,35 @@ def _print_differences(file: Path, older: Path, *, as_json: bool) -> int:
     return NO if found else DONE
 
 
-def _print_export(file: Path, name: str) -> int:
-    """Print a program or a routine as an L5X; return the exit status."""
+def _export(file: Path, name: str | None, out: Path | None) -> int:
+    """Print or write a program or a routine as an L5X, or the whole file; return the exit status."""
     try:
-        if file.suffix in L5X_SUFFIXES:
-            logic: Controller | Program | None = import_l5x(file).controller
-        else:
-            logic = read_program(file)
-        if logic is None:
-            return complain(f"{file} contains no program", BAD_INPUT)
-        say(export_l5x(logic, name).decode("utf-8").rstrip(), whole=True)
-    except (LadderError, OSError, UnicodeDecodeError) as error:
-        return complain(reason(error) if isinstance(error, OSError) else str(error), BAD_INPUT)
+        data = _exported(file, name)
+        if out is None:
+            say_file(data)
+            return DONE
+        with new_file(out, EXPORT, "wb", used={file: "the export that is read"}) as opened:
+            opened.write(data)
+    except OSError as error:
+        return complain(reason(error), BAD_INPUT if out is None else CANNOT_WRITE)
+    except ValueError as error:
+        return complain(str(error), BAD_INPUT)
+    say(f"{out}: {size_of(out)}{'' if name else f', those of {file}'}")
     return DONE
+
+
+def _exported(file: Path, name: str | None) -> bytes:
+    """Return an export as it was read, or a part of it; a program made here is written anew."""
+    if file.suffix == SUFFIX:
+        if name is None:
+            raise LadderError(f"{file}: it is no export; name a program with --export")
+        return export_l5x(read_program(file), name)
+    if not is_slc(file):
+        data = read_document(file).source
+        return data if name is None else partial_l5x(data, name, str(file))
+    if name is not None:
+        raise LadderError(f"{file}: --export prints parts of an L5X or a {SUFFIX} file; --out copies an SLC")
+    return read_slc(file).source
 
 
 def _print_rack(file: Path, steppers: list[str], *, stand_in: bool) -> int:
