@@ -100,7 +100,7 @@ def _cdata(text: str) -> Any:
 
 
 def _used_types(logic: Program | Controller, declarations: Iterable[Declaration]) -> Iterator[Structure]:
-    """Yield the structures that declarations and add-ons use, inner ones first; those of modules are known."""
+    """Yield the structures that declarations and add-ons use, inner ones first; none of modules."""
     seen = {*PREDEFINED_TYPES, *(each.name for each in logic.add_ons.values())}
     kinds: list[DataType] = [each.type for each in declarations if isinstance(each, Tag)]
     kinds += [each.type for definition in logic.add_ons.values() for each in definition.parameters]
