@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+
 import typer
 
 from ..io_images.text_limits import SHOWN, shortened
@@ -26,6 +28,12 @@ def say(text: object, *, err: bool = False, nl: bool = True, whole: bool = False
     """
     shown = str(text) if whole else _short_lines(str(text), err=err)
     typer.echo(visible(shown), err=err, nl=nl)  # noqa: TID251 - the one place
+
+
+def say_file(data: bytes) -> None:
+    """Print the bytes of a file; on a terminal as text with visible control characters."""
+    shown = visible(data.decode(errors="replace")) if sys.stdout.isatty() else data
+    typer.echo(shown, nl=False)  # noqa: TID251 - the one place
 
 
 LINE_MOST = 2 * SHOWN

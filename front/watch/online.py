@@ -19,19 +19,21 @@ programs in the same scans.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 from ..jobs.load.loading import LoadedRack
 from ..jobs.record.program_versions import ProgramVersion
-from ..ladder.lowering.edited import NewTag
-from ..ladder.lowering.text import parse_rung
+from ..ladder.lowering.edited import Change, NewTag, normalized
 from ..runtime.live.actions import Online
 from .edited_programs import EditedPrograms
 from .history.program_file import digest, read_edit, rewrite, why_not
 
 Json = dict[str, Any]
+
+MOST_CHANGES = 20
+"""Most changed elements that a note lists."""
 
 NOTHING, ACCEPTED, TESTING, ASSEMBLED = "", "accepted", "testing", "assembled"
 
@@ -62,6 +64,7 @@ class AcceptedEdit(NamedTuple):
     draft: Online
     before: ProgramVersion
     edited: ProgramVersion
+    changes: str  # the elements that changed in the file, and why
 
 
 class Step(NamedTuple):
@@ -106,7 +109,8 @@ class OnlineEdit:
         self._check_seen(order, running)
         if order.step == "accept":
             edit = self._accepted(order, running)
-        note = self._programs.save_running() if order.step == "save" else ""
+        note = edit.changes if order.step == "accept" and edit is not None else ""
+        note = self._programs.save_running() if order.step == "save" else note
         wanted = running
         if edit is not None and order.step != "save":
             wanted = edit.edited if move.runs_edited else edit.before
@@ -158,18 +162,14 @@ class OnlineEdit:
         if not order.rungs:
             raise ValueError("no rung is edited")
         name, specs = self._programs.name, program.specs
-        read = [read_edit(name, each, specs) for each in order.rungs]
-        edits = [
-            each._replace(texts=tuple(str(parse_rung(text, specs=specs)) for text in each.texts))
-            for each in read
-        ]
+        edits = [normalized(read_edit(name, each, specs), program) for each in order.rungs]
         data = running.files[name]
         edited = rewrite(name, data, edits, [NewTag(*each) for each in order.tags], specs)
-        if edited == data:
+        if edited.data == data:
             raise ValueError("the edited rungs are those that run")
-        version, job = self._programs.with_file(edited)
+        version, job = self._programs.with_file(edited.data)
         self._ready = version, self._programs.usable(job)
-        return AcceptedEdit(order, running, version)
+        return AcceptedEdit(order, running, version, _listed(edited.changes))
 
     def _job_of(self, version: ProgramVersion) -> LoadedRack:
         """Return the program of a version, which no engine has used yet."""
@@ -177,6 +177,15 @@ class OnlineEdit:
         if ready is not None and ready[0] is version:
             return ready[1]
         return self._programs.usable(self._programs.load(version))
+
+
+def _listed(changes: Sequence[Change]) -> str:
+    """Return the changed elements of a file, "" for a single one."""
+    if len(changes) < 2:
+        return ""
+    shown = [f"{each.element}: {each.why}" for each in changes[:MOST_CHANGES]]
+    more = len(changes) - len(shown)
+    return "; ".join((*shown, f"and {more} more") if more else shown)
 
 
 _SAYS = {

@@ -82,7 +82,8 @@ def _change(lines: list[str], places: _Places, edit: RungEdit) -> tuple[int, int
     if not edit.texts:
         return rung.comment, rung.end, []
     indent = re.match(r"\s*", lines[rung.first])
-    return rung.first, rung.end, [f"{indent.group() if indent else ''}{text}" for text in edit.texts]
+    new = [f"{indent.group() if indent else ''}{text}" for text in edit.texts]
+    return (rung.end, rung.end, new[1:]) if edit.keeps else (rung.first, rung.end, new)
 
 
 def _places(lines: list[str]) -> _Places:

@@ -46,6 +46,16 @@ class RungEdit(NamedTuple):
     routine: str  # as in a controller, `\\Main.Step`
     rung: int  # its number in the running program, or `BEFORE_FIRST`
     texts: tuple[str, ...]  # none deletes it; a second one is a new rung behind it
+    keeps: bool = False  # whether the first text is that of the running program, so that its file has it
+
+
+def normalized(edit: RungEdit, program: LadderLogic) -> RungEdit:
+    """Return an edit with its texts as programs print them; a RungTextError for one that is no rung."""
+    texts = tuple(str(parse_rung(each, specs=program.specs)) for each in edit.texts)
+    routines = (each for each in program.routines if each.name.upper() == edit.routine.upper())
+    rungs = next((each.rungs for each in routines), ())
+    keeps = 0 <= edit.rung < len(rungs) and texts[:1] == (str(rungs[edit.rung]),)
+    return edit._replace(texts=texts, keeps=keeps)
 
 
 class NewTag(NamedTuple):
@@ -54,6 +64,32 @@ class NewTag(NamedTuple):
     name: str
     type: str
     program: str = ""  # of a controller; "" for the program itself, or the controller's own tags
+
+
+class Change(NamedTuple):
+    """An element that edits changed in a program's file."""
+
+    element: str  # `\\Main.Step rung 3`
+    why: str
+
+
+class Rewritten(NamedTuple):
+    """The bytes of a program's file with edits, and what changed in it."""
+
+    data: bytes
+    changes: tuple[Change, ...]
+
+
+def changes_of(edits: Iterable[RungEdit], tags: Iterable[NewTag]) -> Iterator[Change]:
+    """Yield what edits change in a file that has no numbers of rungs."""
+    for edit in edits:
+        if edit.rung != BEFORE_FIRST and not edit.keeps:
+            why = "its text is edited" if edit.texts else "it is deleted"
+            yield Change(f"{edit.routine} rung {edit.rung}", why)
+        new = edit.texts if edit.rung == BEFORE_FIRST else edit.texts[1:]
+        place = "the first rung" if edit.rung == BEFORE_FIRST else f"rung {edit.rung}"
+        yield from (Change(each, f"it is new at {place} of {edit.routine}") for each in new)
+    yield from (Change(f"tag {each.name}", "it is new") for each in tags)
 
 
 class Mistake(NamedTuple):

@@ -26,7 +26,7 @@ def moved(before: LadderLogic, after: LadderLogic, edits: Iterable[RungEdit]) ->
     old, new = _texts(before), _texts(after)
     found: dict[tuple[str, int], list[str]] = {}
     conflicts = 0
-    for routine, number, given in sorted(edits, key=lambda each: each.rung):
+    for routine, number, given, _ in sorted(edits, key=lambda each: each.rung):
         rungs, texts = new.get(routine.upper(), []), list(given)
         at, is_there, is_same = _place(old.get(routine.upper(), []), rungs, number)
         if is_there and (end := _next(old.get(routine.upper(), []), rungs, number)) is not None:

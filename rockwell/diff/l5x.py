@@ -14,9 +14,9 @@ from collections.abc import Callable, Iterator, Mapping
 from hashlib import sha256
 from typing import Any
 
-from ..l5x.xml.document import ROOT
 from ..l5x.xml.elements import line_of_text
 from ..l5x.xml.parsing import L5xError, checked, parsed
+from ..l5x.xml.spans import ROOT
 from .outline import ELEMENT, LINE, RUNG, CommonPart, Field, Item, Step
 from .pruning import CUT, PrunedDocument, pruned
 

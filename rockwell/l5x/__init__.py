@@ -27,7 +27,10 @@ r"""L5X: program exports of Studio 5000 and RSLogix 5000.
 | `widening` | members that the types of the file lack |
 | `building` | builds it, refusing rung by rung |
 | `importer` | all of this for one document |
-| `export` | a program or a routine back to an L5X |
+| `spans` | where elements stand in the text, so that an edit replaces them only |
+| `rewriting` | edited rungs in the text of a file |
+| `partial` | a program or a routine of a file as a file |
+| `export` | a program that was made here as an L5X |
 | `trial` | runs it: interpreter and compiler in lockstep |
 """
 

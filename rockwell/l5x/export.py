@@ -17,6 +17,7 @@ from ...ladder.lowering.controller import Controller
 from ...ladder.lowering.program import Program
 from ...ladder.model.errors import LadderError
 from ...ladder.model.predefined.structures import PREDEFINED_TYPES
+from ...ladder.model.quoting import quoted
 from ...ladder.model.routine import Routine
 from ...ladder.model.statements import block_lines
 from ...ladder.model.tags import Alias, Declaration, SlotAlias, Tag
@@ -24,6 +25,7 @@ from ...ladder.model.types import DataType, Elementary, Member, Structure
 from .chart_export import write_chart
 from .mnemonics import OWN
 from .xml.records import ElementRecord
+from .xml.spans import escaped
 
 REVISION = "32.02"
 """Software revision of the written file; later ones import it."""
@@ -90,6 +92,7 @@ def _say(parent: Any, name: str, text: str) -> None:
 
 
 def _cdata(text: str) -> Any:
+    text = escaped(text)
     return text if "]]>" in text else etree.CDATA(text)
 
 
@@ -97,13 +100,13 @@ def _cdata(text: str) -> Any:
 
 
 def _used_types(logic: Program | Controller, declarations: Iterable[Declaration]) -> Iterator[Structure]:
-    """Yield the structures that declarations and add-ons use, inner ones first."""
+    """Yield the structures that declarations and add-ons use, inner ones first; none of modules."""
     seen = {*PREDEFINED_TYPES, *(each.name for each in logic.add_ons.values())}
     kinds: list[DataType] = [each.type for each in declarations if isinstance(each, Tag)]
     kinds += [each.type for definition in logic.add_ons.values() for each in definition.parameters]
 
     def walk(kind: DataType) -> Iterator[Structure]:
-        if isinstance(kind, Structure) and kind.name not in seen:
+        if isinstance(kind, Structure) and kind.name not in seen and ":" not in kind.name:
             seen.add(kind.name)
             for member in kind.members:
                 yield from walk(member.type)
@@ -290,7 +293,7 @@ def _write_string(parent: Any, kind: Structure, value: Any) -> None:
     text = value if isinstance(value, str) else ""
     _element(parent, "DataValueMember", Name="LEN", DataType="DINT", Radix="Decimal", Value=str(len(text)))
     data = _element(parent, "DataValueMember", Name="DATA", DataType=kind.name, Radix="ASCII")
-    data.text = _cdata("'" + text.replace("$", "$$").replace("'", "$'") + "'")
+    data.text = _cdata(quoted(text))
 
 
 def _number(kind: DataType, value: Any) -> str:

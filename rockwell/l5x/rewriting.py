@@ -1,114 +1,182 @@
-"""Edits of rungs in an L5X; all other elements stay as Studio 5000 has written them.
+"""Edits of rungs in an L5X; the bytes of all other elements stay as Studio 5000 has written them.
 
-The file is imported there like the one it was made of: rungs have their numbers, comments of rungs that
-stay are kept, and new tags are base tags of their program.
+An edited rung has another text, and keeps its comment. Rungs behind a new or a deleted one have other
+numbers. New tags are base tags of their program.
 """
 
 from __future__ import annotations
 
-from codecs import BOM_UTF8
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable, Iterator, Sequence
+from html import escape
 
-from lxml import etree
-
-from ...ladder.lowering.edited import BEFORE_FIRST, NewTag, RungEdit
+from ...ladder.lowering.edited import BEFORE_FIRST, Change, NewTag, Rewritten, RungEdit
 from ...ladder.model.errors import LadderError
 from ...ladder.model.tags import program_of
 from .edits import NORMAL
-from .xml.parsing import whole_tree
+from .xml.records import number_of
+from .xml.spans import L5xText, Span, Splice, defined
 
 
-def rewritten_l5x(data: bytes, edits: Iterable[RungEdit], tags: Sequence[NewTag] = ()) -> bytes:
-    """Return an L5X with edited rungs and new tags.
+def rewritten_l5x(
+    data: bytes, edits: Iterable[RungEdit], tags: Sequence[NewTag] = (), file: str = "the L5X"
+) -> Rewritten:
+    """Return an L5X with edited rungs and new tags, and what changed in it.
 
     Args:
         data: an L5X that can be read, see `xml.document`.
         edits: their texts are in the program's notation, see `EditedProgram`.
+        file: its name, for errors.
 
     Raises:
         LadderError: the file can't be read, has no such rung or program, or a routine has online edits of
             its own.
     """
-    root = whole_tree(data)
+    text = L5xText(data, file)
     by_routine: dict[str, list[RungEdit]] = {}
     for each in edits:
         by_routine.setdefault(each.routine, []).append(each)
-    for routine, own in by_routine.items():
-        _rewrite(_routine(root, routine), routine, own)
-    for tag in tags:
-        _declare(_named(root, "Programs/Program", tag.program, alone=True), tag)
-    tree = root.getroottree()
-    encoding = tree.docinfo.encoding or "UTF-8"
-    written = etree.tostring(
-        tree, xml_declaration=True, encoding=encoding, standalone=tree.docinfo.standalone
+    splices: list[Splice] = []
+    changes: list[Change] = []
+    for name, own in by_routine.items():
+        routine = _EditedRoutine(text, file, name)
+        splices += routine.edited(own)
+        changes += routine.changes
+    for program in dict.fromkeys(each.program for each in tags):
+        new = [each for each in tags if each.program == program]
+        splices.append(_declared(text, _program(text, file, program), new))
+        changes += (Change(f"tag {each.name}", "it is new") for each in new)
+    return Rewritten(text.spliced(splices), tuple(changes))
+
+
+def _program(text: L5xText, file: str, name: str) -> Span:
+    """Return the program with a name; without a name the only one."""
+    programs = text.programs
+    found = list(defined(programs, name)) if name or len(programs) != 1 else programs
+    if not found:
+        raise LadderError(f"{file} has no program {name}{_instead(text, programs)}")
+    return found[0]
+
+
+def _instead(text: L5xText, there: Sequence[Span]) -> str:
+    """Return where the elements stand that the file has instead."""
+    shown = ", ".join(f"{each.name} (line {text.line(each.begin)})" for each in there[:5])
+    return f": it has {shown}{', …' if len(there) > 5 else ''}" if there else ""
+
+
+class _EditedRoutine:
+    """The rungs of a routine."""
+
+    def __init__(self, text: L5xText, file: str, name: str) -> None:
+        """Find it; LadderError if it is not there, or under edit in Studio 5000."""
+        self._text, self._name = text, name
+        program = _program(text, file, program_of(name))
+        routines = [each for group in program.all("Routines") for each in group.all("Routine")]
+        found = next(defined(routines, name.rpartition(".")[2]), None)
+        if found is None:
+            raise LadderError(f"{file} has no routine {name}{_instead(text, routines)}")
+        self._routine, self._where = found, f"{file}:{text.line(found.begin)}"
+        self._content = found.child("RLLContent")
+        if self._content is None and any(each.tag.endswith("Content") for each in found.children):
+            raise LadderError(f"{self._where}: routine {name} has no rungs")
+        self._rungs = [] if self._content is None else self._content.children
+        if any(each.attributes.get("Type", NORMAL).upper() != NORMAL for each in self._rungs):
+            says = f"routine {name} has online edits in the file: finalize them in Studio 5000 first"
+            raise LadderError(f"{self._where}: {says}")
+        self.changes: list[Change] = []
+
+    def edited(self, edits: Sequence[RungEdit]) -> Iterator[Splice]:
+        """Yield what changes."""
+        by_rung = {each.rung: each for each in edits}
+        for number in by_rung:
+            if not BEFORE_FIRST <= number < len(self._rungs):
+                text = f"routine {self._name} has {len(self._rungs)} rungs, none is {number}"
+                raise LadderError(f"{self._where}: {text}")
+        first = by_rung.get(BEFORE_FIRST)
+        moved = 0 if first is None else len(first.texts)
+        if moved and first is not None:
+            yield from self._before_first(first.texts)
+        for place, rung in enumerate(self._rungs):
+            number, edit = _number(rung, place), by_rung.get(place)
+            if edit is not None and not edit.texts:
+                self._note(number, "it is deleted")
+                yield self._text.without(rung)
+                moved -= 1
+                continue
+            if moved:
+                self._note(number, f"it is rung {number + moved} now")
+                yield self._text.attribute(rung, "Number", str(number + moved))
+            if edit is not None:
+                yield from () if edit.keeps else self._said(number, rung, edit.texts[0])
+                yield from self._behind(rung, edit.texts[1:], number + moved + 1)
+                moved += len(edit.texts) - 1
+
+    def _note(self, number: int, why: str) -> None:
+        self.changes.append(Change(f"{self._name} rung {number}", why))
+
+    def _said(self, number: int, rung: Span, text: str) -> Iterator[Splice]:
+        """Yield what gives a rung another text, with the blanks around it as they are."""
+        self._note(number, "its text is edited")
+        element, content = rung.child("Text"), self._text.characters(text)
+        if element is None:
+            yield self._text.last(rung, b"<Text>" + content + b"</Text>")
+        elif element.is_empty:
+            yield self._text.last(element, content)
+        else:
+            yield self._text.content(element, content)
+
+    def _before_first(self, texts: Sequence[str]) -> Iterator[Splice]:
+        begin = _number(self._rungs[0], 0) if self._rungs else 0
+        blanks = self._between
+        content = b"".join(self._rung(each, begin + more) + blanks for more, each in enumerate(texts))
+        if self._rungs:
+            yield Splice(self._rungs[0].begin, self._rungs[0].begin, content)
+        elif self._content is not None:
+            yield self._text.last(self._content, content)
+        else:
+            yield self._text.last(self._routine, b"<RLLContent>%s%s</RLLContent>" % (blanks, content))
+
+    def _behind(self, rung: Span, texts: Sequence[str], begin: int) -> Iterator[Splice]:
+        new = [self._between + self._rung(each, begin + more) for more, each in enumerate(texts)]
+        if new:
+            yield Splice(rung.end, rung.end, b"".join(new))
+
+    @property
+    def _between(self) -> bytes:
+        """The blanks between rungs."""
+        if self._content is None or not self._rungs:
+            return self._text.newline
+        return self._text.blanks_before(self._rungs[0])
+
+    def _rung(self, text: str, place: int) -> bytes:
+        """Return a new rung, whose lines begin as rungs do."""
+        blanks = self._between
+        self.changes.append(Change(f"{self._name} rung {place}", "it is new"))
+        parts = (
+            b'<Rung Number="%d" Type="N">' % place,
+            b"<Text>", self._text.characters(text), b"</Text>", b"</Rung>",
+        )  # fmt: skip
+        return blanks.join(parts)
+
+
+def _number(rung: Span, place: int) -> int:
+    """Return the number of a rung in the file, by default its place."""
+    number = number_of(rung.attributes.get("Number", ""))
+    return place if number is None else number
+
+
+def _declared(text: L5xText, program: Span, new: Sequence[NewTag]) -> Splice:
+    """Return what adds tags to a program."""
+    tags = program.child("Tags")
+    first = tags or program
+    blanks = text.blanks_before(first)
+    content = b"".join(
+        f'<Tag Name="{escape(each.name)}" TagType="Base" DataType="{escape(each.type)}" Constant="false" '
+        f'ExternalAccess="Read/Write"/>'.encode()
+        + blanks
+        for each in new
     )
-    if data.startswith(BOM_UTF8) and encoding.upper() == "UTF-8":
-        written = BOM_UTF8 + written
-    return written.replace(b"\n", b"\r\n") if b"\r\n" in data else bytes(written)
-
-
-def _routine(root: Any, name: str) -> Any:
-    program = _named(root, "Programs/Program", program_of(name), alone=True)
-    return _named(program, "Routines/Routine", name.rpartition(".")[2])
-
-
-def _named(parent: Any, path: str, name: str, *, alone: bool = False) -> Any:
-    """Return the element with a name; without a name the only one."""
-    found = parent.findall(path if parent.tag != "RSLogix5000Content" else f"Controller/{path}")
-    for each in found:
-        if each.get("Name", "").upper() == name.upper() or (alone and not name and len(found) == 1):
-            return each
-    raise LadderError(f"the file has no {path.rpartition('/')[2].lower()} {name}")
-
-
-def _rewrite(routine: Any, name: str, edits: Sequence[RungEdit]) -> None:
-    content = routine.find("RLLContent")
-    rungs = [] if content is None else content.findall("Rung")
-    if any(each.get("Type", NORMAL).upper() != NORMAL for each in rungs):
-        raise LadderError(f"routine {name} has online edits in the file: finalize them in Studio 5000 first")
-    if content is None:
-        content = etree.SubElement(routine, "RLLContent")
-    for edit in sorted(edits, key=lambda each: each.rung, reverse=True):
-        if not BEFORE_FIRST <= edit.rung < len(rungs):
-            raise LadderError(f"routine {name} has no rung {edit.rung} in the file")
-        texts, at = list(edit.texts), 0
-        if edit.rung != BEFORE_FIRST:
-            rung = rungs[edit.rung]
-            at = content.index(rung)
-            if texts:
-                _say(rung, texts.pop(0))
-                at += 1
-            else:
-                content.remove(rung)
-        for place, text in enumerate(texts):
-            new = etree.Element("Rung", Number="", Type=NORMAL)
-            new.tail = content.text
-            _say(new, text)
-            content.insert(at + place, new)
-    for number, rung in enumerate(content.findall("Rung")):
-        rung.set("Number", str(number))
-
-
-def _say(rung: Any, text: str) -> None:
-    found = rung.find("Text")
-    (etree.SubElement(rung, "Text") if found is None else found).text = (
-        text if "]]>" in text else etree.CDATA(text)
-    )
-
-
-def _declare(program: Any, new: NewTag) -> None:
-    tags = program.find("Tags")
-    if tags is None:
-        tags = etree.Element("Tags")
-        program.insert(0, tags)
-    tag = etree.SubElement(
-        tags,
-        "Tag",
-        Name=new.name,
-        TagType="Base",
-        DataType=new.type,
-        Constant="false",
-        ExternalAccess="Read/Write",
-    )
-    tag.tail = tags.text
+    if tags is not None:
+        return text.last(tags, blanks * tags.is_empty + content)
+    content = b"<Tags>" + blanks + content + b"</Tags>" + blanks
+    routines = program.child("Routines")
+    return Splice(routines.begin, routines.begin, content) if routines else text.last(program, content)

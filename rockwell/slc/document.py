@@ -96,7 +96,9 @@ def document_in(data: bytes, file: str, name: str) -> SlcDocument:
         raise SlcError(f"{file}: the file has more than {MOST_BYTES:,} bytes")
     if b"\0" in data:
         raise SlcError(f"{file}: this is not text: export the program as text, with SOR and EOR")
-    return parse_document(text_of(data), file, name)
+    document = parse_document(text_of(data), file, name)
+    document.source = data
+    return document
 
 
 def text_of(data: bytes) -> str:

@@ -117,3 +117,4 @@ class SlcDocument:
     slots: dict[int, SlotRecord] = field(default_factory=dict)  # by number
     forces: list[tuple[int, str]] = field(default_factory=list)  # lines with forces that are on
     others: list[Other] = field(default_factory=list)  # ignored lines
+    source: bytes = field(default=b"", repr=False)  # the file as it was read

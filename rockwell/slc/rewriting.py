@@ -17,7 +17,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from ...ladder.lowering.edited import BEFORE_FIRST, NewTag, RungEdit
+from ...ladder.lowering.edited import BEFORE_FIRST, NewTag, Rewritten, RungEdit, changes_of
 from ...ladder.lowering.text import parse_rung
 from ...ladder.model.errors import LadderError
 from ...ladder.model.spec import Spec, Use
@@ -80,9 +80,9 @@ def _word(name: str, use: Use, word: str) -> str:
 
 
 def rewritten_slc(
-    data: bytes, edits: Iterable[RungEdit], tags: Sequence[NewTag], specs: Mapping[str, Spec]
-) -> bytes:
-    """Return an export with edited rungs.
+    data: bytes, edits: Sequence[RungEdit], tags: Sequence[NewTag], specs: Mapping[str, Spec]
+) -> Rewritten:
+    """Return an export with edited rungs, and what changed in it.
 
     Args:
         data: an export that can be read, see `document`.
@@ -115,10 +115,10 @@ def rewritten_slc(
         at = ladder.line if place is None else place.begin
         if place is not None and edit.rung != BEFORE_FIRST:
             at = place.end
-            if texts:
+            if texts and not edit.keeps:
                 whole = "".join(lines[place.first : place.last])
                 changes.append((place.first, place.last, _with_rung(whole, texts[0])))
-            else:
+            elif not texts:
                 changes.append((place.begin, place.end, ""))
             texts = texts[1:]
         added = "".join(f"{each}{newline}" for each in texts)
@@ -127,7 +127,8 @@ def rewritten_slc(
     for first, end, new in sorted(changes, key=lambda change: change[:2], reverse=True):
         lines[first:end] = [new]
     written = "".join(lines).encode(encoding, errors="surrogateescape")
-    return BOM_UTF8 + written if data.startswith(BOM_UTF8) else written
+    lead = BOM_UTF8 * data.startswith(BOM_UTF8)
+    return Rewritten(lead + written, tuple(changes_of(edits, tags)))
 
 
 def _with_rung(lines: str, rung: str) -> str:

@@ -13,6 +13,7 @@ Links are followed: the target of a link is checked and replaced.
 from __future__ import annotations
 
 import os
+import re
 import stat
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -50,11 +51,19 @@ def beginning(name: str, *begins: bytes) -> FileKind:
     return FileKind(name, lambda content: content.lstrip().lower().startswith(wanted))
 
 
+_EXPORT = re.compile(
+    rb"<RSLogix5000Content|^\s*+(?:START\b|PROJECT\b|SLOT\s|LAD(?:DER)?\s|SOR\s)", re.MULTILINE
+)
+"""Beginnings of an L5X, and of lines of RSLogix 500."""
+
 TRACE = FileKind("an MCAP recording", lambda content: content.startswith(MAGIC))
 PAGE = beginning("an HTML page", b"<!doctype html", b"<html")
 PNG = beginning("a PNG picture", b"\x89PNG")
 SVG = FileKind("an SVG picture", lambda content: b"<svg" in content)
 SCHEMA = FileKind("a schema of rack files", lambda content: b'"title": "scanrack rack file"' in content)
+EXPORT = FileKind(
+    "an export of a controller", lambda content: bool(_EXPORT.search(content.replace(b"\0", b"")))
+)
 TAGS = beginning("a file of retained tags", b'{"format": "scanrack tags')
 MEMORY = beginning("the memory of a controller", b'{"format": "scanrack memory')
 

@@ -52,6 +52,12 @@ def _l5x_command(
     ] = False,
     keep_values: KeepValuesOption = False,
     memory: MemoryOption = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            "--out", "-o", metavar="COPY", help="Write the export there, or with --export the part of it."
+        ),
+    ] = None,
 ) -> None:
     """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
 
@@ -73,13 +79,29 @@ def _l5x_command(
     Example: scanrack l5x machine.L5X --against before.L5X --html review.html
     Example: scanrack l5x machine.L5X --text
     Example: scanrack l5x line.rung --export Main.Sequence > sequence.L5X
+    Example: scanrack l5x machine.L5X --out copy.L5X
 
     Exit status: 0 all is imported, or nothing differs; 1 something is refused, or differs; 2 a file can't
-    be used; 3 the page can't be written.
+    be used; 3 a file can't be written.
     """
     from .l5x_job import l5x
 
-    l5x(file, as_json, rack, against, html, text, export, stepper, run, scans, stand_in, keep_values, memory)
+    l5x(
+        file,
+        as_json,
+        rack,
+        against,
+        html,
+        text,
+        export,
+        out,
+        stepper,
+        run,
+        scans,
+        stand_in,
+        keep_values,
+        memory,
+    )
 
 
 def register(app: typer.Typer) -> None:

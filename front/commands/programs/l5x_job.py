@@ -8,22 +8,24 @@ from typing import TYPE_CHECKING
 import typer
 
 from ...jobs.load.exports import begun
-from ...jobs.load.program import DOWNLOADED, L5X_SUFFIXES
+from ...jobs.load.program import DOWNLOADED
 from ...jobs.load.trial import Trial, is_slc, tried
 from ...ladder.files.rungfile import read_program
-from ...ladder.lowering.controller import Controller
-from ...ladder.lowering.program import Program
+from ...ladder.files.suffixes import SUFFIX
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import Stubs
 from ...rockwell.diff import compare_exports, page_of, text_of_export
 from ...rockwell.l5x import import_l5x
 from ...rockwell.l5x.export import export_l5x
+from ...rockwell.l5x.partial import partial_l5x
 from ...rockwell.l5x.trial import SCANS
+from ...rockwell.l5x.xml.document import read_document
 from ...rockwell.slc import import_slc
+from ...rockwell.slc.document import read_document as read_slc
 from ...terminal.as_json import say_json
-from ...terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, NO, complain, reason
-from ...terminal.terminal import say
-from ...traces.files.guard import PAGE, OwnedError
+from ...terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, NO, complain, reason, size_of
+from ...terminal.terminal import say, say_file
+from ...traces.files.guard import EXPORT, PAGE, OwnedError
 from ...traces.files.newfile import new_file
 
 if TYPE_CHECKING:
@@ -41,6 +43,7 @@ def l5x(
     html: Path | None,
     text: bool,
     export: str | None,
+    out: Path | None,
     stepper: list[str] | None,
     run: bool,
     scans: int | None,
@@ -55,7 +58,7 @@ def l5x(
     """
     begins = begun(keep_values=keep_values, memory=memory) or DOWNLOADED
     if file.is_dir():
-        if against or html or text or rack or stepper or export or run or keep_values:
+        if against or html or text or rack or stepper or export or out or run or keep_values:
             taken = "--json, --scans, --stand-in and --memory"
             raise typer.Exit(complain(f"{file}: a folder takes {taken}", BAD_INPUT))
         from .l5x_folder import l5x_folder  # a single file needs none of it
@@ -70,8 +73,8 @@ def l5x(
         raise typer.Exit(_print_text(file))
     if rack or stepper:
         raise typer.Exit(_print_rack(file, stepper or [], begins, stand_in=stand_in))
-    if export is not None:
-        raise typer.Exit(_print_export(file, export))
+    if export is not None or out is not None:
+        raise typer.Exit(_export(file, export, out))
     try:
         imported = tried(file, Trial((not run and scans) or SCANS, stand_in, begins.memory_mib))
     except LadderError as error:
@@ -129,19 +132,35 @@ def _print_text(file: Path) -> int:
     return DONE
 
 
-def _print_export(file: Path, name: str) -> int:
-    """Print a program or a routine as an L5X; return the exit status."""
+def _export(file: Path, name: str | None, out: Path | None) -> int:
+    """Print or write a program or a routine as an L5X, or the whole file; return the exit status."""
     try:
-        if file.suffix in L5X_SUFFIXES:
-            logic: Controller | Program | None = import_l5x(file).controller
-        else:
-            logic = read_program(file)
-        if logic is None:
-            return complain(f"{file} contains no program", BAD_INPUT)
-        say(export_l5x(logic, name).decode("utf-8").rstrip(), whole=True)
-    except (LadderError, OSError, UnicodeDecodeError) as error:
-        return complain(reason(error) if isinstance(error, OSError) else str(error), BAD_INPUT)
+        data = _exported(file, name)
+        if out is None:
+            say_file(data)
+            return DONE
+        with new_file(out, EXPORT, "wb", used={file: "the export that is read"}) as opened:
+            opened.write(data)
+    except OSError as error:
+        return complain(reason(error), BAD_INPUT if out is None else CANNOT_WRITE)
+    except ValueError as error:
+        return complain(str(error), BAD_INPUT)
+    say(f"{out}: {size_of(out)}{'' if name else f', those of {file}'}")
     return DONE
+
+
+def _exported(file: Path, name: str | None) -> bytes:
+    """Return an export as it was read, or a part of it; a program made here is written new."""
+    if file.suffix == SUFFIX:
+        if name is None:
+            raise LadderError(f"{file}: it is no export; name a program with --export")
+        return export_l5x(read_program(file), name)
+    if not is_slc(file):
+        data = read_document(file).source
+        return data if name is None else partial_l5x(data, name, str(file))
+    if name is not None:
+        raise LadderError(f"{file}: --export prints parts of an L5X or a {SUFFIX} file; --out copies an SLC")
+    return read_slc(file).source
 
 
 def _print_rack(file: Path, steppers: list[str], begins: ExportTable, *, stand_in: bool) -> int:

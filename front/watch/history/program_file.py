@@ -12,7 +12,7 @@ from pathlib import Path
 from ...jobs.load.program import L5X_SUFFIXES, SLC_SUFFIXES
 from ...ladder.files.rewriting import rewritten
 from ...ladder.files.suffixes import SUFFIX
-from ...ladder.lowering.edited import NewTag, RungEdit
+from ...ladder.lowering.edited import NewTag, Rewritten, RungEdit, changes_of
 from ...ladder.model.spec import Spec
 from ...traces.files.guard import FileKind
 from ...traces.files.locking import NO_LINK
@@ -24,18 +24,19 @@ PROGRAM = FileKind("a program", lambda _content: True)  # the caller compares al
 Specs = Mapping[str, Spec]
 
 
-def rewrite(name: str, data: bytes, edits: list[RungEdit], tags: list[NewTag], specs: Specs) -> bytes:
+def rewrite(name: str, data: bytes, edits: list[RungEdit], tags: list[NewTag], specs: Specs) -> Rewritten:
     """Return the file of a program with edited rungs; ValueError if it has no such rung."""
     suffix = Path(name).suffix
     if suffix in L5X_SUFFIXES:
         from ...rockwell.l5x.rewriting import rewritten_l5x
 
-        return rewritten_l5x(data, edits, tags)
+        return rewritten_l5x(data, edits, tags, name)
     if suffix in SLC_SUFFIXES:
         from ...rockwell.slc.rewriting import rewritten_slc
 
         return rewritten_slc(data, edits, tags, specs)
-    return rewritten(data.decode(), edits, tags).encode()
+    text = rewritten(data.decode(), edits, tags)
+    return Rewritten(text.encode(), tuple(changes_of(edits, tags)))
 
 
 def read_edit(name: str, edit: tuple[str, int, tuple[str, ...]], specs: Specs) -> RungEdit:

@@ -92,7 +92,8 @@ def rebase(monitor: Monitor, _page: Page, said: Said) -> Json:
     found = moved(edited.ladder, program.ladder, [RungEdit(*each) for each in draft.rungs])
     declared = program.ladder.build().layout.declarations
     tags = [each for each in draft.tags if scoped(each[2], each[0]).upper() not in declared]
-    return {"base": program.digest, "rungs": found.edits, "tags": tags, "conflicts": found.conflicts}
+    moved_rungs = [(each.routine, each.rung, each.texts) for each in found.edits]
+    return {"base": program.digest, "rungs": moved_rungs, "tags": tags, "conflicts": found.conflicts}
 
 
 def would(monitor: Monitor, page: Page, said: Said) -> None:

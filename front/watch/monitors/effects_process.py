@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from ...jobs.trust.attachments import load_files
 from ...ladder import LadderLogic
 from ...ladder.debug.watching import WatchedEngine
-from ...ladder.lowering.edited import NewTag
+from ...ladder.lowering.edited import NewTag, normalized
 from ...ladder.model.tags import Leaf, tag_in
 from ...ladder.run.edit import carry_over
 from ...ladder.state.memory import Memory, same
@@ -68,10 +68,10 @@ def _programs(given: ReplayPackage, folder: Path) -> tuple[LadderLogic, LadderLo
     old = load_files(Path(given.ran.place), given.ran.rack, given.ran.program).logic
     assert isinstance(old, LadderLogic)
     edits, tags = (
-        [read_edit(file.name, each, old.specs) for each in given.rungs],
+        [normalized(read_edit(file.name, each, old.specs), old) for each in given.rungs],
         [NewTag(*each) for each in given.tags],
     )
-    file.write_bytes(rewrite(file.name, file.read_bytes(), edits, tags, old.specs))
+    file.write_bytes(rewrite(file.name, file.read_bytes(), edits, tags, old.specs).data)
     new = load_files(edited, given.ran.rack, given.ran.program).logic
     if not isinstance(new, LadderLogic) or old.functions or new.functions:
         raise ValueError("a program with routines in Python is not tried on earlier scans")

@@ -39,8 +39,7 @@ from .records import (
     TagRecord,
     TaskRecord,
 )
-
-ROOT = "RSLogix5000Content"
+from .spans import ROOT
 
 
 def read_document(path: Path) -> L5xDocument:
@@ -56,11 +55,10 @@ def read_document(path: Path) -> L5xDocument:
 def parse_document(data: bytes, file: str) -> L5xDocument:
     """Read the bytes of an L5X file, see `read_document`."""
     text, cut = cut_out(checked(data, file))
-    del data
     root = parsed(text, file)
     if root.tag != ROOT:
         raise L5xError(file, root.sourceline or 1, f"its root is {root.tag}, that of an L5X is {ROOT}")
-    return _L5xReader(file, cut).document(root)
+    return _L5xReader(file, cut).document(root, data)
 
 
 _READ = frozenset(
@@ -86,7 +84,7 @@ class _L5xReader:
     def _part(self, text: bytes, line: int) -> Any:
         return parsed(text, self._file, line)
 
-    def document(self, root: Any) -> L5xDocument:
+    def document(self, root: Any, source: bytes) -> L5xDocument:
         controller = root.find("Controller")
         if controller is None:
             raise L5xError(self._file, root.sourceline, "it has no Controller")
@@ -119,6 +117,7 @@ class _L5xReader:
             tuple(map(self._module, children(controller, "Modules", "Module"))),
             tuple(others),
             (get("SFCExecutionControl", ""), get("SFCRestartPosition", ""), get("SFCLastScan", "")),
+            source,
         )
 
     # --- types and tags

@@ -13,7 +13,7 @@ from __future__ import annotations
 import codecs
 import re
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 from lxml import etree
 
@@ -49,27 +49,25 @@ class L5xError(LadderError):
         super().__init__(f"{site.spot}: {text}", site)
 
 
-def whole_tree(data: bytes) -> Any:
-    """Return the root of an L5X that is to be written again: as it is, with its sections of character data.
+class Decoded(NamedTuple):
+    """The bytes of a file: what precedes its text, the text as UTF-8, and the encoding of both."""
 
-    Raises:
-        L5xError: it can't be read, or is larger than what can be imported.
-    """
-    checked(data, "the L5X")
-    parser = etree.XMLParser(
-        strip_cdata=False, resolve_entities=False, load_dtd=False, no_network=True, huge_tree=False
-    )
-    try:
-        return etree.fromstring(data.removeprefix(codecs.BOM_UTF8).lstrip(), parser)  # blanks may lead
-    except etree.XMLSyntaxError as error:
-        raise L5xError("the L5X", error.lineno or 1, f"it is not XML: {error.msg}") from None
+    lead: bytes  # byte order mark and blanks
+    text: bytes
+    encoding: str
+
+    def bytes_of(self, text: bytes) -> bytes:
+        """Return the bytes of the file with another text; what its encoding lacks becomes `&#8364;`."""
+        if self.encoding == "utf-8":
+            return self.lead + text
+        return self.lead + text.decode().encode(self.encoding, "xmlcharrefreplace")
 
 
 def checked(data: bytes, file: str) -> bytes:
     """Return a document's bytes as UTF-8, or raise an L5xError for what no export has."""
     if len(data) > MOST_BYTES:
         raise L5xError(file, 0, f"it has more than {MOST_BYTES:,} bytes")
-    data = _as_utf8(data, file)
+    data = decoded(data, file).text
     marks = _marks(data)
     if marks > MOST_MARKS:
         data = _ZERO.sub(b"", data)  # large controllers consist mostly of arrays of zeros
@@ -105,8 +103,8 @@ def _marks(data: bytes) -> int:
     return tags + attributes + sum(1 for _ in _TEXT.finditer(data))
 
 
-def _as_utf8(data: bytes, file: str) -> bytes:
-    """Decode: by byte order mark, UTF-16 zeros or the declaration, else UTF-8."""
+def decoded(data: bytes, file: str) -> Decoded:
+    """Decode by byte order mark, UTF-16 zeros or the declaration, else UTF-8; an L5xError if that fails."""
     encoding = next((name for mark, name in _BOMS if data.startswith(mark)), None)
     if encoding is None and data[:2] in (b"<\0", b"\0<"):
         encoding = "utf-16-le" if data[:1] == b"<" else "utf-16-be"
@@ -120,8 +118,10 @@ def _as_utf8(data: bytes, file: str) -> bytes:
         line = data.count(b"\n", 0, error.start) + 1
         raise L5xError(file, line, f"it is not {encoding.upper()} text: {error.reason}") from None
     if encoding == "utf-8":
-        return data.removeprefix(codecs.BOM_UTF8).lstrip()
-    return text.removeprefix("\ufeff").lstrip().encode("utf-8")
+        body = data.removeprefix(codecs.BOM_UTF8).lstrip()
+        return Decoded(data[: len(data) - len(body)], body, encoding)
+    found = text.removeprefix("\ufeff").lstrip()
+    return Decoded(text[: len(text) - len(found)].encode(encoding), found.encode("utf-8"), encoding)
 
 
 def _refuse_doctype(data: bytes, file: str) -> None:

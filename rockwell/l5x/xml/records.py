@@ -218,6 +218,7 @@ class L5xDocument:
     modules: tuple[ModuleRecord, ...]
     others: tuple[tuple[str, int], ...]  # ignored parts: name and line
     charts: tuple[str, str, str] = ("", "", "")  # SFCExecutionControl, SFCRestartPosition, SFCLastScan
+    source: bytes = field(default=b"", repr=False)  # the file as it was read
 
     def release(self) -> None:
         """Release the XML of values, ten times the memory of the rest."""

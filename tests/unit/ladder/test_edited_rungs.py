@@ -128,7 +128,7 @@ def test_an_l5x_keeps_everything_but_its_edited_rungs(tmp_path):
     data, name = path.read_bytes(), r"\MainProgram.Main"
     rungs = [str(each) for each in routine(import_l5x(path), name).rungs]
     edits = [RungEdit(name, 0, (rungs[0], "XIC(New)OTL(New);")), RungEdit(name, 3, ())]
-    edited = rewritten_l5x(data, edits, [NewTag("New", "BOOL", "MainProgram")])
+    edited = rewritten_l5x(data, edits, [NewTag("New", "BOOL", "MainProgram")]).data
     (tmp_path / "mixer.L5X").write_bytes(edited)
     wanted = [rungs[0], "XIC(New)OTL(New);", *rungs[1:3], *rungs[4:]]
     assert [str(each) for each in routine(import_l5x(tmp_path / "mixer.L5X"), name).rungs] == wanted
@@ -136,7 +136,8 @@ def test_an_l5x_keeps_everything_but_its_edited_rungs(tmp_path):
     assert [f'<Rung Number="{each}" Type="N">' in text for each in range(len(wanted))] == [True] * len(wanted)
     assert edited.startswith(data[:3])
     after_blanks = data[:3] + b"\n " + data[3:]
-    assert rewritten_l5x(after_blanks, edits, [NewTag("New", "BOOL", "MainProgram")]) == edited
+    again = rewritten_l5x(after_blanks, edits, [NewTag("New", "BOOL", "MainProgram")]).data
+    assert again == edited[:3] + b"\n " + edited[3:]
     with pytest.raises(LadderError, match="it is not XML"):
         rewritten_l5x(b"<RSLogix5000Content>", edits)
     assert text.count("<Module ") == data.count(b"<Module ")

@@ -36,7 +36,7 @@ DATA T4:0 0 5 0
 
 
 def rewritten(*edits, text=TEXT, tags=()):
-    data = rewritten_slc(text.encode(), edits, tags, SLC_SPECS)
+    data = rewritten_slc(text.encode(), edits, tags, SLC_SPECS).data
     found = import_text(data.decode(), "line", slots=[1])
     assert not found.report.refused, list(map(str, found.report.refused))
     assert found.program is not None
@@ -92,7 +92,7 @@ def test_a_rung_is_added_behind_a_last_line_without_an_end():
         [RungEdit("U2", 2, ("XIC(B3:0/3)TON(T4:0,1.0,7,0);", "XIC(B3:0/5)RES(T4:0);"))],
         (),
         SLC_SPECS,
-    ).decode()
+    ).data.decode()
     assert written.endswith(" 7 0 EOR\nSOR XIC B3:0/5 RES T4:0 EOR\n")
 
 
@@ -119,7 +119,7 @@ def test_letters_and_line_ends_of_the_file_stay():
     data = TEXT.replace("describes", "beschr\xe4nkt \u2013").replace("\n", "\r\n").encode("cp1252")
     data = data.replace(b"second", b"\x81\x8d")  # no letters of Windows-1252
     edit = RungEdit("U2", 1, ("XIC(B3:0/9)OTE(B3:0/2);",))
-    written = rewritten_slc(data, [edit], [], SLC_SPECS)
+    written = rewritten_slc(data, [edit], [], SLC_SPECS).data
     assert written == data.replace(b"SOR XIC B3:0/1", b"SOR XIC B3:0/9")
 
 

@@ -1,0 +1,124 @@
+"""A program or a routine of an L5X as an L5X for partial import: the file without what that does not need.
+
+What stays has its bytes. Left out are modules, tasks and all else of the controller but its data types,
+add-on instructions and tags, which become the context of the exported object.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+
+from ...ladder.model.errors import LadderError
+from .xml.spans import L5xText, Span, Splice, defined
+
+_CONTEXT = ("DataTypes", "AddOnInstructionDefinitions", "Tags", "Programs")
+_OPTIONS = (
+    *("References", "NoRawData", "L5KData", "DecoratedData", "Context", "Dependencies"),
+    *("ForceProtectedEncoding", "AllProjDocTrans"),
+)
+"""Export options in their order."""
+
+_NEEDED = frozenset({"References", "Context", "Dependencies"})
+_OF_ANOTHER_TARGET = ("TargetSubType", "TargetClass", "TargetRevision", "TargetLastEdited", "TargetCount")
+
+
+def partial_l5x(data: bytes, name: str, file: str = "the L5X") -> bytes:
+    """Return a program (`Main`) or routine (`Main.Sequence`) of an L5X as an L5X.
+
+    A file that exports just that is returned as it is.
+
+    Raises:
+        LadderError: the file can't be read, or has no such object.
+    """
+    text = L5xText(data, file)
+    owner, _, wanted = name.partition(".")
+    program = _found("program", text.programs, owner)
+    routine = _found("routine", _routines(program), wanted) if wanted else None
+    if _is_target(text.root, program, routine):
+        return data
+    return text.spliced(_Extraction(text, program, routine).splices())
+
+
+def _routines(program: Span) -> list[Span]:
+    return [each for group in program.all("Routines") for each in group.children]
+
+
+def _found(what: str, among: list[Span], name: str) -> Span:
+    for each in defined(among, name):
+        return each
+    names = ", ".join(dict.fromkeys(each.name for each in among)) or "none"
+    raise LadderError(f"no {what} {name!r}; choose from {names}")
+
+
+def _is_target(root: Span, program: Span, routine: Span | None) -> bool:
+    chosen = program if routine is None else routine
+    return root.attributes.get("TargetType") == chosen.tag and chosen.attributes.get("Use") == "Target"
+
+
+class _Extraction:
+    def __init__(self, text: L5xText, program: Span, routine: Span | None) -> None:
+        self._text, self._program, self._routine = text, program, routine
+
+    def splices(self) -> Iterator[Splice]:
+        """Yield what makes the whole file the partial one."""
+        controller = self._text.controller
+        assert controller is not None
+        yield from self._head()
+        yield from self._with(controller, Use="Context")
+        for each in controller.children:
+            if each.tag not in _CONTEXT:
+                yield self._text.without(each)
+                continue
+            yield from self._with(each, Use="Context")
+            for program in each.children if each.tag == "Programs" else ():
+                yield from self._of_program(program) if program is self._program else self._left_out(program)
+
+    def _head(self) -> Iterator[Splice]:
+        """Yield the attributes of the document."""
+        root, chosen = self._text.root, self._routine or self._program
+        there = root.attributes.get("ExportOptions", "").split()
+        options = sorted(_NEEDED | set(there), key=lambda each: (*_OPTIONS, *there).index(each))
+        made: dict[str, str | None] = dict.fromkeys(_OF_ANOTHER_TARGET)
+        if self._routine is not None:
+            made["TargetSubType"] = self._routine.attributes.get("Type")
+        made |= {"TargetName": chosen.name, "TargetType": chosen.tag, "ContainsContext": "true"}
+        made["ExportOptions"] = " ".join(options)
+        yield from self._changed(root, made)
+
+    def _with(self, span: Span, **attributes: str) -> Iterator[Splice]:
+        yield from self._changed(span, attributes)
+
+    def _changed(self, span: Span, attributes: Mapping[str, str | None]) -> Iterator[Splice]:
+        for name, value in attributes.items():
+            if span.attributes.get(name) != value:
+                yield self._text.attribute(span, name, value)
+
+    def _left_out(self, *spans: Span) -> Iterator[Splice]:
+        yield from map(self._text.without, spans)
+
+    def _of_program(self, program: Span) -> Iterator[Splice]:
+        whole = self._routine is None
+        yield from self._with(program, Use="Target" if whole else "Context")
+        for each in program.children:
+            if whole:
+                yield from self._plain([each])
+            elif each.tag in ("Tags", "Routines"):
+                yield from self._with(each, Use="Context")
+            else:
+                yield self._text.without(each)
+        for routine in _routines(program):
+            if routine is self._routine:
+                yield from self._with(routine, Use="Target")
+            elif not whole and routine.attributes.get("Use") != "Reference":
+                yield self._text.without(routine)
+                continue
+            elif whole:
+                yield from self._plain([routine])
+            for content in routine.children:
+                yield from self._plain(content.children)
+
+    def _plain(self, spans: Iterable[Span]) -> Iterator[Splice]:
+        """Yield what makes parts of the target of another export plain ones."""
+        for each in spans:
+            if each.attributes.get("Use", "Reference") != "Reference":
+                yield self._text.attribute(each, "Use", None)

@@ -1,0 +1,233 @@
+"""Where elements stand in the text of an L5X, so that an edit replaces them and nothing else.
+
+    <Rung Number="0" Type="N"><Text>XIC(Go);</Text></Rung>
+    ^begin                    ^inner               ^close ^end
+
+Found are the elements that exports and edits touch: the parts of the controller, its programs, their tags and
+routines, and rungs with their texts.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping
+from html import escape
+from typing import NamedTuple
+from xml.parsers import expat
+
+from .parsing import Decoded, L5xError, checked, decoded
+
+ROOT = "RSLogix5000Content"
+
+_ALL = ("*",)
+_FOLLOWED: Mapping[str, tuple[str, ...]] = {
+    "": (ROOT,),
+    ROOT: _ALL,
+    "Controller": _ALL,
+    "Programs": ("Program",),
+    "Program": _ALL,
+    "Routines": ("Routine", "EncodedData"),
+    "Routine": _ALL,
+    "RLLContent": ("Rung",),
+    "Rung": ("Text",),
+    "Text": _ALL,
+}
+"""Children that are found, by the element around them."""
+
+_DEEPEST = 256
+"""Levels of elements, as `parsing` allows."""
+
+_START_TAG = re.compile(rb"""<[^<>"']*+(?:"[^"]*+"[^<>"']*+|'[^']*+'[^<>"']*+)*+>""")
+_BLANKS = b" \t\r\n"
+
+
+class Splice(NamedTuple):
+    """A text in place of another one; an empty place is an insertion."""
+
+    begin: int
+    end: int
+    text: bytes
+
+
+class Span:
+    """The places of an element: of `<`, behind its start tag, of its end tag, and behind that."""
+
+    __slots__ = ("attributes", "begin", "children", "close", "end", "inner", "tag")
+
+    def __init__(self, tag: str, attributes: Mapping[str, str], begin: int) -> None:
+        self.tag, self.attributes, self.begin = tag, attributes, begin
+        self.inner = self.close = self.end = begin
+        self.children: list[Span] = []
+
+    @property
+    def name(self) -> str:
+        """Its Name, "" without one."""
+        return self.attributes.get("Name", "")
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether it is one tag, `<Tags/>`."""
+        return self.inner == self.end
+
+    def child(self, tag: str) -> Span | None:
+        """Return the first child with a tag."""
+        return next((each for each in self.children if each.tag == tag), None)
+
+    def all(self, tag: str) -> list[Span]:
+        """Return the children with a tag."""
+        return [each for each in self.children if each.tag == tag]
+
+
+class L5xText:
+    """The text of an L5X with the places of its elements.
+
+    Attributes:
+        text: as UTF-8, from the first `<` on.
+        root: the element of the document.
+        newline: how its lines end.
+    """
+
+    def __init__(self, data: bytes, file: str) -> None:
+        """Find them; an L5xError for what can't be imported."""
+        checked(data, file)
+        self._decoded: Decoded = decoded(data, file)
+        self.text = self._decoded.text
+        self.root = _Finder(self.text, file).root()
+        self.newline = b"\r\n" if b"\r\n" in self.text else b"\n"
+
+    @property
+    def controller(self) -> Span | None:
+        """The element of its controller."""
+        return self.root.child("Controller")
+
+    @property
+    def programs(self) -> list[Span]:
+        """The elements of its programs."""
+        groups = [] if self.controller is None else self.controller.all("Programs")
+        return [each for group in groups for each in group.children]
+
+    def line(self, at: int) -> int:
+        """Return the line of a place."""
+        return 1 + self._decoded.lead.count(b"\n") + self.text.count(b"\n", 0, at)
+
+    def spliced(self, splices: Iterable[Splice]) -> bytes:
+        """Return the bytes of the file with other texts, of which none overlaps another one."""
+        kept, at = [], 0
+        for begin, end, text in sorted(splices, key=lambda each: each[:2]):
+            kept += [self.text[at:begin], text]
+            at = end
+        return self._decoded.bytes_of(b"".join((*kept, self.text[at:])))
+
+    def characters(self, text: str) -> bytes:
+        """Return a text as the content of an element, as a section of character data if it can be one."""
+        text = escaped(text)
+        try:
+            text.encode(self._decoded.encoding)
+        except UnicodeEncodeError:
+            return escape(text, quote=False).encode()
+        return escape(text, quote=False).encode() if "]]>" in text else f"<![CDATA[{text}]]>".encode()
+
+    def attribute(self, span: Span, name: str, value: str | None) -> Splice:
+        """Return what gives an attribute of an element another value, adds it, or with None takes it away."""
+        head = self.text[span.begin : span.inner]
+        found = re.search(rb"""\s%s\s*=\s*("[^"]*"|'[^']*')""" % name.encode(), head)
+        shown = b"" if value is None else b'"%s"' % escape(value).encode()
+        if found is None:
+            at = span.begin + 1 + len(span.tag.encode())
+            return Splice(at, at, shown and b" %s=%s" % (name.encode(), shown))
+        begin, end = found.span() if value is None else found.span(1)
+        return Splice(span.begin + begin, span.begin + end, shown)
+
+    def without(self, span: Span) -> Splice:
+        """Return what takes an element away, with the blanks behind it."""
+        rest = self.text[span.end : span.end + 200]
+        return Splice(span.begin, span.end + len(rest) - len(rest.lstrip(_BLANKS)), b"")
+
+    def blanks_before(self, span: Span) -> bytes:
+        """Return the blanks between an element and what precedes it."""
+        before = self.text[max(0, span.begin - 200) : span.begin]
+        return before[len(before.rstrip(_BLANKS)) :]
+
+    def content(self, span: Span, content: bytes) -> Splice:
+        """Return what replaces the content of an element, without the blanks at both ends of it."""
+        inside = self.text[span.inner : span.close]
+        begin = span.inner + len(inside) - len(inside.lstrip(_BLANKS))
+        return Splice(begin, max(begin, span.inner + len(inside.rstrip(_BLANKS))), content)
+
+    def last(self, span: Span, content: bytes) -> Splice:
+        """Return what adds content behind all of an element's."""
+        if not span.is_empty:
+            return Splice(span.close, span.close, content)
+        slash = span.end - len(b"/>")
+        return Splice(slash, span.end, b">%s</%s>" % (content, span.tag.encode()))
+
+
+_NO_CHARACTER = re.compile("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
+"""What XML 1.0 has no character for [XML 1.0, 2.2]."""
+
+
+def escaped(text: str) -> str:
+    r"""Return a text without characters that XML lacks: Logix writes them by their code.
+
+    >>> escaped("a\x02b")
+    'a$02b'
+    """
+    return text if text.isprintable() else _NO_CHARACTER.sub(lambda found: f"${ord(found[0]):02X}", text)
+
+
+class _Finder:
+    """Finds elements by the places at which the XML parser is when it meets their tags."""
+
+    def __init__(self, text: bytes, file: str) -> None:
+        self._text, self._file = text, file
+        self._around = [Span("", {}, 0)]
+        self._inside = 0  # levels of an element that is not followed
+
+    def root(self) -> Span:
+        self._parser = parser = expat.ParserCreate("utf-8")
+        parser.StartElementHandler, parser.EndElementHandler = self._start, self._end
+        try:
+            parser.Parse(self._text, True)
+        except expat.ExpatError as error:
+            raise L5xError(
+                self._file, error.lineno, f"it is not XML: {expat.ErrorString(error.code)}"
+            ) from None
+        found = self._around[0].children
+        if not found:
+            raise L5xError(self._file, 1, f"its root is not {ROOT}")
+        return found[0]
+
+    def _start(self, tag: str, attributes: dict[str, str]) -> None:
+        around = self._around[-1]
+        followed = _FOLLOWED.get(around.tag, ())
+        if self._inside or not (tag in followed or followed is _ALL):
+            self._inside += 1
+            if self._inside > _DEEPEST:
+                raise L5xError(self._file, self._parser.CurrentLineNumber, "its elements are too deep")
+            return
+        begin = self._parser.CurrentByteIndex
+        found = _START_TAG.match(self._text, begin)
+        assert found is not None
+        span = Span(tag, attributes, begin)
+        span.inner = span.close = span.end = found.end()
+        around.children.append(span)
+        self._around.append(span)
+
+    def _end(self, _tag: str) -> None:
+        if self._inside:
+            self._inside -= 1
+            return
+        span = self._around.pop()
+        if self._text[span.inner - 2 : span.inner] != b"/>":
+            span.close = self._parser.CurrentByteIndex
+            span.end = self._text.index(b">", span.close) + 1
+
+
+def defined(among: Iterable[Span], name: str) -> Iterator[Span]:
+    """Yield the elements with a name that the file defines: one to which it only refers is none."""
+    for each in among:
+        use = each.attributes.get("Use")
+        content = any(part.tag.endswith("Content") for part in each.children)
+        undefined = use == "Reference" or (each.tag == "Routine" and use == "Context" and not content)
+        if each.name.upper() == name.upper() and not undefined:
+            yield each
