@@ -13,10 +13,9 @@ from typing import Any
 
 from bench3601 import ENCODER, configuration
 from blocks3601 import BlocksBench
-from drive_bench import LinkedDrive, drive_words
+from drive_bench import MODELS, LinkedDrive, drive_words
 from scanrack import Axis3601, Configuration, Direction, Logic
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, InputBit
-from scanrack.io_images.drives.models import MODELS
 from scanrack.io_images.image import Image
 from scanrack.io_images.module_words import PLAIN_WORDS
 from scanrack.jobs.fuzz.invariants.busy import RestMeter, axes_in

@@ -15,10 +15,9 @@ from functools import cache
 from typing import Any
 
 from bench3601 import CONFIGURATION
-from drive_bench import ESTOP, HOME, LinkedDrive, drive_words
+from drive_bench import ESTOP, HOME, MODELS, LinkedDrive, drive_words
 from scanrack import Program
 from scanrack.io_images.amci3601 import InputBit, StatusView
-from scanrack.io_images.drives.models import MODELS
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.files.rungreader import load_library
 from scanrack.ladder.lowering.addon import ParameterMode

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
+from drive_bench import MODELS
 from scanrack import open_bench
 from scanrack.io_images.amci3601.words import WORDS_3601
-from scanrack.io_images.drives.models import SMD23E2
 from scanrack.jobs.check import check_rack, check_replacement, load_any
 from scanrack.ladder import LadderError
 from scanrack.ladder.files import parse_program, program_text
@@ -13,6 +13,7 @@ from scanrack.ladder.files.rungreader import is_of_library, load_library
 from scanrack.ladder.model.stubs import Stubs
 
 FEEDER = Path(__file__).parents[3] / "examples" / "feeder"
+SMD23E2 = MODELS["smd23e2"]
 DRIVES = Stubs(modules={1: WORDS_3601, 2: SMD23E2.words})
 
 CONFIGURATION = "TAG Words : INT[8] := [16#843C, 16#003C, 0, 500, 0, 0, 0, 0]"
