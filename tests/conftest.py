@@ -128,7 +128,6 @@ def pytest_collection_finish(session: pytest.Session) -> None:
     """Search what tests make for garbage, and not again and again what collecting has made."""
     if _is_whole_suite(session.config):  # once, before the processes are forked
         charmap.categories()
-        charmap.intervals_from_codec("utf-8")
     gc.freeze()
     gc.set_threshold(YOUNG_OBJECTS)
     gc.enable()
