@@ -104,6 +104,7 @@ OUTPUTS = {
     ),
     "ladder svg": Output("ladder rungs.toml --svg {}", "new.svg", RUNGS),
     "ladder svg of a program": Output("ladder line.rung --svg {}", "new.svg", ("line.rung",)),
+    "l5x out": Output("l5x line.rung --export line --out {}", "new.L5X", ("line.rung",)),
     "serve record": Output("serve pcl601 --pty --program unit.pclt --record {}", "new.mcap", ("unit.pclt",)),
     "serve memory": Output("serve pcl601 --pty --program unit.pclt --memory {}", "new.json", ("unit.pclt",)),
     "show folder": Output("show run.mcap --extract {}", "new", ("run.mcap",)),

@@ -5,6 +5,7 @@ is set again, an encoding that becomes UTF-8, a routine that is only referred to
 comment that looks like a rung.
 """
 
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 
@@ -15,11 +16,12 @@ from scanrack.commands import build
 from scanrack.ladder import LadderError
 from scanrack.ladder.instructions.slc import SLC_SPECS
 from scanrack.ladder.lowering.edited import BEFORE_FIRST, Change, NewTag, RungEdit, normalized
+from scanrack.ladder.lowering.text import parse_rung
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.partial import partial_l5x
 from scanrack.rockwell.l5x.rewriting import rewritten_l5x
 from scanrack.rockwell.l5x.xml.document import parse_document
-from scanrack.rockwell.slc import import_slc
+from scanrack.rockwell.slc import export_text, import_slc, import_text
 from scanrack.rockwell.slc.rewriting import rewritten_slc
 from slc_files import FUNCTION_FILES, elements, export, forces, texts, words
 from slc_files import ladder as slc_ladder
@@ -419,3 +421,58 @@ def test_what_no_export_has_is_refused_here_too():
     deep = b"<RSLogix5000Content>" + b"<a>" * 300 + b"</a>" * 300 + b"</RSLogix5000Content>"
     with pytest.raises(LadderError, match="deep"):
         rewritten_l5x(deep, [])
+
+
+# --- what this version does not know
+
+
+def test_what_is_not_read_is_named_and_stops_nothing(tmp_path):
+    encoded = '<EncodedData EncodedType="{0}" Name="{1}" EncryptionConfig="7">QUJD</EncodedData>'
+    inside = f'<Routine Name="Enc" Type="RLL">{encoded.format("Routine", "Enc")}</Routine>'
+    text = (
+        TEXT.replace("</Routines>", f"{inside}{encoded.format('Routine', 'Other')}</Routines>", 1)
+        .replace(
+            "<DataTypes>", f"{encoded.format('Library', 'Lib')}<DataTypes>{encoded.format('DataType', 'D')}"
+        )
+        .replace("XIC(A)OTE(B);", "XIC(A)OTE(B)ADD(N,1,N);", 1)
+        .replace("<Tasks>", f"<Tags>{tag('N', 'ULINT')}</Tags><Tasks>", 1)
+        .replace('<Tag Name="A"', '<Tag NewAttribute="1" Name="A"', 1)
+    )
+    path = tmp_path / "x.L5X"
+    path.write_text(text, encoding="utf-8")
+    report = import_l5x(path, trial=True).report
+    named = {each.name for each in report.notes if "kept, and not read" in each.text}
+    assert named == {
+        *("SafetyInfo", "AlarmDefinitions", "Library", "EncodedData Library Lib", "EncodedData DataType D"),
+        *("HMIBC", "NewAttribute"),
+    }
+    assert {each.routine for each in report.objects} == {"Enc", "Other"}
+    assert (report.rungs, report.imported) == (1, 1)
+    assert copied(path, path.read_bytes()) == text.encode()
+
+
+def test_a_whole_file_of_today_has_nothing_that_is_not_read():
+    for path in (each for each in FILES if each.suffix == ".L5X"):
+        assert parse_document(path.read_bytes(), path.name).others == ()
+
+
+# --- SLC
+
+
+def test_the_text_of_an_imported_slc_is_the_file_with_the_rungs_that_differ(tmp_path):
+    path = tmp_path / "x.SLC"
+    path.write_text(SLC, encoding="cp1252")
+    found = import_slc(path)
+    program_ = found.program
+    assert program_ is not None
+    assert export_text(program_, found.document) == SLC  # the rung that calls file 9 is refused, and stays
+    first, second = program_.routines
+    edited = parse_rung("XIC(B3:0/5)OTE(B3:1/1);", specs=SLC_SPECS)
+    new = parse_rung("XIC(B3:0/6)OTE(B3:1/2);", specs=SLC_SPECS)
+    program_.routines[0] = replace(first, rungs=(edited, *first.rungs[1:], new))
+    program_.routines[1] = replace(second, rungs=second.rungs[1:])
+    again = import_text(export_text(program_, found.document), "x").program
+    assert again is not None
+    assert [[str(rung_) for rung_ in each.rungs] for each in again.routines] == [
+        [str(rung_) for rung_ in each.rungs] for each in program_.routines
+    ]
