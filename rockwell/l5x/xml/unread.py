@@ -18,7 +18,7 @@ _LIMITS = ("EngineeringUnit", "EngineeringUnits", "Maxes", "Mins", "State0s", "S
 _DEFINED = ("Name", "DataType", "Dimension", "Dimensions", "Radix", "ExternalAccess")
 
 
-class _Part(NamedTuple):
+class _KnownElement(NamedTuple):
     """Elements, their parts, and their attributes; None: any."""
 
     path: str
@@ -26,17 +26,17 @@ class _Part(NamedTuple):
     attributes: tuple[str, ...] | None = None
 
 
-def _tags(path: str) -> _Part:
+def _tags(path: str) -> _KnownElement:
     parts = (*_VALUES, *_LIMITS, "ConsumeInfo", "ProduceInfo", "Libraries", "Instructions")
     more = ("AliasFor", "Usage", "Required", "Visible", "IO", "OpcUaAccess", "Min", "Max", "Producer")
-    return _Part(path, parts, (*_DEFINED, "TagType", "Constant", *more, *_COMMON))
+    return _KnownElement(path, parts, (*_DEFINED, "TagType", "Constant", *more, *_COMMON))
 
 
 _ADD_ON = "Controller/AddOnInstructionDefinitions"
 _PROGRAMS = "Controller/Programs"
 _PARTS = (
-    _Part(".", ("Controller",)),
-    _Part(
+    _KnownElement(".", ("Controller",)),
+    _KnownElement(
         "Controller",
         (
             *("DataTypes", "Modules", "AddOnInstructionDefinitions", "Tags", "Programs", "Tasks"),
@@ -46,27 +46,27 @@ _PARTS = (
             *("CustomProperties", "SafetyInfo[not(@*)]"),
         ),
     ),
-    _Part("Controller/DataTypes", ("DataType",), ("Use",)),
-    _Part(
+    _KnownElement("Controller/DataTypes", ("DataType",), ("Use",)),
+    _KnownElement(
         "Controller/DataTypes/DataType",
         ("Members", "Description", "Dependencies", "CustomProperties", *_LIMITS),
         ("Family", *_COMMON),
     ),
-    _Part("Controller/DataTypes/DataType/Members", ("Member",)),
-    _Part(
+    _KnownElement("Controller/DataTypes/DataType/Members", ("Member",)),
+    _KnownElement(
         "Controller/DataTypes/DataType/Members/Member",
         ("Description", "CustomProperties", *_LIMITS),
         (*_DEFINED, "Hidden", "Target", "BitNumber", "Max", "Min", *_COMMON),
     ),
-    _Part("Controller/Modules", ("Module",), ("Use",)),
-    _Part(
+    _KnownElement("Controller/Modules", ("Module",), ("Use",)),
+    _KnownElement(
         _ADD_ON,
         (
             *("AddOnInstructionDefinition", "AddOnInstruction"),
             "EncodedData[contains(@EncodedType, 'AddOn') or not(@EncodedType)]",
         ),
     ),
-    _Part(
+    _KnownElement(
         f"{_ADD_ON}/AddOnInstructionDefinition",
         (
             *("Description", "Parameters", "LocalTags", "Routines", "Dependencies", "RevisionNote"),
@@ -80,20 +80,22 @@ _PARTS = (
     ),
     _tags(f"{_ADD_ON}/*/Parameters/Parameter"),
     _tags(f"{_ADD_ON}/*/LocalTags/LocalTag"),
-    _Part(f"{_ADD_ON}/*/Routines", ("Routine", "EncodedData")),
-    _Part("Controller/Tags", ("Tag",), ("Use",)),
+    _KnownElement(f"{_ADD_ON}/*/Routines", ("Routine", "EncodedData")),
+    _KnownElement("Controller/Tags", ("Tag",), ("Use",)),
     _tags("Controller/Tags/Tag"),
-    _Part(_PROGRAMS, ("Program",), ("Use",)),
-    _Part(f"{_PROGRAMS}/Program", ("Description", "Tags", "Routines", "ChildPrograms", "CustomProperties")),
-    _Part(f"{_PROGRAMS}/Program/Tags", ("Tag",)),
+    _KnownElement(_PROGRAMS, ("Program",), ("Use",)),
+    _KnownElement(
+        f"{_PROGRAMS}/Program", ("Description", "Tags", "Routines", "ChildPrograms", "CustomProperties")
+    ),
+    _KnownElement(f"{_PROGRAMS}/Program/Tags", ("Tag",)),
     _tags(f"{_PROGRAMS}/Program/Tags/Tag"),
-    _Part(f"{_PROGRAMS}/Program/Routines", ("Routine", "EncodedData")),
-    _Part(
+    _KnownElement(f"{_PROGRAMS}/Program/Routines", ("Routine", "EncodedData")),
+    _KnownElement(
         f"{_PROGRAMS}/Program/Routines/Routine",
         ("Description", "CustomProperties", "EncodedData", *_CONTENTS),
         ("Type", *_COMMON),
     ),
-    _Part("Controller/Tasks", ("Task",), ("Use",)),
+    _KnownElement("Controller/Tasks", ("Task",), ("Use",)),
 )
 """What a document has, as Studio 5000 wrote it up to version 33."""
 

@@ -15,7 +15,7 @@ from real_mix import real_controller
 from scanrack.commands import build
 from scanrack.ladder import LadderError
 from scanrack.ladder.instructions.slc import SLC_SPECS
-from scanrack.ladder.lowering.edited import BEFORE_FIRST, Change, NewTag, RungEdit, normalized
+from scanrack.ladder.lowering.edited import BEFORE_FIRST, FileChange, NewTag, RungEdit, normalized
 from scanrack.ladder.lowering.text import parse_rung
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.partial import partial_l5x
@@ -144,7 +144,7 @@ def test_an_edited_rung_changes_its_text_only(name, tmp_path):
         assert gone.endswith(";")
         assert not {"<", "]"} & set(gone.replace("]XIC", "").replace("]", "", gone.count("["))), (gone, end)
         assert f'<Rung Number="{number}"' in before[before.rindex("<Rung ", 0, begin) : begin]
-        assert changes == (Change(f"{routine} rung {number}", "its text is edited"),)
+        assert changes == (FileChange(f"{routine} rung {number}", "its text is edited"),)
         count += 1
     assert count or name == "partial"
 
@@ -166,9 +166,9 @@ def test_rungs_behind_a_new_one_have_other_numbers_and_the_changes_name_them():
     expected = MANY.replace(old[2] + old[3], new + old[2].replace('"2"', '"3"'))
     assert written.decode() == expected
     assert changes == (
-        Change(rf"{STEP} rung 2", "it is new"),
-        Change(rf"{STEP} rung 2", "it is rung 3 now"),
-        Change(rf"{STEP} rung 3", "it is deleted"),
+        FileChange(rf"{STEP} rung 2", "it is new"),
+        FileChange(rf"{STEP} rung 2", "it is rung 3 now"),
+        FileChange(rf"{STEP} rung 3", "it is deleted"),
     )
 
 
@@ -238,7 +238,7 @@ def test_new_tags_stand_behind_those_of_their_program():
     ):
         written, changes = rewritten_l5x(text.encode(), [], [NewTag("N", "DINT", "Main")])
         assert written.decode() == text.replace(old, wanted, 1)
-        assert changes == (Change("tag N", "it is new"),)
+        assert changes == (FileChange("tag N", "it is new"),)
 
 
 def line_of(begin):
@@ -308,7 +308,7 @@ def test_one_rung_of_an_slc_changes_its_line(tmp_path):
             edit = RungEdit(routine.name, number, ("XIC(B3:0/0)OTE(B3:0/1);",))
             written, changes = rewritten_slc(data, [edit], (), SLC_SPECS)
             assert len(set(written.splitlines(keepends=True)) - set(lines)) <= 1
-            assert changes == (Change(f"{routine.name} rung {number}", "its text is edited"),)
+            assert changes == (FileChange(f"{routine.name} rung {number}", "its text is edited"),)
 
 
 # --- parts of a file
