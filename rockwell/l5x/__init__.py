@@ -28,6 +28,7 @@ r"""L5X: program exports of Studio 5000 and RSLogix 5000.
 | `building` | builds it, refusing rung by rung |
 | `importer` | all of this for one document |
 | `comparing` | two versions, rung by rung |
+| `unread` | what is not read, for the report |
 | `spans` | where elements stand in the text, so that an edit replaces them only |
 | `rewriting` | edited rungs in the text of a file |
 | `partial` | a program or a routine of a file as a file |

@@ -91,9 +91,7 @@ def read_document(path: Path | str) -> SlcDocument:
         raise SlcError(f"{path}: the file has more than {MOST_BYTES:,} bytes")
     if b"\0" in data:
         raise SlcError(f"{path}: this is not text: export the program as text, with SOR and EOR")
-    document = parse_document(text_of(data), str(path), file.stem)
-    document.source = data
-    return document
+    return replace(parse_document(text_of(data), str(path), file.stem), source=data)
 
 
 def text_of(data: bytes) -> str:
@@ -106,7 +104,7 @@ def text_of(data: bytes) -> str:
 
 def parse_document(text: str, file: str, name: str) -> SlcDocument:
     """Read the text of an export; `name` is the default project name. SlcError: it has no rung."""
-    document = _SlcReader(text, SlcDocument(file, name)).read()
+    document = _SlcReader(text, SlcDocument(file, name, source=text.encode(errors="replace"))).read()
     if not any(each.rungs for each in document.ladders.values()):
         raise SlcError(f"{file}: no rung in it: SOR ... EOR")
     return document
