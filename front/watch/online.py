@@ -25,7 +25,7 @@ from typing import Any, NamedTuple
 
 from ..jobs.load.loading import LoadedRack
 from ..jobs.record.program_versions import ProgramVersion
-from ..ladder.lowering.edited import Change, NewTag, normalized
+from ..ladder.lowering.edited import FileChange, NewTag, normalized
 from ..runtime.live.actions import Online
 from .edited_programs import EditedPrograms
 from .history.program_file import digest, read_edit, rewrite, why_not
@@ -179,7 +179,7 @@ class OnlineEdit:
         return self._programs.usable(self._programs.load(version))
 
 
-def _listed(changes: Sequence[Change]) -> str:
+def _listed(changes: Sequence[FileChange]) -> str:
     """Return the changed elements of a file, "" for a single one."""
     if len(changes) < 2:
         return ""

@@ -66,7 +66,7 @@ class NewTag(NamedTuple):
     program: str = ""  # of a controller; "" for the program itself, or the controller's own tags
 
 
-class Change(NamedTuple):
+class FileChange(NamedTuple):
     """An element that edits changed in a program's file."""
 
     element: str  # `\\Main.Step rung 3`
@@ -77,19 +77,19 @@ class Rewritten(NamedTuple):
     """The bytes of a program's file with edits, and what changed in it."""
 
     data: bytes
-    changes: tuple[Change, ...]
+    changes: tuple[FileChange, ...]
 
 
-def changes_of(edits: Iterable[RungEdit], tags: Iterable[NewTag]) -> Iterator[Change]:
+def changes_of(edits: Iterable[RungEdit], tags: Iterable[NewTag]) -> Iterator[FileChange]:
     """Yield what edits change in a file that has no numbers of rungs."""
     for edit in edits:
         if edit.rung != BEFORE_FIRST and not edit.keeps:
             why = "its text is edited" if edit.texts else "it is deleted"
-            yield Change(f"{edit.routine} rung {edit.rung}", why)
+            yield FileChange(f"{edit.routine} rung {edit.rung}", why)
         new = edit.texts if edit.rung == BEFORE_FIRST else edit.texts[1:]
         place = "the first rung" if edit.rung == BEFORE_FIRST else f"rung {edit.rung}"
-        yield from (Change(each, f"it is new at {place} of {edit.routine}") for each in new)
-    yield from (Change(f"tag {each.name}", "it is new") for each in tags)
+        yield from (FileChange(each, f"it is new at {place} of {edit.routine}") for each in new)
+    yield from (FileChange(f"tag {each.name}", "it is new") for each in tags)
 
 
 class Mistake(NamedTuple):

@@ -27,6 +27,7 @@ r"""L5X: program exports of Studio 5000 and RSLogix 5000.
 | `widening` | members that the types of the file lack |
 | `building` | builds it, refusing rung by rung |
 | `importer` | all of this for one document |
+| `unread` | what is not read, for the report |
 | `spans` | where elements stand in the text, so that an edit replaces them only |
 | `rewriting` | edited rungs in the text of a file |
 | `partial` | a program or a routine of a file as a file |

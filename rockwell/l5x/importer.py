@@ -168,8 +168,8 @@ class Importer:
         )
 
     def _note_others(self) -> None:
-        for name, line in self._document.others:
-            self.report.note(name, "this part of the controller is not read", line)
+        for name, says, line in self._document.others:
+            self.report.note(name, says, line)
         seen: set[str] = set()
         for each in self._document.data_types:
             if each.name.upper() in seen:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 
-from ...ladder.lowering.edited import BEFORE_FIRST, Change, NewTag, Rewritten, RungEdit
+from ...ladder.lowering.edited import BEFORE_FIRST, FileChange, NewTag, Rewritten, RungEdit
 from ...ladder.model.errors import LadderError
 from ...ladder.model.tags import program_of
 from .edits import NORMAL
@@ -36,7 +36,7 @@ def rewritten_l5x(
     for each in edits:
         by_routine.setdefault(each.routine, []).append(each)
     splices: list[Splice] = []
-    changes: list[Change] = []
+    changes: list[FileChange] = []
     for name, own in by_routine.items():
         routine = _EditedRoutine(text, file, name)
         splices += routine.edited(own)
@@ -44,7 +44,7 @@ def rewritten_l5x(
     for program in dict.fromkeys(each.program for each in tags):
         new = [each for each in tags if each.program == program]
         splices.append(_declared(text, _program(text, file, program), new))
-        changes += (Change(f"tag {each.name}", "it is new") for each in new)
+        changes += (FileChange(f"tag {each.name}", "it is new") for each in new)
     return Rewritten(text.spliced(splices), tuple(changes))
 
 
@@ -82,7 +82,7 @@ class _EditedRoutine:
         if any(each.attributes.get("Type", NORMAL).upper() != NORMAL for each in self._rungs):
             says = f"routine {name} has online edits in the file: finalize them in Studio 5000 first"
             raise LadderError(f"{self._where}: {says}")
-        self.changes: list[Change] = []
+        self.changes: list[FileChange] = []
 
     def edited(self, edits: Sequence[RungEdit]) -> Iterator[Splice]:
         """Yield what changes."""
@@ -111,7 +111,7 @@ class _EditedRoutine:
                 moved += len(edit.texts) - 1
 
     def _note(self, number: int, why: str) -> None:
-        self.changes.append(Change(f"{self._name} rung {number}", why))
+        self.changes.append(FileChange(f"{self._name} rung {number}", why))
 
     def _said(self, number: int, rung: Span, text: str) -> Iterator[Splice]:
         """Yield what gives a rung another text, with the blanks around it as they are."""
@@ -150,7 +150,7 @@ class _EditedRoutine:
     def _rung(self, text: str, place: int) -> bytes:
         """Return a new rung, whose lines begin as rungs do."""
         blanks = self._between
-        self.changes.append(Change(f"{self._name} rung {place}", "it is new"))
+        self.changes.append(FileChange(f"{self._name} rung {place}", "it is new"))
         parts = (
             b'<Rung Number="%d" Type="N">' % place,
             b"<Text>", self._text.characters(text), b"</Text>", b"</Rung>",

@@ -96,9 +96,7 @@ def document_in(data: bytes, file: str, name: str) -> SlcDocument:
         raise SlcError(f"{file}: the file has more than {MOST_BYTES:,} bytes")
     if b"\0" in data:
         raise SlcError(f"{file}: this is not text: export the program as text, with SOR and EOR")
-    document = parse_document(text_of(data), file, name)
-    document.source = data
-    return document
+    return replace(parse_document(text_of(data), file, name), source=data)
 
 
 def text_of(data: bytes) -> str:
@@ -111,7 +109,7 @@ def text_of(data: bytes) -> str:
 
 def parse_document(text: str, file: str, name: str) -> SlcDocument:
     """Read the text of an export; `name` is the default project name. SlcError: it has no rung."""
-    document = _SlcReader(text, SlcDocument(file, name)).read()
+    document = _SlcReader(text, SlcDocument(file, name, source=text.encode(errors="replace"))).read()
     if not any(each.rungs for each in document.ladders.values()):
         raise SlcError(f"{file}: no rung in it: SOR ... EOR")
     return document

@@ -7,27 +7,64 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from ...ladder.lowering.dialects import SLC
+from ...ladder.lowering.edited import BEFORE_FIRST, RungEdit
 from ...ladder.lowering.program import Program
 from ...ladder.model.errors import LadderError
 from ...ladder.model.tags import Tag
+from ...ladder.model.tree import Rung
 from .addresses import STRUCTURED
 from .addresses import WORDS as INNER
 from .datafiles import letters_of
-from .records import SlcDocument
-from .rungs import ROUTINE, rung_text
+from .document import text_of
+from .records import SlcDocument, SlcRungRecord
+from .rewriting import rewritten_slc
+from .rungs import ROUTINE, RungError, RungReader, rung_text
 
 _PER_LINE = 10  # values per line
 
 
 def export_text(program: Program, document: SlcDocument | None = None) -> str:
-    """Return a program as text, with processor and slots of its import; a LadderError for another dialect."""
+    """Return a program as text: that of the document of its import, with the rungs that differ.
+
+    Raises:
+        LadderError: the program has another dialect, or the document has not all of its ladder files.
+    """
     if program.dialect != SLC:
         raise LadderError(f"program {program.name} has the dialect {program.dialect}, not {SLC}")
-    head = [f'PROJECT "{program.name}"']
     if document is not None:
-        head += [f'PROCESSOR "{document.processor}"'] * bool(document.processor)
-        head += [f"SLOT {each.number} {each.text}".rstrip() for each in document.slots.values()]
-    return "\n".join([*head, *_ladders(program), *_data(program)]) + "\n"
+        edits = list(_edits(program, document))
+        data = rewritten_slc(document.source, edits, (), program.specs).data if edits else document.source
+        return text_of(data)
+    return "\n".join([f'PROJECT "{program.name}"', *_ladders(program), *_data(program)]) + "\n"
+
+
+def _edits(program: Program, document: SlcDocument) -> Iterator[RungEdit]:
+    """Yield the rungs in which a program differs from a document; a refused one is empty, and stays."""
+    reader = RungReader(program.specs)
+    for routine in program.routines:
+        name, found = routine.name, document.ladders.get(int(routine.name[len(ROUTINE) :]))
+        records, new = found.rungs if found is not None else [], list(map(str, routine.rungs))
+        last = len(records) - 1
+        for number, record in enumerate(records):
+            if number >= len(new):
+                yield RungEdit(name, number, ())
+                continue
+            rung = routine.rungs[number]
+            is_refused = not rung.series and rung.origin.line == record.line
+            keeps = is_refused or new[number] == _text(reader, record)
+            more = new[number + 1 :] if number == last else []
+            if more or not keeps:
+                yield RungEdit(name, number, (new[number], *more), keeps)
+        if new and not records:
+            yield RungEdit(name, BEFORE_FIRST, tuple(new))
+
+
+def _text(reader: RungReader, record: SlcRungRecord) -> str:
+    """Return a rung as a program prints it, "" if it can't be read."""
+    try:
+        return str(Rung(reader.read(record.words)))
+    except RungError:
+        return ""
 
 
 def _ladders(program: Program) -> Iterator[str]:

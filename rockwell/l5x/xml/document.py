@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +39,7 @@ from .records import (
     TaskRecord,
 )
 from .spans import ROOT
+from .unread import is_add_on, unread
 
 
 def read_document(path: Path) -> L5xDocument:
@@ -59,17 +59,6 @@ def parse_document(data: bytes, file: str) -> L5xDocument:
     if root.tag != ROOT:
         raise L5xError(file, root.sourceline or 1, f"its root is {root.tag}, that of an L5X is {ROOT}")
     return _L5xReader(file, cut).document(root, data)
-
-
-_READ = frozenset(
-    {
-        *("DataTypes", "Modules", "AddOnInstructionDefinitions", "Tags", "Programs", "Tasks", "Description"),
-        *("RedundancyInfo", "Security", "SafetyInfo", "CST", "WallClockTime", "TimeSynchronize"),
-        *("CommPorts", "EthernetPorts", "EthernetNetwork", "Trends", "QuickWatchLists", "AddOnDefinitions"),
-        *("InternetProtocol", "DataLogs", "Timelines", "Commands", "CustomProperties"),
-    }
-)
-"""Children of a controller that are read, or irrelevant to logic."""
 
 
 class _L5xReader:
@@ -96,12 +85,7 @@ class _L5xReader:
             self._add_on(each)
             for group in controller.iterchildren("AddOnInstructionDefinitions")
             for each in group.iterchildren("AddOnInstructionDefinition", "AddOnInstruction", "EncodedData")
-            if each.get("Use") != "Reference"
-        ]
-        others = [
-            (str(each.tag), int(each.sourceline))
-            for each in chain(controller.iterchildren(), controller.iterfind("SafetyInfo/SafetyTagMap"))
-            if isinstance(each.tag, str) and each.tag not in _READ
+            if each.get("Use") != "Reference" and is_add_on(each)
         ]
         return L5xDocument(
             self._file,
@@ -115,7 +99,7 @@ class _L5xReader:
             tuple(map(self._program, children(controller, "Programs", "Program"))),
             tuple(map(self._task, defined(controller, "Tasks", "Task"))),
             tuple(map(self._module, children(controller, "Modules", "Module"))),
-            tuple(others),
+            tuple(unread(root)),
             (get("SFCExecutionControl", ""), get("SFCRestartPosition", ""), get("SFCLastScan", "")),
             source,
         )
@@ -193,7 +177,7 @@ class _L5xReader:
             tuple(map(self._tag, children(element, "LocalTags", "LocalTag"))),
             tuple(map(self._routine, children(element, "Routines", "Routine"))),
             text_of(element.find("Description")),
-            encoded or element.find("Routines/EncodedData") is not None,
+            encoded or element.find("Routines//EncodedData") is not None,
             frozenset(each for each in ROUTINES if element.get(f"Execute{each}", "").lower() == "false"),
             element.sourceline,
         )
@@ -209,7 +193,7 @@ class _L5xReader:
             get("Type") == "EquipmentPhase",
             tuple(map(self._tag, defined(element, "Tags", "Tag"))),
             tuple(self._routine(each, tested=tested) for each in defined_routines(element)),
-            tuple(map(_encoded, children(element, "Routines", "EncodedData"))),
+            tuple(map(_encoded, element.iterfind("Routines//EncodedData"))),
             text_of(element.find("Description")),
             element.sourceline,
         )

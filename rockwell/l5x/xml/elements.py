@@ -62,9 +62,13 @@ def defined(element: Any, *path: str) -> Iterator[Any]:
 
 
 def defined_routines(program: Any) -> Iterator[Any]:
-    """Yield the routines that a partial export defines: what is context without a content is only named."""
+    """Yield the routines that a partial export defines: what is context without a content is only named.
+
+    One whose content is encoded is none of them.
+    """
     for each in defined(program, "Routines", "Routine"):
-        if each.get("Use") != "Context" or any(str(part.tag).endswith("Content") for part in each):
+        has_content = any(str(part.tag).endswith("Content") for part in each)
+        if has_content or (each.get("Use") != "Context" and each.find("EncodedData") is None):
             yield each
 
 

@@ -49,7 +49,7 @@ class L5xError(LadderError):
         super().__init__(f"{site.spot}: {text}", site)
 
 
-class Decoded(NamedTuple):
+class FileText(NamedTuple):
     """The bytes of a file: what precedes its text, the text as UTF-8, and the encoding of both."""
 
     lead: bytes  # byte order mark and blanks
@@ -103,7 +103,7 @@ def _marks(data: bytes) -> int:
     return tags + attributes + sum(1 for _ in _TEXT.finditer(data))
 
 
-def decoded(data: bytes, file: str) -> Decoded:
+def decoded(data: bytes, file: str) -> FileText:
     """Decode by byte order mark, UTF-16 zeros or the declaration, else UTF-8; an L5xError if that fails."""
     encoding = next((name for mark, name in _BOMS if data.startswith(mark)), None)
     if encoding is None and data[:2] in (b"<\0", b"\0<"):
@@ -119,9 +119,9 @@ def decoded(data: bytes, file: str) -> Decoded:
         raise L5xError(file, line, f"it is not {encoding.upper()} text: {error.reason}") from None
     if encoding == "utf-8":
         body = data.removeprefix(codecs.BOM_UTF8).lstrip()
-        return Decoded(data[: len(data) - len(body)], body, encoding)
+        return FileText(data[: len(data) - len(body)], body, encoding)
     found = text.removeprefix("\ufeff").lstrip()
-    return Decoded(text[: len(text) - len(found)].encode(encoding), found.encode("utf-8"), encoding)
+    return FileText(text[: len(text) - len(found)].encode(encoding), found.encode("utf-8"), encoding)
 
 
 def _refuse_doctype(data: bytes, file: str) -> None:

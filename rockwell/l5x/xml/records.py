@@ -216,7 +216,7 @@ class L5xDocument:
     programs: tuple[ProgramRecord, ...]
     tasks: tuple[TaskRecord, ...]
     modules: tuple[ModuleRecord, ...]
-    others: tuple[tuple[str, int], ...]  # ignored parts: name and line
+    others: tuple[tuple[str, str, int], ...]  # parts that are not read: name, what it is, and line
     charts: tuple[str, str, str] = ("", "", "")  # SFCExecutionControl, SFCRestartPosition, SFCLastScan
     source: bytes = field(default=b"", repr=False)  # the file as it was read
 

@@ -15,7 +15,7 @@ from html import escape
 from typing import NamedTuple
 from xml.parsers import expat
 
-from .parsing import Decoded, L5xError, checked, decoded
+from .parsing import FileText, L5xError, checked, decoded
 
 ROOT = "RSLogix5000Content"
 
@@ -90,7 +90,7 @@ class L5xText:
     def __init__(self, data: bytes, file: str) -> None:
         """Find them; an L5xError for what can't be imported."""
         checked(data, file)
-        self._decoded: Decoded = decoded(data, file)
+        self._decoded: FileText = decoded(data, file)
         self.text = self._decoded.text
         self.root = _Finder(self.text, file).root()
         self.newline = b"\r\n" if b"\r\n" in self.text else b"\n"

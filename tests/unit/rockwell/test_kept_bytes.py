@@ -5,6 +5,7 @@ is set again, an encoding that becomes UTF-8, a routine that is only referred to
 comment that looks like a rung.
 """
 
+from dataclasses import replace
 from html import escape
 from pathlib import Path
 
@@ -14,12 +15,13 @@ from real_mix import real_controller
 from scanrack.commands import build
 from scanrack.ladder import LadderError
 from scanrack.ladder.instructions.slc import SLC_SPECS
-from scanrack.ladder.lowering.edited import BEFORE_FIRST, Change, NewTag, RungEdit, normalized
+from scanrack.ladder.lowering.edited import BEFORE_FIRST, FileChange, NewTag, RungEdit, normalized
+from scanrack.ladder.lowering.text import parse_rung
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.partial import partial_l5x
 from scanrack.rockwell.l5x.rewriting import rewritten_l5x
 from scanrack.rockwell.l5x.xml.document import parse_document
-from scanrack.rockwell.slc import import_slc
+from scanrack.rockwell.slc import export_text, import_slc, import_text
 from scanrack.rockwell.slc.rewriting import rewritten_slc
 from slc_files import FUNCTION_FILES, elements, export, forces, texts, words
 from slc_files import ladder as slc_ladder
@@ -142,7 +144,7 @@ def test_an_edited_rung_changes_its_text_only(name, tmp_path):
         assert gone.endswith(";")
         assert not {"<", "]"} & set(gone.replace("]XIC", "").replace("]", "", gone.count("["))), (gone, end)
         assert f'<Rung Number="{number}"' in before[before.rindex("<Rung ", 0, begin) : begin]
-        assert changes == (Change(f"{routine} rung {number}", "its text is edited"),)
+        assert changes == (FileChange(f"{routine} rung {number}", "its text is edited"),)
         count += 1
     assert count or name == "partial"
 
@@ -164,9 +166,9 @@ def test_rungs_behind_a_new_one_have_other_numbers_and_the_changes_name_them():
     expected = MANY.replace(old[2] + old[3], new + old[2].replace('"2"', '"3"'))
     assert written.decode() == expected
     assert changes == (
-        Change(rf"{STEP} rung 2", "it is new"),
-        Change(rf"{STEP} rung 2", "it is rung 3 now"),
-        Change(rf"{STEP} rung 3", "it is deleted"),
+        FileChange(rf"{STEP} rung 2", "it is new"),
+        FileChange(rf"{STEP} rung 2", "it is rung 3 now"),
+        FileChange(rf"{STEP} rung 3", "it is deleted"),
     )
 
 
@@ -236,7 +238,7 @@ def test_new_tags_stand_behind_those_of_their_program():
     ):
         written, changes = rewritten_l5x(text.encode(), [], [NewTag("N", "DINT", "Main")])
         assert written.decode() == text.replace(old, wanted, 1)
-        assert changes == (Change("tag N", "it is new"),)
+        assert changes == (FileChange("tag N", "it is new"),)
 
 
 def line_of(begin):
@@ -306,7 +308,7 @@ def test_one_rung_of_an_slc_changes_its_line(tmp_path):
             edit = RungEdit(routine.name, number, ("XIC(B3:0/0)OTE(B3:0/1);",))
             written, changes = rewritten_slc(data, [edit], (), SLC_SPECS)
             assert len(set(written.splitlines(keepends=True)) - set(lines)) <= 1
-            assert changes == (Change(f"{routine.name} rung {number}", "its text is edited"),)
+            assert changes == (FileChange(f"{routine.name} rung {number}", "its text is edited"),)
 
 
 # --- parts of a file
@@ -419,3 +421,58 @@ def test_what_no_export_has_is_refused_here_too():
     deep = b"<RSLogix5000Content>" + b"<a>" * 300 + b"</a>" * 300 + b"</RSLogix5000Content>"
     with pytest.raises(LadderError, match="deep"):
         rewritten_l5x(deep, [])
+
+
+# --- what this version does not know
+
+
+def test_what_is_not_read_is_named_and_stops_nothing(tmp_path):
+    encoded = '<EncodedData EncodedType="{0}" Name="{1}" EncryptionConfig="7">QUJD</EncodedData>'
+    inside = f'<Routine Name="Enc" Type="RLL">{encoded.format("Routine", "Enc")}</Routine>'
+    text = (
+        TEXT.replace("</Routines>", f"{inside}{encoded.format('Routine', 'Other')}</Routines>", 1)
+        .replace(
+            "<DataTypes>", f"{encoded.format('Library', 'Lib')}<DataTypes>{encoded.format('DataType', 'D')}"
+        )
+        .replace("XIC(A)OTE(B);", "XIC(A)OTE(B)ADD(N,1,N);", 1)
+        .replace("<Tasks>", f"<Tags>{tag('N', 'ULINT')}</Tags><Tasks>", 1)
+        .replace('<Tag Name="A"', '<Tag NewAttribute="1" Name="A"', 1)
+    )
+    path = tmp_path / "x.L5X"
+    path.write_text(text, encoding="utf-8")
+    report = import_l5x(path, trial=True).report
+    named = {each.name for each in report.notes if "kept, and not read" in each.text}
+    assert named == {
+        *("SafetyInfo", "AlarmDefinitions", "Library", "EncodedData Library Lib", "EncodedData DataType D"),
+        *("HMIBC", "NewAttribute"),
+    }
+    assert {each.routine for each in report.objects} == {"Enc", "Other"}
+    assert (report.rungs, report.imported) == (1, 1)
+    assert copied(path, path.read_bytes()) == text.encode()
+
+
+def test_a_whole_file_of_today_has_nothing_that_is_not_read():
+    for path in (each for each in FILES if each.suffix == ".L5X"):
+        assert parse_document(path.read_bytes(), path.name).others == ()
+
+
+# --- SLC
+
+
+def test_the_text_of_an_imported_slc_is_the_file_with_the_rungs_that_differ(tmp_path):
+    path = tmp_path / "x.SLC"
+    path.write_text(SLC, encoding="cp1252")
+    found = import_slc(path)
+    program_ = found.program
+    assert program_ is not None
+    assert export_text(program_, found.document) == SLC  # the rung that calls file 9 is refused, and stays
+    first, second = program_.routines
+    edited = parse_rung("XIC(B3:0/5)OTE(B3:1/1);", specs=SLC_SPECS)
+    new = parse_rung("XIC(B3:0/6)OTE(B3:1/2);", specs=SLC_SPECS)
+    program_.routines[0] = replace(first, rungs=(edited, *first.rungs[1:], new))
+    program_.routines[1] = replace(second, rungs=second.rungs[1:])
+    again = import_text(export_text(program_, found.document), "x").program
+    assert again is not None
+    assert [[str(rung_) for rung_ in each.rungs] for each in again.routines] == [
+        [str(rung_) for rung_ in each.rungs] for each in program_.routines
+    ]

@@ -160,7 +160,7 @@ def test_parts_of_one_name_are_one_note_with_their_number(tmp_path: Path) -> Non
         encoding="utf-8",
     )
     (note,) = import_l5x(path).report.notes
-    assert str(note) == "a: this part of the controller is not read (line 1, 1000 times)"
+    assert str(note) == "a: this part of the controller is kept, and not read (line 1, 1000 times)"
 
 
 @pytest.mark.parametrize("number", ["²", "9" * 10, "", "-1", "1e3"])

@@ -1,0 +1,144 @@
+"""Parts and attributes of a document that are not read: the file keeps them, the report names them.
+
+Each release of Studio 5000 adds some.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cache
+from typing import Any, NamedTuple
+
+from lxml.etree import XPath
+
+_VALUES = ("Data", "DefaultData", "ForceData", "Description", "Comments", "CustomProperties")
+_CONTENTS = ("RLLContent", "STContent", "FBDContent", "SFCContent")
+_COMMON = ("Name", "Use", "Class", "DataExchangeId", "OldName", "TrackingGroups")
+_LIMITS = ("EngineeringUnit", "EngineeringUnits", "Maxes", "Mins", "State0s", "State1s")
+_DEFINED = ("Name", "DataType", "Dimension", "Dimensions", "Radix", "ExternalAccess")
+
+
+class _KnownElement(NamedTuple):
+    """Elements, their parts, and their attributes; None: any."""
+
+    path: str
+    parts: tuple[str, ...]
+    attributes: tuple[str, ...] | None = None
+
+
+def _tags(path: str) -> _KnownElement:
+    parts = (*_VALUES, *_LIMITS, "ConsumeInfo", "ProduceInfo", "Libraries", "Instructions")
+    more = ("AliasFor", "Usage", "Required", "Visible", "IO", "OpcUaAccess", "Min", "Max", "Producer")
+    return _KnownElement(path, parts, (*_DEFINED, "TagType", "Constant", *more, *_COMMON))
+
+
+_ADD_ON = "Controller/AddOnInstructionDefinitions"
+_PROGRAMS = "Controller/Programs"
+_PARTS = (
+    _KnownElement(".", ("Controller",)),
+    _KnownElement(
+        "Controller",
+        (
+            *("DataTypes", "Modules", "AddOnInstructionDefinitions", "Tags", "Programs", "Tasks"),
+            *("Description", "RedundancyInfo", "Security", "CST", "WallClockTime", "TimeSynchronize"),
+            *("CommPorts", "EthernetPorts", "EthernetNetwork", "Trends", "QuickWatchLists"),
+            *("AddOnDefinitions", "InternetProtocol", "DataLogs", "Timelines", "Commands"),
+            *("CustomProperties", "SafetyInfo[not(@*)]"),
+        ),
+    ),
+    _KnownElement("Controller/DataTypes", ("DataType",), ("Use",)),
+    _KnownElement(
+        "Controller/DataTypes/DataType",
+        ("Members", "Description", "Dependencies", "CustomProperties", *_LIMITS),
+        ("Family", *_COMMON),
+    ),
+    _KnownElement("Controller/DataTypes/DataType/Members", ("Member",)),
+    _KnownElement(
+        "Controller/DataTypes/DataType/Members/Member",
+        ("Description", "CustomProperties", *_LIMITS),
+        (*_DEFINED, "Hidden", "Target", "BitNumber", "Max", "Min", *_COMMON),
+    ),
+    _KnownElement("Controller/Modules", ("Module",), ("Use",)),
+    _KnownElement(
+        _ADD_ON,
+        (
+            *("AddOnInstructionDefinition", "AddOnInstruction"),
+            "EncodedData[contains(@EncodedType, 'AddOn') or not(@EncodedType)]",
+        ),
+    ),
+    _KnownElement(
+        f"{_ADD_ON}/AddOnInstructionDefinition",
+        (
+            *("Description", "Parameters", "LocalTags", "Routines", "Dependencies", "RevisionNote"),
+            *("AdditionalHelpText", "SignatureHistory", "CustomProperties"),
+        ),
+        (
+            *(*_COMMON, "Revision", "RevisionExtension", "Vendor", "SoftwareRevision", "IsEncrypted"),
+            *("ExecutePrescan", "ExecutePostscan", "ExecuteEnableInFalse"),
+            *("CreatedBy", "CreatedDate", "EditedBy", "EditedDate", "SignatureID", "SignatureTimestamp"),
+        ),
+    ),
+    _tags(f"{_ADD_ON}/*/Parameters/Parameter"),
+    _tags(f"{_ADD_ON}/*/LocalTags/LocalTag"),
+    _KnownElement(f"{_ADD_ON}/*/Routines", ("Routine", "EncodedData")),
+    _KnownElement("Controller/Tags", ("Tag",), ("Use",)),
+    _tags("Controller/Tags/Tag"),
+    _KnownElement(_PROGRAMS, ("Program",), ("Use",)),
+    _KnownElement(
+        f"{_PROGRAMS}/Program", ("Description", "Tags", "Routines", "ChildPrograms", "CustomProperties")
+    ),
+    _KnownElement(f"{_PROGRAMS}/Program/Tags", ("Tag",)),
+    _tags(f"{_PROGRAMS}/Program/Tags/Tag"),
+    _KnownElement(f"{_PROGRAMS}/Program/Routines", ("Routine", "EncodedData")),
+    _KnownElement(
+        f"{_PROGRAMS}/Program/Routines/Routine",
+        ("Description", "CustomProperties", "EncodedData", *_CONTENTS),
+        ("Type", *_COMMON),
+    ),
+    _KnownElement("Controller/Tasks", ("Task",), ("Use",)),
+)
+"""What a document has, as Studio 5000 wrote it up to version 33."""
+
+
+@cache
+def _others() -> tuple[tuple[Any, ...], Mapping[str, frozenset[str]]]:
+    """Return what finds parts that are not in the table, and the attributes in it, by element."""
+    parts = (f"{each.path}/*[not({_any(f'self::{name}' for name in each.parts)})]" for each in _PARTS)
+    names = {
+        each.path.rpartition("/")[2]: frozenset(each.attributes)
+        for each in _PARTS
+        if each.attributes is not None
+    }
+    return tuple(map(XPath, parts)), names
+
+
+def _any(tests: Iterable[str]) -> str:
+    return " or ".join(tests) or "false()"
+
+
+def unread(root: Any) -> list[tuple[str, str, int]]:
+    """Return the name of each part or attribute that is not read, what it is, and its line."""
+    parts, names = _others()
+    found = []
+    for each in (element for find in parts for element in find(root)):
+        around = each.getparent().tag
+        place = "the controller" if around == "Controller" else around
+        found.append((_name(each), f"this part of {place} is kept, and not read", int(each.sourceline)))
+    for each in root.iter(*names):
+        known = names[each.tag]
+        if not known.issuperset(there := each.keys()):
+            says = f"this attribute of {each.tag} is kept, and not read"
+            found += [(name, says, int(each.sourceline)) for name in there if name not in known]
+    return sorted(found, key=lambda each: each[2])
+
+
+def is_add_on(element: Any) -> bool:
+    """Whether an element among the definitions of add-on instructions is one."""
+    return element.tag != "EncodedData" or "AddOn" in element.get("EncodedType", "AddOn")
+
+
+def _name(element: Any) -> str:
+    """Return the name of a part: of an encoded object also what it is."""
+    if element.tag != "EncodedData":
+        return str(element.tag)
+    return " ".join(filter(None, (element.tag, element.get("EncodedType"), element.get("Name"))))
