@@ -6,7 +6,7 @@ import struct
 
 import pytest
 from drive_scanner import class_1_packet, forward_open
-from scanrack.io_images.drives.models import MODELS
+from drive_unit import MODELS
 from scanrack.runtime.modules.drives.drive import DriveUnit
 from scanrack.runtime.tag_servers.drive_adapter import DriveAdapter
 
