@@ -138,7 +138,7 @@ REFUSED = [
     ({"do": "unbreak", "at": "Main.1"}, "no breakpoint at Main.1"),
     (
         {"do": "incident", "slot": 1, "kind": "line-down"},
-        "injected fault line-down does not apply to Amci3601",
+        "line-down does not apply to Amci3601",
     ),
     ({"do": "incident", "slot": 1, "kind": "torn-update"}, "late_words and torn-update go together"),
     ({"do": "reload"}, "can't be edited while it runs"),
