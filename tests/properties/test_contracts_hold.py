@@ -6,6 +6,7 @@ The rows that are planted say a little more than the manual. Each is found out, 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 from adapterbench import BENCHES, CONFIGURE_006, move
@@ -131,7 +132,7 @@ def drop(left, check, images):
 @pytest.mark.parametrize("kind", ["PCL601", "PMC006", "drive"])
 def test_adapters_keep_the_rows_that_say_so(kind):
     """A move, a hold, a reversed and a manual move, with the line down in one of them."""
-    options = {"hold": "immediate", "registration": "polled"} if kind == "PMC006" else {}
+    options: Any = {"hold": "immediate", "registration": "polled"} if kind == "PMC006" else {}
     bench = BENCHES[kind](**options)
     check, images, update = check_of(contracts_of(adapter=True)), [], bench.module.update
 

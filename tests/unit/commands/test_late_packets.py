@@ -6,8 +6,7 @@ import struct
 
 import pytest
 from drive_scanner import class_1_packet, forward_open
-from drive_unit import MODELS
-from scanrack.runtime.modules.drives.drive import DriveUnit
+from drive_unit import Unit
 from scanrack.runtime.tag_servers.drive_adapter import DriveAdapter
 
 MS = 1_000_000
@@ -18,7 +17,7 @@ class Owner:
     """The owner of a drive at an RPI of 8 ms."""
 
     def __init__(self) -> None:
-        self.adapter = DriveAdapter(DriveUnit(MODELS["smd23e2"]))
+        self.adapter = DriveAdapter(Unit().drive)
         request = forward_open(rpi_us=8000, multiplier=7)
         (self.ours,) = struct.unpack_from("<I", self.adapter.open(request, SCANNER, 0, large=False))
 
