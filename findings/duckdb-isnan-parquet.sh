@@ -12,7 +12,7 @@
 #   trusts the maximum and concludes that no row is NaN: isnan finds none, not isnan finds all rows, the NaN among them,
 #   and level > 100 finds none. DuckDB's own files have no minimum and maximum in a column with NaN; there it finds two.
 #   polars and pyarrow find both NaN in every file.
-# Scanrack: Filter by a condition, or read the exported file with polars or pyarrow, to find NaN; see [export](query.md)
+# Scanrack: The export writes no statistics of REAL, and a test asks DuckDB, DataFusion, polars and pyarrow; see [export](query.md#export)
 # Output:
 #   pyarrow wrote minimum 1.0 maximum 3.0
 #     duckdb isnan(level) 0

@@ -10,7 +10,7 @@
 # Behavior:
 #   Of messages at 10, 20, 30 and 40 the range 10 to 30 has two in mcap (end_time, deprecated) and small-mcap, and three
 #   in @mcap/core.
-# Scanrack: Cut a recording with `--range`, by scans or time, and not by a reader's end; see [export](query.md)
+# Scanrack: `--range A:B` includes B, in scans and in time; see [the language](query-language.md#the-language)
 # Output:
 #   mcap [10, 20]
 #   small-mcap [10, 20]

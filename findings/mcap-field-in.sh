@@ -11,7 +11,7 @@
 # Behavior:
 #   A field of a ROS 2 message may have the name in. mcap-ros2-support gives an attribute that only getattr reaches;
 #   rosbags calls it in_; pybag-sdk makes a dataclass of the message and raises TypeError for the whole topic.
-# Scanrack: The topic of a slot has the fields `in` and `out`: read it with the `mcap` readers, or as `in_` with rosbags; see [traces](traces.md)
+# Scanrack: The images are `outputs` and `inputs`, and no field of a recording is a keyword; see [traces](traces.md#reading-one-in-python)
 # Output:
 #   mcap-ros2-support: in 5 in_ None
 #   rosbags: in None in_ 5

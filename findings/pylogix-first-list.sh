@@ -10,7 +10,7 @@
 #   Before a tag's first read pylogix reads it alone to learn its type, one request for a tag, and then packs the list into
 #   one Multiple Service Packet. The types are kept as long as the object lives, so a program that makes a new PLC object
 #   for each poll pays 21 round trips each time. Counted are SendUnitData frames at a relay before cpppo's server.
-# Scanrack: Its EtherNet/IP server answers both; keep the PLC object between polls: [clients of the tag servers](hmi-clients.md)
+# Scanrack: Its EtherNet/IP server answers both; keep the PLC object between polls: [what surprises](hmi-clients.md#what-surprises)
 # Output:
 #   first list: 21 requests, Success
 #   second list: 1 requests, Success

@@ -9,7 +9,7 @@
 # Behavior:
 #   A tag that is missing gives a Response with a Status and no exception. A value with a fraction for a DINT raises
 #   struct.error: required argument is not an integer, so a loop that checks Status ends there. Nothing is written.
-# Scanrack: Its EtherNet/IP server never gets that write; catch struct.error: [clients of the tag servers](hmi-clients.md)
+# Scanrack: Its EtherNet/IP server never gets that write; catch struct.error: [what surprises](hmi-clients.md#what-surprises)
 # Output:
 #   speed 5 Status: Success
 #   level 1.7 Status: Success

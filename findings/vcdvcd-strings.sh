@@ -9,7 +9,7 @@
 # Behavior:
 #   pyvcd writes a variable of type string and its changes as s values. vcdvcd names the signal among its signals and
 #   has no change for it, without an error. Bits and reals of the same file are there.
-# Scanrack: Codes are string variables, which GTKWave shows; for vcdvcd export bits and values alone with `--signal`; see [export](query.md)
+# Scanrack: Codes are string variables, which GTKWave shows; what other readers make of them: [export](query.md#what-readers-of-vcd-make-of-it)
 # Output:
 #   rack.lamp [(0, '0'), (1, '1')]
 #   rack.step []

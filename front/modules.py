@@ -15,10 +15,11 @@ others may move.
 """
 
 from .io_images.amci3601 import RULES, Limits, Rule
-from .io_images.amci3601.image_form import ImageForm, NumberFormat
+from .io_images.amci3601.image_form import ImageForm
 from .io_images.amci3601.words import WORDS_3601
 from .io_images.image import Image
 from .io_images.module_words import BitPlace, ModuleWords
+from .io_images.number_formats import NumberFormat
 from .runtime.loop.events import Event
 from .runtime.loop.module import Follower, ForeseeingModule, Module
 from .runtime.loop.options import Options

@@ -14,6 +14,7 @@ from enum import IntFlag
 from typing import NamedTuple
 
 from .image import WORDS, checked_size
+from .number_formats import NumberFormat
 
 
 class BitPlace(NamedTuple):
@@ -28,6 +29,51 @@ INPUT = ("I", "in")
 """What an input image is called in addresses and in traces; the output image is "O" and "out"."""
 
 _IMAGES = {"I": "input", "O": "output"}
+
+CONFIGURES = 15
+"""The bit of a status or command word that is on in configuration mode."""
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A number in one or two words of an image.
+
+    Attributes:
+        name: of its signal, as in `slot1.in.position`.
+        image: "I" for the input image, "O" for the output image.
+        word: its first word, from 0.
+        words: 1 or 2.
+        unit: as text, such as "steps".
+        format: of two words; None where the module's configuration selects it, which its events report.
+        counts: whether it changes by itself while the module moves.
+    """
+
+    name: str
+    image: str
+    word: int
+    words: int = 2
+    unit: str = ""
+    format: NumberFormat | None = NumberFormat.THOUSANDS
+    counts: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Modes:
+    """The two modes of a module whose words have other meanings in configuration mode.
+
+    Attributes:
+        live: mask of the bits of the status word that mean the same in either mode.
+        input: the word of the input image whose bit `CONFIGURES` is on in configuration mode; of the
+            output image it is word 0.
+    """
+
+    live: int
+    input: int = 0
+
+    def word(self, image: str) -> int:
+        """Return the word of an image, "I" or "in", "O" or "out", that has the mode."""
+        return self.input if image in INPUT else 0
+
 
 Groups = Mapping[str, Mapping[str, BitPlace]]
 """Places of named bits, by group and name."""
@@ -50,9 +96,12 @@ class ModuleWords:
         terminals: of a card: mask of the terminals in each word of an image, from word 0 on.
         card: of a card: its catalog number, for its members in `cards`.
         errors: names of the bits of its input image that report an error.
+        quantities: the numbers in its words.
+        modes: of a module with a configuration mode; None for any other.
 
     Raises:
-        ValueError: a named bit that the images do not have, or two names of a group for one bit.
+        ValueError: a named bit or a quantity that the images do not have, or two names of a group for one
+            bit.
     """
 
     message: str
@@ -65,15 +114,59 @@ class ModuleWords:
     terminals: Mapping[str, Sequence[int]] = field(default_factory=dict, compare=False)
     card: str = field(default="", compare=False)
     errors: tuple[str, ...] = field(default=(), compare=False)
+    quantities: tuple[Quantity, ...] = field(default=(), compare=False)
+    modes: Modes | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         sizes = {"I": len(self.inputs), "O": len(self.outputs)}
+        for each in self.quantities:
+            if each.words not in (1, 2) or not 0 <= each.word <= sizes.get(each.image, 0) - each.words:
+                raise ValueError(f"{self.message}: {each}: must be 1 or 2 words of image I or O")
         for group, names in self.groups.items():
             _refuse_clashes(f"{self.message}: {group}", names, sizes)
 
     def named(self, image: str) -> tuple[str, ...]:
         """Return the names of the words of an image, "I" or "in", "O" or "out"."""
         return self.inputs if image in INPUT else self.outputs
+
+    def quantities_in(self, image: str) -> list[Quantity]:
+        """Return the quantities of an image, "I" or "in", "O" or "out"."""
+        return [each for each in self.quantities if (each.image in INPUT) == (image in INPUT)]
+
+    def quantity(self, name: str) -> Quantity | None:
+        """Return the quantity of a name, such as the position; None if the module has none."""
+        return next((each for each in self.quantities if each.name == name), None)
+
+    @property
+    def is_axis(self) -> bool:
+        """Whether the module reports a position."""
+        return self.quantity("position") is not None
+
+    def place(self, name: str) -> BitPlace | None:
+        """Return the place of a bit of the input image by its name; None if the module has none."""
+        found = (names[name] for names in self.groups.values() if name in names)
+        return next((at for at in found if at.image in INPUT), None)
+
+    def covered(self, image: str) -> set[int]:
+        """Return the words of an image that are shown as named bits, or as quantities of two words."""
+        numbers = (each for each in self.quantities_in(image) if each.words > 1)
+        found = {each.word + at for each in numbers for at in range(each.words)}
+        if self.modes is not None:
+            named = (at for names in self.groups.values() for at in names.values())
+            found |= {at.word for at in named if (at.image in INPUT) == (image in INPUT)}
+        return found
+
+    def configures(self, image: str, words: Sequence[int]) -> bool:
+        """Whether the words of an image are those of configuration mode."""
+        return self.modes is not None and bool(words[self.modes.word(image)] >> CONFIGURES & 1)
+
+    def live(self, image: str, word: int) -> int:
+        """Return the bits of a word that mean the same in either mode, as a mask."""
+        if self.modes is None:
+            return 0xFFFF
+        if word != self.modes.word(image):
+            return 0
+        return self.modes.live if image in INPUT else 1 << CONFIGURES
 
     def bits(self, image: str, word: int) -> Iterator[tuple[str, int]]:
         """Yield name and number of the named bits of a word."""

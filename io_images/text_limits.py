@@ -152,3 +152,7 @@ def shortened(text: str, most: int = SHOWN) -> str:
     ('short', 'aaaaa... (5,000,000 characters)')
     """
     return text if len(text) <= most else f"{text[:most]}... ({len(text):,} characters)"
+
+
+EXPORT_MIB, EXPORT_MIB_MOST = 128, 4096
+"""Memory of the tags of an export, MiB: the default bound, and the largest one."""

@@ -138,3 +138,16 @@ def join_reported(msw: int, lsw: int) -> int:
     if lsw < 0 < msw:
         return 1000 * (msw - _MSW_SPAN) + lsw
     return 1000 * msw + lsw
+
+
+def join_reported_all(msw: NDArray[np.int16], lsw: NDArray[np.int16]) -> NDArray[np.float64]:
+    """Join columns of reported words into values, as `join_reported` does for one.
+
+    >>> import numpy as np
+    >>> join_reported_all(np.array([-1, -1, 16], np.int16), np.array([999, -999, 214], np.int16)).tolist()
+    [65535999.0, -1999.0, 16214.0]
+    """
+    values: NDArray[np.float64] = msw.astype(float) * 1000 + lsw
+    values[(msw < 0) & (lsw > 0)] += 1000 * _MSW_SPAN
+    values[(msw > 0) & (lsw < 0)] -= 1000 * _MSW_SPAN
+    return values

@@ -10,11 +10,13 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from amounts import EXAMPLES
+from amounts import EXAMPLES, FEW_EXAMPLES
+from budget import Budget
 from extras import skip_without_extras
 from forked import fork_helpers
-from hypothesis import HealthCheck, Phase, settings
-from hypothesis.internal.conjecture import providers
+from hypothesis import HealthCheck, Phase, is_hypothesis_test, settings
+from hypothesis.internal import charmap
+from hypothesis.internal.conjecture import junkdrawer, providers
 from needs import CANNOT_BE_IMPORTED, skip_without_needs
 from processes import Processes
 from rewriting import RewritingProcess
@@ -35,6 +37,7 @@ settings.register_profile(
     phases=[Phase.explicit, Phase.generate, Phase.shrink],  # few examples: variety is worth more than aim
     suppress_health_check=[HealthCheck.too_slow],
 )
+settings.register_profile("few", settings.get_profile("ci"), max_examples=FEW_EXAMPLES)
 settings.register_profile(
     "long",
     deadline=None,
@@ -42,6 +45,9 @@ settings.register_profile(
     print_blob=True,  # the examples are new each time: a failure has to tell how to see it again
     suppress_health_check=[HealthCheck.too_slow],
 )
+
+YOUNG_OBJECTS = 100_000
+"""Allocations between two searches for garbage: few tests make as many, and each file ends with a search."""
 
 RULE_LINES = pytest.StashKey[list[str]]()
 """What processes have reported of the rules of the manual."""
@@ -55,11 +61,14 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    settings.load_profile("long" if config.getoption("--long") else "ci")
+    settings.load_profile("long" if config.getoption("--long") else "few" if _is_quick_run(config) else "ci")
     fork_helpers()
     gc.disable()
+    junkdrawer._gc_initialized = True  # Hypothesis times the collector for deadlines, which no test has
     if not config.getoption("--long"):
         _draw_no_constants_of_modules()
+    if _is_quick_run(config):
+        config.pluginmanager.register(Budget())
     lines = config.stash.setdefault(RULE_LINES, [])
     count = config.getoption("--processes") or _number_of_processes(config)
     if count > 1 and hasattr(os, "fork"):
@@ -102,6 +111,12 @@ def _is_whole_suite(config: pytest.Config) -> bool:
     return config.args_source is pytest.Config.ArgsSource.TESTPATHS
 
 
+def _is_quick_run(config: pytest.Config) -> bool:
+    """Whether it is README's command: the whole suite, and nothing says which of its tests."""
+    asked = config.option.markexpr or config.option.keyword or config.getoption("--long")
+    return _is_whole_suite(config) and not asked
+
+
 def _together(item: pytest.Item) -> object:
     """Return what tests of one process have in common: their file, or the browser."""
     if item.config.getoption("--long"):
@@ -109,10 +124,21 @@ def _together(item: pytest.Item) -> object:
     return BROWSER if item.path.is_relative_to(BROWSER) else item.path
 
 
-def pytest_collection_finish() -> None:
+def pytest_collection_finish(session: pytest.Session) -> None:
     """Search what tests make for garbage, and not again and again what collecting has made."""
+    if _is_whole_suite(session.config):  # once, before the processes are forked
+        charmap.categories()
     gc.freeze()
+    gc.set_threshold(YOUNG_OBJECTS)
     gc.enable()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    """Search for garbage when a file ends: what an object warns of at its end belongs to that file."""
+    if nextitem is None or nextitem.path != item.path:
+        gc.collect()
+        gc.freeze()
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -120,8 +146,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     for item in items:
         if item.path.is_relative_to(BROWSER):
             item.add_marker(pytest.mark.slow)
-    asked = config.option.markexpr or config.option.keyword or config.getoption("--long")
-    if _is_whole_suite(config) and not asked:
+        if is_hypothesis_test(getattr(item, "obj", None)):
+            item.add_marker(pytest.mark.sampled)
+    if _is_quick_run(config):
         config.option.markexpr = "not slow"
     items.sort(key=_turn)
     if not config.getoption("--long"):

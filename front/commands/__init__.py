@@ -10,6 +10,7 @@ import re
 import sys
 from collections.abc import Sequence
 from contextlib import suppress
+from functools import cache
 from importlib import import_module
 from typing import Any, NamedTuple
 
@@ -103,12 +104,7 @@ class Lazy(TyperGroup):
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
         """Return a command; refuse an unknown name with the closest one."""
-        entry = COMMANDS.get(cmd_name)
-        if entry is None:
-            return ctx.fail(_unknown(cmd_name))
-        app = _application(TyperGroup)
-        import_module(entry.module, __package__).register(app)
-        return _plain(typer.main.get_group(app).commands[cmd_name])
+        return _command(cmd_name) if cmd_name in COMMANDS else ctx.fail(_unknown(cmd_name))
 
     def main(
         self, args: Sequence[str] | None = None, prog_name: str | None = None, *_: Any, **options: Any
@@ -147,6 +143,13 @@ class Lazy(TyperGroup):
         for heading, group in GROUPS.items():
             with formatter.section(heading):
                 formatter.write_dl([(name.ljust(width), entry.sentence) for name, entry in group.items()])
+
+
+@cache
+def _command(name: str) -> Any:
+    app = _application(TyperGroup)
+    import_module(COMMANDS[name].module, __package__).register(app)
+    return _plain(typer.main.get_group(app).commands[name])
 
 
 def _plain(command: Any) -> Any:

@@ -1,41 +1,13 @@
-"""The output of commands: the only way to the terminal, with control characters made visible.
-
-Names, messages and metadata come out of files and off lines. An escape sequence in them could move
-the cursor, overwrite earlier output, or type at the prompt; an override of the writing
-direction reverses a name. A character without a glyph is therefore printed as in Python.
-"""
+"""The output of commands: the only way to the terminal, with control characters made visible."""
 
 from __future__ import annotations
 
 import sys
-import unicodedata
 
 import typer
 
 from ..io_images.text_limits import SHOWN, shortened
-
-LAYOUT = "\n\t"
-"""Control characters that are printed unchanged."""
-
-_INVISIBLE = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
-"""Categories of Unicode: controls, formats, surrogates, private, unassigned, separators of lines."""
-
-
-def visible(text: str, keep: str = LAYOUT) -> str:
-    r"""Return a text with visible control characters.
-
-    >>> visible("\x1b[2Jline\u202e\n")
-    '\\x1b[2Jline\\u202e\n'
-    """
-    if text.isprintable():
-        return text
-    return "".join(each if each in keep else _visible(each) for each in text)
-
-
-def _visible(character: str) -> str:
-    if unicodedata.category(character) in _INVISIBLE:
-        return character.encode("unicode_escape").decode("ascii")
-    return character
+from ..io_images.visible_text import visible
 
 
 def on_a_line(text: str) -> str:

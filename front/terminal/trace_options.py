@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Protocol
 
 import typer
 
+from ..io_images.text_limits import EXPORT_MIB, EXPORT_MIB_MOST
 from .terminal import on_a_line, say
 
 if TYPE_CHECKING:  # options import no recordings
@@ -40,6 +41,21 @@ RangeOption = Annotated[
 ]
 ReplaceOption = Annotated[
     bool, typer.Option("--replace", help="Overwrite; keep no numbered copies such as rack.1.mcap.")
+]
+KeepValuesOption = Annotated[
+    bool,
+    typer.Option("--keep-values", help="Begin an export in the middle: no prescan resets its values."),
+]
+MemoryOption = Annotated[
+    int | None,
+    typer.Option(
+        "--memory",
+        metavar="MIB",
+        min=1,
+        max=EXPORT_MIB_MOST,
+        help=f"Memory that the tags of an export may take, {EXPORT_MIB} MiB without it.",
+        show_default=False,
+    ),
 ]
 ForcesOption = Annotated[bool, typer.Option("--forces", help="Apply forces from the export.")]
 ServerOption = Annotated[

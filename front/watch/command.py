@@ -49,6 +49,8 @@ def _watch_command(
         }
         of_racks |= {
             "--forces": options.forces,
+            "--keep-values": options.keep_values,
+            "--memory": options.memory is not None,
             "--preview": options.preview,
             "--server": bool(options.server),
             "--opc-ua-security": options.ua_security is not None,
@@ -66,6 +68,7 @@ def _watch_command(
                 place = place._replace(path=recording_beside(place.path))
             status = watch_trace(place, port=options.port, trust=options.trust, opened=options.opened)
         raise typer.Exit(status)
+    from ..jobs.load.exports import begun
     from ..jobs.run.build import check_ports
     from ..jobs.run.servers.kinds import addresses
     from ..jobs.trust.owned import check_recording
@@ -73,7 +76,8 @@ def _watch_command(
 
     try:
         factor = _speed(options.speed)
-        job = load_job(options.rack)
+        export = begun(keep_values=options.keep_values, memory=options.memory)
+        job = load_job(options.rack, export=export)
         check_ports(job.spec, realtime=True, live=options.live)
         if options.live and (options.paused or factor != 1):
             raise ValueError("--live: a real controller does not wait: no --paused and no --time-scale")

@@ -11,6 +11,8 @@ import typer
 from ..runtime.live.speeds import MAX, SPEED_LEAST, SPEED_MOST
 from ..terminal.trace_options import (
     ForcesOption,
+    KeepValuesOption,
+    MemoryOption,
     ReplaceOption,
     ServerOption,
     UaSecurityOption,
@@ -81,6 +83,8 @@ class WatchArguments:
         bool, typer.Option("--text", help="Show bits, values and events in the terminal, too, at 4 Hz.")
     ] = False
     forces: ForcesOption = False
+    keep_values: KeepValuesOption = False
+    memory: MemoryOption = None
     server: ServerOption = None
     ua_security: UaSecurityOption = None
     ua_users: UaUsersOption = None

@@ -10,13 +10,13 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from ..io_images.amci3601.words import is_stepper
 from ..runtime.live.session import Session
 from ..runtime.loop.events import JsonValue
 from ..runtime.loop.pace import AdjustablePace
 from ..runtime.loop.rack import Rack, Slot
 from ..runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag, mode_name
 from ..terminal.terminal import on_a_line
+from ..traces.read.number_formats import NumberFormats
 
 HZ = 4
 EVENTS = 8
@@ -28,12 +28,14 @@ class TextView:
 
     def __init__(self, name: str, rack: Rack, session: Session, pacer: AdjustablePace) -> None:
         self._name, self._rack, self._session, self._pacer = name, rack, session, pacer
+        self._formats = NumberFormats()
         self._events: deque[str] = deque(maxlen=EVENTS)
         self._scan = self._now_ns = self._flags = 0
         self._live = Live(console=Console(stderr=True), get_renderable=self.shown, refresh_per_second=HZ)
 
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Note an event."""
+        self._formats.note(scan, fields)
         text = str(fields.get("text") or f"{topic} {dict(fields)}")
         self._events.append(on_a_line(f"{scan:>9,}  {now_ns / 1e9:>9.3f} s  {text}"))
 
@@ -83,9 +85,10 @@ class TextView:
             words = list(image)
             blank = [""] * (columns - len(words))
             table.add_row(letter, *map(str, words), *blank, ", ".join(_names_on(slot, letter, words)))
-        if is_stepper(slot.words):
-            position = slot.inputs[2] * 1000 + slot.inputs[3]
-            table.add_row("", *[""] * columns, f"position {position:,}")
+        position, inputs = slot.words.quantity("position"), list(slot.inputs)
+        if position is not None and not slot.words.configures("I", inputs):
+            value = self._formats.value(slot.number, self._scan, position, inputs)
+            table.add_row("", *[""] * columns, f"position {value:,}")
         return table
 
 

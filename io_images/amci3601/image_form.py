@@ -9,30 +9,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from enum import Enum
+from dataclasses import dataclass, replace
 
-from ..image import signed_word
 from ..module_words import BitPlace, ModuleWords
-from ..thousands import LSW_MAX, join_reported
+from ..number_formats import NumberFormat, from_sign_magnitude, to_sign_magnitude
+from ..thousands import join_reported
 from .bits import CommandMsw, StatusMsw
 from .words import WORDS_3601, Profile
 
 _CONFIGURES = CommandMsw.MODE_CONFIG.value
 _CONFIGURED = StatusMsw.MODE_CONFIG.value
-_MAGNITUDE = 0x7FFF
 _NUMBERS_OUT = ((2, 3), (4, 5))
 """Target and programmed speed; in configuration mode the starting speed is in words 2 and 3."""
 
 _NUMBERS_IN = ((2, 3), (4, 5), (6, 7))
 """Position, encoder count and captured value, in command mode."""
-
-
-class NumberFormat(Enum):
-    """How a value of two words says that it is negative."""
-
-    THOUSANDS = "both words are negative"
-    SIGN_MAGNITUDE = "bit 15 of the upper word"
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +69,20 @@ class ImageForm:
             name: BitPlace(at.image, places[at.word], at.bit) for name, at in profile.groups["status"].items()
         }
         groups = {**profile.groups, "status": status}
-        return ModuleWords(profile.message, profile.outputs, self.inputs, groups, errors=profile.errors)
+        quantities = tuple(
+            replace(each, word=each.word if each.image == "O" else places[each.word], format=self.numbers)
+            for each in profile.quantities
+            if each.image == "O" or each.word in places
+        )
+        return ModuleWords(
+            profile.message,
+            profile.outputs,
+            self.inputs,
+            groups,
+            errors=profile.errors,
+            quantities=quantities,
+            modes=replace(profile.modes, input=places[0]) if profile.modes else None,
+        )
 
     def heard(self, outputs: Sequence[int]) -> list[int]:
         """Return the output words of a 3601 that mean what these signed ones mean."""
@@ -96,25 +100,3 @@ class ImageForm:
                 words[msw], words[lsw] = to_sign_magnitude(join_reported(words[msw], words[lsw]))
         known = dict(zip(WORDS_3601.inputs, words, strict=True))
         return [known.get(name, 0) for name in self.inputs]
-
-
-def from_sign_magnitude(msw: int, lsw: int) -> tuple[int, int]:
-    """Return a 3601's pair for a pair by sign and magnitude; an illegal one unless the LSW is 0 to 999.
-
-    >>> [from_sign_magnitude(signed_word(0x8000), 345), from_sign_magnitude(signed_word(0x800C), 345)]
-    [(0, -345), (-12, -345)]
-    """
-    thousands = msw & _MAGNITUDE
-    if not 0 <= lsw <= LSW_MAX:
-        return thousands, LSW_MAX + 1
-    return (-thousands, -lsw) if msw < 0 else (thousands, lsw)
-
-
-def to_sign_magnitude(value: int) -> tuple[int, int]:
-    """Return the pair of a value by sign and magnitude; beyond 32,767,999 the thousands begin again.
-
-    >>> to_sign_magnitude(-345) == (signed_word(0x8000), 345), to_sign_magnitude(12_000)
-    (True, (12, 0))
-    """
-    thousands, rest = divmod(abs(value), 1000)
-    return signed_word(thousands & _MAGNITUDE | (0x8000 if value < 0 else 0)), rest

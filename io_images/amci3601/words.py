@@ -9,8 +9,26 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeGuard
 
-from ..module_words import PLAIN_WORDS, BitPlace, Groups, ModuleWords, flag_places, numbers_of
-from .bits import ERROR_BITS, PROFILE_BITS, CommandLsw, CommandMsw, StatusLsw, StatusMsw, status_names
+from ..module_words import (
+    PLAIN_WORDS,
+    BitPlace,
+    Groups,
+    Modes,
+    ModuleWords,
+    Quantity,
+    flag_places,
+    numbers_of,
+)
+from .bits import (
+    ERROR_BITS,
+    LIVE_BITS,
+    PROFILE_BITS,
+    CommandLsw,
+    CommandMsw,
+    StatusLsw,
+    StatusMsw,
+    status_names,
+)
 from .parameters import LIMITS_3601, Limits, Parameters
 from .rules import RULES, Rule
 from .status import StatusView, view_with
@@ -126,6 +144,16 @@ WORDS_3601 = Profile(
     profile=PROFILE_BITS,
     # chapter 6, Status Word MSW: bits 8, 9, 11, 12, 13
     errors=("HOME_INVALID", "INVALID_PROFILE", "INPUT_ERROR", "COMMAND_ERROR", "CONFIG_ERROR"),
+    quantities=(
+        Quantity("position", "I", 2, unit="steps", counts=True),
+        Quantity("encoder", "I", 4, unit="counts", counts=True),
+        Quantity("captured", "I", 6, unit="steps"),
+        Quantity("target", "O", 2, unit="steps"),
+        Quantity("programmed_speed", "O", 4, unit="steps/s"),
+        Quantity("acceleration", "O", 6, 1, "steps/ms/s"),
+        Quantity("deceleration", "O", 7, 1, "steps/ms/s"),
+    ),
+    modes=Modes(LIVE_BITS),
 )
 """The profile of a 3601, and of the adapters."""
 # fmt: on

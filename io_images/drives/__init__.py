@@ -4,9 +4,10 @@
 |---|---|
 | `bits` | the bits of all words of the family |
 | `models` | a row for each model: words, bits, ranges, functions |
-| `numbers` | positions and speeds in two registers: thousands, or 32 bits |
 | `configuration` | the words of configuration mode, and their checks |
 | `command` | the words of command mode |
+| `translation` | the words of a 3601 that axes and motion blocks write, in those of a drive, and back |
+| `status` | the status by the names of a drive's bits |
 | `rules` | what a drive refuses or reports, a row for each rule, with its page |
 | `readings` | where the pages are silent: the choice, with its confidence |
 

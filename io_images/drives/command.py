@@ -13,9 +13,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from ..number_formats import NumberFormat
 from .bits import CommandBit, Modifier
 from .models import Model
-from .numbers import TARGET_MAX, TARGET_MIN, DriveFormat
+
+TARGET_MIN, TARGET_MAX = -8_388_608, 8_388_607
+"""Range of positions and distances that the host writes, in each format [SD p. 55; reading R-12]."""
 
 
 @dataclass(frozen=True)
@@ -24,11 +27,11 @@ class DriveCommand:
 
     words: tuple[int, ...]  # unsigned
     model: Model
-    format: DriveFormat = DriveFormat.THOUSANDS
+    format: NumberFormat = NumberFormat.THOUSANDS
 
     @classmethod
     def of(
-        cls, words: Sequence[int], model: Model, format: DriveFormat = DriveFormat.THOUSANDS
+        cls, words: Sequence[int], model: Model, format: NumberFormat = NumberFormat.THOUSANDS
     ) -> DriveCommand:
         """Return the command of ten words, signed or unsigned."""
         return cls(tuple(word & 0xFFFF for word in words), model, format)

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 
 from ..amci3601.bits import InputBit
 from ..amci3601.configuration import HomingKind
+from ..number_formats import NumberFormat
 from .bits import InputFunction, Settings
 from .models import WORDS, Layout, Model
-from .numbers import DriveFormat
 
 RESERVED = 0b0001_0011_1100_0000
 """Bits of configuration word 0 without a name: 6 to 9, and 12 [EDS]."""
@@ -97,8 +97,8 @@ class DriveConfiguration:
     encoder_counted: bool = False
     backplane_proximity: bool = False
     stall_detection: bool = False
-    output_format: DriveFormat = DriveFormat.THOUSANDS
-    input_format: DriveFormat = DriveFormat.THOUSANDS
+    output_format: NumberFormat = NumberFormat.THOUSANDS
+    input_format: NumberFormat = NumberFormat.THOUSANDS
     starting_speed: int = 1
     steps_per_turn: int = 1
     homing_timeout_s: int = 0
@@ -153,7 +153,7 @@ def _twice(words: Sequence[int], _model: Model, build: Build) -> bool:
 
 def _start(words: Sequence[int], model: Model) -> int | None:
     binary = model.layout is Layout.ANF2
-    return (DriveFormat.BINARY if binary else DriveFormat.THOUSANDS).join(words[2], words[3])
+    return (NumberFormat.BINARY if binary else NumberFormat.THOUSANDS).join(words[2], words[3])
 
 
 def _starts_badly(words: Sequence[int], model: Model, _build: Build) -> bool:
@@ -294,14 +294,14 @@ def configuration_of(words: Sequence[int], model: Model, build: Build = USUAL) -
             active_high=tuple(bool(words[1] >> at & 1) for at in range(len(used))),
             encoder_counted=bool(words[0] & 0x0300),
             backplane_proximity=bool(words[0] & 0x0080),
-            output_format=DriveFormat.BINARY,
-            input_format=DriveFormat.BINARY,
+            output_format=NumberFormat.BINARY,
+            input_format=NumberFormat.BINARY,
             starting_speed=start,
             homing_timeout_s=words[4],
         )
     bits = Settings(words[0] | words[1] << 16)
     low_first = bool(bits & Settings.BINARY_ENDIAN) is not build.low_word_first
-    binary = DriveFormat.BINARY_LOW if low_first else DriveFormat.BINARY
+    binary = NumberFormat.BINARY_LOW if low_first else NumberFormat.BINARY
     return DriveConfiguration(
         words=words,
         roles=tuple(ROLES[function] for function in build.functions(words)),
@@ -309,8 +309,8 @@ def configuration_of(words: Sequence[int], model: Model, build: Build = USUAL) -
         encoder_counted=bool(bits & Settings.USE_ENCODER),
         backplane_proximity=bool(bits & Settings.BACKPLANE_PROXIMITY),
         stall_detection=bool(bits & Settings.STALL_DETECTION),
-        output_format=binary if bits & Settings.BINARY_OUTPUT_FORMAT else DriveFormat.THOUSANDS,
-        input_format=binary if bits & Settings.BINARY_INPUT_FORMAT else DriveFormat.THOUSANDS,
+        output_format=binary if bits & Settings.BINARY_OUTPUT_FORMAT else NumberFormat.THOUSANDS,
+        input_format=binary if bits & Settings.BINARY_INPUT_FORMAT else NumberFormat.THOUSANDS,
         starting_speed=start,
         steps_per_turn=words[4],
         counts_per_turn=words[6],

@@ -8,13 +8,13 @@ drivers of EPICS use, since only title pages of their manuals are known.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from ..amci3601.bits import InputBit
-from ..module_words import BitPlace, ModuleWords
+from ..module_words import BitPlace, Modes, ModuleWords, Quantity
+from ..number_formats import NumberFormat
 from .bits import CommandBit, Modifier, StatusBit
-from .numbers import DriveFormat
 
 WORDS = 10
 """Registers of an axis in each direction [SMD p. 59]."""
@@ -93,7 +93,7 @@ class Model:
         | Modifier.ENABLE_DRIVER
     )
     moved_status: Mapping[StatusBit, int] = field(default_factory=dict)
-    number_format: DriveFormat | None = None
+    number_format: NumberFormat | None = None
     current_keys: tuple[int, int] = (Modifier.MOTOR_CURRENT.value, 0)
     enable_bit: bool = True
     jerk: bool = True
@@ -162,6 +162,19 @@ _INPUTS = (
     "motor_current",
     "jerk",
 )
+_QUANTITIES = (
+    Quantity("position", "I", 2, unit="steps", counts=True),
+    Quantity("encoder", "I", 4, unit="counts", counts=True),
+    Quantity("captured", "I", 6, unit="steps"),
+    Quantity("target", "O", 2, unit="steps"),
+    Quantity("programmed_speed", "O", 4, unit="steps/s"),
+    Quantity("acceleration", "O", 6, 1, "steps/ms/s"),
+    Quantity("deceleration", "O", 7, 1, "steps/ms/s"),
+    Quantity("motor_current", "O", 8, 1, "0.1 A"),
+    Quantity("jerk", "O", 9, 1, "% per 10 ms"),
+)
+"""Registers 2 to 9 in command mode [EDS; SMD p. 59]."""
+
 _ERRORS = (
     "INPUT_ERROR",
     "COMMAND_ERROR",
@@ -194,8 +207,17 @@ def _words_of(model: Model) -> ModuleWords:
         "modifier": _places("O", modifiers),
     }
     errors = tuple(name for name in _ERRORS if name in groups["status"])
+    quantities = tuple(replace(each, format=model.number_format) for each in _QUANTITIES)
     message = model.name.capitalize()
-    return ModuleWords(message, _OUTPUTS, _INPUTS, groups, errors=errors)
+    return ModuleWords(
+        message,
+        _OUTPUTS,
+        _INPUTS,
+        groups,
+        errors=errors,
+        quantities=quantities if model.jerk else quantities[:-2],
+        modes=Modes(StatusBit.MODE_CONFIG.value),
+    )
 
 
 SMD23E2 = Model(name="smd23e2", title="SMD23E2", identity=(10, 12, 29, 1, 6))
@@ -243,7 +265,7 @@ ANF2 = Model(
         StatusBit.STALL_DETECTED: 0,
         StatusBit.DRIVE_ENABLED: 0,
     },
-    number_format=DriveFormat.BINARY,
+    number_format=NumberFormat.BINARY,
     enable_bit=False,
     jerk=False,
     flash=False,

@@ -67,7 +67,7 @@ from ..model.statements import block_lines
 from ..model.stubs import NO_STUBS, Ending, InPython, Partner, Stubs
 from ..model.tags import Alias, SlotAlias, Tag
 from ..model.types import DataType, Elementary, Member
-from .rungreader import LIBRARIES, Reader, load_library
+from .rungreader import LIBRARIES, Reader, is_of_library, load_library
 from .suffixes import STRUCTURED_SUFFIX, SUFFIX
 
 
@@ -231,10 +231,9 @@ def instruction_text(definition: AddOn) -> str:
 def _types(logic: LadderLogic) -> Iterator[str]:
     """Yield structures and add-on instructions in order of dependency."""
     seen: dict[str, DataType] = dict(PREDEFINED_TYPES)
-    libraries = {library.name: library for library in map(load_library, LIBRARIES)}
-    for name, library in libraries.items():
-        if any(each in library.add_ons.values() for each in logic.add_ons.values()):
-            seen.update(library.types)
+    for name in LIBRARIES:
+        if any(is_of_library(each, name) for each in logic.add_ons.values()):
+            seen.update(load_library(name).types)
             yield f"USE {name}"
 
     def walk(kind: DataType) -> Iterator[str]:

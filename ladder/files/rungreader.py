@@ -18,6 +18,7 @@ from ...io_images.doors import json_value
 from ...io_images.site import Site
 from ...io_images.times import TIME, parse_time
 from ..lowering.addon import ROUTINES, AddOn, Parameter, ParameterMode, specs_of
+from ..lowering.calls import model_number
 from ..lowering.controller import Controller
 from ..lowering.dialects import DIALECTS, LOGIX
 from ..lowering.program import Program
@@ -34,6 +35,7 @@ from ..model.tree import Block, Rung
 from ..model.types import DataType, Elementary, Member, Structure
 from ..st import parse_statements
 from .chartreader import ChartReader
+from .drive_blocks import for_drives
 
 LIBRARIES = ("axis3601",)
 """Libraries of add-on instructions in scanrack; a program includes one with `USE name`."""
@@ -48,13 +50,27 @@ class Library:
     add_ons: Mapping[str, AddOn]
 
 
-@cache
-def load_library(name: str) -> Library:
-    """Read a library of scanrack, or raise a LadderError for an unknown name."""
+def load_library(name: str, *, drives: bool = False) -> Library:
+    """Read a library of scanrack, or raise a LadderError for an unknown name.
+
+    Args:
+        drives: for a rack with a networked drive, see `drive_blocks`.
+    """
     if name.lower() not in LIBRARIES:
         raise LadderError(f"no library {name}; choose from {', '.join(LIBRARIES)}")
-    file = files(__package__.rpartition(".")[0]) / "blocks" / f"{name.lower()}.rung"
-    return Reader(file.read_text(encoding="utf-8"), f"{name.lower()}.rung").library()
+    return _library(f"{name.lower()}.rung", drives)
+
+
+@cache
+def _library(file: str, drives: bool) -> Library:
+    text = (files(__package__.rpartition(".")[0]) / "blocks" / file).read_text(encoding="utf-8")
+    return Reader(for_drives(text) if drives else text, file).library()
+
+
+def is_of_library(definition: AddOn, name: str) -> bool:
+    """Whether an add-on instruction is one of a library, in either form."""
+    own = definition.name.upper()
+    return any(load_library(name, drives=drives).add_ons.get(own) == definition for drives in (False, True))
 
 
 _NAME = r"[A-Za-z_]\w*"
@@ -352,7 +368,7 @@ class Reader:
 
     def _use(self, name: str) -> None:
         try:
-            library = load_library(name)
+            library = load_library(name, drives=any(map(model_number, self._given.modules.values())))
         except LadderError:
             self._fail(f"a library ({', '.join(LIBRARIES)})", name)
         self._types.update(library.types)

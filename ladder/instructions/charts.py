@@ -116,6 +116,16 @@ def _prescan(machine: Interpreter, chart: LoweredChart) -> None:
         machine.put(chart.state, RESUMED)
 
 
+def resume_chart(machine: Interpreter, chart: LoweredChart) -> None:
+    """Continue a chart with the steps that are active, from their times; without one it begins."""
+    if not any(machine.get(each.bits["X"]) for each in chart.nodes):
+        return
+    machine.put(chart.state, RESUMED)
+    for bits in (*(each.bits for each in chart.nodes), *(each.bits for each in chart.actions)):
+        if "T" in bits and "ns" in bits:
+            machine.put(bits["ns"], _number(machine, bits["T"]) * _MS)
+
+
 def _postscan(machine: Interpreter, chart: LoweredChart) -> None:
     """End the actions of a nested chart; it goes back to its initial step if it restarts there."""
     for each in chart.actions:

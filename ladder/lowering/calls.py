@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from ...io_images.drives.models import Layout
+from ...io_images.drives.translation import model_of
+from ...io_images.module_words import ModuleWords
 from ..model.operand_checks import OperandError, described
 from ..model.operands import Constant, Group, Place, first_leaf
 from ..model.resolver import AddressError, Resolver
@@ -44,6 +47,21 @@ def handed_over(
         _check(definition, inouts[name], argument, resolved)
         found[name.upper()] = resolved
     return found
+
+
+OWNER = "AMCI3601"
+"""The add-on instruction that owns a module's words, in capitals."""
+
+MODEL = "Model"
+"""Its parameter that says what the module is, where the rack has a networked drive."""
+
+_MODELS = {Layout.SMD: 1, Layout.ANF2: 2}
+
+
+def model_number(words: ModuleWords | None) -> int:
+    """Return what `MODEL` is for a module, see `files.drive_blocks`; 0 unless it is a networked drive."""
+    model = None if words is None else model_of(words)
+    return 0 if model is None else _MODELS[model.layout]
 
 
 MODULE = "MODULE"

@@ -48,7 +48,7 @@ from ..state.lowered import (
     Parallel,
 )
 from .addon import LOGIC, OTHERWISE, POSTSCAN, PRESCAN, AddOn, copies_of
-from .calls import handed_over, held_subscripts
+from .calls import MODEL, OWNER, handed_over, held_subscripts, model_number
 from .charts import ChartLowering
 from .statements import StatementLowering
 
@@ -245,6 +245,8 @@ class Lowering:
         if held:
             instance = self._instance(definition, replace(call, operands=(address, *call.operands[1:])))
         self._note_handed(frame, instance, handed)
+        if definition.name.upper() == OWNER:
+            self._note_model(definition, instance, handed["OUTPUTS"], call)
         names = {each.name: routine_name(definition, each.name).upper() for each in definition.routines}
         lowered = AddOnCall(
             definition.name.upper(),
@@ -263,6 +265,19 @@ class Lowering:
             self._frame.calls.append(lowered)
         self._to_check.append((lowered, self._site, str(call)))
         return (lowered,)
+
+    def _note_model(
+        self, definition: AddOn, instance: Group, outputs: Place | Group, call: Instruction
+    ) -> None:
+        """Give the owner of a module's words what it is, where the rack has a networked drive."""
+        number = model_number(self.lowered.layout.modules.get(first_leaf(outputs).slot or 0))
+        if any(each.name == MODEL for each in definition.parameters):
+            index = instance.member(MODEL).fixed_index
+            if number and index is not None:
+                self.lowered.presets[instance.member(MODEL).leaf.path, index] = number
+        elif number:
+            text = f"{call}: the module is a networked drive, and these blocks are those without one"
+            self.report(text, 'load_library("axis3601", drives=True) has them', str(call))
 
     def _frame_of(self, definition: AddOn) -> AddOnFrame:
         """Return the frame of an add-on instruction and queue its routines for lowering."""

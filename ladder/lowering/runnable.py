@@ -6,6 +6,7 @@ import re
 from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from copy import copy
 from typing import Any, Self
 
@@ -15,7 +16,7 @@ from ..instructions.motion.axes import MotionData
 from ..instructions.system.messages import ends_of_messages
 from ..model import hooks
 from ..model.chart import DEFAULT_OPTIONS
-from ..model.errors import BuildError, LadderError, MinorFault, Problem
+from ..model.errors import BuildError, LadderError, LadderFault, MinorFault, Problem
 from ..model.expressions import TAG_NAME, parse_address
 from ..model.resolver import is_image
 from ..model.routine import Routine
@@ -25,17 +26,18 @@ from ..model.tagref import TagRef
 from ..model.tags import STATUS_FLAGS, Alias, Declaration, SlotAlias, Tag
 from ..model.tree import Address, Step
 from ..model.types import MAX_DIMENSIONS, DataType, Structure, count_of, size_of
-from ..run.edit import Edit, carry_over
+from ..run.edit import Edit, carry_over, is_retained
 from ..run.engine import STEP_MS, Engine
 from ..run.partners import connect, updates_of, wrong_values
 from ..run.view import Tags
 from ..state.lowered import LoweredProgram
-from ..state.memory import Memory
+from ..state.memory import Memory, element_text
 from .addon import AddOn, specs_of
 from .bound_axes import Axes, lower_axes, prescan_axes, run_axes
 from .checks import ALLOWANCES, check_whole, recursive_routines, uses_of_stubs, warnings_of
 from .dialects import DIALECTS, HOOKS, LOGIX, SLC
 from .guess import type_at
+from .resuming import resume
 from .rungs import Lowering
 from .storage import choose_bytes
 from .type_inference import Guesses
@@ -80,6 +82,8 @@ class LadderLogic(ABC):
         self.axes: Axes | None = None  # axes that the rack names, or None
         self.remotes: Mapping[str, Remote] = {}  # of consumed tags and messages, by name in capitals
         self.motion = MotionData()  # what an export says of axes
+        self.outputs: Mapping[int, bytes] = {}  # first values of output images, by slot
+        self.keeps_values = False  # whether it begins with its initial values, without prescan
         self.declares_missing = False  # whether undeclared tags are declared by their use
         self.declared_missing: list[Tag] = []  # those tags, once it is built
         self.refused: Sequence[str] = ()  # parts of an export that are left out, as texts
@@ -112,6 +116,8 @@ class LadderLogic(ABC):
         if self.monitors is not None:
             self.monitors(lowering)
         lowered = lowering.lowered
+        lowered.outputs = self.outputs
+        lowered.resume = resume if self.keeps_values else None
         lowered.recursive = recursive_routines(lowered)
         problems = lowering.problems + check_whole(lowered) + problems
         problems += connect(lowered, self.stubs, self.remotes)
@@ -177,6 +183,14 @@ class LadderLogic(ABC):
             raise LadderError(f"{self.kind} {self.name} runs already: its axes stay")
         self.axes = axes
         self.forget()
+
+    def keep_values(self) -> None:
+        """Begin with the initial values, without prescan; a LadderError if the program runs already."""
+        if self._engine is not None:
+            raise LadderError(f"{self.kind} {self.name} runs already: it has begun")
+        self.keeps_values = True
+        if self._lowered is not None:
+            self._lowered.resume = resume
 
     def copied(self) -> Self:
         """Return a copy that is not built, to which parts can be added; this program stays as it is."""
@@ -372,6 +386,27 @@ class LadderLogic(ABC):
         self.build()
         memory, self._memory = self._memory, None
         return memory
+
+    def reset_by_prescan(self) -> list[str]:
+        """Return the values that prescan resets before the first scan, by address."""
+        engine = self.interpret()
+        memory, leaves = engine.memory, engine.lowered.layout.leaves.values()
+        before = {
+            each.path: memory.values(each) for each in leaves if is_retained(engine.lowered.layout, each)
+        }
+        with suppress(LadderFault):
+            engine.interpreter.prescan()
+        found: list[str] = []
+        old: Any
+        new: Any
+        for leaf in (each for each in leaves if each.path in before):
+            old, new = (each if leaf.dims else [each] for each in (before[leaf.path], memory.values(leaf)))
+            found += [
+                element_text(leaf.path, leaf.dims, index)
+                for index, (one, other) in enumerate(zip(old, new, strict=True))
+                if one and not other
+            ]
+        return found
 
     # --- running
 

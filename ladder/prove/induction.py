@@ -75,6 +75,10 @@ class Limits:
     helped: bool = True
     replays: bool = True
 
+    def times(self, factor: int) -> Limits:
+        """Return limits with a multiple of the work and of the fuse."""
+        return replace(self, work=self.work * factor, fuse=self.fuse * factor)
+
 
 @dataclass(slots=True)
 class Verdict:

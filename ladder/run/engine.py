@@ -49,6 +49,7 @@ class Engine:
     ) -> None:
         self.lowered = lowered
         self.memory = memory or self.memory_type(lowered.layout, lowered.presets, lowered.defaults)
+        self.memory.put_outputs(lowered.outputs)
         self.tags = Tags(lowered, self.memory)
         self.fault_log = FaultLog(lowered, self.memory)
         self.now_ns = 0
@@ -145,17 +146,31 @@ class Engine:
             close(self)
 
     def _first_logic(self, now_ns: int) -> None:
-        self._started = True
-        if not self._prescanned:
+        begins, self._started = not self._started, True
+        if begins and self.lowered.outputs:
+            self._put_outputs()
+        resumes = begins and self.lowered.resume is not None
+        if resumes:
+            self.lowered.resume(self)  # type: ignore[misc]
+        elif not self._prescanned:
             self.interpreter.prescan()
         self._prescanned = False
         if self.scheduler is not None:
-            self.scheduler.begin(now_ns)
+            self.scheduler.begin(now_ns, started=resumes)
             self._scan(now_ns)
             return
-        self.memory.write(self._first_scan, 0, True)
+        self.memory.write(self._first_scan, 0, not resumes)
         self._scan(now_ns)
         self.memory.write(self._first_scan, 0, False)
+
+    def _put_outputs(self) -> None:
+        """Give the output images of the rack their first values."""
+        slots = getattr(self._rack, "slot", {})
+        for number, data in self.lowered.outputs.items():
+            if number in slots:
+                raw = slots[number].outputs.raw
+                count = min(len(raw), len(data))
+                raw[:count] = data[:count]
 
     def call_python(self, name: str, inputs: Sequence[Passed]) -> Sequence[Passed]:
         """Call a routine in Python with the tags, the inputs, and `jsr` if it has that parameter."""

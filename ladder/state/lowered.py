@@ -339,6 +339,8 @@ class LoweredProgram:
     charts: dict[str, LoweredChart] = field(default_factory=dict)  # by routine in capitals
     chart_options: ChartOptions = DEFAULT_OPTIONS
     written_inputs: set[str] = field(default_factory=set)  # identifiers of the inputs that it writes
+    outputs: Mapping[int, bytes] = field(default_factory=dict)  # first values of output images, by slot
+    resume: Callable[[Any], None] | None = None  # sets hidden state of an engine in place of prescan
     monitors: tuple[str, ...] = ()  # routines behind each scan of a proof, in capitals
 
     @property

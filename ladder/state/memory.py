@@ -74,6 +74,14 @@ class Memory:
         for (path, index), value in presets.items():
             self.write(layout.leaf(path), index, value)
 
+    def put_outputs(self, first: Mapping[int, bytes]) -> None:
+        """Give own output images their first values, by slot."""
+        for leaf, image in self._own.items():
+            data = first.get(leaf.slot) if leaf.output and leaf.slot is not None else None
+            if data:
+                count = min(len(image.raw), len(data))
+                image.raw[:count] = data[:count]
+
     def _load_bytes(self, tag: Tag) -> bool:
         """Set the initial value of a tag of bytes at once; False if that is impossible."""
         name = tag.name.upper()

@@ -48,12 +48,12 @@ class Scheduler:
         self.handled = 0  # major faults so far that reached a fault routine
         self.period_ns = 0  # of the task that runs; 0 if it is not periodic
 
-    def begin(self, now_ns: int) -> None:
-        """Initialize the state for a first scan."""
+    def begin(self, now_ns: int, *, started: bool = False) -> None:
+        """Initialize the state for a first scan; `started`: no program has S:FS in it."""
         write = self._memory.write
         write(self._schedule.before, 0, -1)
         for program in self._schedule.programs:
-            for leaf, value in ((program.started, False), (program.fault_type, 0), (program.fault_code, 0)):
+            for leaf, value in ((program.started, started), (program.fault_type, 0), (program.fault_code, 0)):
                 write(leaf, 0, value)
         for each in self._schedule.tasks:
             rate = each.task.rate_ns

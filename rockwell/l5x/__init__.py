@@ -27,7 +27,6 @@ r"""L5X: program exports of Studio 5000 and RSLogix 5000.
 | `widening` | members that the types of the file lack |
 | `building` | builds it, refusing rung by rung |
 | `importer` | all of this for one document |
-| `comparing` | two versions, rung by rung |
 | `unread` | what is not read, for the report |
 | `spans` | where elements stand in the text, so that an edit replaces them only |
 | `rewriting` | edited rungs in the text of a file |

@@ -60,6 +60,9 @@ class AddOns:
                 parameters = tuple(self._parameters(record))
                 shape = AddOn(record.name, parameters, (Routine(LOGIC, ()),), record.comment)
                 self._types.refuse_size(shape.structure)
+                if not record.encoded:
+                    generated = frozenset(each.name for each in self._generated.get(name, ()))
+                    self._types.layouts.add_ons[name] = generated
                 self._shapes[name] = shape
             except LadderError as error:
                 self._wrong[name] = str(error)

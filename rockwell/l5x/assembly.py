@@ -79,6 +79,7 @@ class Parts:
     motion: MotionData = field(default_factory=MotionData)
     chart_options: ChartOptions = DEFAULT_OPTIONS
     remotes: dict[str, Remote] = field(default_factory=dict)  # of consumed tags and messages
+    outputs: dict[int, bytes] = field(default_factory=dict)  # first values of output images, by slot
     _indexes: dict[str, tuple[int, dict[str, Declaration]]] = field(default_factory=dict)
 
     def assemble(self, report: Report, tasks: Sequence[Task] | None = None) -> Controller:
@@ -87,6 +88,7 @@ class Parts:
         controller.chart_options = self.chart_options
         controller.use(*self.add_ons.values())
         controller.motion, controller.remotes = self.motion, self.remotes
+        controller.outputs = self.outputs
         controller.take_stubs(Stubs(self.stubs, modules=self.modules))
         self.declarations = _added(controller, self.declarations, report)
         for part in self.programs.values():
@@ -166,7 +168,8 @@ def _added(to: Any, declarations: list[Declaration], report: Report) -> list[Dec
             to.add(each)
             taken.append(each)
         except LadderError as error:
-            report.note(each.name, f"it is not declared: {error}")
+            owner = "" if isinstance(to, Controller) else rf"\{to.name}."
+            report.leave_out(f"{owner}{each.name}", str(error))
     return taken
 
 

@@ -94,7 +94,12 @@ class Builder:
         found = self._routine(owner, routine)
         record = self._reader.record(owner, routine)
         emptied = self._emptied.setdefault((owner.upper(), routine.upper()), set())
-        if self.offers and (site.tag or _LACKS.search(text)):
+        if site.tag and (why := self._report.why_not(owner, site.tag)):
+            text, remedy = (
+                f"tag {site.tag} is not declared: {why}",
+                "correct the tag, or stub the instruction",
+            )
+        elif self.offers and (site.tag or _LACKS.search(text)):
             remedy = f"{remedy}; or let {self.offers} stand in for it"
         if found is None or record is None or number in emptied:
             return False

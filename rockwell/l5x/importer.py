@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ...io_images.site import Site
+from ...io_images.text_limits import EXPORT_MIB
 from ...ladder.instructions.stubbed import specs_of_stubs
 from ...ladder.lowering.addon import OTHERWISE
 from ...ladder.lowering.controller import Controller
@@ -60,6 +61,7 @@ def import_l5x(
     slots: Collection[int] | None = None,
     *,
     trial: bool = False,
+    memory_mib: int = EXPORT_MIB,
 ) -> L5xImport:
     """Import an L5X, or raise an L5xError.
 
@@ -67,23 +69,28 @@ def import_l5x(
         stubs: replacements of instructions and of refused routines, by name.
         slots: slots of the rack, to which module tags are bound; None without a rack.
         trial: also check uncalled add-on instructions, and complete messages.
+        memory_mib: bound of the memory of all tags, MiB.
     """
     with collector_paused():
         document = read_document(Path(path))
         check_limits(document)
-        return Importer(document, stubs, slots).run(trial=trial)
+        return Importer(document, stubs, slots, memory_mib).run(trial=trial)
 
 
 class Importer:
     """Imports one document, see `import_l5x`."""
 
     def __init__(
-        self, document: L5xDocument, stubs: Stubs = NO_STUBS, slots: Collection[int] | None = None
+        self,
+        document: L5xDocument,
+        stubs: Stubs = NO_STUBS,
+        slots: Collection[int] | None = None,
+        memory_mib: int = EXPORT_MIB,
     ) -> None:
         self._document, self._stubs, self._slots = document, stubs, slots
         self.report = Report(document.file, document.revision, document.target, document.name)
         self._reader = RoutineReader(self.report)
-        self._types = Types(document.data_types, document.revision)
+        self._types = Types(document.data_types, document.revision, memory_mib)
         self._add_ons = AddOns(document.add_ons, self._types, self.report)
         self._parts = Parts(document.name, stubs=dict(stubs.by_name), modules=stubs.modules)
         self._parts.chart_options = chart_options_of(document, self.report)
@@ -113,7 +120,9 @@ class Importer:
 
     def _read_logic(self) -> None:
         document, reader = self._document, self._reader
-        self._parts.declarations += module_tags(document, self._types, self.report, self._slots)
+        memory = module_tags(document, self._types, self.report, self._slots)
+        self._parts.declarations += memory.declarations
+        self._parts.outputs = memory.outputs
         reader.stubbed = frozenset(self._stubs.by_name)
         shapes = self._add_ons.specs()
         if self._completes:

@@ -4,26 +4,32 @@ The prefix is chassis and slot, or the name of a module on a network. The values
 members of a tag. A module of a rack connection has aliases to parts of its adapter's tags.
 
 `Local:1:I` and `Local:1:O` of a slot in the rack are the images of that slot, under the names of the generic
-profile (`Data[0]`), of the 3601's own (`Data0`, `ModuleOK`) and of cards. All other tags of modules are
-unconnected memory; tests, the debugger and plants may set them.
+profile (`Data[0]`), of the 3601's own (`Data0`, `ModuleOK`) and of cards; the output image begins with the
+values of the document. All other tags of modules are unconnected memory, which begins with the values of the
+document; tests, the debugger and plants may set them.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass, field
 
 from ...ladder.lowering.calls import MODULE, MODULE_TAG
 from ...ladder.model.errors import LadderError
 from ...ladder.model.expressions import parse_address
 from ...ladder.model.resolver import slot_of_image
 from ...ladder.model.tags import Alias, Declaration, Tag
-from ...ladder.model.types import DINT, INT, DataType, Member, Structure
+from ...ladder.model.types import DINT, INT, SINT, DataType, Member, Structure
+from ...ladder.state.initials import load_bytes
+from ...ladder.state.tag_bytes import TagBytes
 from .report import Report
 from .scopes import note_forces
 from .values.datatypes import NAME, Types
+from .values.force_values import image_of
 from .values.initial_values import initial_of
 from .values.value_texts import ValueTextError
+from .xml.data import Data
 from .xml.parsing import L5xError
 from .xml.records import L5xDocument, ModuleRecord, ModuleTagRecord, number_of
 
@@ -57,33 +63,49 @@ def slot_of(module: ModuleRecord) -> int | None:
     return int(local[1]) if local and int(local[1]) > 0 else None
 
 
+@dataclass(slots=True)
+class ModuleMemory:
+    """What the tags of modules are: memory, and what the outputs of the rack's slots begin with."""
+
+    declarations: list[Declaration] = field(default_factory=list)
+    outputs: dict[int, bytes] = field(default_factory=dict)  # by slot
+
+
 def module_tags(
     document: L5xDocument, types: Types, report: Report, slots: Collection[int] | None = None
-) -> list[Declaration]:
-    """Return the tags of modules that are memory, not images of `slots`; report modules without a slot."""
+) -> ModuleMemory:
+    """Return the tags of modules, of outputs of `slots` their bytes; report modules without a slot."""
     found: dict[str, Declaration] = {}
+    outputs: dict[int, bytes] = {}
     aliases: list[tuple[ModuleRecord, ModuleTagRecord]] = []
     for module in document.modules:
-        if slots is not None and module.tags and slot_of(module) not in slots:
+        slot = slot_of(module)
+        if slots is not None and module.tags and slot not in slots:
             why = f"{module.catalog} is not in the rack: its tags are memory"
             report.note(prefix_of(module), why, module.line)
         for tag in module.tags:
-            if tag.forced:
-                kind = _kind(module, tag, types)
-                note_forces(tag, kind or DINT, (), types, report, f"{prefix_of(module)}:{tag.suffix}")
-            if is_bound(f"{prefix_of(module)}:{tag.suffix}", slots):
-                continue
             if tag.kind.endswith("AliasTag"):
                 aliases.append((module, tag))
                 continue
             made = _tag(module, tag, types, report)
-            if made is not None:
+            if made is None:
+                continue
+            if not is_bound(made.name, slots):
                 found.setdefault(made.name.upper(), made)
+            elif tag.kind == "OutputTag" and slot is not None and made.initial is not None:
+                outputs.setdefault(slot, _memory(made))
     for module, tag in aliases:
         alias = _alias(module, tag, found)
         if alias is not None:
             found.setdefault(alias.name.upper(), alias)
-    return list(found.values())
+    return ModuleMemory(list(found.values()), outputs)
+
+
+def _memory(tag: Tag) -> bytes:
+    """Return the bytes of a tag's initial value; zeros if it does not fit."""
+    memory = TagBytes(tag.type, 1)
+    load_bytes(memory, tag.type, (), tag.initial)
+    return bytes(memory.B[:])
 
 
 def module_objects(
@@ -104,35 +126,63 @@ def module_objects(
             yield Tag(name, kind, (), None, f"{module.catalog} {module.name}".strip())
 
 
-def _kind(module: ModuleRecord, tag: ModuleTagRecord, types: Types) -> DataType | None:
-    """Return the type that a tag's data show, else the words of its size; None if neither is known."""
-    return next((each for each in _shown(tag, types) if each is not None), None) or _sized(module, tag)
-
-
 def _tag(module: ModuleRecord, tag: ModuleTagRecord, types: Types, report: Report) -> Tag | None:
+    """Return a tag with the values of the document, None if its type is not known."""
     name = f"{prefix_of(module)}:{tag.suffix}"
-    kind = _kind(module, tag, types)
+    kind = next((each for each in _shown(tag, types) if each is not None), None) or _sized(module, tag, types)
+    if tag.forced:
+        note_forces(tag, kind or DINT, (), types, report, name)
     if kind is None:
+        if any(map(_has_values, tag.data)):
+            report.leave_out(name, "its values do not show its type", tag.line)
         return None
+    for host in types.apart.get(kind.name, ()):
+        text = f"BOOLs of its {host} have their own memory: the file does not say which bits they are"
+        report.note(name, text, tag.line)
+    said: list[str] = []
     try:
-        initial = initial_of(tag.data, kind, (), types) if tag.kind == "ConfigTag" else None
+        initial = (
+            initial_of(tag.data, kind, (), types, said.append)
+            if tag.data
+            else image_of(tag.forced, kind, types.layouts)
+        )
     except L5xError:
         raise
     except (ValueTextError, LadderError) as error:
-        report.lose(name, f"it starts with zeros: {error}", tag.line)
+        said.append(f"it starts with zeros: {error}")
         initial = None
+    for text in said[:1]:
+        report.lose(name, text, tag.line)
     return Tag(name, kind, (), initial, f"{module.catalog} {module.name}".strip())
 
 
-def _sized(module: ModuleRecord, tag: ModuleTagRecord) -> Structure | None:
+def _has_values(data: Data) -> bool:
+    """Whether data have a digit other than 0."""
+    return any(each in "123456789ABCDEF" for each in "".join(data.element.itertext()))
+
+
+def _sized(module: ModuleRecord, tag: ModuleTagRecord, types: Types) -> Structure | None:
     """Return the words of a module known by size only: Data, and Fault (4 bytes of the size) for inputs."""
     is_input = tag.kind == "InputTag"
     size = tag.size - FAULT_BYTES * (is_input and module.catalog.startswith(GENERIC))
     if tag.kind not in ("InputTag", "OutputTag") or size < 2:
         return None
+    name = f"{module.catalog}:{tag.suffix}"
+    listed = next(filter(None, map(_numbers_in, tag.data)), 0)
+    if listed and tag.size % listed == 0 and tag.size // listed in _BY_BYTES:
+        return types.own(Structure(name, (Member("Data", _BY_BYTES[tag.size // listed], (listed,)),)))
     fault = (Member("Fault", DINT),) if is_input else ()
-    data = Member("Data", INT, (size // 2,))
-    return Structure(f"{module.catalog}:{tag.suffix}", (*fault, data))
+    return types.own(Structure(name, (*fault, Member("Data", INT, (size // 2,)))))
+
+
+_BY_BYTES = {1: SINT, 2: INT, 4: DINT}
+_ONE_LIST = re.compile(r"\s*\[\s*\[([-\d,\s]*+)\]\s*\]\s*")
+
+
+def _numbers_in(data: Data) -> int:
+    """Return how many numbers the only member of L5K data has, 0 for other data."""
+    found = _ONE_LIST.fullmatch("".join(data.element.itertext())) if data.form == "L5K" else None
+    return found[1].count(",") + 1 if found else 0
 
 
 GENERIC = "1769-MODULE"

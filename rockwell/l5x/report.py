@@ -109,6 +109,7 @@ class Report:
     texts: list[StructuredRoutine] = field(default_factory=list)  # routines of structured text
     edits: list[Edit] = field(default_factory=list)  # rungs and texts of online edits
     forces: dict[str, bool | int | float] = field(default_factory=dict)  # forces in the file, by address
+    undeclared: dict[str, str] = field(default_factory=dict)  # reasons, by tag in capitals
     _noted: dict[tuple[str, str], Note] = field(default_factory=dict, repr=False)
 
     @property
@@ -155,6 +156,16 @@ class Report:
         self.note(name, text, line)
         if name not in self.lost:
             self.lost.append(name)
+
+    def leave_out(self, name: str, reason: str, line: int = 0) -> None:
+        """Add a note on a tag that is not declared; refusals of its rungs give the reason."""
+        self.undeclared[name.upper()] = reason
+        self.lose(name, f"it is not declared: {reason}", line)
+
+    def why_not(self, program: str, tag: str) -> str:
+        """Return why a tag of a program, or of the controller, is not declared; "" if the file lacks it."""
+        own = rf"\{program}.{tag}".upper()
+        return self.undeclared.get(own) or self.undeclared.get(tag.upper(), "")
 
     @property
     def warnings(self) -> tuple[str, ...]:

@@ -52,7 +52,7 @@ def scope_of(
         except L5xError:
             raise
         except LadderError as error:
-            report.lose(_named(owner, record.name), f"it is not declared: {error}", record.line)
+            report.leave_out(_named(owner, record.name), str(error), record.line)
     return declarations
 
 

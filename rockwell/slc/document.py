@@ -87,11 +87,16 @@ def read_document(path: Path | str) -> SlcDocument:
         raise SlcError(f"{path}: no such file") from None
     except OSError as error:
         raise SlcError(f"{path}: the file can't be read: {error.strerror}") from None
+    return document_in(data, str(path), file.stem)
+
+
+def document_in(data: bytes, file: str, name: str) -> SlcDocument:
+    """Read the bytes of an export, see `parse_document`; an SlcError if they are too many, or no text."""
     if len(data) > MOST_BYTES:
-        raise SlcError(f"{path}: the file has more than {MOST_BYTES:,} bytes")
+        raise SlcError(f"{file}: the file has more than {MOST_BYTES:,} bytes")
     if b"\0" in data:
-        raise SlcError(f"{path}: this is not text: export the program as text, with SOR and EOR")
-    return replace(parse_document(text_of(data), str(path), file.stem), source=data)
+        raise SlcError(f"{file}: this is not text: export the program as text, with SOR and EOR")
+    return replace(parse_document(text_of(data), file, name), source=data)
 
 
 def text_of(data: bytes) -> str:

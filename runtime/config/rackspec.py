@@ -44,6 +44,7 @@ from ..machine.spec import INPUT_NAMES
 from ..modules.record import LiveModule, ModuleRecord, Trait
 from ..modules.registry import MODULES, OWN, live_port
 from .axis_tables import AxisTable
+from .export_table import ExportTable
 from .fuzz_table import FuzzTable
 from .machine_tables import MachineTable, Table
 from .prove_tables import ProveTable
@@ -279,10 +280,11 @@ class InjectedFaultSpec(Table):
         at_ms: its begin; or `at_s`.
         what: "power-cycle", "link-lost", "removed", "fatal-error", "asic-lost", "torn-update",
             "program-mode"; of an adapter "line-down", "replies-lost", "replies-damaged" or
-            "controller-power-cycle".
+            "controller-power-cycle"; of a drive "condition".
         slot: its module; left out for "program-mode", and where there is one module only.
         for_ms: duration; or `for_s`. Unlimited if left out; a torn update lasts one RPI.
         late_words: of a torn update: the output words that arrive late.
+        state: of conditions: what begins, such as "temperature=95" or "cable=lost".
     """
 
     at_ms: Milliseconds | None = None
@@ -296,13 +298,14 @@ class InjectedFaultSpec(Table):
     for_ms: Milliseconds | None = None
     for_s: Seconds | None = None
     late_words: Annotated[tuple[int, ...], Field(strict=False)] = ()
+    state: str = ""
 
     def incident(self, only_slot: int = 1) -> InjectedFault:
         """Return the incident; ValueError if times or words are missing or contradict each other."""
         lasting = self.for_ms is not None or self.for_s is not None
         slot = 0 if self.what is FaultKind.PROGRAM_MODE else self.slot or only_slot
         return InjectedFault(
-            self.ns("at"), self.what, slot, self.ns("for") if lasting else 0, self.late_words
+            self.ns("at"), self.what, slot, self.ns("for") if lasting else 0, self.late_words, self.state
         )
 
     @model_validator(mode="after")
@@ -336,6 +339,7 @@ class RackSpec(Table):
         axes: axes of a ladder program's motion instructions, by tag: the 3601 behind each, or an ideal one.
         prove: what `scanrack prove` proves of the program, and what it assumes.
         fuzz: how `scanrack fuzz` searches it.
+        export: how a program that is an export begins.
         server: what clients of a tag server see and may write.
         seed: of random numbers, such as those of slips.
         mode: position of the CPU's key at power-up.
@@ -363,6 +367,7 @@ class RackSpec(Table):
     axes: dict[str, AxisTable] = Field(default_factory=dict)
     prove: ProveTable = ProveTable()
     fuzz: FuzzTable = FuzzTable()
+    export: ExportTable = ExportTable()
     server: ServerTable = ServerTable()
     seed: Annotated[int, Field(ge=0)] = 0
     mode: Literal["run", "program", "test"] = "run"

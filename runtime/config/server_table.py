@@ -35,6 +35,8 @@ class ModbusTable(Table):
 
     Attributes:
         order: word of a DINT, REAL, LINT or LREAL that comes first.
+        fill: whether addresses without a tag, below the last one of their table, read as 0; left out, they
+            are refused.
         coils: bits that clients read and write.
         discrete_inputs: bits that clients read.
         input_registers: numbers that clients read.
@@ -42,6 +44,7 @@ class ModbusTable(Table):
     """
 
     order: WordOrder = HIGH_FIRST
+    fill: bool = False
     coils: Rows[MapRow] = ()
     discrete_inputs: Rows[MapRow] = ()
     input_registers: Rows[MapRow] = ()

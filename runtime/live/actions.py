@@ -131,6 +131,7 @@ class InjectFault:
     slot: int
     for_ms: float = 0
     late_words: tuple[int, ...] = ()
+    state: str = ""  # of conditions
 
 
 @dataclass(frozen=True, slots=True)
@@ -291,7 +292,7 @@ def names_in(restart: str) -> tuple[str, ...]:
 _LISTS = ("late_words", "rungs", "tags")
 """Fields that are lists."""
 
-_LEFT_OUT = ("restart", "keep", "client", "part", "by", "paused")
+_LEFT_OUT = ("restart", "keep", "client", "part", "by", "paused", "state")
 """Fields that a message leaves out while they are empty or false."""
 
 
@@ -464,6 +465,7 @@ _ALLOWED: Mapping[str, tuple[Callable[[object], bool], str]] = {
     "client": (lambda value: value == "" or _is_text(value), _TEXT),
     "part": (lambda value: value == "" or _is_text(value), _TEXT),
     "by": (lambda value: value == "" or _is_text(value), _TEXT),
+    "state": (lambda value: value == "" or _is_text(value), _TEXT),
     "late_words": (_are_words, f"words from 0 to {WORDS_MAX - 1}"),
 }
 """Check of each field, by name."""

@@ -180,7 +180,7 @@ class OperatorActions:
         if not isinstance(module, ExposedModule):
             raise ValueError(f"slot {order.slot}: can't inject faults into real modules")
         what, for_ns = FaultKind(order.kind), exact_ns(order.for_ms, "ms", "for_ms")
-        incident = InjectedFault(at_ns, what, order.slot, for_ns, order.late_words)
+        incident = InjectedFault(at_ns, what, order.slot, for_ns, order.late_words, order.state)
         incident.check_late_words(len(self.words[order.slot].outputs))
         module.happen(incident)
 
@@ -231,7 +231,7 @@ _SENTENCES: Mapping[type[Action], Callable[[Any], str]] = {
     actions.Unforce: lambda order: (
         "All forces are removed." if order.tag == ALL else f"{order.tag} is no longer forced."
     ),
-    actions.InjectFault: lambda order: f"Slot {order.slot}: {order.kind}.",
+    actions.InjectFault: lambda order: f"Slot {order.slot}: {order.state or order.kind}.",
     actions.Breakpoint: lambda order: f"A breakpoint is set: {order.at}.",
     actions.RemoveBreakpoint: lambda order: f"A breakpoint is removed: {order.at}.",
     actions.Reload: lambda _order: "The program is loaded again.",

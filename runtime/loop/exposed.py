@@ -53,23 +53,35 @@ class OnALine(Module, Protocol):
         """Begin or end a disturbance of the line; one that does not last affects one reply."""
 
 
+class Conditions(Protocol):
+    """What is around a module, as states in text: "temperature=95"."""
+
+    def check(self, state: str) -> None:
+        """Refuse a state that the module can't have, with a ValueError."""
+
+    def put(self, state: str) -> None:
+        """Put the module into a state, from the instant of its last `update` on; ValueError as in `check`."""
+
+
 class ExposedModule(Module):
     """A module with scheduled incidents; satisfies `runtime.loop.module.Module`.
 
+    Args:
+        conditions: of the module, if they can be set.
+
     Raises:
-        ValueError: the module can't simulate faults.
+        ValueError: the module can't simulate a fault, or has no such conditions.
     """
 
-    def __init__(self, module: Module, incidents: Iterable[InjectedFault]) -> None:
-        self.module = module
+    def __init__(
+        self, module: Module, incidents: Iterable[InjectedFault], conditions: Conditions | None = None
+    ) -> None:
+        self.module, self._conditions = module, conditions
         self._foreseeing = module if isinstance(module, ForeseeingModule) else None  # expensive to ask
         self.events = module.events
         ordered = sorted(incidents, key=lambda each: each.at_ns)
         for each in ordered:
-            if not _can_happen(each.what, module):
-                raise ValueError(
-                    f"injected fault {each.what.value} does not apply to {type(module).__name__}"
-                )
+            self._check(each)
         self._tears = [each for each in ordered if each.what is FaultKind.TORN_UPDATE]
         self._acts = sorted(
             (act for each in ordered if each.what is not FaultKind.TORN_UPDATE for act in _acts(each)),
@@ -88,13 +100,21 @@ class ExposedModule(Module):
         Raises:
             ValueError: the module does not support it.
         """
-        if not _can_happen(incident.what, self.module):
-            raise ValueError(f"{incident.what.value} can't happen to {type(self.module).__name__}")
+        self._check(incident)
         self.before_change()
         if incident.what is FaultKind.TORN_UPDATE:
             self._tears = sorted([*self._tears, incident], key=lambda each: each.at_ns)
         else:
             self._acts = sorted([*self._acts, *_acts(incident)], key=lambda act: act[0])
+
+    def _check(self, incident: InjectedFault) -> None:
+        what, conditions = incident.what, self._conditions
+        if what is FaultKind.CONDITION and conditions is not None:
+            conditions.check(incident.state)
+        elif what is FaultKind.CONDITION or not _can_happen(what, self.module):
+            instead = "; set its conditions, such as cable=lost" if conditions is not None else ""
+            module = type(self.module).__name__
+            raise ValueError(f"injected fault {what.value} does not apply to {module}{instead}")
 
     @property
     def under_way(self) -> str | None:
@@ -184,9 +204,11 @@ class ExposedModule(Module):
         what = incident.what
         if isinstance(self.module, OnALine) and what in ON_THE_LINE:
             self.module.disturb(what, begins=begins, lasts=bool(incident.for_ns))
+        elif self._conditions is not None and what is FaultKind.CONDITION:
+            self._conditions.put(incident.state)
         else:
             self._trouble(what, begins=begins)
-        self.events.append(incident_event(at_ns, what, begins=begins))
+        self.events.append(incident_event(at_ns, what, begins=begins, state=incident.state))
 
     def _trouble(self, what: FaultKind, *, begins: bool) -> None:
         if what is FaultKind.POWER_CYCLE:
@@ -225,8 +247,11 @@ def _acts(incident: InjectedFault) -> Iterable[tuple[int, InjectedFault, bool]]:
         yield incident.at_ns + incident.for_ns, incident, False
 
 
-def incident_event(at_ns: int, what: FaultKind, *, begins: bool) -> Event:
+def incident_event(at_ns: int, what: FaultKind, *, begins: bool, state: str = "") -> Event:
     """Return the event of an incident that begins or ends."""
+    if what is FaultKind.CONDITION:
+        text = f"Around the module: {state}."
+        return Event(at_ns, "stimulus", what.value, text, {"begins": begins, "state": state})
     if what in ON_THE_LINE:
         text = _BEGUN_ON_THE_LINE[what] if begins else _OVER_ON_THE_LINE
     else:

@@ -45,6 +45,8 @@ class FaultKind(Enum):
     """Replies of an adapter's controller arrive with a bit flipped."""
     CONTROLLER_POWER_CYCLE = "controller-power-cycle"
     """The power of an adapter's controller goes and returns at once; the adapter's does not."""
+    CONDITION = "condition"
+    """What is around a networked drive changes: an input, temperature, cable, ..., see `state`."""
 
 
 TROUBLES = {
@@ -79,6 +81,7 @@ class InjectedFault:
         for_ns: duration; 0 = unlimited: a fatal error then ends with a power cycle. Of a torn update:
             delay of the late words, an RPI if 0. Of replies: 0 = the next one only.
         late_words: of a torn update: the output words that arrive late.
+        state: of conditions: the new state, such as "temperature=95"; see the module's record.
     """
 
     __pydantic_config__ = ConfigDict(extra="forbid")
@@ -88,6 +91,7 @@ class InjectedFault:
     slot: StrictInt = 1
     for_ns: StrictInt = 0
     late_words: tuple[StrictInt, ...] = ()
+    state: str = ""
 
     def __post_init__(self) -> None:
         for field, value in (("at_ns", self.at_ns), ("for_ns", self.for_ns)):
@@ -98,6 +102,10 @@ class InjectedFault:
             raise SettingError(
                 "late_words", "late_words and torn-update go together: name the words that come late"
             )
+        if bool(self.state) is not (self.what is FaultKind.CONDITION):
+            raise SettingError("state", "state and condition go together: name the state that begins")
+        if self.state and self.for_ns:
+            raise SettingError("for_ms", "a condition has no duration: set it back with another entry")
 
     def check_late_words(self, outputs: int) -> None:
         """Refuse late words that a module with a number of output words does not have, with a ValueError."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 from ...io_images.amci3601 import InputBit
 from ...io_images.image import Image
 from ...io_images.module_words import PLAIN_WORDS, ModuleWords
+from ...io_images.number_formats import NumberFormat
 from ...io_images.site import SettingError
 from ..loop.events import JsonValue
+from ..loop.exposed import Conditions
 from ..loop.module import Module
 from ..machine import Machine
 
@@ -59,6 +61,15 @@ class ModuleWithFigures(Protocol):
 
     def figures(self) -> tuple[int, int, int]:
         """Return the shaft's position (steps), the encoder's counts, and the mask of energized inputs."""
+
+
+@runtime_checkable
+class ModuleWithFormats(Protocol):
+    """A module whose configuration selects the format of its numbers."""
+
+    @property
+    def number_format(self) -> NumberFormat:
+        """The format of the numbers that the PLC reads."""
 
 
 @runtime_checkable
@@ -189,6 +200,8 @@ class ModuleRecord:
         capabilities: the table of its refusals, Markdown; None without own refusals.
         option_table: returns the declaration of its options, for editors; None without one.
         round_trip_ms: longest time until it answers a command, ms; 0 = it answers at once.
+        conditions: returns what is around a module, if that can be set while it runs.
+        states: returns the names in such conditions with their states; of a number an example.
         unread: stands for a module whose file is not executed: its options and named bits are not checked.
     """
 
@@ -208,4 +221,6 @@ class ModuleRecord:
     capabilities: Callable[[], str] | None = None
     option_table: Callable[[], type[BaseModel]] | None = None
     round_trip_ms: int = 0
+    conditions: Callable[[Any], Conditions] | None = None
+    states: Callable[[], Mapping[str, Sequence[str]]] = dict
     unread: bool = False

@@ -24,13 +24,14 @@ from ...io_images.enip.codes import (
     TOO_SHORT,
     CipRefusedError,
 )
-from ...io_images.enip.paths import parse_path
+from ...io_images.enip.paths import Path, parse_path
 from .router import OWN_ROUTE, refused
 
 CONNECTIONS_MOST = 16
 """Connections of a client."""
 
-_PATH = bytes((2, 0x20, MANAGER, 0x24, 1))
+_PATH = Path({"class": MANAGER, "instance": 1})
+_SERVICES = (OPEN, LARGE_OPEN, CLOSE)
 _OWN = 0x2000_0000
 
 Triad = tuple[int, int, int]
@@ -59,12 +60,17 @@ class Connections:
 
     @staticmethod
     def is_meant(request: bytes) -> bool:
-        """Whether a request opens or closes a connection."""
-        return request[:1] != b"" and request[0] in (OPEN, LARGE_OPEN, CLOSE) and request[1:6] == _PATH
+        """Whether a request opens or closes a connection; EIPScanner names the object by 16-bit segments."""
+        if len(request) < 2 or request[0] not in _SERVICES:
+            return False
+        try:
+            return parse_path(request[2 : 2 + 2 * request[1]]) == _PATH
+        except CipRefusedError:
+            return False
 
     def answer(self, request: bytes) -> bytes:
         """Open or close a connection; return the reply."""
-        service, data = request[0], request[6:]
+        service, data = request[0], request[2 + 2 * request[1] :]
         try:
             reply = self._close(data) if service == CLOSE else self._begin(data, large=service == LARGE_OPEN)
         except CipRefusedError as refusal:

@@ -53,7 +53,7 @@ from ...io_images.enip.io_frames import IoPacket, io_packet, io_path, port_in, s
 from ...io_images.enip.paths import Path, parse_path
 from ..modules.drives.drive import DriveUnit
 from .connections import Connections, Triad
-from .objects import answer_identity, identity
+from .objects import INTERFACES, LOOPBACK, answer_identity, answer_interface, identity
 from .router import refused
 from .session import ClientSession, Frame
 from .tag_services import HEAD_BYTES, Answer
@@ -90,8 +90,10 @@ class IoConnection:
     timeout_ns: int
     due_ns: int
     deadline_ns: int
+    awaited_ns: int  # time between packets to the drive
     sent: int = 0
     heard: int | None = None  # number of the latest packet
+    heard_ns: int = 0
     sequence: int | None = None
 
 
@@ -101,13 +103,19 @@ class DriveAdapter:
     Attributes:
         identity: all attributes of the identity object.
         io: the open connection.
+        address: IPv4 address of the server.
+        used: whether there has been a connection.
+        late_received: packets from owners, more than two packet intervals after the one before.
+        late_sent: packets to owners, sent an interval or more after they were due.
     """
 
     def __init__(self, drive: DriveUnit) -> None:
         assert drive.model.identity is not None
         self.drive = drive
         self.io: IoConnection | None = None
-        self.opened = False  # by the latest request
+        self.address = LOOPBACK
+        self.opened = self.used = False  # by the latest request; by any
+        self.late_received = self.late_sent = 0
         self._numbers = count(0x5CA9_0001)
 
     @property
@@ -141,6 +149,8 @@ class DriveAdapter:
         kind, instance = path.numbers.get("class"), path.numbers.get("instance")
         if kind == IDENTITY and instance == 1:
             return answer_identity(self.identity, service, path)
+        if kind in INTERFACES:
+            return answer_interface(self.address, service, path)
         if kind != ASSEMBLY:
             raise CipRefusedError(BAD_SEGMENT if kind is None else UNKNOWN_OBJECT)
         data = self._assembly(instance)
@@ -211,8 +221,9 @@ class DriveAdapter:
             timeout_ns,
             wall_ns,
             wall_ns + max(timeout_ns, FIRST_PACKET_NS),
+            there_us * 1000,
         )
-        self.opened = True
+        self.opened = self.used = True
         return struct.pack("<IIHHIIIBB", self.io.ours, theirs, *triad, there_us, back_us, 0, 0)
 
     def _check_place(self, key: tuple[int, ...], numbers: dict[str, int], points: Sequence[int]) -> None:
@@ -250,10 +261,13 @@ class DriveAdapter:
         """Close the connection, if it has these numbers; return whether it has."""
         if self.io is None or self.io.triad != triad:
             return False
-        self._end()
+        self.end()
         return True
 
-    def _end(self) -> None:
+    def end(self) -> None:
+        """End the connection, if there is one: the drive loses its controlling connection."""
+        if self.io is None:
+            return
         self.io = None
         self.drive.plc_run(True)
         self.drive.lose_connection()
@@ -267,7 +281,9 @@ class DriveAdapter:
             return
         if io.heard is not None and not 0 < packet.count - io.heard & 0xFFFF_FFFF < 1 << 31:
             return
-        io.heard, io.deadline_ns = packet.count, wall_ns + io.timeout_ns
+        if io.heard is not None and wall_ns - io.heard_ns > 2 * io.awaited_ns:
+            self.late_received += 1
+        io.heard, io.heard_ns, io.deadline_ns = packet.count, wall_ns, wall_ns + io.timeout_ns
         if packet.sequence == io.sequence:
             return
         io.sequence = packet.sequence
@@ -281,12 +297,14 @@ class DriveAdapter:
         if io is None:
             return None
         if wall_ns >= io.deadline_ns:
-            self._end()
+            self.end()
             return None
         if wall_ns < io.due_ns:
             return None
         io.sent += 1
-        io.due_ns = max(io.due_ns + io.every_ns, wall_ns)
+        missed = (wall_ns - io.due_ns) // io.every_ns
+        self.late_sent += missed > 0
+        io.due_ns += (missed + 1) * io.every_ns
         data = _packed(self.drive.inputs())
         return IoPacket(io.theirs, io.sent & 0xFFFF_FFFF, io.sent & 0xFFFF, data).encoded(), io.place
 

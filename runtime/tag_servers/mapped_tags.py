@@ -92,9 +92,16 @@ class MappedTag:
             value * self.words + (self.words - 1 - word if self.high_first else word)
         )
 
+    def read_words(self, place: int, count: int, snapshot: TagSnapshot) -> list[int]:
+        """Read registers."""
+        offset, size = self.values_at(place, count)
+        found = self.to_words(snapshot.read(ReadBytes(self.target.symbol.index, offset, size)))
+        begin = place % self.words
+        return found[begin : begin + count]
+
     # --- coils
 
-    def to_bits(self, place: int, count: int, snapshot: TagSnapshot) -> list[bool]:
+    def read_bits(self, place: int, count: int, snapshot: TagSnapshot) -> list[bool]:
         """Read coils."""
         offset, size, shift = self._span(place, count)
         data = (
@@ -117,6 +124,18 @@ class MappedTag:
         """Return the first byte of coils, the number of bytes, and the first bit in them."""
         first = self.first_bit + place
         return first // 8, -(-(first % 8 + count) // 8), first % 8
+
+
+class Gap:
+    """Addresses without a tag that read as 0."""
+
+    def read_words(self, _place: int, count: int, _snapshot: TagSnapshot) -> list[int]:
+        """Read registers."""
+        return [0] * count
+
+    def read_bits(self, _place: int, count: int, _snapshot: TagSnapshot) -> list[bool]:
+        """Read coils."""
+        return [False] * count
 
 
 def mapped(table: str, database: Database, row: MapRow, order: str) -> MappedTag:

@@ -1,4 +1,4 @@
-"""Identity, listing, templates, program name, clock, change counters."""
+"""Identity, network interface, listing, templates, program name, clock, change counters."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from ...io_images.enip.codes import (
     BAD_SEGMENT,
     BAD_VALUE,
     DONE,
+    ETHERNET_LINK,
     GENERAL,
     GET_ALL,
     GET_LIST,
@@ -25,6 +26,7 @@ from ...io_images.enip.codes import (
     PARTIAL,
     READ,
     SOME_ATTRIBUTES,
+    TCP_IP_INTERFACE,
     TOO_LARGE,
     UNKNOWN_OBJECT,
     CipRefusedError,
@@ -63,14 +65,60 @@ _IDENTITY_PLACES = {1: (0, 2), 2: (2, 4), 3: (4, 6), 4: (6, 8), 5: (8, 10), 6: (
 
 def answer_identity(whole: bytes, service: int, path: Path) -> Answer:
     """Answer a request to the identity object."""
+    return _answer_values({number: whole[a:b] for number, (a, b) in _IDENTITY_PLACES.items()}, service, path)
+
+
+def _answer_values(values: Mapping[int, bytes], service: int, path: Path) -> Answer:
+    """Answer a request for one attribute or all, which a client can't set."""
     if service == GET_ALL:
-        return DONE, whole
+        return DONE, b"".join(values.values())
     if service != GET_ONE:
         raise CipRefusedError(NO_SERVICE)
-    place = _IDENTITY_PLACES.get(path.numbers.get("attribute", 0))
-    if place is None:
+    value = values.get(path.numbers.get("attribute", 0))
+    if value is None:
         raise CipRefusedError(NO_ATTRIBUTE)
-    return DONE, whole[place[0] : place[1]]
+    return DONE, value
+
+
+# --- the network interface
+
+INTERFACES = (TCP_IP_INTERFACE, ETHERNET_LINK)
+LOOPBACK = b"\x7f\0\0\1"
+
+_CONFIGURED, _LINK_UP, _SPEED_MBPS = 1, 0x0F, 1000  # 0Fh: link, full duplex, speed and duplex negotiated
+_NO_NAME = struct.pack("<H", 0)
+_HARDWARE_ADDRESS = b"\x02\0" + _SERIAL.to_bytes(4, "big")  # locally administered
+_CLASS_OF_ONE = dict.fromkeys((1, 2, 3), struct.pack("<H", 1))  # revision, greatest instance, instances
+
+
+def answer_interface(address: bytes, service: int, path: Path) -> Answer:
+    """Answer a request to the TCP/IP interface or the Ethernet link object [ODVA volume 2, 5-4 and 5-5].
+
+    Args:
+        address: IPv4 address of the server; mask, gateway and names are 0, which means not configured.
+    """
+    link = struct.pack("<HBBBB", 2, 0x20, ETHERNET_LINK, 0x24, 1)  # words of a path, and the path
+    objects: Mapping[tuple[int | None, int | None], Mapping[int, bytes]] = {
+        (TCP_IP_INTERFACE, 1): {
+            1: struct.pack("<I", _CONFIGURED),
+            2: bytes(4),  # capability: nothing can be set
+            3: bytes(4),  # control: a static address
+            4: link,
+            5: address[::-1] + bytes(16) + _NO_NAME,
+            6: _NO_NAME,
+        },
+        (ETHERNET_LINK, 1): {
+            1: struct.pack("<I", _SPEED_MBPS),
+            2: struct.pack("<I", _LINK_UP),
+            3: _HARDWARE_ADDRESS,
+        },
+        (TCP_IP_INTERFACE, 0): _CLASS_OF_ONE,
+        (ETHERNET_LINK, 0): _CLASS_OF_ONE,
+    }
+    values = objects.get((path.numbers.get("class"), path.numbers.get("instance")))
+    if values is None:
+        raise CipRefusedError(UNKNOWN_OBJECT)
+    return _answer_values(values, service, path)
 
 
 def attributes_in(data: bytes) -> tuple[int, ...]:

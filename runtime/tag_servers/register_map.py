@@ -11,7 +11,8 @@
 
 A request is carried out at one instant, or refused as a whole: 01h for another function, 03h for a count or a
 value that is not allowed, 04h if the program does not take the value; 02h for an address without a tag, for a
-write of half a value, and for one of a tag that clients only read.
+write of half a value, and for one of a tag that clients only read. With `fill` the addresses without a tag,
+below the last one of their table, read as 0.
 """
 
 from __future__ import annotations
@@ -36,10 +37,11 @@ from .mapped_tags import (
     HOLDING_REGISTERS,
     INPUT_REGISTERS,
     TABLES,
+    Gap,
     MappedTag,
     mapped,
 )
-from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
+from .tag_snapshot import TagSnapshot, WriteBytes
 
 ADDRESSES = 1 << 16
 
@@ -48,9 +50,12 @@ ADDRESSES = 1 << 16
 class _Cell:
     """What is at an address."""
 
-    row: MappedTag
+    row: MappedTag | Gap
     place: int  # of the row's coils or registers
     rest: int  # of the row's addresses, this one included
+
+
+_GAP = _Cell(Gap(), 0, 1)
 
 
 class RegisterMap:
@@ -73,6 +78,9 @@ class RegisterMap:
                     self._add(name, mapped(name, database, row, table.order), row.address)
                 except ValueError as error:
                     self.problems.append(f"[server.modbus] {name}[{number}], tag {row.tag}: {error}")
+        self._filled = {  # by table: the address at which gaps end
+            name: max(cells, default=0) if table.fill else 0 for name, cells in self._cells.items()
+        }
 
     def _add(self, table: str, row: MappedTag, address: int) -> None:
         cells = self._cells[table]
@@ -81,8 +89,9 @@ class RegisterMap:
             raise ValueError(
                 f"it needs {size} addresses from {address} on: the last address is {ADDRESSES - 1}"
             )
-        if taken := next(filter(None, (cells.get(address + place) for place in range(size))), None):
-            raise ValueError(f"an address from {address} on is that of {taken.row.target.name}")
+        taken = next((each.row for place in range(size) if (each := cells.get(address + place))), None)
+        if isinstance(taken, MappedTag):
+            raise ValueError(f"an address from {address} on is that of {taken.target.name}")
         for place in range(size):
             cells[address + place] = _Cell(row, place, size - place)
 
@@ -105,7 +114,7 @@ class RegisterMap:
     def read_bits(self, table: str, request: ModbusPDU, snapshot: TagSnapshot) -> list[bool]:
         """Read coils or discrete inputs."""
         runs = self._runs(table, request.address, request.count)
-        return [bit for row, place, many in runs for bit in row.to_bits(place, many, snapshot)]
+        return [bit for row, place, many in runs for bit in row.read_bits(place, many, snapshot)]
 
     def write_bit(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
         """Write one coil."""
@@ -119,8 +128,7 @@ class RegisterMap:
 
     def _write_bits(self, first: int, values: Sequence[bool], snapshot: TagSnapshot) -> None:
         changes, at = [], 0
-        for row, place, many in self._runs(COILS, first, len(values)):
-            _check_access(row)
+        for row, place, many in self._writable(COILS, first, len(values)):
             changes += [row.change(place, values[at : at + many])]
             at += many
         for each in changes:
@@ -130,13 +138,8 @@ class RegisterMap:
 
     def read_words(self, table: str, first: int, count: int, snapshot: TagSnapshot) -> list[int]:
         """Read holding or input registers."""
-        read: list[int] = []
-        for row, place, many in self._runs(table, first, count):
-            offset, size = row.values_at(place, many)
-            found = row.to_words(snapshot.read(ReadBytes(row.target.symbol.index, offset, size)))
-            begin = place % row.words
-            read += found[begin : begin + many]
-        return read
+        runs = self._runs(table, first, count)
+        return [word for row, place, many in runs for word in row.read_words(place, many, snapshot)]
 
     def write_word(self, request: ModbusPDU, snapshot: TagSnapshot) -> ModbusPDU:
         """Write one register."""
@@ -150,8 +153,7 @@ class RegisterMap:
 
     def mask_word(self, request: words.MaskWriteRegisterRequest, snapshot: TagSnapshot) -> ModbusPDU:
         """Set and clear bits of a register: (old AND and-mask) OR (or-mask AND NOT and-mask)."""
-        ((row, place, _),) = self._runs(HOLDING_REGISTERS, request.address, 1)
-        _check_access(row)
+        ((row, place, _),) = self._writable(HOLDING_REGISTERS, request.address, 1)
         kind = row.target.kind
         if row.size == 1 or not isinstance(kind, PlainKind) or not kind.bits:
             raise ModbusRefusedError(ILLEGAL_ADDRESS)
@@ -172,8 +174,7 @@ class RegisterMap:
 
     def _write_words(self, first: int, values: Sequence[int], snapshot: TagSnapshot) -> None:
         changes, at = [], 0
-        for row, place, many in self._runs(HOLDING_REGISTERS, first, len(values)):
-            _check_access(row)
+        for row, place, many in self._writable(HOLDING_REGISTERS, first, len(values)):
             if place % row.words or many % row.words:
                 raise ModbusRefusedError(ILLEGAL_ADDRESS)
             offset, _ = row.values_at(place, many)
@@ -182,11 +183,20 @@ class RegisterMap:
         for each in changes:
             snapshot.write(each)
 
-    def _runs(self, table: str, first: int, count: int) -> list[tuple[MappedTag, int, int]]:
+    def _writable(self, table: str, first: int, count: int) -> list[tuple[MappedTag, int, int]]:
+        """Return the rows at addresses as `_runs`; refused if clients can't write one."""
+        runs = []
+        for row, place, many in self._runs(table, first, count):
+            if isinstance(row, Gap) or not row.writable:
+                raise ModbusRefusedError(ILLEGAL_ADDRESS)
+            runs.append((row, place, many))
+        return runs
+
+    def _runs(self, table: str, first: int, count: int) -> list[tuple[MappedTag | Gap, int, int]]:
         """Return the rows at addresses, each with its first place and the number of places."""
-        cells, runs, last = self._cells[table], [], first + count
+        cells, end, runs, last = self._cells[table], self._filled[table], [], first + count
         while first < last:
-            cell = cells.get(first)
+            cell = cells.get(first) or (_GAP if first < end else None)
             if cell is None:
                 raise ModbusRefusedError(ILLEGAL_ADDRESS)
             many = min(cell.rest, last - first)
@@ -222,8 +232,3 @@ def decoded(pdu: bytes) -> ModbusPDU:
         pdu: function code and data, at least one byte.
     """
     return request_of(pdu, _FUNCTIONS)
-
-
-def _check_access(row: MappedTag) -> None:
-    if not row.writable:
-        raise ModbusRefusedError(ILLEGAL_ADDRESS)

@@ -35,10 +35,13 @@ from ...io_images.enip.paths import Path, parse_path
 from .data_files import DataFiles
 from .database import Database
 from .objects import (
+    INTERFACES,
+    LOOPBACK,
     Lister,
     answer_changes,
     answer_clock,
     answer_identity,
+    answer_interface,
     answer_template,
     identity,
 )
@@ -66,10 +69,17 @@ class Router:
     Args:
         name: of the program.
         product: name in the identity.
+        address: IPv4 address of the server.
     """
 
-    def __init__(self, database: Database, name: str = "rack", product: str = "1769-L33ER scanrack") -> None:
-        self.database = database
+    def __init__(
+        self,
+        database: Database,
+        name: str = "rack",
+        product: str = "1769-L33ER scanrack",
+        address: bytes = LOOPBACK,
+    ) -> None:
+        self.database, self._address = database, address
         self.identity = identity(product.encode("ascii", "replace")[:32])
         self._name = name.encode("ascii", "replace")[:40]
         self._lister = Lister(database)
@@ -129,6 +139,8 @@ class Router:
             return answer_template(self.database, service, path, data, most)
         if kind == IDENTITY:
             return answer_identity(self.identity, service, path)
+        if kind in INTERFACES:
+            return answer_interface(self._address, service, path)
         if kind == CLOCK:
             return answer_clock(service, data, snapshot, most)
         if kind == CHANGES:

@@ -36,6 +36,7 @@ from ...io_images.enip.frames import (
     items_in,
 )
 from .connections import Connections
+from .objects import LOOPBACK
 from .tag_snapshot import BrokenClientError, Plan, TagSnapshot
 
 _KNOWN = (NOP, LIST_SERVICES, LIST_IDENTITY, LIST_INTERFACES, REGISTER, UNREGISTER, SEND, SEND_CONNECTED)
@@ -79,7 +80,7 @@ class ClientSession:
     def __init__(
         self,
         router: Objects,
-        address: bytes = b"\x7f\0\0\1",
+        address: bytes = LOOPBACK,
         port: int = PORT,
         connections: Connections | None = None,
     ) -> None:

@@ -92,7 +92,7 @@ class EnipSessions(Sessions):
     """EtherNet/IP."""
 
     def __init__(self, setup: TagSetup) -> None:
-        self._router = Router(setup.database, setup.name, setup.product)
+        self._router = Router(setup.database, setup.name, setup.product, setup.address)
         self._setup = setup
 
     @property

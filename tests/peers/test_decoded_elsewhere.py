@@ -58,15 +58,15 @@ def check(messages: list[Any]) -> None:
         for slot in (1, 4):
             decoded = message["decoded"][f"slot{slot}"]
             wanted = position(n, slot)
-            found = decoded["in"]["position"]
+            found = decoded["inputs"]["position"]
             assert (found is None or isnan(found)) if wanted is None else found == wanted
-        assert message["decoded"]["slot1"]["in"]["mode_config"] is (n in CONFIGURED)
-        assert message["decoded"]["slot1"]["in"]["moving_ccw"] is (n not in CONFIGURED)
-        assert message["decoded"]["slot4"]["in"]["moving_cw"] is True
-        assert message["decoded"]["slot4"]["in"]["moving_ccw"] is False
-        assert message["decoded"]["slot4"]["out"]["absolute_move"] is True
-        assert message["decoded"]["slot4"]["out"]["target"] == 12_345
-        assert message["slot4"]["in"]["position_lsw"] == 2 * n
+        assert message["decoded"]["slot1"]["inputs"]["mode_config"] is (n in CONFIGURED)
+        assert message["decoded"]["slot1"]["inputs"]["moving_ccw"] is (n not in CONFIGURED)
+        assert message["decoded"]["slot4"]["inputs"]["moving_cw"] is True
+        assert message["decoded"]["slot4"]["inputs"]["moving_ccw"] is False
+        assert message["decoded"]["slot4"]["outputs"]["absolute_move"] is True
+        assert message["decoded"]["slot4"]["outputs"]["target"] == 12_345
+        assert message["slot4"]["inputs"]["position_lsw"] == 2 * n
         if "tags" in message:
             tags = {"level": n / 2, "step": {"value": n % 2}, "lamp": n % 3 == 0}
             assert message["tags"] == tags

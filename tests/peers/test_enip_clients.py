@@ -149,6 +149,23 @@ def test_pycomm3_writes_every_type_singly_in_batches_and_in_parts(bench: tuple[S
     assert rack.debugger.tags["Locked"] == 7
 
 
+@pytest.mark.peer("ciplink")
+def test_ciplink_reads_and_writes_every_type(bench: tuple[ServedRack, int]) -> None:
+    ciplink = pytest.importorskip("ciplink", reason="ciplink is not installed")
+    rack, port = bench
+    values = WRITES | UNSIGNED
+    with ciplink.LogixDriver(f"127.0.0.1:{port}/0", init_program_tags=True) as plc:
+        assert len(plc.tags) == len(rack.desk.listing.tags)
+        assert [each.error for each in plc.write(*values.items())] == [None] * len(values)
+        assert [each.value for each in plc.read(*values)] == list(values.values())
+        assert plc.write("Dints{3000}", list(range(3000))).error is None
+        assert plc.read("Dints{3000}").value == list(range(3000))
+        assert plc.write("Locked", 5).error == "Permission denied"
+        assert plc.generic_message(service=1, class_code=0xF6, instance=1).value[:4] == b"\xe8\3\0\0"
+    assert {name: in_rack(rack, name) for name in values} == values
+    assert rack.debugger.tags["Locked"] == 7
+
+
 @pytest.mark.peer("pylogix")
 @pytest.mark.parametrize("size", [4002, 504])
 def test_pylogix_reads_and_writes_what_is_listed(bench: tuple[ServedRack, int], size: int) -> None:
@@ -299,3 +316,17 @@ def test_what_clients_make_of_what_they_can_not_have(bench: tuple[ServedRack, in
 
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
+
+
+@pytest.mark.peer("pycomm3", "pylogix")
+def test_pycomm3_and_pylogix_ask_for_the_network_interface(bench: tuple[ServedRack, int]) -> None:
+    _, port = bench
+    with pycomm3_client(pycomm3.LogixDriver, port) as plc:
+        link = plc.generic_message(service=1, class_code=0xF6, instance=1, connected=False)
+        address = plc.generic_message(service=0x0E, class_code=0xF5, instance=1, attribute=5)
+    assert (link.error, link.value[:8]) == (None, bytes.fromhex("e8030000 0f000000"))
+    assert (address.error, address.value[:4]) == (None, bytes((1, 0, 0, 127)))
+    with pylogix_client(port) as plc:
+        link = plc.Message(0x01, 0xF6, 1)
+        assert (link.Status, link.Value[-6:]) == ("Success", bytes.fromhex("02005ca99acc"))
+        assert plc.Message(0x0E, 0xF5, 1, 7).Status != "Success"

@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import csv
+import math
 import shutil
 import signal
+import struct
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from made_tags import MadeTags
 from made_traces import A3601, PERIOD_NS, idle, record
 from scanrack.io_images.amci3601 import StatusView
-from scanrack.traces import Scan, SlotInfo, open_trace
+from scanrack.traces import Scan, ScanRecorder, SlotInfo, Tag, open_trace
 from scanrack.traces.export import to_pandas, to_polars, write_csv, write_parquet, write_vcd
 from scanrack.traces.signals import Selection
 
@@ -96,6 +100,76 @@ def test_parquet_by_pyarrow(path: Path, scans: list[Scan], tmp_path: Path) -> No
     assert table["slot1.in.position"] == positions(scans)[90:210]
     assert table["slot1.in.COMMAND_ERROR"] == errors(scans)[90:210]
     assert table["slot2.out.word7"] == word7(scans)[90:210]
+
+
+FAULTY = range(102, 120)
+"""Scans in which a measurement is NaN."""
+
+STEPS = ("IDLE", "FILL")
+
+
+def row(n: int) -> bytes:
+    """Return the tags of a scan: level, step, lamp."""
+    return struct.pack("<fH?", math.nan if n in FAULTY else n / 4, n // 100 % 2, n % 3 == 0)
+
+
+@pytest.fixture(scope="module")
+def tagged(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a trace with a REAL, a code and a bit of the program."""
+    path, memory = tmp_path_factory.mktemp("tagged") / "a.mcap", bytearray(32)
+    tags = MadeTags(memory, [Tag("Level", "REAL"), Tag("Step", "ENUM", 0, STEPS), Tag("Lamp", "BOOL")], row)
+    recorder = ScanRecorder(path, memory, [A3601], scan_period_ns=PERIOD_NS, tags=tags)
+    for n in range(SCANS):
+        recorder.scan(n, n * PERIOD_NS, 0)
+    recorder.close()
+    return path
+
+
+@pytest.fixture(scope="module")
+def measured(tagged: Path) -> Path:
+    """Return a Parquet file of it."""
+    with open_trace(tagged) as trace:
+        write_parquet(trace, tagged.with_suffix(".parquet"))
+    return tagged.with_suffix(".parquet")
+
+
+def by_duckdb(path: Path) -> list[int]:
+    found = pytest.importorskip("duckdb", reason="duckdb is not installed").connect()
+    question = 'select scan from read_parquet(?) where isnan("tags.level") order by scan'
+    return [scan for (scan,) in found.execute(question, [str(path)]).fetchall()]
+
+
+def by_datafusion(path: Path) -> list[int]:
+    context = pytest.importorskip("datafusion", reason="datafusion is not installed").SessionContext()
+    context.register_parquet("scans", str(path))
+    found = context.sql('select scan from scans where isnan("tags.level") order by scan').to_pydict()
+    scans: list[int] = found["scan"]
+    return scans
+
+
+def by_polars(path: Path) -> list[int]:
+    polars = pytest.importorskip("polars", reason="polars is not installed")
+    found = polars.scan_parquet(path).filter(polars.col("tags.level").is_nan()).select("scan").collect()
+    scans: list[int] = found["scan"].to_list()
+    return scans
+
+
+def by_pyarrow(path: Path) -> list[int]:
+    from pyarrow import compute, dataset
+
+    table = dataset.dataset(path).to_table(["scan"], filter=compute.is_nan(compute.field("tags.level")))
+    scans: list[int] = table["scan"].to_pylist()
+    return scans
+
+
+@pytest.mark.slow
+@pytest.mark.extra("parquet")
+@pytest.mark.parametrize("reader", [by_duckdb, by_datafusion, by_polars, by_pyarrow])
+def test_each_reader_of_parquet_finds_the_faulty_scans(
+    measured: Path, reader: Callable[[Path], list[int]]
+) -> None:
+    """DuckDB 2.0.1 skips row groups by statistics, which have no NaN: findings/duckdb-isnan-parquet."""
+    assert reader(measured) == list(FAULTY)
 
 
 @pytest.mark.slow
@@ -195,3 +269,74 @@ def test_vcd_by_gtkwave(path: Path, tmp_path: Path, vcdvcd: Any) -> None:
         times = [PERIOD_NS * scan for scan in range(SCANS)]
         was, now = ([signed(one[time], width) for time in times] for one in (first[name], second[there]))
         assert was == now
+
+
+Changes = dict[str, list[tuple[int, str | float]]]
+"""Changes by variable: time, and bits, a number or a text."""
+
+BITS_OF_LAMP = [(n * PERIOD_NS, "1" if n % 3 == 0 else "0") for n in range(SCANS) if n % 3 != 2]
+NAMES_OF_STEP = [(n * PERIOD_NS, STEPS[n // 100 % 2]) for n in range(0, SCANS, 100)]
+
+
+def changes_in(path: Path) -> Changes:
+    """Return what the reader of pyvcd finds in a value change dump."""
+    reader = pytest.importorskip("vcd.reader", reason="pyvcd is not installed")
+    kinds, now = reader.TokenKind, 0
+    names: dict[str, list[str]] = {}
+    found: Changes = {}
+    with path.open("rb") as file:
+        for token in reader.tokenize(file):
+            if token.kind is kinds.VAR:
+                names.setdefault(token.data.id_code, []).append(token.data.reference)
+            elif token.kind is kinds.CHANGE_TIME:
+                now = token.data
+            elif token.kind in (kinds.CHANGE_SCALAR, kinds.CHANGE_REAL, kinds.CHANGE_STRING):
+                for name in names[token.data.id_code]:
+                    found.setdefault(name, []).append((now, token.data.value))
+    return found
+
+
+@pytest.fixture(scope="module")
+def tagged_dump(tagged: Path) -> Path:
+    """Return a value change dump of the tags."""
+    with open_trace(tagged) as trace:
+        write_vcd(trace, tagged.with_suffix(".vcd"), ["tags.*"])
+    return tagged.with_suffix(".vcd")
+
+
+def test_pyvcd_reads_names_of_codes(tagged_dump: Path) -> None:
+    found = changes_in(tagged_dump)
+    assert (found["step"], found["lamp"]) == (NAMES_OF_STEP, BITS_OF_LAMP)
+    levels = dict(found["level"])
+    assert levels[101 * PERIOD_NS] == 101 / 4
+    assert math.isnan(float(levels[102 * PERIOD_NS]))
+
+
+def test_vcdvcd_reads_bits_and_numbers_beside_a_code(tagged_dump: Path, vcdvcd: Any) -> None:
+    """It gives no value of a string variable: findings/vcdvcd-strings."""
+    read = vcdvcd.VCDVCD(str(tagged_dump))
+    assert read["tags.lamp"].tv == BITS_OF_LAMP
+    assert read["tags.step"].tv == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("form", "steps"),
+    [
+        ("fst", NAMES_OF_STEP),
+        ("lxt2", [(0, math.nan)]),  # neither has texts
+        ("vzt", [(0, 0.0)]),
+    ],
+)
+def test_gtkwave_converts_bits_beside_a_code(
+    tagged_dump: Path, tmp_path: Path, form: str, steps: list[tuple[int, str | float]]
+) -> None:
+    if shutil.which(f"vcd2{form}") is None:
+        pytest.skip(f"GTKWave's vcd2{form} is not installed")
+    converted, back = tmp_path / f"a.{form}", tmp_path / "back.vcd"
+    subprocess.run([f"vcd2{form}", tagged_dump, converted], check=True, capture_output=True, timeout=120)
+    with back.open("wb") as file:
+        subprocess.run([f"{form.removesuffix('2')}2vcd", converted], check=True, stdout=file, timeout=120)
+    found = changes_in(back)
+    assert found["lamp"] == BITS_OF_LAMP
+    assert repr(found["step"]) == repr(steps)  # NaN is not equal to itself

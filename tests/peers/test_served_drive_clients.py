@@ -1,16 +1,16 @@
-"""A served SMD23E2 and clients that others wrote: pymodbus, modbus-serial, mbpoll, pycomm3."""
+"""A served SMD23E2 and clients that others wrote: Modbus masters, and scanners of EtherNet/IP."""
 
 from __future__ import annotations
 
 import json
-import os
 import shutil
+import socket
 import subprocess
-from pathlib import Path
 
 import pytest
 from drive_served import TIMEOUT_S, serving
-from peers import node
+from drive_unit import VALID
+from peers import node, scanner, scanner_folder
 from pymodbus.client import ModbusTcpClient
 
 TEN = [0, 0x8000, 1, 2, 3, 4, 5, 6, 7, 8]
@@ -18,6 +18,7 @@ STATUS = 0x6408
 
 
 @pytest.mark.slow
+@pytest.mark.peer("pymodbus")
 def test_pymodbus_uses_every_function() -> None:
     with serving("smd23e2", "--tcp", "0") as served, ModbusTcpClient("127.0.0.1", port=served.port) as client:
         assert client.write_registers(1024, TEN).count == 10
@@ -37,6 +38,7 @@ def test_pymodbus_uses_every_function() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.peer("modbus-serial")
 def test_modbus_serial_uses_every_function_that_it_has() -> None:
     with serving("smd23e2", "--tcp", "0") as served:
         said = node("modbus-serial", "drive_port.cjs", served.port)
@@ -44,6 +46,7 @@ def test_modbus_serial_uses_every_function_that_it_has() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.peer("mbpoll")
 def test_mbpoll_reads_and_writes() -> None:
     """Its references begin at 1."""
     mbpoll = shutil.which("mbpoll")
@@ -67,6 +70,7 @@ def test_mbpoll_reads_and_writes() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.peer("pycomm3")
 def test_pycomm3_reads_identity_and_assemblies() -> None:
     pycomm3 = pytest.importorskip("pycomm3")
     with serving("smd23e2", "--ethernet-ip", "0", "--io-port", "0") as served:
@@ -83,13 +87,26 @@ def test_pycomm3_reads_identity_and_assemblies() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.peer("ethernetip")
 def test_the_scanner_ethernetip_moves_the_drive() -> None:
-    """`SCANNER_PYTHON` names a Python with it. It knows the ports 44818 and 2222 only."""
-    python = os.environ.get("SCANNER_PYTHON")
-    if python is None:
-        pytest.skip("SCANNER_PYTHON names no Python with the package ethernetip")
+    """It knows the ports 44818 and 2222 only."""
+    if scanner_folder("ethernetip") is not None and not free(44818):
+        pytest.skip("the port 44818 is in use")
     with serving("smd23e2", "--ethernet-ip", "44818"):
-        words = [python, str(Path(__file__).with_name("scan_drive.py")), "127.0.0.1"]
-        done = subprocess.run(words, capture_output=True, encoding="utf-8", timeout=TIMEOUT_S, check=False)
-    assert done.returncode == 0, done.stderr
-    assert json.loads(done.stdout) == {"name": "SMD23E2", "opened": 0, "position": [3, 0], "closed": 0}
+        said = scanner("ethernetip", "scan_drive.py", "127.0.0.1")
+    assert said == {"name": "SMD23E2", "opened": 0, "position": [3, 0], "closed": 0}
+
+
+@pytest.mark.slow
+@pytest.mark.peer("cm-ethernetip")
+def test_the_scanner_cm_ethernetip_moves_the_drive() -> None:
+    with serving("smd23e2", "--ethernet-ip", "0", "--io-port", "0") as served:
+        port = served.line.split()[0].rpartition(":")[2]
+        said = scanner("cm-ethernetip", "scan_drive_cm.py", "127.0.0.1", port, json.dumps(VALID))
+    assert said == {"name": "SMD23E2", "status": [0x08, 0x64], "position": [3, 0]}
+
+
+def free(port: int) -> bool:
+    """Whether nothing listens at a port."""
+    with socket.socket() as opened:
+        return opened.connect_ex(("127.0.0.1", port)) != 0

@@ -74,7 +74,7 @@ def by_name(words: np.ndarray) -> dict[str, Any]:
     for place, slot in enumerate(SLOTS):
         names = slot.words
         values = words[16 * place : 16 * place + 16].tolist()
-        images = {"out": (names.outputs, values[:8]), "in": (names.inputs, values[8:])}
+        images = {"outputs": (names.outputs, values[:8]), "inputs": (names.inputs, values[8:])}
         slots[f"slot{slot.number}"] = {image: dict(zip(*pair, strict=True)) for image, pair in images.items()}
     return slots
 

@@ -25,6 +25,7 @@ NAMED = (
 # fmt: on
 PLAIN = [f"word{index}" for index in range(8)]
 SCANS = 500
+GOLDEN = Path(__file__).parents[1] / "golden" / "recordings"
 CHUNK_SCANS = 60
 
 
@@ -77,6 +78,28 @@ def test_the_stock_reader_reads_it_as_a_stream(path: Path) -> None:
     assert [message.sequence for _, _, message in messages] == list(range(SCANS))
 
 
+def in_file_order(path: Path) -> list[int]:
+    """Return the times of all messages, as they lie in the file."""
+    with path.open("rb") as file:
+        messages = make_reader(file).iter_messages(log_time_order=False)
+        return [message.log_time for _, _, message in messages]
+
+
+def test_messages_lie_in_order_of_time(path: Path) -> None:
+    """small-mcap 0.16.0 does not sort the messages of a chunk: findings/small-mcap-unsorted-chunk."""
+    times = in_file_order(path)
+    assert len(times) == SCANS + 5
+    assert times == sorted(times)
+
+
+@pytest.mark.slow
+def test_messages_of_golden_recordings_lie_in_order_of_time() -> None:
+    recordings = sorted(GOLDEN.glob("*.mcap"))
+    assert len(recordings) > 80
+    unsorted = [each.name for each in recordings if in_file_order(each) != sorted(in_file_order(each))]
+    assert unsorted == []
+
+
 def test_message_indexes_lead_to_their_messages(path: Path) -> None:
     """The stock reader does not follow the indexes; viewers do."""
     content = path.read_bytes()
@@ -115,5 +138,5 @@ def test_the_ros2_decoder_reads_words_by_name(path: Path) -> None:
         assert (message.scan, message.flags) == (scan, scan % 4)
         for place, slot in enumerate(["slot1", "slot3", "slot12"]):
             for direction, fields in enumerate(names[slot]):
-                image = getattr(getattr(message, slot), ("out", "in")[direction])
+                image = getattr(getattr(message, slot), ("outputs", "inputs")[direction])
                 assert [getattr(image, field) for field in fields] == words(scan, 2 * place + direction)

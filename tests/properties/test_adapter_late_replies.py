@@ -28,7 +28,7 @@ def test_no_late_reply_counts_as_rest_where_one_did(controller, command, delays_
 
 @settings(max_examples=amount(4), deadline=None)
 @given(
-    controller=st.sampled_from(["PCL601", "PMC006"]),
+    controller=st.sampled_from(["PCL601", "PMC006", "drive"]),
     command=st.sampled_from(sorted(COMMANDS)),
     delays_ms=st.dictionaries(st.integers(0, 130), st.integers(51, 900), max_size=20),
 )

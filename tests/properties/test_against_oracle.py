@@ -32,6 +32,7 @@ def coverage(request):
     return request.config.rule_coverage
 
 
+@pytest.mark.costly("fewer scripts than these do not make every error rule fire")
 @pytest.mark.parametrize("theme", THEMES)
 def test_module_and_oracle_show_the_same_bits(theme, coverage):
     @settings(max_examples=max(CI_EXAMPLES, settings().max_examples))
@@ -53,6 +54,7 @@ def played(script):
     return bench.module.events
 
 
+@pytest.mark.costly("plays the themes that its process has not played")
 def test_every_error_rule_of_the_manual_has_fired(coverage):
     """All but those that `coverage3601.NEVER` gives a reason for.
 

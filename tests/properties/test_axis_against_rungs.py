@@ -10,6 +10,7 @@ while the axis rests for a second and the link is good.
 import pytest
 from amounts import amount
 from axis_lockstep import ASKS, OTHERS, READY, PythonSide, RungSide, ask_of, legal
+from drive_bench import BINARY_LOW
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -38,6 +39,19 @@ def test_late_judging_is_equal_in_every_image_and_result(rpi_ms, script):
         deed = deeds.get(scan)
         assert python.scan(deed) == rungs.scan(deed), (scan, deed)
     assert {block: python.outcome(block) for block in rungs.results} == rungs.results
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("model", "format"), [("smd23e2", 0), ("sd17060e2", BINARY_LOW), ("anf2", 0)])
+@settings(max_examples=amount(4))
+@given(script=scripts(with_blends))
+def test_late_judging_is_equal_on_networked_drives(model, format, script):
+    """Rungs and Python translate the words of a 3601 apart: the drive's ten words are equal, too."""
+    deeds = dict(legal([*READY, *script, ("found", 1)]))
+    rungs, python = RungSide(model=model, format=format), PythonSide(late=True, model=model, format=format)
+    for scan in range(max(deeds) + LAST):
+        deed = deeds.get(scan)
+        assert python.scan(deed) == rungs.scan(deed), (scan, deed)
 
 
 @pytest.mark.slow

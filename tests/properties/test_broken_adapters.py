@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from adapter_ordeals import KINDS, complaints, ordeals
 from adapter_scripts import scripts
-from adapterbench import AdapterBench, AdapterBench006
+from adapterbench import BENCHES
 from amounts import amount
 from broken_adapters import MISTAKES
 from hypothesis import HealthCheck, Phase, find, given, settings
@@ -13,7 +13,6 @@ from lockstep_adapters import differs
 
 pytestmark = pytest.mark.slow
 
-BENCHES = {"PCL601": AdapterBench, "PMC006": AdapterBench006}
 EXAMPLES = 20
 SEARCH = settings(
     max_examples=EXAMPLES,

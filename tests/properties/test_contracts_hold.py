@@ -6,9 +6,10 @@ The rows that are planted say a little more than the manual. Each is found out, 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
-from adapterbench import CONFIGURE_006, AdapterBench, AdapterBench006, move
+from adapterbench import BENCHES, CONFIGURE_006, move
 from amounts import amount
 from contracts3601 import Broken, check_of, play, wild
 from hypothesis import given, settings
@@ -128,10 +129,11 @@ def drop(left, check, images):
         left.pop(row.name, None)
 
 
-@pytest.mark.parametrize("kind", ["PCL601", "PMC006"])
+@pytest.mark.parametrize("kind", ["PCL601", "PMC006", "drive"])
 def test_adapters_keep_the_rows_that_say_so(kind):
     """A move, a hold, a reversed and a manual move, with the line down in one of them."""
-    bench = AdapterBench() if kind == "PCL601" else AdapterBench006(hold="immediate", registration="polled")
+    options: Any = {"hold": "immediate", "registration": "polled"} if kind == "PMC006" else {}
+    bench = BENCHES[kind](**options)
     check, images, update = check_of(contracts_of(adapter=True)), [], bench.module.update
 
     def watched(now_ns, outputs):

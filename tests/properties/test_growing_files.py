@@ -73,6 +73,7 @@ READ: Mapping[str, tuple[str, tuple[str, ...]]] = {
     "ladder --svg": ("ladder good.rung --svg {}", (".html",)),
     "l5x file": ("l5x {}", (".L5X", ".SLC")),
     "l5x --against": ("l5x good.L5X --against {}", (".L5X", ".SLC")),
+    "l5x --html": ("l5x good.L5X --against good.L5X --html {}", (".html",)),
     "l5x --out": ("l5x missing.L5X --out {}", (".L5X",)),
     "why file": ("why {} Run --at 0", (*RACKS, *TRACE)),
     "xref file": ("xref {}", (".toml", ".py", *PROGRAMS)),

@@ -7,6 +7,7 @@ import os
 import random
 
 import pytest
+from amounts import amount
 from l5x_files import block, document, ladder, program, reference, sheets, tag, task, wire
 from scanrack.ladder.model.predefined.process_types import ARRAYS, PROCESS
 from scanrack.ladder.model.types import BOOL
@@ -14,7 +15,7 @@ from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.trial import Work, lockstep
 
 PARTS = 10
-DIAGRAMS = int(os.environ.get("SCANRACK_DIAGRAMS", "300"))
+DIAGRAMS = int(os.environ.get("SCANRACK_DIAGRAMS", amount(300)))
 
 INPUTS = ("A", "B", "C")
 GATES = {"BAND__F": 2, "BOR__F": 2, "BXOR__F": 2, "BNOT__F": 1}
@@ -168,6 +169,7 @@ def blocks(chance):
     return "".join(parts), tags
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("part", range(PARTS))
 def test_random_blocks_do_the_same_on_both_back_ends(controller, part):
     """Every diagram runs in a task of its own rate, or in a continuous one."""

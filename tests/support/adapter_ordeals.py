@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from adapterbench import AdapterBench, AdapterBench006, move
+from adapterbench import CONFIGURE_006, AdapterBench, AdapterBench006, AdapterBenchDrive, move
 from hypothesis import strategies as st
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.thousands import split_thousands
@@ -248,10 +248,18 @@ def ordeals(*kinds: str) -> st.SearchStrategy[Ordeal]:
 
 def complaints(ordeal: Ordeal, over: type[AdapterBench] = AdapterBench) -> list[str]:
     """Put a fresh adapter through an ordeal; return the laws that were broken."""
-    options: dict[str, Any] = {"hold": "immediate"} if over is AdapterBench006 else {}
-    bench = over(*LIMITS, **options)
-    bench.give(*bench.configuration, ms=400).release(50).give(512, ms=50).release(50)
+    bench = over(*LIMITS, **_options(over, ordeal))
+    configuration = CONFIGURE_006 if over is AdapterBenchDrive else bench.configuration
+    bench.give(*configuration, ms=400).release(50).give(512, ms=50).release(50)
     if bench.bits != {"MODULE_OK"}:
         return ["an adapter that is configured and preset is ready"]
     broken = [law for law, holds in KINDS[ordeal.kind](bench, ordeal) if not holds]
     return [*broken, *["nothing claims rest while the motor turns"] * bool(bench.lies)]
+
+
+def _options(over: type[AdapterBench], ordeal: Ordeal) -> dict[str, Any]:
+    """Return the options of an adapter: a drive has two inputs, for limits or an emergency stop."""
+    if over is AdapterBenchDrive:
+        first = "estop" if ordeal.kind == "emergency_stop" else "cw_limit"
+        return {"in1": first, "in2": "ccw_limit", "unwired": "inactive"}
+    return {"hold": "immediate"} if over is AdapterBench006 else {}

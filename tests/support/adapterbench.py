@@ -148,6 +148,9 @@ class AdapterBenchDrive(AdapterBench):
         return AMCI_DRIVE.simulated(machine, options)
 
 
+BENCHES = {"PCL601": AdapterBench, "PMC006": AdapterBench006, "drive": AdapterBenchDrive}
+
+
 def move(distance: int, speed: int = 5000, acceleration: int = 20, deceleration: int = 20) -> Iterable[int]:
     """Return the words of a relative move."""
     return (2, 0, *split_thousands(distance), *split_thousands(speed), acceleration, deceleration)

@@ -7,7 +7,13 @@ from hypothesis import settings
 EXAMPLES = 25
 """Examples of a property test in the CI profile; a long run plays 120 times as many (tests/conftest.py)."""
 
+FEW_EXAMPLES = 10
+"""Examples in a run of the whole suite without -m; `.ci/run` plays these tests, marked `sampled`, in full."""
+
 
 def amount(examples: int) -> int:
-    """Return so many in the CI profile, and in proportion with --long; see tests/conftest.py."""
+    """Return so many in the CI profile, and in proportion in the others; see tests/conftest.py.
+
+    A test that plays them without Hypothesis carries the mark `sampled`.
+    """
     return max(1, examples * settings().max_examples // EXAMPLES)

@@ -1,4 +1,4 @@
-"""The same script on the function blocks of rungs and on the axis in Python, each with a 3601 of its own.
+"""The same script on the function blocks of rungs and on the axis in Python, each with a module of its own.
 
 A script is a list of deeds, each with the scans until the next one. A command is a rising Execute for one
 scan, or a call of the axis's method in that scan.
@@ -13,9 +13,11 @@ from typing import Any
 
 from bench3601 import ENCODER, configuration
 from blocks3601 import BlocksBench
+from drive_bench import MODELS, LinkedDrive, drive_words
 from scanrack import Axis3601, Configuration, Direction, Logic
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, InputBit
 from scanrack.io_images.image import Image
+from scanrack.io_images.module_words import PLAIN_WORDS
 from scanrack.jobs.fuzz.invariants.busy import RestMeter, axes_in
 from scanrack.ladder.python.axis3601.drive import Drive
 from scanrack.runtime import Amci3601, Card, Cpu, ModuleFault, Rack
@@ -133,7 +135,7 @@ def machine() -> Machine:
 class Lawful:
     """A side on which no command is busy while the axis rests for a second and the link is good."""
 
-    module: Amci3601
+    module: Amci3601 | LinkedDrive
     cpu: Cpu
     rests: RestMeter
 
@@ -143,11 +145,20 @@ class Lawful:
 
 
 class PythonSide(Lawful):
-    """A rack with one 3601, and an axis in Python that does the deed of the scan."""
+    """A rack with one 3601 or networked drive, and an axis in Python that does the deed of the scan."""
 
-    def __init__(self, *, late: bool, scan_ms: int = 2, rpi_ms: int | None = None, **options: Any) -> None:
+    def __init__(
+        self,
+        *,
+        late: bool,
+        scan_ms: int = 2,
+        rpi_ms: int | None = None,
+        model: str = "",
+        format: int = 0,
+        **options: Any,
+    ) -> None:
         kind = LateAxis if late else Axis3601
-        setup = Configuration.from_image(Image(WORDS))
+        setup: Any = drive_words(model, format=format) if model else Configuration.from_image(Image(WORDS))
         side = self
 
         class Script(Logic):
@@ -156,8 +167,9 @@ class PythonSide(Lawful):
             def every_scan(self) -> None:
                 side.do(self.axis)
 
-        self.module = Amci3601("4.1", machine())
-        self.rack = Rack([Card(1, self.module)])
+        self.module = LinkedDrive(model, machine()) if model else Amci3601("4.1", machine())
+        words = MODELS[model].words if model else PLAIN_WORDS
+        self.rack = Rack([Card(1, self.module, words=words)])
         self.logic = Script()
         exchange = EndOfScan() if rpi_ms is None else EveryRpi(rpi_ms * 1_000_000)
         self.cpu = Cpu(self.rack, self.logic, scan_ms * 1_000_000, exchange=exchange)
@@ -197,11 +209,21 @@ class PythonSide(Lawful):
 class RungSide(Lawful):
     """The bench of the function blocks, with the same deeds."""
 
-    def __init__(self, *, scan_ms: int = 2, rpi_ms: int | None = None) -> None:
-        self.bench = BlocksBench(scan_ms=scan_ms, rpi_ms=rpi_ms, machine=SWITCHES)
+    def __init__(
+        self,
+        *,
+        scan_ms: int = 2,
+        rpi_ms: int | None = None,
+        model: str = "",
+        format: int = 0,
+        interpreted: bool = False,
+    ) -> None:
+        self.bench = BlocksBench(
+            scan_ms=scan_ms, rpi_ms=rpi_ms, machine=SWITCHES, model=model, interpreted=interpreted
+        )
         self.module, self.cpu = self.bench.module, self.bench.cpu
         self.rests = RestMeter(axes_in(self.bench.engine, self.bench.tags))
-        for number, word in enumerate(WORDS):
+        for number, word in enumerate(drive_words(model, format=format) if model else WORDS):
             self.bench.tags[f"Configuration[{number}]"] = (word ^ 0x8000) - 0x8000
         for number, values in enumerate(SEGMENTS):
             for name, value in zip(("Lengths", "Velocities", "Rates"), values, strict=True):
@@ -264,7 +286,7 @@ def ask_of(deed: str | None) -> Ask | None:
     return {"blend": BLEND, "stop": STOP, **ASKS}.get(deed or "")
 
 
-def happen(module: Amci3601, cpu: Cpu, deed: str | None) -> None:
+def happen(module: Amci3601 | LinkedDrive, cpu: Cpu, deed: str | None) -> None:
     """Do what is not a command: to the machine, the module, the link."""
     if deed in ("estop on", "estop off"):
         module.machine.set_input(InputBit.ESTOP, deed == "estop on")

@@ -192,13 +192,19 @@ class Bench:
     def until(self, *names: str, clear: Sequence[str] = (), ms: float = 10_000) -> float:
         """Run until these bits are set and those clear; return the ms it took, or fail."""
         start = self.now_ns
-        while self.now_ns - start < ms * 1_000_000:
-            self.scan()
+        end_ns = start + self._scans(ms) * self.scan_ns
+        while self.now_ns < end_ns:
+            self._advance(self._scans_to_change(end_ns))
             if self.bits.issuperset(names) and self.bits.isdisjoint(clear):
                 return (self.now_ns - start) / 1_000_000
         raise AssertionError(
             f"{names} set, {clear} clear not within {ms} ms: {sorted(self.bits)} at {self.position}"
         )
+
+    def _scans_to_change(self, end_ns: int) -> int:
+        """Return the number of scans to the first one that can show other bits, at most to `end_ns`."""
+        change_ns = min(self.module.calm_until_ns(self.outputs), end_ns)
+        return max(1, -(-(change_ns - self.now_ns) // self.scan_ns))
 
     # -- what the module shows
 

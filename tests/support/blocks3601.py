@@ -12,18 +12,24 @@ told otherwise, as in `bench3601`.
 from __future__ import annotations
 
 from functools import cache
+from typing import Any
 
 from bench3601 import CONFIGURATION
+from drive_bench import ESTOP, HOME, MODELS, LinkedDrive, drive_words
 from scanrack import Program
 from scanrack.io_images.amci3601 import InputBit, StatusView
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.files.rungreader import load_library
 from scanrack.ladder.lowering.addon import ParameterMode
+from scanrack.ladder.model.stubs import NO_STUBS, Stubs
 from scanrack.runtime import Amci3601, Card, Cpu, Rack
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
+from scanrack.runtime.modules.registry import MODULES
 
 LIBRARY = load_library("axis3601")
+
+ADAPTER = "amci-drive"
 
 INSTANCES = {
     "Configure": "Configure3601",
@@ -44,7 +50,7 @@ INSTANCES = {
 }
 
 ARRAYS = {
-    "Configuration": "INT[8]",
+    "Configuration": "INT[10]",
     "Lengths": "DINT[16]",
     "Velocities": "DINT[16]",
     "Rates": "INT[16]",
@@ -58,11 +64,12 @@ DISABLED, STANDSTILL, DISCRETE, CONTINUOUS, HOMING, STOPPING, ERROR_STOP, SYNCHR
 
 
 @cache
-def program_of(*, told: bool = True) -> Program:
+def program_of(*, told: bool = True, model: str = "") -> Program:
     """Return a program that calls every block once, then the axis.
 
     Args:
         told: whether it tells the axis of the connection fault.
+        model: of the networked drive in slot 1; "" for a 3601.
     """
     tags = ["TAG Axis : AXIS_3601", "TAG Drive : Amci3601", "SLOT module : 1"]
     tags += [f"TAG {name} : {kind}" for name, kind in ARRAYS.items()]
@@ -79,7 +86,8 @@ def program_of(*, told: bool = True) -> Program:
         rungs.append(f"{block}({','.join(operands)});")
     rungs.append("Amci3601(Drive,Axis,module.I.Data[0],module.O.Data[0]);")
     lines = ["PROGRAM bench", "USE axis3601", *tags, "ROUTINE Main", *rungs, "END", ""]
-    program = parse_program("\n".join(lines))
+    stubs = Stubs(modules={1: MODELS[model].words}) if model else NO_STUBS
+    program = parse_program("\n".join(lines), stubs=stubs)
     assert isinstance(program, Program)
     return program
 
@@ -115,9 +123,11 @@ class Diary:
 
 
 class BlocksBench:
-    """A rack with one 3601, and a program with every block.
+    """A rack with one 3601 or networked drive, and a program with every block.
 
     Args:
+        model: of the drive; "" for a 3601, `ADAPTER` for one behind the adapter amci-drive.
+        inputs: functions of the drive's two inputs.
         firmware: "2.0" to "4.1".
         scan_ms: scan period.
         rpi_ms: period of an asynchronous exchange; None exchanges at the end of the scan.
@@ -135,25 +145,40 @@ class BlocksBench:
         machine: dict[str, tuple[int | None, int | None]] | None = None,
         interpreted: bool = False,
         told: bool = True,
+        model: str = "",
+        inputs: tuple[int, int] = (HOME, ESTOP),
     ) -> None:
         switches = tuple(
             Switch(InputBit[name.upper()], first, last) for name, (first, last) in (machine or {}).items()
         )
-        self.module = Amci3601(firmware, Machine(MachineSpec(switches=switches)))
-        self.rack = Rack([Card(1, self.module, "amci3601", firmware)])
-        program = program_of(told=told)
+        self.module: Any
+        if model == ADAPTER:
+            spec, options = MachineSpec(switches=switches), {"in1": "home", "in2": "cw_limit"}
+            self.module = MODULES[ADAPTER].make("4.1", spec, 0, options, None)
+            self.rack = Rack([Card(1, self.module, ADAPTER)])
+        elif model:
+            self.module = LinkedDrive(model, Machine(MachineSpec(switches=switches)), inputs)
+            self.rack = Rack([Card(1, self.module, model, words=self.module.model.words)])
+        else:
+            self.module = Amci3601(firmware, Machine(MachineSpec(switches=switches)))
+            self.rack = Rack([Card(1, self.module, "amci3601", firmware)])
+        program = program_of(told=told, model="" if model == ADAPTER else model)
         self.engine = program.interpret() if interpreted else program.compile()
         self.diary = Diary(self.rack)
         exchange = EndOfScan() if rpi_ms is None else EveryRpi(rpi_ms * 1_000_000)
         self.cpu = Cpu(self.rack, self.engine, scan_ms * 1_000_000, exchange=exchange, listeners=[self.diary])
         self.tags = self.engine.tags
-        self.tags["Axis.RoundTrip"] = 2 * (rpi_ms or 0) + scan_ms
+        self.tags["Axis.RoundTrip"] = 400 if model == ADAPTER else 2 * (rpi_ms or 0) + scan_ms
         self.status = StatusView(self.rack.slots[1].inputs)
+        self.is_drive = model not in ("", ADAPTER)
 
     @classmethod
-    def configured(cls, *, config=CONFIGURATION, **kwargs) -> BlocksBench:
+    def configured(cls, *, config=CONFIGURATION, format: int = 0, **kwargs) -> BlocksBench:
         """Return a bench whose module is configured; the position is not valid."""
         bench = cls(**kwargs)
+        if kwargs.get("model", "") not in ("", ADAPTER):
+            inputs = kwargs.get("inputs", (HOME, ESTOP))
+            config = drive_words(kwargs["model"], inputs=inputs, format=format)
         for number, word in enumerate(config):
             bench.tags[f"Configuration[{number}]"] = (word ^ 0x8000) - 0x8000
         bench.scan()  # prescan takes an Execute that is on at power-up for no edge, as ONS does
@@ -218,4 +243,4 @@ class BlocksBench:
     @property
     def position(self) -> int:
         """Position that the module reports."""
-        return self.status.position
+        return self.tags["Axis.Position"] if self.is_drive else self.status.position

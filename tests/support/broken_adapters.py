@@ -17,6 +17,7 @@ from scanrack.runtime.line import pcl601_frames as frames601
 from scanrack.runtime.line import pcl601_pdus as pdus601
 from scanrack.runtime.line import pmc006_frames as frames006
 from scanrack.runtime.modules.adapters import exchanges
+from scanrack.runtime.modules.adapters.amci_drive.driver import AmciDriver
 from scanrack.runtime.modules.adapters.capabilities import RowCapabilities
 from scanrack.runtime.modules.adapters.driver import Driver
 from scanrack.runtime.modules.adapters.exchanges import ControllerState
@@ -442,3 +443,38 @@ def side_of_the_limit_guessed(right):
         yield from ()
 
     return attribute
+
+
+# ---- a networked drive
+
+
+@mistake(AmciDriver, "stop", "stopped", "drive")
+def stop_unsent(right):
+    """An immediate stop is not sent to the drive."""
+
+    def stop(self):
+        yield from ()
+
+    return stop
+
+
+@mistake(AmciDriver, "slow_down", "held", "drive")
+def hold_unsent(right):
+    """A hold is answered without anything being said to the drive."""
+
+    def slow_down(self, task):
+        yield from ()
+
+    return slow_down
+
+
+@mistake(AmciDriver, "levels", "emergency_stop", "drive")
+def drive_levels_inverted(right):
+    """An input of the drive that is low is taken for an input that is energized."""
+    return property(lambda self: right.fget(self) ^ 3)
+
+
+@mistake(AmciDriver, "write_position", "preset", "drive")
+def preset_of_the_lower_word(right):
+    """Only the lower word of a position is written to the drive."""
+    return lambda self, position: right(self, position % 1000)

@@ -85,20 +85,29 @@ def pcapng(
     return b"".join(blocks)
 
 
-def conversation(parts: Sequence[tuple[bool, bytes]], every_ns: int = 1_000_000) -> list[Frame]:
+def conversation(
+    parts: Sequence[tuple[bool, bytes]], every_ns: int = 1_000_000, target: tuple[str, int] = SERVER
+) -> list[Frame]:
     """Return a connection: each part a segment, to the server if its first is true."""
     sequences = {True: 1000, False: 5000}
     frames = [
-        Frame(0, ethernet(segment(b"", sequences[True] - 1, flags=SYN))),
+        Frame(0, ethernet(segment(b"", sequences[True] - 1, flags=SYN, target=target))),
         Frame(
             0,
             ethernet(
-                segment(b"", sequences[False] - 1, asked=False, flags=SYN, acknowledged=sequences[True])
+                segment(
+                    b"",
+                    sequences[False] - 1,
+                    asked=False,
+                    flags=SYN,
+                    acknowledged=sequences[True],
+                    target=target,
+                )
             ),
         ),
     ]
     for number, (asked, data) in enumerate(parts, 1):
-        part = segment(data, sequences[asked], asked=asked, acknowledged=sequences[not asked])
+        part = segment(data, sequences[asked], asked=asked, acknowledged=sequences[not asked], target=target)
         frames.append(Frame(number * every_ns, ethernet(part)))
         sequences[asked] += len(data)
     return frames

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from adapterbench import CONFIGURE_006, MS, AdapterBench, AdapterBench006, move
+from adapterbench import CONFIGURE_006, MS, AdapterBench, AdapterBench006, AdapterBenchDrive, move
 from scanrack.runtime import Device, LineFormat
 
 RATES = (4, 0, 100, 100)
@@ -73,7 +73,9 @@ class LateDevice:
 
 
 def bench_for(controller: str) -> AdapterBench:
-    """Return a "PCL601" or a "PMC006" that takes all commands above."""
+    """Return a "PCL601", a "PMC006" or a "drive" that takes all commands above."""
+    if controller == "drive":
+        return AdapterBenchDrive().configured()
     if controller == "PCL601":
         return AdapterBench(registration="polled").configured(*CONFIGURE_006)
     return AdapterBench006(hold="immediate", registration="polled").configured()

@@ -1,4 +1,4 @@
-"""Clients of tags that others wrote: `@pytest.mark.peer("pycomm3")` says which one a test tries.
+"""Clients of tags and drives that others wrote: `@pytest.mark.peer("pycomm3")` says which one a test tries.
 
 With `SCANRACK_TRIED=FILE` each test that passes adds a line, the client and its version, to a file:
 `python -m tests.tools.clients_tried` makes docs/clients-tried.toml of them.
@@ -12,8 +12,9 @@ import json
 import os
 import shutil
 import subprocess
+import sys
 from collections.abc import Callable
-from importlib.metadata import version
+from importlib.metadata import distributions, version
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -69,6 +70,33 @@ def _mbpoll_version(name: str) -> str:
     return subprocess.run([name, "-V"], capture_output=True, encoding="utf-8").stdout.strip()
 
 
+def scanner_folder(name: str) -> Path | None:
+    """Return the folder of an EtherNet/IP scanner below `SCANNERS`; both are a package `ethernetip`."""
+    folder = Path(os.environ.get("SCANNERS", ""), name)
+    return folder if (folder / "ethernetip").is_dir() else None
+
+
+def scanner(name: str, script: str, *words: object) -> Any:
+    """Run a script of tests/peers with a scanner; return the JSON that it prints. Skip without it."""
+    folder = scanner_folder(name)
+    if folder is None:
+        pytest.skip(f"{name} is not installed: pip install --target SCANNERS/{name} {name}")
+    done = subprocess.run(
+        [sys.executable, PEERS_FOLDER / script, *map(str, words)],
+        capture_output=True,
+        encoding="utf-8",
+        timeout=TIMEOUT_S,
+        env={**os.environ, "PYTHONPATH": str(folder)},
+    )
+    assert done.returncode == 0, done.stderr + done.stdout
+    return json.loads(done.stdout)
+
+
+def _scanner_version(name: str) -> str:
+    [found] = distributions(name=name, path=[str(scanner_folder(name))])
+    return found.version
+
+
 def _node_red_version(_name: str) -> str:
     return f"{npm_version('node-red')}, nodes {npm_version('node-red-contrib-cip-ethernet-ip')}"
 
@@ -77,6 +105,7 @@ ENIP, PCCC, UA, MODBUS = "EtherNet/IP", "PCCC", "OPC UA", "Modbus TCP"
 
 PEERS: dict[str, Peer] = {
     "pycomm3": Peer(ENIP, "list, templates, every type, batches, 12,000 bytes; SLCDriver: files", version),
+    "ciplink": Peer(ENIP, "list, every type, batches, 12,000 bytes, refusals", version),
     "pylogix": Peer(ENIP, "list, templates, every type, connections of 4,002 and 504 bytes", version),
     "libplctag": Peer(
         ENIP, "list, templates, values, bits, 12,000 bytes, refusals; files of an .SLC", _plctag_version
@@ -88,9 +117,11 @@ PEERS: dict[str, Peer] = {
     "node-opcua-client": Peer(
         UA, "the same; a subscription after a restart of the server and a cut", npm_version
     ),
-    "pymodbus": Peer(MODBUS, "coils, registers, functions 16h and 17h", version),
-    "mbpoll": Peer(MODBUS, "coils, registers", _mbpoll_version),
-    "modbus-serial": Peer(MODBUS, "coils, registers", npm_version),
+    "pymodbus": Peer(MODBUS, "coils, registers, functions 16h and 17h; every function at a drive", version),
+    "mbpoll": Peer(MODBUS, "coils, registers; at a drive, too", _mbpoll_version),
+    "modbus-serial": Peer(MODBUS, "coils, registers; at a drive, too", npm_version),
+    "ethernetip": Peer(ENIP, "a drive: identity, class 1 with a configuration, a move", _scanner_version),
+    "cm-ethernetip": Peer(ENIP, "a drive: identity, explicit reads, class 1, a move", _scanner_version),
 }
 """By the name in the mark, in the order of the page."""
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from random import Random
 from typing import Any
 
-from adapterbench import CONFIGURE, CONFIGURE_006, AdapterBench, AdapterBench006, AdapterBenchDrive
+from adapterbench import BENCHES, CONFIGURE, CONFIGURE_006
 from late_replies import LateDevice
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import CommandMsw, InputBit, StatusMsw
@@ -46,7 +46,6 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "drive": {"in2": "estop", "unwired": "inactive"},
     "PMC006": {"hold": "immediate", "registration": "polled", "blend": "segmented", "respeed": "restart"},
 }
-BENCHES = {"PCL601": AdapterBench, "PMC006": AdapterBench006, "drive": AdapterBenchDrive}
 Words = tuple[int, ...]
 NOTHING: Words = (0,) * 8
 LONG_MS = 1500

@@ -203,6 +203,8 @@ def _apart(old: Path, new: Path) -> list[str]:
         found = compare(one, other)
         if not found.same:
             return list(report(found, ("library", "now")))
+        if one.head.metadata["layout"] != other.head.metadata["layout"]:
+            return ["its schema differs"]
         if list(one.events()) != list(other.events()):
             return ["its events differ"]
         return [] if attached_files(one) == attached_files(other) else ["the files in it differ"]

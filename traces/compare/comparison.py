@@ -11,6 +11,7 @@ from ..format.layout import SlotInfo
 from ..format.topics import SEQUENCES
 from ..read.arrays import column_chunks
 from ..read.columns import Columns
+from ..read.number_formats import NumberFormats
 from ..read.reader import Trace
 from ..read.sequence_steps import OVER, Step, step_of
 from .alignment import SAME_CLOCK, TimeMap
@@ -89,6 +90,7 @@ def compare(
         tolerance,
         clock=clock,
         tags=tags,
+        formats=NumberFormats.of(one),
     )
     exact = tolerance.exact and clock == SAME_CLOCK
     heads, sequences = _heads(one, other, tags), tuple(differing_sequences(one, other, exact=exact))
@@ -111,6 +113,7 @@ def compare_parts(
     clock: TimeMap = SAME_CLOCK,
     only: frozenset[tuple[int | None, str]] | None = None,
     tags: CommonTags | None = None,
+    formats: NumberFormats | None = None,
     block_scans: int = BLOCK_SCANS,
 ) -> Comparison:
     """Compare scans that come part by part, see `compare`.
@@ -121,6 +124,7 @@ def compare_parts(
         only: which images are compared: slot and direction; all if left out. (None, "cpu") stands
             for flags and times.
         tags: the recorded tags of the scans; None = they have none.
+        formats: of the numbers of modules whose configuration selects them.
         block_scans: how many scans are compared at once, 1 or more. The result does not depend on it.
 
     Raises:
@@ -130,7 +134,11 @@ def compare_parts(
     both = numbers[0] & numbers[1]
     common = [slot for slot in one[0] if slot.number in both]
     by_number = tolerance.exact and clock == SAME_CLOCK
-    fields = [field for field in all_fields(common) if only is None or (field.slot, field.direction) in only]
+    fields = [
+        field
+        for field in all_fields(common, formats)
+        if only is None or (field.slot, field.direction) in only
+    ]
     fields = [field for field in fields if by_number or field is not TIME]
     fields += [] if tags is None else tags.fields()
     row = None if tags is None else tags.dtype

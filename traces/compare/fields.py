@@ -1,6 +1,6 @@
 """The compared fields of a scan: bits, decoded values and words, and their tolerances.
 
-A 3601's image has another meaning in configuration mode, where its words mirror the
+An image of a stepper has another meaning in configuration mode, where its words mirror the
 configuration. A bit or value of command mode is therefore 0 or missing there, and a
 configuration's word is 0 in command mode: every word counts once in either mode.
 """
@@ -16,10 +16,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...io_images.amci3601 import LIVE_BITS, CommandMsw
+from ...io_images.number_formats import NumberFormat
 from ..format.flags import FLAGS as CPU_FLAGS
 from ..format.flags import OVERRUN
 from ..format.layout import SlotInfo
+from ..read.number_formats import NumberFormats
 from ..signals import decode
 
 Array = NDArray[Any]
@@ -79,6 +80,7 @@ class Field:
     word: int  # index of its first word in the image
     words: int  # how many words it has
     key: Callable[[Array], Array]  # of images, what has to be equal, a number per scan
+    value: Callable[[Array], Array] | None = None  # of kinds COUNT and VALUE: decodes it, NaN for none
     bits: tuple[str, ...] = ()  # names of the sixteen bits, lowest first; of kind BITS only
     text: Callable[[Array], str] = str  # of kind TAG: the value in a row of tags, in words
 
@@ -94,8 +96,8 @@ class Field:
 
     def values(self, images: Array) -> Array:
         """Return its value in some scans as float64, NaN where it has none; of a word the word."""
-        if self.kind in (FieldKind.COUNT, FieldKind.VALUE):
-            return decode.value(images, self.word)
+        if self.value is not None:
+            return self.value(images)
         return self.key(images).astype(np.int64)
 
     def words_in(self, image: Array) -> tuple[int, ...]:
@@ -118,7 +120,7 @@ FLAGS = Field(
     0,
     1,
     lambda flags: (flags & _COMPARED_FLAGS).astype(np.uint16),
-    FLAG_BITS,
+    bits=FLAG_BITS,
 )
 """The CPU's flags, without late scans, which depend on the computer."""
 
@@ -126,57 +128,58 @@ TIME = Field(None, "cpu", "time_ns", FieldKind.WORD, 0, 1, lambda times: times)
 """The time of a scan; compared where scans are paired by number."""
 
 
-def all_fields(slots: Sequence[SlotInfo]) -> list[Field]:
-    """Return the fields of a trace in the order of a report: the logic reads inputs before it writes."""
-    return [TIME, FLAGS, *(field for slot in slots for field in _fields_of(slot))]
+LAST = 1 << 63
+"""A scan after all others."""
 
 
-def _fields_of(slot: SlotInfo) -> Iterator[Field]:
-    if slot.is_stepper:
-        for direction, fields in IMAGES_3601.items():
-            yield from (_field_3601(slot, direction, *each) for each in fields)
-            for word in range(len(slot.words.named(direction))):
-                key = partial(_where_configured, word)
-                name = f"configuration.word{word}"
-                yield Field(slot.number, direction, name, FieldKind.WORD, word, 1, key)
+def all_fields(slots: Sequence[SlotInfo], formats: NumberFormats | None = None) -> list[Field]:
+    """Return the fields of a trace in the order of a report: the logic reads inputs before it writes.
+
+    Args:
+        formats: of the numbers of modules whose configuration selects them; the last ones decode.
+    """
+    known = NumberFormats() if formats is None else formats
+    return [TIME, FLAGS, *(field for slot in slots for field in _fields_of(slot, known))]
+
+
+def _fields_of(slot: SlotInfo, formats: NumberFormats) -> Iterator[Field]:
+    if slot.words.modes is not None:
+        for direction in ("in", "out"):
+            yield from _moded_fields(slot, direction, formats)
         return
     for direction, image, words in (("in", "I", slot.words.inputs), ("out", "O", slot.words.outputs)):
         for word, name in enumerate(words):
             if any(slot.words.bits(image, word)):
                 bits = _bit_names(slot, direction, word, name)
-                yield Field(slot.number, direction, name, FieldKind.BITS, word, 1, partial(_bits, word), bits)
+                yield Field(
+                    slot.number, direction, name, FieldKind.BITS, word, 1, partial(_bits, word), bits=bits
+                )
             else:
                 yield Field(slot.number, direction, name, FieldKind.WORD, word, 1, partial(_word, word))
 
 
-IMAGES_3601: dict[str, tuple[tuple[str, int, FieldKind, int], ...]] = {
-    "in": (
-        ("status_msw", 0, FieldKind.BITS, LIVE_BITS),
-        ("status_lsw", 1, FieldKind.BITS, 0),
-        ("position", 2, FieldKind.COUNT, 0),
-        ("encoder", 4, FieldKind.COUNT, 0),
-        ("captured", 6, FieldKind.COUNT, 0),
-    ),
-    "out": (
-        ("command_msw", 0, FieldKind.BITS, CommandMsw.MODE_CONFIG.value),
-        ("command_lsw", 1, FieldKind.BITS, 0),
-        ("target", 2, FieldKind.VALUE, 0),
-        ("programmed_speed", 4, FieldKind.VALUE, 0),
-        ("acceleration", 6, FieldKind.WORD, 0),
-        ("deceleration", 7, FieldKind.WORD, 0),
-    ),
-}
-"""A stepper's fields: name, first word, kind, and the bits that mean the same in configuration mode."""
-
-
-def _field_3601(slot: SlotInfo, direction: str, name: str, word: int, kind: FieldKind, live: int) -> Field:
-    number = slot.number
-    if kind is FieldKind.BITS:
-        names = _bit_names(slot, direction, word, name)
-        return Field(number, direction, name, kind, word, 1, partial(_masked, word, live), names)
-    if kind is FieldKind.WORD:
-        return Field(number, direction, name, kind, word, 1, partial(_where_commanded, word))
-    return Field(number, direction, name, kind, word, 2, partial(_pair, word))
+def _moded_fields(slot: SlotInfo, direction: str, formats: NumberFormats) -> Iterator[Field]:
+    """Yield the fields of an image of a module with two modes, those of configuration mode last."""
+    number, words, names = slot.number, slot.words, slot.words.named(direction)
+    pairs = {each.word: each for each in words.quantities_in(direction) if each.words > 1}
+    seconds = {word + 1 for word in pairs}
+    mode = words.modes.word(direction) if words.modes else 0
+    for word, name in enumerate(names):
+        if word in pairs:
+            kind = FieldKind.COUNT if direction == "in" else FieldKind.VALUE
+            value = partial(_value, mode, word, formats.at(number, pairs[word], LAST))
+            yield Field(number, direction, pairs[word].name, kind, word, 2, partial(_pair, mode, word), value)
+        elif any(words.bits("I" if direction == "in" else "O", word)):
+            bits, live = _bit_names(slot, direction, word, name), words.live(direction, word)
+            key = partial(_masked, mode, word, live)
+            yield Field(number, direction, name, FieldKind.BITS, word, 1, key, bits=bits)
+        elif word not in seconds:
+            yield Field(
+                number, direction, name, FieldKind.WORD, word, 1, partial(_where_commanded, mode, word)
+            )
+    for word in range(len(names)):
+        key = partial(_where_configured, mode, word)
+        yield Field(number, direction, f"configuration.word{word}", FieldKind.WORD, word, 1, key)
 
 
 def _bit_names(slot: SlotInfo, direction: str, word: int, name: str) -> tuple[str, ...]:
@@ -192,20 +195,27 @@ def _bits(word: int, images: Array) -> Array:
     return np.ascontiguousarray(images[:, word]).view(np.uint16)
 
 
-def _masked(word: int, live: int, images: Array) -> Array:
+def _masked(mode: int, word: int, live: int, images: Array) -> Array:
     bits = _bits(word, images)
-    return np.where(decode.in_command_mode(images), bits, bits & np.uint16(live))
+    return np.where(decode.in_command_mode(images, mode), bits, bits & np.uint16(live))
 
 
-def _pair(word: int, images: Array) -> Array:
+def _pair(mode: int, word: int, images: Array) -> Array:
     """Return two words as one number, not decoded: two pairs may decode to one value."""
     pair = images[:, word].astype(np.int32) << 16 | images[:, word + 1].view(np.uint16).astype(np.int32)
-    return np.where(decode.in_command_mode(images), pair, 0)
+    return np.where(decode.in_command_mode(images, mode), pair, 0)
 
 
-def _where_commanded(word: int, images: Array) -> Array:
-    return np.where(decode.in_command_mode(images), images[:, word], 0)
+def _value(mode: int, word: int, format: NumberFormat, images: Array) -> Array:
+    """Return two words decoded, NaN in configuration mode."""
+    values = format.reported_all(images[:, word], images[:, word + 1])
+    values[~decode.in_command_mode(images, mode)] = np.nan
+    return values
 
 
-def _where_configured(word: int, images: Array) -> Array:
-    return np.where(decode.in_command_mode(images), 0, images[:, word])
+def _where_commanded(mode: int, word: int, images: Array) -> Array:
+    return np.where(decode.in_command_mode(images, mode), images[:, word], 0)
+
+
+def _where_configured(mode: int, word: int, images: Array) -> Array:
+    return np.where(decode.in_command_mode(images, mode), 0, images[:, word])

@@ -1,4 +1,4 @@
-"""Decoded values of 3601s as one more field of /scan: `/scan.decoded.slot1.speed`, `.in.position`.
+"""Decoded values of steppers as one more field of /scan: `/scan.decoded.slot1.speed`, `.inputs.position`.
 
 They are not recorded, since they follow from the words; a copy has them, see `export.write_mcap`. Values
 are float64, NaN in configuration mode; bits are bool. The names are those of the signals, in small letters:
@@ -10,13 +10,15 @@ are float64, NaN in configuration mode; bits are bool. The names are those of th
     ====...
     MSG: scanrack/Decoded3601
     float64 speed
-    Decoded3601In in
-    Decoded3601Out out
+    Decoded3601In inputs
+    Decoded3601Out outputs
     ====...
     MSG: scanrack/Decoded3601In
     float64 position
     ...
     bool module_ok
+
+Slots of the same module share a message: `Decoded3601` of 3601s, `DecodedSmd23e2` of such drives.
 """
 
 from __future__ import annotations
@@ -28,15 +30,19 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ...io_images.amci3601.words import WORDS_3601
 from ..format.cdr import leaves
 from ..format.layout import SlotInfo
+from ..format.schema import IMAGE_FIELDS
+from ..read.number_formats import NumberFormats
 from ..signals import Block, Catalog, Signal, SignalKind
 
 FIELD = "decoded"
 """Name of the field of /scan."""
 
-_STEM = "Decoded3601"
+_3601 = WORDS_3601.message
 _HASH_DIGITS = 12
+_IMAGES = dict(zip(("out", "in"), IMAGE_FIELDS, strict=True))
 _ROS = {SignalKind.BIT: "bool", SignalKind.VALUE: "float64", SignalKind.MEASURED: "float64"}
 
 Message = tuple[str, list[str]]
@@ -51,25 +57,26 @@ class DecodedColumn(NamedTuple):
 
 
 class DecodedValues:
-    """The decoded values of a trace's 3601s, and their layout after the other fields of a scan.
+    """The decoded values of a trace's steppers, and their layout after the other fields of a scan.
 
     Args:
         offset: bytes of the payload before them, without the CDR prefix.
+        formats: of the numbers of modules whose configuration selects them.
 
     Attributes:
         messages: the messages of the schema; the first one is the type of the field.
         dtype: a row, including the alignment bytes before it.
 
     Raises:
-        ValueError: no slot has a 3601's words.
+        ValueError: no slot has a stepper's words.
     """
 
-    def __init__(self, slots: Sequence[SlotInfo], offset: int) -> None:
-        steppers = [slot for slot in slots if slot.is_stepper]
+    def __init__(self, slots: Sequence[SlotInfo], offset: int, formats: NumberFormats | None = None) -> None:
+        steppers = [slot for slot in slots if slot.words.is_axis]
         if not steppers:
             held = ", ".join(f"slot {slot.number}: {slot.module or '-'}" for slot in slots)
-            raise ValueError(f"no 3601 in the trace to decode ({held})")
-        catalog = Catalog(steppers)
+            raise ValueError(f"no 3601 or drive in the trace to decode ({held})")
+        catalog = Catalog(steppers, formats=formats)
         signals = [signal for signal in catalog.values() if signal.kind in _ROS]
         self.messages = _messages(steppers, signals)
         placed = list(leaves(self.messages[0][1], dict(self.messages), offset))
@@ -93,24 +100,36 @@ class DecodedValues:
 
 
 def _path(signal: Signal) -> tuple[str, ...]:
-    return tuple(part.lower() for part in signal.path)
+    return tuple(_IMAGES.get(part, part.lower()) for part in signal.path)
 
 
 def _messages(slots: Sequence[SlotInfo], signals: Sequence[Signal]) -> list[Message]:
-    """Return the messages, from the signals of the first 3601; all have the same."""
-    stem = f"slot{slots[0].number}"
-    fields: dict[str, list[str]] = {"": [], "in": [], "out": []}
-    widest_first = sorted(signals, key=lambda signal: signal.kind is SignalKind.BIT)
-    for signal in widest_first:
-        slot, *direction, name = _path(signal)
-        if slot == stem:
-            fields[direction[0] if direction else ""].append(f"{_ROS[signal.kind]} {name}")
-    parts = [
-        (_STEM, [*fields[""], f"{_STEM}In in", f"{_STEM}Out out"]),
-        (f"{_STEM}In", fields["in"]),
-        (f"{_STEM}Out", fields["out"]),
-    ]
-    own = [f"{_STEM} slot{slot.number}" for slot in slots]
-    text = "\n".join([*own, *(line for _, lines in parts for line in lines)])
+    """Return the messages; slots with the same fields have the same."""
+    parts: dict[str, list[Message]] = {}
+    own = []
+    for slot in slots:
+        stem = "Decoded3601" if slot.words.message == _3601 else f"Decoded{slot.words.message}"
+        found = _slot_messages(stem, slot.number, signals)
+        if parts.setdefault(stem, found) != found:  # the same module with other names of bits
+            stem = f"{stem}Slot{slot.number}"
+            parts[stem] = _slot_messages(stem, slot.number, signals)
+        own.append(f"{stem} slot{slot.number}")
+    messages = [message for each in parts.values() for message in each]
+    text = "\n".join([*own, *(line for _, lines in messages for line in lines)])
     name = f"Decoded{hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]}"
-    return [(name, own), *parts]
+    return [(name, own), *messages]
+
+
+def _slot_messages(stem: str, number: int, signals: Sequence[Signal]) -> list[Message]:
+    """Return the messages of a slot, from its signals."""
+    outputs, inputs = IMAGE_FIELDS
+    fields: dict[str, list[str]] = {"": [], outputs: [], inputs: []}
+    for signal in sorted(signals, key=lambda signal: signal.kind is SignalKind.BIT):  # the widest first
+        slot, *image, name = _path(signal)
+        if slot == f"slot{number}":
+            fields[image[0] if image else ""].append(f"{_ROS[signal.kind]} {name}")
+    return [
+        (stem, [*fields[""], f"{stem}In {inputs}", f"{stem}Out {outputs}"]),
+        (f"{stem}In", fields[inputs]),
+        (f"{stem}Out", fields[outputs]),
+    ]

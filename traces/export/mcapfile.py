@@ -1,4 +1,4 @@
-"""A copy of a trace in which every viewer finds decoded values: position, speed, status bits of each 3601.
+"""A copy of a trace in which every viewer finds decoded values: position, speed, status bits of each stepper.
 
     scan, flags, slots, tags      as recorded, byte for byte
     decoded                       after them, see `traces.decoded`
@@ -34,6 +34,7 @@ from ..format.schema import (
 from ..format.topics import ALL_TOPICS, SCAN_TOPIC, SEQUENCES, TEXTS
 from ..format.topics import MESSAGE_ENCODING as JSON_ENCODING
 from ..format.topics import SCHEMA_ENCODING as JSON_SCHEMA_ENCODING
+from ..read.number_formats import NumberFormats
 from ..read.reader import Trace, TraceEvent
 from ..read.sections import ScanRows
 from ..signals import ALL, Selection, blocks
@@ -62,7 +63,7 @@ def write_mcap(
         progress: called at each block with the number of scans read so far.
 
     Raises:
-        ValueError: no slot of the trace has a 3601's words.
+        ValueError: no slot of the trace has a stepper's words.
         EmptySelectionError: no scan is in the selection.
         OSError: it can't be written.
     """
@@ -70,7 +71,7 @@ def write_mcap(
     tags = None if head.tags is None else head.tags.dtype
     memory_bytes = head.layout.size
     own_bytes = memory_bytes + (0 if tags is None else tags.itemsize)
-    decoded = DecodedValues(head.slots, SCAN_HEAD.size - 4 + own_bytes)
+    decoded = DecodedValues(head.slots, SCAN_HEAD.size - 4 + own_bytes, NumberFormats.of(trace))
     schema = scan_schema(head.slots, head.tags, (FIELD, decoded.messages))
     layout = message_layout(memory_bytes, tags, decoded.dtype)
     rows = Rows(decoded.rows(block) for block in blocks(trace, selection, progress=progress))
@@ -214,7 +215,7 @@ FORMAT = ExportFormat(
     name="mcap",
     kind=TRACE,
     write=write_mcap,
-    help="Write a copy with decoded position, speed and bits of each 3601, for any viewer.",
+    help="Write a copy with decoded position, speed and bits of each stepper, for any viewer.",
     holds="a copy of the trace with [decoded values](traces.md#decoded-values) in every scan",
     reader="Foxglove, Lichtblick, any MCAP reader",
     binary=True,

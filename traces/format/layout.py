@@ -8,7 +8,7 @@ for; at the end the padding of the block, see `io_images.memory_layout`.
           slot 1   slot 1   slot 2   slot 2
           outputs  inputs   outputs  inputs   ...
 
-Word names are the public names of a trace: `/scan.slot1.in.position_msw`.
+Word names are the public names of a trace: `/scan.slot1.inputs.position_msw`.
 """
 
 from __future__ import annotations

@@ -3,6 +3,7 @@
     schema of /scan            message type and word names of every slot
     metadata slot.N.names      bits with their own names: group -> name -> [image, word, bit]
     metadata slot.N.family     of another module of the 3601's family: error bits and limits
+    metadata slot.N.numbers    of any other module with numbers: error bits, modes, and its numbers
 
 The names of a 3601's bits are in its manual, and are not repeated in a trace.
 """
@@ -11,11 +12,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
 
 from ...io_images.amci3601.words import WORDS_3601, family_facts, is_stepper, recorded_profile
 from ...io_images.doors import json_value
 from ...io_images.image import WORDS_MAX
-from ...io_images.module_words import BitPlace, Groups, ModuleWords
+from ...io_images.module_words import BitPlace, Groups, Modes, ModuleWords, Quantity
+from ...io_images.number_formats import NumberFormat
 
 SEPARATOR = 80 * "="
 BITS = 16
@@ -31,6 +35,11 @@ def names_key(slot: int) -> str:
 def family_key(slot: int) -> str:
     """Return the key of a slot's family in the metadata."""
     return f"slot.{slot}.family"
+
+
+def numbers_key(slot: int) -> str:
+    """Return the key of a slot's numbers in the metadata."""
+    return f"slot.{slot}.numbers"
 
 
 def names_text(words: ModuleWords) -> str:
@@ -49,6 +58,8 @@ def facts_of(slot: int, words: ModuleWords) -> dict[str, str]:
     facts = {names_key(slot): names_text(words)}
     if is_stepper(words):
         facts[family_key(slot)] = json.dumps(family_facts(words), separators=(",", ":"))
+    elif words.quantities:
+        facts[numbers_key(slot)] = _numbers_text(words)
     return facts
 
 
@@ -73,8 +84,37 @@ def recorded_words(schema: str, metadata: Mapping[str, str]) -> dict[int, Module
         elif family_key(int(slot)) in metadata and STATUS in groups:
             found[int(slot)] = recorded_profile(stem, groups, json_value(metadata[family_key(int(slot))]))
         else:
-            found[int(slot)] = ModuleWords(stem, outputs, inputs, groups)
+            numbers = _numbers(metadata.get(numbers_key(int(slot)), "{}"))
+            found[int(slot)] = ModuleWords(stem, outputs, inputs, groups, **numbers)
     return found
+
+
+def _numbers_text(words: ModuleWords) -> str:
+    numbers = [{**asdict(each), "format": each.format and each.format.value} for each in words.quantities]
+    modes = None if words.modes is None else asdict(words.modes)
+    return json.dumps({"errors": words.errors, "modes": modes, "quantities": numbers}, separators=(",", ":"))
+
+
+def _numbers(text: str) -> dict[str, Any]:
+    """Return the errors, modes and quantities of a module; none where none are recorded."""
+    try:
+        given = json_value(text)
+        modes = given.get("modes")
+        return {
+            "errors": tuple(map(str, given.get("errors", ()))),
+            "modes": None if modes is None else Modes(int(modes["live"]), int(modes["input"])),
+            "quantities": tuple(map(_quantity, given.get("quantities", ()))),
+        }
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"numbers of a module: {error!r}") from None
+
+
+def _quantity(given: Mapping[str, Any]) -> Quantity:
+    format = given["format"]
+    places = str(given["image"]), int(given["word"]), int(given["words"]), str(given["unit"])
+    return Quantity(
+        str(given["name"]), *places, format and NumberFormat(format), counts=bool(given["counts"])
+    )
 
 
 def _message(text: str) -> tuple[str, tuple[str, ...]]:

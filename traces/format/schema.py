@@ -8,8 +8,8 @@ per module and direction:
     Amci3601 slot1
     ====...
     MSG: scanrack/Amci3601
-    Amci3601Out out
-    Amci3601In in
+    Amci3601Out outputs
+    Amci3601In inputs
     ====...
     MSG: scanrack/Amci3601Out
     int16 command_msw
@@ -67,6 +67,9 @@ SCAN_HEAD = Struct("<III")
 PADDING = "padding"
 """Name of the field of the words at the end of the memory block that belong to no module."""
 
+IMAGE_FIELDS = ("outputs", "inputs")
+"""Fields of a slot: its images. No field is a keyword of Python, since readers make attributes of them."""
+
 LEAVES_MAX, REST_BYTES_MAX = 100_000, 1 << 20
 """Most values of a scan that has fields after the tags, and most bytes of these fields."""
 
@@ -91,9 +94,15 @@ More = tuple[str, Sequence[tuple[str, Sequence[str]]]]
 
 
 def scan_schema(
-    slots: Sequence[SlotInfo], tags: TagPlan | None = None, more: More | None = None
+    slots: Sequence[SlotInfo],
+    tags: TagPlan | None = None,
+    more: More | None = None,
+    images: tuple[str, str] = IMAGE_FIELDS,
 ) -> ScanSchema:
     """Return the schema of a scan of these slots and tags, with one more field if given.
+
+    Args:
+        images: names of the fields of the output and the input image.
 
     >>> schema = scan_schema([SlotInfo(1, "amci3601", "4.1")])
     >>> schema.text.splitlines()[:3], schema.name == "scanrack/msg/Scan" + schema.layout
@@ -111,9 +120,10 @@ def scan_schema(
         field, more_messages = more
         scan.append(f"{more_messages[0][0]} {field}")
     lines = [*scan]
+    outputs, inputs = images
     for names in dict.fromkeys(words):
         stem = names.message
-        lines += _message(stem, [f"{stem}Out out", f"{stem}In in"])
+        lines += _message(stem, [f"{stem}Out {outputs}", f"{stem}In {inputs}"])
         lines += _message(f"{stem}Out", [f"int16 {name}" for name in names.outputs])
         lines += _message(f"{stem}In", [f"int16 {name}" for name in names.inputs])
     for name, fields in tags.messages() if tags is not None else ():
@@ -127,6 +137,19 @@ def scan_schema(
 def layout_of(text: str) -> str:
     """Return the hash of a schema's text, the end of its name."""
     return hashlib.sha256(text.encode()).hexdigest()[:_HASH_DIGITS]
+
+
+def image_fields(text: str) -> tuple[str, str]:
+    """Return the names of the fields of a slot's images in a schema; `IMAGE_FIELDS` without a slot.
+
+    >>> image_fields(scan_schema([SlotInfo(1, "amci3601")], images=("out", "in")).text)
+    ('out', 'in')
+    """
+    for stem, lines in split_schema(text)[1].items():
+        fields = [line.partition(" ") for line in lines]
+        if [kind for kind, _, _ in fields] == [f"{stem}Out", f"{stem}In"]:
+            return fields[0][2], fields[1][2]
+    return IMAGE_FIELDS
 
 
 def rest_bytes(text: str, known: ScanSchema) -> int | None:

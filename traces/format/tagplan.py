@@ -29,6 +29,7 @@ import unicodedata
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from keyword import kwlist
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -248,7 +249,7 @@ def plan_of(tags: Sequence[Tag]) -> TagPlan:
             f"the tags have {values:,} values in {size:,} bytes; "
             f"must be at most {VALUES_MAX:,} values and {ROW_BYTES_MAX:,} bytes a scan: name fewer of them"
         )
-    taken: set[str] = set()
+    taken = set(kwlist)  # readers in Python make attributes of the fields
     fields = [TagField(tag, field_name(tag.name, taken), _constants(tag.names)) for tag in tags]
     return TagPlan(tuple(sorted(fields, key=lambda field: -FORMATS[field.tag.type].size)))
 

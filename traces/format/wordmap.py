@@ -6,6 +6,7 @@ import json
 from collections.abc import Iterable
 
 from ...io_images.amci3601.bits import ConfigMsw, InputBit
+from ...io_images.module_words import ModuleWords
 from .layout import SlotInfo
 
 _CONFIGURATION = (ConfigMsw, InputBit)
@@ -27,11 +28,18 @@ def word_map(slots: Iterable[SlotInfo]) -> str:
 def _slot_map(slot: SlotInfo) -> dict[str, object]:
     words = slot.words
     tables = {
-        "out, command mode": [{bit: name for name, bit in words.bits("O", word)} for word in (0, 1)],
+        "out, command mode": _bits(words, "O"),
         "out, configuration mode": [
             {bit.value.bit_length() - 1: str(bit.name) for bit in bits} for bits in _CONFIGURATION
         ],
-        "in, command mode": [{bit: name for name, bit in words.bits("I", word)} for word in (0, 1)],
+        "in, command mode": _bits(words, "I"),
     }
-    bits = {name: dict(enumerate(table)) for name, table in tables.items()} if slot.is_stepper else {}
+    if not slot.is_stepper:
+        del tables["out, configuration mode"]
+    bits = {name: dict(enumerate(table)) for name, table in tables.items()} if words.modes else {}
     return {"out": words.outputs, "in": words.inputs, "bits": bits}
+
+
+def _bits(words: ModuleWords, image: str) -> list[dict[int, str]]:
+    """Return the names of the bits of words 0 and 1."""
+    return [{bit: name for name, bit in words.bits(image, word)} for word in (0, 1)]

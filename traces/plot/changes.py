@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...io_images.module_words import INPUT, BitPlace, ModuleWords
 from ..signals import Block, Signal
-
-BIT_WORDS = 2
-"""Words with bits come first in an image of a 3601, in either direction."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,15 +59,23 @@ class StepFinder:
         )
 
 
+def _is_in(at: BitPlace, direction: str) -> bool:
+    return (at.image in INPUT) == (direction in INPUT)
+
+
 class ChangeFinder:
     """Finds the changes in one image of a slot, block by block.
 
     Args:
-        words: number of words to watch, from the first one.
+        words: names of the words and bits of the slot; its words with named bits are watched.
     """
 
-    def __init__(self, slot: int, direction: str, words: int = BIT_WORDS) -> None:
-        self._slot, self._direction, self._watched = slot, direction, words
+    def __init__(self, slot: int, direction: str, words: ModuleWords) -> None:
+        self._slot, self._direction = slot, direction
+        self._watched = 1 + max(
+            (at.word for names in words.groups.values() for at in names.values() if _is_in(at, direction)),
+            default=0,
+        )
         self._rows = 0
         self._last: NDArray[np.int16] | None = None
         self._found: list[BitChanges] = []

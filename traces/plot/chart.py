@@ -9,7 +9,6 @@ from typing import Generic, TypeVar
 
 import numpy as np
 
-from ...io_images.amci3601.words import is_stepper
 from ..format.layout import SlotInfo
 from ..read.reader import Trace
 from ..signals import ALL, Block, Catalog, Selection, blocks
@@ -79,8 +78,8 @@ class Tracks(Generic[C]):
         self.slot = slot
         self._sources = [(title, catalog[name]) for title, name in _curve_signals(slot)]
         self._curves = [maker() for _ in self._sources]
-        self._inputs = ChangeFinder(slot.number, "in")
-        self._outputs = ChangeFinder(slot.number, "out")
+        self._inputs = ChangeFinder(slot.number, "in", slot.words)
+        self._outputs = ChangeFinder(slot.number, "out", slot.words)
 
     def add(self, block: Block) -> None:
         """Add a block."""
@@ -92,13 +91,13 @@ class Tracks(Generic[C]):
     def panel(self, happened: Sequence[Mark]) -> Panel[C]:
         """Return the panel."""
         inputs, outputs = self._inputs.changes(), self._outputs.changes()
-        words, is_axis = self.slot.words, self.slot.is_stepper
-        lanes = bit_lanes(words, inputs, outputs) if is_stepper(words) else card_lanes(words, inputs, outputs)
+        words = self.slot.words
+        lanes = (bit_lanes if words.modes else card_lanes)(words, inputs, outputs)
         titles = [title for title, _ in self._sources]
         return Panel(
             self.slot,
             list(zip(titles, [curve.curve() for curve in self._curves], strict=True)),
-            ramp_lane(inputs) if is_axis else None,
+            ramp_lane(words, inputs) if words.is_axis else None,
             [lane for lane in lanes if not lane.steady],
             [lane for lane in lanes if lane.steady],
             happened,
@@ -217,7 +216,7 @@ _PLAIN = re.compile(r"word\d|data|ch\d_data")
 def _curve_signals(slot: SlotInfo) -> list[tuple[str, str]]:
     """Return titles and signals of a slot's curves: of a card the channels that the rack file names."""
     stem = f"slot{slot.number}"
-    if slot.is_stepper:
+    if slot.words.is_axis:
         return [("position, steps", f"{stem}.in.position"), ("speed, steps/s", f"{stem}.speed")]
     named = (("in", slot.words.inputs), ("out", slot.words.outputs))
     return [
@@ -229,7 +228,7 @@ def _curve_signals(slot: SlotInfo) -> list[tuple[str, str]]:
 
 
 def _can_be_drawn(slot: SlotInfo) -> bool:
-    return slot.is_stepper or any(slot.words.groups.values()) or bool(_curve_signals(slot))
+    return any(slot.words.groups.values()) or bool(_curve_signals(slot))
 
 
 def wanted_slots(trace: Trace, numbers: Sequence[int]) -> list[SlotInfo]:

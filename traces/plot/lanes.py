@@ -6,16 +6,14 @@ then the inputs.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...io_images.amci3601 import CommandLsw, CommandMsw, StatusMsw
-from ...io_images.amci3601.words import Profile
-from ...io_images.module_words import ModuleWords
+from ...io_images.module_words import INPUT, ModuleWords
 from ..signals import decode
 from .changes import BitChanges
 
@@ -26,7 +24,9 @@ REST, ACCELERATING, CONSTANT, DECELERATING, HELD = range(5)
 RAMP_STATES = ("at rest", "accelerating", "constant speed", "decelerating", "held")
 """Meanings of the ramp lane's values."""
 
-_MODE_CONFIG = "MODE_CONFIG"
+
+_INPUTS = ("IN_", "INPUT_")
+"""Beginnings of the names of status bits that show an input."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,10 +62,23 @@ class Band(Lane):
         return self.names.get(value, str(value)) or '""'
 
 
-def bit_lanes(profile: Profile, inputs: BitChanges, outputs: BitChanges) -> list[Lane]:
-    """Return a lane for every command and status bit of a stepper, including those that never change."""
-    lanes = [*_command_lanes(outputs), *_status_lanes(profile, inputs)]
+def bit_lanes(words: ModuleWords, inputs: BitChanges, outputs: BitChanges) -> list[Lane]:
+    """Return a lane for every named bit of a module with two modes, including those that never change."""
+    lanes = []
+    for names in words.groups.values():
+        for name, (image, word, bit) in names.items():
+            changes = inputs if image in INPUT else outputs
+            values = decode.module_bit(changes.words, words, image, word, 1 << bit)
+            lanes.append(_lane(name, _group(words, name, image), changes, values))
     return sorted(lanes, key=lambda lane: GROUPS.index(lane.group))
+
+
+def _group(words: ModuleWords, name: str, image: str) -> str:
+    if image not in INPUT:
+        return "command"
+    if name in words.errors or name == "POSITION_INVALID":
+        return "error"
+    return "input" if name.startswith(_INPUTS) else "status"
 
 
 def card_lanes(words: ModuleWords, inputs: BitChanges, outputs: BitChanges) -> list[Lane]:
@@ -79,40 +92,23 @@ def card_lanes(words: ModuleWords, inputs: BitChanges, outputs: BitChanges) -> l
     return lanes
 
 
-def ramp_lane(inputs: BitChanges) -> Lane:
+def ramp_lane(words: ModuleWords, inputs: BitChanges) -> Lane:
     """Return the lane of the ramp state."""
-    words = inputs.words
-    moving = _status(words, StatusMsw.MOVING_CW) | _status(words, StatusMsw.MOVING_CCW)
+
+    def on(name: str) -> NDArray[np.bool_]:
+        return decode.input_bit(inputs.words, words, name)
+
     states = np.select(
         [
-            _status(words, StatusMsw.ACCELERATING),
-            _status(words, StatusMsw.DECELERATING),
-            moving,
-            _status(words, StatusMsw.HOLD_STATE),
+            on("ACCELERATING"),
+            on("DECELERATING"),
+            on(decode.CW) | on(decode.CCW),
+            on("HOLD_STATE"),
         ],
         [ACCELERATING, DECELERATING, CONSTANT, HELD],
         REST,
     )
     return _lane("ramp", "ramp", inputs, states)
-
-
-def _command_lanes(outputs: BitChanges) -> Iterator[Lane]:
-    for word, bits in enumerate((CommandMsw, CommandLsw)):
-        for bit in bits:
-            values = decode.command_bit(outputs.words, word, bit.value)
-            yield _lane(str(bit.name), "command", outputs, values)
-
-
-def _status_lanes(profile: Profile, inputs: BitChanges) -> Iterator[Lane]:
-    for name, at in profile.groups["status"].items():
-        values = decode.status_bit(inputs.words, at.word, 1 << at.bit)
-        is_error = profile.masks[name] & profile.error_bits
-        group = "error" if is_error else "input" if name.startswith("IN_") else "status"
-        yield _lane(name, group, inputs, values)
-
-
-def _status(words: NDArray[np.int16], bit: StatusMsw) -> NDArray[np.bool_]:
-    return decode.status_bit(words, 0, bit.value)
 
 
 def _lane(name: str, group: str, changes: BitChanges, values: NDArray[Any]) -> Lane:

@@ -11,26 +11,31 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ...io_images.thousands import join_reported
 from ..format.layout import SlotInfo, block_layout
 from ..format.tagplan import FIELD
-from .image_text import Words, in_configuration_mode, module_text, risen_and_fallen
+from .image_text import Words, module_text, risen_and_fallen
+from .number_formats import NumberFormats
 from .reader import Scan
 from .sections import ScanRows
 from .tag_text import TagText
 
-_POSITION = slice(4, 8)
-_ENCODER = slice(8, 12)
-"""Bytes of a 3601's input image."""
-
-_REPORTS = {"position": _POSITION, "encoder count": _ENCODER}
+_REPORTS = {"position": "position", "encoder": "encoder count"}
+"""Quantities with a column each, and what they are in a text."""
 
 _MODE_CONFIG_HIGH = 0x80
-"""Bit 15 of input word 0, in the high byte."""
+"""Bit 15 of a status word, in its high byte."""
+
+
+class _Reporting(NamedTuple):
+    """The bytes of the memory block in which a module reports position and count."""
+
+    status: int  # the high byte of the word that has the mode
+    spans: Mapping[str, slice]  # by the text of the quantity
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +58,7 @@ class ChangeRows:
         flag_names: returns the names of the CPU's flags that are set in a scan.
         every: a row for every change, including positions and counts.
         tags: describes tags; None for a trace without any.
+        formats: of the numbers of modules whose configuration selects them.
     """
 
     def __init__(
@@ -62,18 +68,21 @@ class ChangeRows:
         *,
         every: bool = False,
         tags: TagText | None = None,
+        formats: NumberFormats | None = None,
     ) -> None:
+        self._formats = NumberFormats() if formats is None else formats
         self._tags = tags
         self._tag_row = b""
         layout = block_layout(slots)
         self._slots = [(slot, layout.places[slot.number]) for slot in slots]
-        self._reporting = [place.inputs.start for slot, place in self._slots if slot.is_stepper]
+        reporting = (_reporting(slot, place.inputs.start) for slot, place in self._slots)
+        self._reporting = [each for each in reporting if each is not None]
         self._flag_names = flag_names
         self._every = every
         self._memory = bytes(layout.size)
         self._flags: int | None = None
         self._folded = 0
-        self._folded_what = dict.fromkeys(_REPORTS, False)
+        self._folded_what = dict.fromkeys(_REPORTS.values(), False)
 
     def rows(self, scan: Scan) -> Iterator[Row]:
         """Return the changes since the previous scan; in the first scan everything that is not 0."""
@@ -135,10 +144,10 @@ class ChangeRows:
         changed = differs.any(axis=1) | flags | tags
         counted = {name: np.zeros(words.shape[1], bool) for name in self._folded_what}
         configured = np.zeros(len(scans), bool)
-        for place in self._reporting:
-            configured |= words[:, place // 2] < 0  # MODE_CONFIG is bit 15
-            for name, span in _REPORTS.items():
-                counted[name][(place + span.start) // 2 : (place + span.stop) // 2] = True
+        for each in self._reporting:
+            configured |= words[:, each.status // 2] < 0  # MODE_CONFIG is bit 15
+            for name, span in each.spans.items():
+                counted[name][span.start // 2 : span.stop // 2] = True
         told = differs[:, ~np.logical_or.reduce(list(counted.values()))].any(axis=1)
         folded = changed & ~(told | flags | configured | tags)
         if self._every:
@@ -167,24 +176,24 @@ class ChangeRows:
             text = f"... {self._folded:,} {scans} in which only the {what} changed"
             yield Row(None, None, None, "", None, None, text)
             self._folded = 0
-            self._folded_what = dict.fromkeys(self._folded_what, False)
+            self._folded_what = dict.fromkeys(_REPORTS.values(), False)
 
     def _only_reports_differ(self, memory: bytes) -> bool:
         """Return whether only words that report a position or count have changed."""
         start = 0
-        for place in self._reporting:
-            if memory[place + 1] & _MODE_CONFIG_HIGH:
+        for each in self._reporting:
+            if memory[each.status] & _MODE_CONFIG_HIGH:
                 return False  # there these words mirror the configuration
-            if memory[start : place + _POSITION.start] != self._memory[start : place + _POSITION.start]:
-                return False
-            start = place + _ENCODER.stop
+            for span in each.spans.values():
+                if memory[start : span.start] != self._memory[start : span.start]:
+                    return False
+                start = span.stop
         return memory[start:] == self._memory[start:]
 
     def _fold(self, memory: bytes) -> None:
         self._folded += 1
-        for name, words in _REPORTS.items():
-            for place in self._reporting:
-                span = slice(place + words.start, place + words.stop)
+        for each in self._reporting:
+            for name, span in each.spans.items():
                 if memory[span] != self._memory[span]:
                     self._folded_what[name] = True
 
@@ -201,13 +210,30 @@ class ChangeRows:
     def _row(self, scan: Scan, slot: SlotInfo, direction: str, image: slice) -> Row:
         both = self._memory, scan.memory
         before, after = (memoryview(memory)[image].cast("h").tolist() for memory in both)
-        position, encoder = _reported(slot, direction, after)
-        text = module_text(slot, direction, before, after)
+        position, encoder = self._reported(scan.scan, slot, direction, after)
+        text = module_text(slot, direction, before, after, self._formats.reader(slot.number, scan.scan))
         return Row(scan.scan, scan.now_ns, slot.number, direction, position, encoder, text)
 
+    def _reported(self, scan: int, slot: SlotInfo, direction: str, words: Words) -> list[int | None]:
+        """Return position and count of an image, None where it has none."""
+        if direction != "in" or slot.words.configures("in", words):
+            return [None] * len(_REPORTS)
+        quantities = map(slot.words.quantity, _REPORTS)
+        value = self._formats.reader(slot.number, scan)
+        return [None if each is None else value(each, words) for each in quantities]
 
-def _reported(slot: SlotInfo, direction: str, words: Words) -> tuple[int | None, int | None]:
-    """Return position and count of an image, None where it has none."""
-    if not slot.is_stepper or direction != "in" or in_configuration_mode(words):
-        return None, None
-    return join_reported(words[2], words[3]), join_reported(words[4], words[5])
+
+def _reporting(slot: SlotInfo, start: int) -> _Reporting | None:
+    """Return the places of a module's position and count; None if it reports neither.
+
+    Args:
+        start: of its input image in the memory block, in bytes.
+    """
+    quantities = {what: slot.words.quantity(name) for name, what in _REPORTS.items()}
+    spans = {
+        what: slice(start + 2 * each.word, start + 2 * (each.word + each.words))
+        for what, each in quantities.items()
+        if each is not None
+    }
+    modes = slot.words.modes
+    return None if modes is None or not spans else _Reporting(start + 2 * modes.input + 1, spans)

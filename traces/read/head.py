@@ -22,6 +22,7 @@ from ..format.schema import (
     METADATA,
     NAME_STEM,
     SCHEMA_ENCODING,
+    image_fields,
     layout_of,
     rest_bytes,
     scan_schema,
@@ -142,12 +143,12 @@ def _rest_bytes(
     channel: Channel, schema: Schema | None, slots: Sequence[SlotInfo], tags: TagPlan | None
 ) -> int:
     """Return the bytes of a scan after the tags; TraceError if the fields before them are unknown."""
-    known = scan_schema(slots, tags)
+    text = "" if schema is None else schema.data.decode("utf-8", "replace")
+    known = scan_schema(slots, tags, images=image_fields(text))
     found = (channel.message_encoding, schema.encoding, schema.name) if schema is not None else ()
     wanted = (MESSAGE_ENCODING, SCHEMA_ENCODING, known.name)
     if found == wanted:
         return 0
-    text = "" if schema is None else schema.data.decode("utf-8", "replace")
     if found == (*wanted[:2], NAME_STEM + layout_of(text)):
         try:
             rest = rest_bytes(text, known)

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import IntFlag
 
 from ...io_images.amci3601.bits import CommandLsw, CommandMsw, ConfigMsw, InputBit, StatusMsw
 from ...io_images.amci3601.words import WORDS_3601, Profile, is_stepper
+from ...io_images.module_words import ModuleWords, Quantity
+from ...io_images.number_formats import NumberFormat
 from ...io_images.thousands import is_legal_pair, join_reported, join_thousands
 from ..format.layout import SlotInfo
 
 Words = Sequence[int]
 """The signed words of an image."""
+
+ValueReader = Callable[[Quantity, Words], int]
+"""Reads a quantity in the signed words of its image."""
 
 _MODE_CONFIG = StatusMsw.MODE_CONFIG.value
 _OTHER_USE = (CommandLsw.BLEND_PROGRAM | CommandLsw.ENC_FOLLOWER).value
@@ -72,6 +77,61 @@ def input_wording(before: Words, after: Words, profile: Profile = WORDS_3601) ->
     return " ".join(parts)
 
 
+def in_thousands(quantity: Quantity, words: Words) -> int:
+    """Return a quantity in the words of its image; without a known format in thousands."""
+    first, *rest = words[quantity.word : quantity.word + quantity.words]
+    return (quantity.format or NumberFormat.THOUSANDS).reported(first, rest[0]) if rest else first
+
+
+def moded_wording(
+    module: ModuleWords, direction: str, before: Words, after: Words, value: ValueReader = in_thousands
+) -> str:
+    """Return a changed image of a module with two modes as text, by its own names.
+
+    Outputs: the bits that are on, and the quantities that changed or belong to a new command. Inputs: bits
+    that rose and fell, and quantities but those with columns of their own.
+
+    >>> from ...io_images.drives.models import SMD23E2
+    >>> moded_wording(SMD23E2.words, "out", (0,) * 10, (2, -0x8000, 12, 345, 5, 0, 20, 10, 0, 0))
+    'RELATIVE_MOVE ENABLE_DRIVER, target 12,345, programmed_speed 5,000, acceleration 20, deceleration 10'
+    >>> moded_wording(SMD23E2.words, "in", (0x4008, *9 * (0,)), (0x4021, *9 * (0,)))
+    '+MOVING_CW +ACCELERATING -STOPPED'
+    """
+    if module.configures(direction, after):
+        shown = [f"{word & 0xFFFF:04X}h" for word in after[:2]] + [str(word) for word in after[2:]]
+        return f"configuration {' '.join(shown)}"
+    if module.configures(direction, before):
+        before = (0,) * len(after)  # a configuration can't be compared with commands
+    was, now = (_bits_on(module, direction, words) for words in (before, after))
+    is_output = direction == "out"
+    parts = [" ".join(now) or "no command"] if is_output else [risen_and_fallen(was, now)]
+    given = is_output and len(set(now) - set(was)) > 0
+    for each in module.quantities_in(direction):
+        places = slice(each.word, each.word + each.words)
+        changed = list(after[places]) != list(before[places])
+        if not each.counts and (changed or (given and any(after[places]))):
+            parts.append(f"{each.name} {value(each, after):,}")
+    return ", ".join(part for part in [*parts, _unnamed(module, direction, before, after)] if part)
+
+
+def _bits_on(module: ModuleWords, direction: str, words: Words) -> list[str]:
+    """Return the names of the bits that are on; a nameless one of a word with names as `status_1.5`."""
+    names = module.named(direction)
+    by_word = {
+        word: dict(module.bits("O" if direction == "out" else "I", word)) for word in range(len(names))
+    }
+    return [on for word, bits in by_word.items() if bits for on in _names_on(names[word], bits, words[word])]
+
+
+def _unnamed(module: ModuleWords, direction: str, before: Words, after: Words) -> str:
+    """Return the changes in words that neither have named bits nor are quantities."""
+    known = module.covered(direction) | {each.word for each in module.quantities_in(direction)}
+    rest = [word for word in range(len(after)) if word not in known]
+    names = module.named(direction)
+    was, now = ([words[word] for word in rest] for words in (before, after))
+    return plain_wording([names[word] for word in rest], was, now)
+
+
 def in_configuration_mode(inputs: Words) -> bool:
     """Return whether an input image of a 3601 is in configuration mode: a mirror, without positions."""
     return bool(inputs[0] & _MODE_CONFIG)
@@ -108,12 +168,21 @@ def bit_names(bits: type[IntFlag], word: int) -> list[str]:
     return [_bit_name(bits, bit) for bit in range(16) if word >> bit & 1]
 
 
-def module_text(slot: SlotInfo, direction: str, before: Words, after: Words) -> str:
-    """Return the changes in an image of a slot as text; `direction` is "out" or "in"."""
+def module_text(
+    slot: SlotInfo, direction: str, before: Words, after: Words, value: ValueReader = in_thousands
+) -> str:
+    """Return the changes in an image of a slot as text.
+
+    Args:
+        direction: "out" or "in".
+        value: reads a quantity in the words of the image after the change.
+    """
     if is_stepper(slot.words):
         if direction == "out":
             return output_wording(before, after)
         return input_wording(before, after, slot.words)
+    if slot.words.modes is not None:
+        return moded_wording(slot.words, direction, before, after, value)
     image, names = ("O", slot.words.outputs) if direction == "out" else ("I", slot.words.inputs)
     named = {word: bits for word in range(len(names)) if (bits := dict(slot.words.bits(image, word)))}
     changed = [

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ...io_images.amci3601 import StatusView
-from ...io_images.amci3601.words import is_stepper
 from ...io_images.static_html import card, curve, line, rows
 from ...io_images.times import seconds
+from ..format.layout import SlotInfo
 from .event_text import describe
+from .number_formats import NumberFormats
 
 if TYPE_CHECKING:
     from .reader import Trace
@@ -43,25 +43,27 @@ def as_html(trace: Trace) -> str:
 
 def _way(trace: Trace) -> str:
     """Return the position of the first slot that has one, as a line."""
-    slot = next((each.number for each in trace.head.slots if is_stepper(each.words)), None)
+    slot = next((each for each in trace.head.slots if each.words.is_axis), None)
     values = [] if slot is None else _positions(trace, slot)
-    if len(values) < 2:
+    if slot is None or len(values) < 2:
         return ""
-    title = f"slot {slot}: position, {min(values):,} to {max(values):,} steps"
+    title = f"slot {slot.number}: position, {min(values):,} to {max(values):,} steps"
     return line(title) + curve(title, values)
 
 
-def _positions(trace: Trace, slot: int) -> Sequence[int]:
+def _positions(trace: Trace, slot: SlotInfo) -> Sequence[int]:
     """Return positions at even distances; of a long trace not more than a scan of each part is read."""
     parts = trace.sections[:: max(1, len(trace.sections) // POINTS)]
     each = max(1, POINTS // max(len(parts), 1))
+    position, formats = slot.words.quantity("position"), NumberFormats.of(trace)
+    assert position is not None
     found: list[int] = []
     for section in parts:
         for block in trace.scan_rows(section):
             for scan in trace.as_scans(block[:: max(1, len(block) // each)]):
-                view = StatusView(scan.inputs(slot))
-                if not view.MODE_CONFIG:  # in that mode the words are those of the configuration
-                    found.append(view.position)
+                words = list(scan.inputs(slot.number))
+                if not slot.words.configures("in", words):
+                    found.append(formats.value(slot.number, scan.scan, position, words))
     return found[:: -(-len(found) // POINTS) or 1]
 
 

@@ -10,11 +10,11 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ...io_images.amci3601 import CommandLsw, CommandMsw
-from ...io_images.amci3601.words import Profile, is_stepper
+from ...io_images.module_words import INPUT, ModuleWords, Quantity
 from ...io_images.tag_names import AmbiguousNameError, normal
 from ..format.layout import SlotInfo
 from ..format.tagplan import TagPlan
+from ..read.number_formats import NumberFormats
 from ..read.reader import Trace
 from ..read.sequence_steps import sequence_steps
 from . import decode
@@ -32,12 +32,6 @@ NO_STEPS: Steps = MappingProxyType({})
 
 _DIRECTIONS = ("in", "out")
 
-# 3601: direction -> name -> its MSW [chapters 5 and 6]
-_VALUES: Mapping[str, Mapping[str, int]] = {
-    "in": {"position": 2, "encoder": 4, "captured": 6},
-    "out": {"target": 2, "programmed_speed": 4},
-}
-
 
 class UnknownSignalError(ValueError):
     """A name without a signal."""
@@ -52,6 +46,7 @@ class Catalog(Mapping[str, Signal]):
     Args:
         texts: meanings of the codes of its texts.
         sequences: the steps of its sequences.
+        formats: of the numbers of modules whose configuration selects them.
     """
 
     def __init__(
@@ -60,9 +55,12 @@ class Catalog(Mapping[str, Signal]):
         tags: TagPlan | None = None,
         texts: Mapping[int, str] = NO_TEXTS,
         sequences: Steps = NO_STEPS,
+        formats: NumberFormats | None = None,
     ) -> None:
         self.slots = tuple(slots)
-        signals = [FLAGS, *(signal for slot in slots for signal in _slot_signals(slot))]
+        known = NumberFormats() if formats is None else formats
+        signals = [FLAGS, *(signal for slot in slots for signal in _slot_signals(slot, known))]
+        self._covered = {name for slot in slots for name in _covered_words(slot)}
         if tags is not None:
             signals += tag_signals(tags, texts)
         signals += sequence_signals(sequences)
@@ -72,7 +70,8 @@ class Catalog(Mapping[str, Signal]):
     @classmethod
     def of(cls, trace: Trace) -> Catalog:
         """Return the signals of a trace."""
-        return cls(trace.head.slots, trace.head.tags, trace.texts(), sequence_steps(trace))
+        formats = NumberFormats.of(trace)
+        return cls(trace.head.slots, trace.head.tags, trace.texts(), sequence_steps(trace), formats)
 
     def __getitem__(self, name: str) -> Signal:
         """Return a signal, by its name in the trace or in the program, or by the address of an image.
@@ -141,7 +140,7 @@ class Catalog(Mapping[str, Signal]):
     def _is_plain(self, signal: Signal) -> bool:
         if signal.kind is not SignalKind.WORD or signal is FLAGS:
             return True
-        return not signal.name.endswith(("_msw", "_lsw"))
+        return signal.name not in self._covered
 
     def _found(self, name: str) -> Signal | None:
         return self._signals.get(name) or self._numbered_bit(name) or self._constant(name)
@@ -189,67 +188,66 @@ class Catalog(Mapping[str, Signal]):
         return f"no signal {name!r}: {hint}"
 
 
-def _slot_signals(slot: SlotInfo) -> Iterator[Signal]:
-    number, stem = slot.number, f"slot{slot.number}"
-    if is_stepper(slot.words):
-        yield Signal(f"{stem}.speed", SignalKind.MEASURED, partial(_speed, number))
-        yield from _3601_signals(number, stem, slot.words)
-    else:
-        yield from _named_bits(slot, stem)
-    words = slot.words
+def _slot_signals(slot: SlotInfo, formats: NumberFormats) -> Iterator[Signal]:
+    number, stem, words = slot.number, f"slot{slot.number}", slot.words
+    position = words.quantity("position")
+    if position is not None:
+        read = partial(_speed, number, words, position, formats)
+        yield Signal(f"{stem}.speed", SignalKind.MEASURED, read)
+    for each in words.quantities:
+        if each.words > 1:
+            value = partial(_value, number, words, each, formats)
+            yield Signal(f"{stem}.{DIRECTIONS[each.image]}.{each.name}", SignalKind.VALUE, value)
+    yield from _named_bits(slot, stem)
     for direction, names in zip(_DIRECTIONS, (words.inputs, words.outputs), strict=True):
         for place, name in enumerate(names):
-            read = partial(_word, number, direction, place)
-            yield Signal(f"{stem}.{direction}.{name}", SignalKind.WORD, read)
+            read_word = partial(_word, number, direction, place)
+            yield Signal(f"{stem}.{direction}.{name}", SignalKind.WORD, read_word)
+
+
+def _covered_words(slot: SlotInfo) -> Iterator[str]:
+    """Yield the signals of words that other signals show."""
+    for direction in _DIRECTIONS:
+        names = slot.words.named(direction)
+        for word in slot.words.covered(direction):
+            yield f"slot{slot.number}.{direction}.{names[word]}"
 
 
 def _named_bits(slot: SlotInfo, stem: str) -> Iterator[Signal]:
-    for names in slot.words.groups.values():
-        for name, (image, word, bit) in names.items():
-            direction = DIRECTIONS[image]
-            read = partial(_bit, slot.number, direction, word, bit)
-            yield Signal(f"{stem}.{direction}.{name}", SignalKind.BIT, read)
-
-
-def _3601_signals(number: int, stem: str, profile: Profile) -> Iterator[Signal]:
-    for direction, values in _VALUES.items():
-        for name, msw in values.items():
-            yield Signal(
-                f"{stem}.{direction}.{name}", SignalKind.VALUE, partial(_value, number, direction, msw)
-            )
-    for name, at in profile.groups["status"].items():
-        read = partial(_status, number, at.word, 1 << at.bit)
-        yield Signal(f"{stem}.in.{name}", SignalKind.BIT, read)
-    for word, command in enumerate((CommandMsw, CommandLsw)):
-        for bit in command:
-            read = partial(_command, number, word, bit.value)
-            yield Signal(f"{stem}.out.{bit.name}", SignalKind.BIT, read)
+    named = [(name, at) for names in slot.words.groups.values() for name, at in names.items()]
+    if slot.words.modes is not None:
+        named.sort(key=lambda each: each[1].image not in INPUT)
+    for name, (image, word, bit) in named:
+        direction = DIRECTIONS[image]
+        read = partial(_bit, slot.number, slot.words, direction, word, 1 << bit)
+        yield Signal(f"{stem}.{direction}.{name}", SignalKind.BIT, read)
 
 
 def _word(slot: int, direction: str, place: int, block: Block) -> Array:
     return np.ascontiguousarray(block.image(slot, direction)[:, place])
 
 
-def _bit(slot: int, direction: str, word: int, bit: int, block: Block) -> Array:
-    bits: Array = (_word(slot, direction, word, block) >> bit & 1).astype(bool)
-    return bits
+def _bit(slot: int, words: ModuleWords, direction: str, word: int, mask: int, block: Block) -> Array:
+    return decode.module_bit(block.image(slot, direction), words, direction, word, mask)
 
 
-def _value(slot: int, direction: str, msw: int, block: Block) -> Array:
-    return decode.value(block.image(slot, direction), msw)
+def _value(slot: int, words: ModuleWords, quantity: Quantity, formats: NumberFormats, block: Block) -> Array:
+    image = block.image(slot, DIRECTIONS[quantity.image])
+    return _blanked(words, quantity, image, formats.values(slot, quantity, block.scan, image))
 
 
-def _status(slot: int, word: int, mask: int, block: Block) -> Array:
-    return decode.status_bit(block.image(slot, "in"), word, mask)
-
-
-def _command(slot: int, word: int, mask: int, block: Block) -> Array:
-    return decode.command_bit(block.image(slot, "out"), word, mask)
-
-
-def _speed(slot: int, block: Block) -> Array:
-    speed = decode.speed(block.wide_image(slot, "in"), block.wide.time_ns, block.margin)
+def _speed(slot: int, words: ModuleWords, position: Quantity, formats: NumberFormats, block: Block) -> Array:
+    image = block.wide_image(slot, "in")
+    positions = _blanked(words, position, image, formats.values(slot, position, block.wide.scan, image))
+    speed = decode.speed(decode.travel(image, words, positions), block.wide.time_ns, block.margin)
     return speed[block.start : block.stop]
+
+
+def _blanked(words: ModuleWords, quantity: Quantity, image: Array, values: Array) -> Array:
+    """Return values of command mode, NaN in configuration mode."""
+    if words.modes is not None:
+        values[~decode.in_command_mode(image, words.modes.word(quantity.image))] = np.nan
+    return values
 
 
 def _bit_of(word: Signal, number: int, block: Block) -> Array:

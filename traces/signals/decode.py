@@ -1,4 +1,4 @@
-"""Words of a 3601 into values, for whole columns at once."""
+"""Words of a module with two modes into bits and speeds, for whole columns at once."""
 
 from __future__ import annotations
 
@@ -7,39 +7,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...io_images.amci3601 import LIVE_BITS, CommandMsw, StatusMsw
+from ...io_images.module_words import ModuleWords
 
 Words = NDArray[np.int16]
 """A column per word, a row per scan: one image of one slot."""
 
-_MODE_CONFIG = StatusMsw.MODE_CONFIG.value  # the same bit in either direction
-_WRAP = 65_536_000
+CW, CCW = "MOVING_CW", "MOVING_CCW"
+"""Status bits of an axis."""
 
 
-def joined(msw: NDArray[np.int16], lsw: NDArray[np.int16]) -> NDArray[np.float64]:
-    """Join reported words into values, as `thousands.join_reported` does for one.
-
-    >>> joined(np.array([-1, -1, 16], np.int16), np.array([999, -999, 214], np.int16)).tolist()
-    [65535999.0, -1999.0, 16214.0]
-    """
-    values = msw.astype(np.float64) * 1000 + lsw
-    opposite = (msw < 0) & (lsw > 0), (msw > 0) & (lsw < 0)
-    values[opposite[0]] += _WRAP
-    values[opposite[1]] -= _WRAP
-    return values
-
-
-def in_command_mode(words: Words) -> NDArray[np.bool_]:
-    """Return the scans in which an image is in command mode: bit 15 of word 0 is clear."""
-    result: NDArray[np.bool_] = words[:, 0] >= 0
+def in_command_mode(words: Words, status: int = 0) -> NDArray[np.bool_]:
+    """Return the scans in which an image is in command mode: bit 15 of its word `status` is clear."""
+    result: NDArray[np.bool_] = words[:, status] >= 0
     return result
-
-
-def value(words: Words, msw: int) -> NDArray[np.float64]:
-    """Return the value in words `msw` and `msw + 1`, NaN in configuration mode."""
-    values = joined(words[:, msw], words[:, msw + 1])
-    values[~in_command_mode(words)] = np.nan
-    return values
 
 
 def bit(column: NDArray[Any], mask: int) -> NDArray[np.bool_]:
@@ -48,47 +28,56 @@ def bit(column: NDArray[Any], mask: int) -> NDArray[np.bool_]:
     return result
 
 
-def status_bit(words: Words, word: int, mask: int) -> NDArray[np.bool_]:
-    """Return the scans in which a status bit is set.
+def module_bit(words: Words, module: ModuleWords, image: str, word: int, mask: int) -> NDArray[np.bool_]:
+    """Return the scans in which a named bit is set.
 
-    In configuration mode all but three bits mirror the configuration: none of these counts as set then.
+    In configuration mode most bits mirror the configuration: none of these counts as set then.
+
+    Args:
+        image: "I" or "in", "O" or "out".
+        mask: of the bit in the word.
     """
     found = bit(np.ascontiguousarray(words[:, word]), mask)
-    return found if not word and mask & LIVE_BITS else found & in_command_mode(words)
+    if module.modes is None or mask & module.live(image, word):
+        return found
+    return found & in_command_mode(words, module.modes.word(image))
 
 
-def command_bit(words: Words, word: int, mask: int) -> NDArray[np.bool_]:
-    """Return the scans in which a command bit is set; in configuration mode only MODE_CONFIG is one."""
-    found = bit(np.ascontiguousarray(words[:, word]), mask)
-    return found if not word and mask == CommandMsw.MODE_CONFIG.value else found & in_command_mode(words)
+def input_bit(words: Words, module: ModuleWords, name: str) -> NDArray[np.bool_]:
+    """Return the scans in which a bit of the input image is set, by its name; never for an unknown one."""
+    at = module.place(name)
+    if at is None:
+        return np.zeros(len(words), bool)
+    return module_bit(words, module, "I", at.word, 1 << at.bit)
 
 
-def travel(words: Words) -> NDArray[np.float64]:
-    """Return the motion of the position words since the previous scan, steps.
+def travel(words: Words, module: ModuleWords, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the motion of the position since the previous scan, steps.
 
     A preset, the end of homing or a configuration sets the position without a step: changes
     while neither MOVING bit is set, or against its direction, count as 0.
 
     Args:
         words: an input image's words, a row per scan.
+        positions: its position, NaN where it has none.
     """
     steps = np.zeros(len(words))
-    moved = np.diff(value(words, 2))
-    onward = np.where(status_bit(words, 0, StatusMsw.MOVING_CW.value)[1:], moved, 0)
-    back = np.where(status_bit(words, 0, StatusMsw.MOVING_CCW.value)[1:], moved, 0)
+    moved = np.diff(positions)
+    onward = np.where(input_bit(words, module, CW)[1:], moved, 0)
+    back = np.where(input_bit(words, module, CCW)[1:], moved, 0)
     steps[1:] = np.fmax(onward, 0) + np.fmin(back, 0)
     return steps
 
 
-def speed(words: Words, time_ns: NDArray[np.int64], margin: int) -> NDArray[np.float64]:
+def speed(steps: NDArray[np.float64], time_ns: NDArray[np.int64], margin: int) -> NDArray[np.float64]:
     """Return the mean speed from `margin` scans before to `margin` scans after each one, steps/s, signed.
 
     Args:
-        words: an input image's words, a row per scan.
+        steps: the motion since the previous scan, see `travel`.
         margin: scans either way, 1 or more; fewer at the ends.
     """
-    distance = np.cumsum(travel(words))
-    rows = np.arange(len(words))
+    distance = np.cumsum(steps)
+    rows = np.arange(len(steps))
     late, early = np.minimum(rows + margin, len(rows) - 1), np.maximum(rows - margin, 0)
     elapsed = (time_ns[late] - time_ns[early]) / 1e9
     return np.divide(distance[late] - distance[early], elapsed, out=np.zeros(len(rows)), where=elapsed > 0)

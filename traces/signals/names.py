@@ -63,7 +63,7 @@ class SignalNames:
             last = (key_of(signal.title) or signal.title.lower()).rpartition(".")[2]
             found.setdefault(last, []).append(signal.name)
         for slot in self._slots:
-            for names in slot.words.groups.values() if not slot.is_stepper else ():
+            for names in slot.words.groups.values() if slot.words.modes is None else ():
                 for name, at in names.items():
                     signal_name = f"slot{slot.number}.{DIRECTIONS[at.image]}.{name}"
                     found.setdefault(name.lower(), []).append(signal_name)
@@ -85,15 +85,15 @@ class SignalNames:
             return None
         direction = DIRECTIONS[at.image]
         stem = f"slot{at.slot}.{direction}"
-        by_meaning = _BY_MEANING.match(text) or not self._is_stepper(at)
+        by_meaning = _BY_MEANING.match(text) or not self._has_modes(at)
         name = next((name for name, bit in words[at.slot].bits(at.image, at.word) if bit == at.bit), None)
         if name is not None and by_meaning:
             return f"{stem}.{name}"
         word = (words[at.slot].inputs if at.image == "I" else words[at.slot].outputs)[at.word]
         return f"{stem}.{word}" if at.bit is None else f"{stem}.{word}.{at.bit}"
 
-    def _is_stepper(self, at: Address) -> bool:
-        return next(slot.is_stepper for slot in self._slots if slot.number == at.slot)
+    def _has_modes(self, at: Address) -> bool:
+        return next(slot.words.modes is not None for slot in self._slots if slot.number == at.slot)
 
 
 def is_named(signal: Signal, pattern: str) -> bool:

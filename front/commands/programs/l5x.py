@@ -11,6 +11,7 @@ from typing import Annotated
 import typer
 
 from ...terminal.as_json import JsonOption
+from ...terminal.trace_options import KeepValuesOption, MemoryOption
 
 
 def _l5x_command(
@@ -23,6 +24,13 @@ def _l5x_command(
     against: Annotated[
         Path | None, typer.Option(metavar="OLDER", help="List what differs from an older version.")
     ] = None,
+    html: Annotated[
+        Path | None,
+        typer.Option("--html", metavar="OUT", help="With --against: also write both versions side by side."),
+    ] = None,
+    text: Annotated[
+        bool, typer.Option("--text", help="Print the file as text without order and dates, for git.")
+    ] = False,
     export: Annotated[
         str | None,
         typer.Option(metavar="PROGRAM[.ROUTINE]", help="Print it as an L5X for partial import."),
@@ -42,6 +50,8 @@ def _l5x_command(
         bool,
         typer.Option("--stand-in", help="Declare tags, members and routines that the L5X names and lacks."),
     ] = False,
+    keep_values: KeepValuesOption = False,
+    memory: MemoryOption = None,
     out: Annotated[
         Path | None,
         typer.Option(
@@ -66,6 +76,8 @@ def _l5x_command(
     Example: scanrack l5x machine.L5X --print-rack --stepper Feed > machine.toml
 
     Example: scanrack l5x machine.L5X --against before.L5X
+    Example: scanrack l5x machine.L5X --against before.L5X --html review.html
+    Example: scanrack l5x machine.L5X --text
     Example: scanrack l5x line.rung --export Main.Sequence > sequence.L5X
     Example: scanrack l5x machine.L5X --out copy.L5X
 
@@ -74,7 +86,22 @@ def _l5x_command(
     """
     from .l5x_job import l5x
 
-    l5x(file, as_json, rack, against, export, stepper, run, scans, stand_in, out)
+    l5x(
+        file,
+        as_json,
+        rack,
+        against,
+        html,
+        text,
+        export,
+        out,
+        stepper,
+        run,
+        scans,
+        stand_in,
+        keep_values,
+        memory,
+    )
 
 
 def register(app: typer.Typer) -> None:

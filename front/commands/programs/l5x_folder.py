@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ...jobs.load.program import EXPORT_SUFFIXES
-from ...jobs.load.trial import tried
+from ...jobs.load.trial import Trial, tried
 from ...ladder.model.errors import LadderError
 from ...rockwell.l5x.mnemonics import MNEMONICS
 from ...rockwell.l5x.report import Report
@@ -24,6 +24,7 @@ _REASONS = (
     (re.compile(r"function block diagrams have no ([\w, ]+) here"), "blocks without an implementation: {}"),
     (re.compile(r"is a loop without|they are a loop without"), "a loop of blocks without a feedback wire"),
     (re.compile(r"source is encoded|source of this add-on is encoded"), "encoded"),
+    (re.compile(r"\btag \S+ is not declared: "), "tags that are not declared"),
     (re.compile(r"no (?:tag|routine|parameter or local tag|add-on|instruction) |has no member "), LACKS),
     (re.compile(r"\b(\w+) is unknown"), "an instruction without an implementation: {}"),
     (re.compile(r"is of type \w+; types of rungs"), "edits in progress"),
@@ -113,24 +114,24 @@ def exports_in(folder: Path) -> list[Path]:
     return sorted(each for each in folder.rglob("*") if each.suffix.upper() in suffixes and each.is_file())
 
 
-def report_of(paths: Iterable[Path], *, stand_in: bool, scans: int) -> FolderReport:
+def report_of(paths: Iterable[Path], trial: Trial) -> FolderReport:
     """Import exports, run their trials, and sum them up."""
     found = FolderReport()
     for each in paths:
         found.files += 1
         try:
-            found.add(tried(each, scans, stand_in=stand_in).report)
+            found.add(tried(each, trial).report)
         except LadderError:
             found.unusable += 1
     return found
 
 
-def l5x_folder(folder: Path, *, as_json: bool, stand_in: bool, scans: int) -> int:
+def l5x_folder(folder: Path, trial: Trial, *, as_json: bool) -> int:
     """Print the sums over a folder; return the exit status."""
     paths = exports_in(folder)
     if not paths:
         return complain(f"{folder}: no .L5X or .SLC file in it", BAD_INPUT)
-    found = report_of(paths, stand_in=stand_in, scans=scans)
+    found = report_of(paths, trial)
     if as_json:
         say_json(found.as_json())
     else:

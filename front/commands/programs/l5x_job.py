@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from ...jobs.load.trial import is_slc, tried
+from ...jobs.load.exports import begun
+from ...jobs.load.program import DOWNLOADED
+from ...jobs.load.trial import Trial, is_slc, tried
 from ...ladder.files.rungfile import read_program
 from ...ladder.files.suffixes import SUFFIX
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import Stubs
+from ...rockwell.diff import compare_exports, page_of, text_of_export
 from ...rockwell.l5x import import_l5x
-from ...rockwell.l5x.comparing import differences
 from ...rockwell.l5x.export import export_l5x
 from ...rockwell.l5x.partial import partial_l5x
 from ...rockwell.l5x.trial import SCANS
@@ -23,13 +25,14 @@ from ...rockwell.slc.document import read_document as read_slc
 from ...terminal.as_json import say_json
 from ...terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, NO, complain, reason, size_of
 from ...terminal.terminal import say, say_file
-from ...traces.files.guard import EXPORT
+from ...traces.files.guard import EXPORT, PAGE, OwnedError
 from ...traces.files.newfile import new_file
 
 if TYPE_CHECKING:
     from ...jobs.first.first_run import FirstRun
     from ...rockwell.l5x import L5xImport
     from ...rockwell.slc import SlcImport
+    from ...runtime.config.export_table import ExportTable
 
 
 def l5x(
@@ -37,38 +40,49 @@ def l5x(
     as_json: bool,
     rack: bool,
     against: Path | None,
+    html: Path | None,
+    text: bool,
     export: str | None,
+    out: Path | None,
     stepper: list[str] | None,
     run: bool,
     scans: int | None,
     stand_in: bool,
-    out: Path | None,
+    keep_values: bool,
+    memory: int | None,
 ) -> None:
     """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
     """
+    begins = begun(keep_values=keep_values, memory=memory) or DOWNLOADED
     if file.is_dir():
-        if against or rack or stepper or export or run or out:
-            raise typer.Exit(complain(f"{file}: a folder takes --json, --scans and --stand-in", BAD_INPUT))
+        if against or html or text or rack or stepper or export or out or run or keep_values:
+            taken = "--json, --scans, --stand-in and --memory"
+            raise typer.Exit(complain(f"{file}: a folder takes {taken}", BAD_INPUT))
         from .l5x_folder import l5x_folder  # a single file needs none of it
 
-        raise typer.Exit(l5x_folder(file, as_json=as_json, stand_in=stand_in, scans=scans or SCANS))
+        trial = Trial(scans or SCANS, stand_in, begins.memory_mib)
+        raise typer.Exit(l5x_folder(file, trial, as_json=as_json))
+    if html is not None and against is None:
+        raise typer.Exit(complain("--html draws what --against finds: name the older version", BAD_INPUT))
     if against is not None:
-        raise typer.Exit(_print_differences(file, against, as_json=as_json))
+        raise typer.Exit(_print_differences(file, against, html, as_json=as_json))
+    if text:
+        raise typer.Exit(_print_text(file))
     if rack or stepper:
-        raise typer.Exit(_print_rack(file, stepper or [], stand_in=stand_in))
+        raise typer.Exit(_print_rack(file, stepper or [], begins, stand_in=stand_in))
     if export is not None or out is not None:
         raise typer.Exit(_export(file, export, out))
     try:
-        imported = tried(file, (not run and scans) or SCANS, stand_in=stand_in)
+        imported = tried(file, Trial((not run and scans) or SCANS, stand_in, begins.memory_mib))
     except LadderError as error:
         if as_json:
             say_json({"file": str(file), "problem": str(error)})
         raise typer.Exit(complain(str(error), BAD_INPUT)) from None
     report = imported.report
-    first = _first_run(file, imported, scans) if run else None
+    first = _first_run(file, imported, scans, begins) if run else None
     if as_json:
         say_json(report.as_json() | ({"run": first.as_json()} if first else {}))
     else:
@@ -77,30 +91,45 @@ def l5x(
     raise typer.Exit(DONE if report.complete and not (first and (first.fault or first.problem)) else NO)
 
 
-def _first_run(file: Path, imported: L5xImport | SlcImport, scans: int | None) -> FirstRun:
+def _first_run(
+    file: Path, imported: L5xImport | SlcImport, scans: int | None, begins: ExportTable
+) -> FirstRun:
     """Run an export on its own rack."""
     from ...jobs.first import first_run  # racks take time to import, and a report needs none
 
-    return first_run.first_run(file, imported, scans or first_run.SCANS)
+    return first_run.first_run(file, imported, scans or first_run.SCANS, begins)
 
 
-def _print_differences(file: Path, older: Path, *, as_json: bool) -> int:
-    """Print the differences between two versions; return the exit status."""
-    for each in (file, older):
-        if is_slc(each):
-            return complain(f"{each}: --against compares L5X files", BAD_INPUT)
+def _print_differences(file: Path, older: Path, html: Path | None, *, as_json: bool) -> int:
+    """Print the differences between two versions, and draw them; return the exit status."""
     try:
-        found = differences(read_document(older), read_document(file))
+        found = compare_exports(older, file)
     except LadderError as error:
         return complain(str(error), BAD_INPUT)
+    if html is not None:
+        used = {file: "the export", older: "the older export"}
+        try:
+            with new_file(html, PAGE, used=used) as out:
+                out.write(page_of(found, older.name, file.name))
+        except OwnedError as error:
+            return complain(str(error), BAD_INPUT)
+        except OSError as error:
+            return complain(reason(error), CANNOT_WRITE)
     if as_json:
-        say_json([each.as_json() for each in found])
-        return NO if found else DONE
-    for difference in found:
-        for line in difference.lines():
+        say_json({"file": str(file), "against": str(older), **found.as_json()})
+    else:
+        for line in found.lines():
             say(line)
-    say(f"{len(found)} difference{'s'[: len(found) != 1]}" if found else "no difference")
-    return NO if found else DONE
+    return NO if found.differences else DONE
+
+
+def _print_text(file: Path) -> int:
+    """Print an export as text, for git; return the exit status."""
+    try:
+        say(text_of_export(file), whole=True)
+    except LadderError as error:
+        return complain(str(error), BAD_INPUT)
+    return DONE
 
 
 def _export(file: Path, name: str | None, out: Path | None) -> int:
@@ -121,7 +150,7 @@ def _export(file: Path, name: str | None, out: Path | None) -> int:
 
 
 def _exported(file: Path, name: str | None) -> bytes:
-    """Return an export as it was read, or a part of it; a program made here is written anew."""
+    """Return an export as it was read, or a part of it; a program made here is written new."""
     if file.suffix == SUFFIX:
         if name is None:
             raise LadderError(f"{file}: it is no export; name a program with --export")
@@ -133,7 +162,7 @@ def _exported(file: Path, name: str | None) -> bytes:
     return read_slc(file).source
 
 
-def _print_rack(file: Path, steppers: list[str], *, stand_in: bool) -> int:
+def _print_rack(file: Path, steppers: list[str], begins: ExportTable, *, stand_in: bool) -> int:
     """Print a rack file for an export; return the exit status."""
     from ...jobs.imports.l5x_rack import rack_of  # racks take time to import, and a report needs none
     from ...jobs.imports.slc_rack import rack_of_slc
@@ -143,8 +172,9 @@ def _print_rack(file: Path, steppers: list[str], *, stand_in: bool) -> int:
             program = import_slc(file)
             printed, report = rack_of_slc(program, file, steppers), program.report
         else:
-            imported = import_l5x(file, Stubs(missing_tags=stand_in), trial=True)
-            printed, report = rack_of(imported, file, steppers), imported.report
+            stubs = Stubs(missing_tags=stand_in)
+            imported = import_l5x(file, stubs, trial=True, memory_mib=begins.memory_mib)
+            printed, report = rack_of(imported, file, steppers, export=begins), imported.report
     except ValueError as error:
         return complain(str(error), BAD_INPUT)
     say(printed.rstrip(), whole=True)

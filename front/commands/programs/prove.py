@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -30,7 +30,9 @@ from ...jobs.prove.report import as_json as json_of
 from ...jobs.prove.report import asked_text, assumptions, below, found_lines, line_of, open_text
 from ...jobs.prove.subject import ProofSubject, subject_of
 from ...jobs.trust.owned import in_use
+from ...ladder.prove.answers import LIMITS
 from ...ladder.prove.induction import VerdictKind
+from ...ladder.prove.questions import Question
 from ...ladder.prove.solving.solver import SolverMissingError
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.complaints import reported_mistakes
@@ -76,6 +78,10 @@ def _prove_command(
         bool,
         typer.Option("--check", help="Let other solvers check each proof: z3 and cvc5, whichever is there."),
     ] = False,
+    work: Annotated[
+        int,
+        typer.Option("--work", metavar="N", min=1, max=1000, help="Multiply the limits: more is decided."),
+    ] = 1,
     as_json: JsonOption = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="No progress.")] = False,
 ) -> None:
@@ -111,9 +117,14 @@ def _prove_command(
             others = _solvers() if check else []
             subject = subject_of(rack)
             with ScenarioFolder(out or Path(f"{subject.name}-prove")) as folder:
-                results = list(_told(subject, folder, others, quiet=quiet, silent=as_json))
+                progress = _progress if _is_shown(quiet=quiet) else no_progress
+                results = []
+                for each in prove_all(subject, folder, progress, LIMITS.times(work), others):
+                    if not as_json:
+                        _say_result(subject, each)
+                    results.append(each)
                 hearer = Hearer() if as_json else _Printing(quiet=quiet)
-                answers = ask_questions(subject, folder, others, hearer)
+                answers = ask_questions(subject, folder, others, hearer, work)
                 if html is not None:
                     used = in_use(subject.job)
                     save_page(html, f"proofs about {rack}", parts_of(subject, results, answers), used)
@@ -164,18 +175,11 @@ def _solvers() -> list[Solver]:
     return found
 
 
-def _told(
-    subject: ProofSubject, folder: ScenarioFolder, others: Sequence[Solver], *, quiet: bool, silent: bool
-) -> Iterator[Result]:
-    """Decide all claims; print each as soon as it is decided, unless `silent`."""
-    width = max((len(each.claim.name) for each in subject.program.properties), default=0)
-    progress = _progress if _is_shown(quiet=quiet) else no_progress
-    for result in prove_all(subject, folder, progress, others=others):
-        if not silent:
-            say(line_of(result, width))
-            for line in below(subject, result):
-                say(f"    {line}")
-        yield result
+def _say_result(subject: ProofSubject, result: Result) -> None:
+    """Print the answer to a claim."""
+    say(line_of(result, max(len(each.claim.name) for each in subject.program.properties)))
+    for line in below(subject, result):
+        say(f"    {line}")
 
 
 def _is_shown(*, quiet: bool) -> bool:
@@ -207,6 +211,11 @@ class _Printing(Hearer):
         if not self._quiet:
             most = f"{max(1, round(most_s)):,} s"
             say(f"proving: {count:,} of them are left, about {most} at most", err=True)
+
+    def next(self, question: Question, count: int) -> None:
+        """Print the next of the questions that are left."""
+        if _is_shown(quiet=self._quiet):
+            say(f"proving, {count:,} after it: {question.site.where}: {question.text}", err=True)
 
 
 def _say_rest(subject: ProofSubject, results: Sequence[Result], answers: Questions) -> None:

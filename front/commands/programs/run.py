@@ -15,6 +15,8 @@ from ...terminal.grouped import grouped
 from ...terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
 from ...terminal.trace_options import (
     ForcesOption,
+    KeepValuesOption,
+    MemoryOption,
     ReplaceOption,
     ServerOption,
     UaSecurityOption,
@@ -71,6 +73,8 @@ class RunArguments:
         ),
     ] = None
     forces: ForcesOption = False
+    keep_values: KeepValuesOption = False
+    memory: MemoryOption = None
     tag: Annotated[
         list[str] | None,
         typer.Option(
@@ -90,6 +94,7 @@ class RunArguments:
 def _run_command(
     options: RunArguments,
 ) -> None:
+    from ...jobs.load.exports import begun
     from ...jobs.load.loading import forces_to_hold, load_job, scans_to_run, with_tags
     from ...jobs.run.build import check_ports
     from ...jobs.run.running import RunOptions
@@ -97,7 +102,8 @@ def _run_command(
     from .run_job import retained_memory, run_job, run_retained, servers_at, trace_path
 
     try:
-        job = with_tags(load_job(options.rack), options.tag or ())
+        export = begun(keep_values=options.keep_values, memory=options.memory)
+        job = with_tags(load_job(options.rack, export=export), options.tag or ())
         count = scans_to_run(job.spec, options.duration, options.scans, endless=options.realtime)
         keep = 0 if options.replace else None
         trace = trace_path(job, options.record, options.no_record, keep)

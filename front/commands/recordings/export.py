@@ -25,7 +25,8 @@ from ...terminal.trace_options import (
 from ...traces.export import formats
 from ...traces.export.format import ExportFormat
 from ...traces.files.guard import check_output
-from ...traces.read.reader import open_trace
+from ...traces.read.reader import Trace, open_trace
+from ...traces.signals import Catalog, SignalKind
 
 STDOUT = Path("-")
 """The file name that means standard output."""
@@ -52,6 +53,9 @@ def _export_command(
             show_default="all bits and values",
         ),
     ] = None,
+    bits: Annotated[
+        bool, typer.Option("--bits", help="Only signals of one bit, for logic analyzers.")
+    ] = False,
     ranges: RangeOption = None,
     quiet: QuietOption = False,
 ) -> None:
@@ -67,12 +71,12 @@ def _export_command(
         wanted = selection(ranges)
         given = asdict(targets)
         chosen = [(each, given[each.name]) for each in formats.FORMATS if given[each.name] is not None]
-        _check(chosen, signal or (), trace)
+        _check(chosen, trace, choice="--signal" if signal else "--bits" if bits else "")
         for each, target in chosen:
             to_stdout = target == STDOUT
             with open_trace(trace) as opened, reading(opened, wanted, quiet=quiet) as progress:
                 into = target if not to_stdout else sys.stdout.buffer if each.binary else sys.stdout
-                signals = [signal or ()] if each.chooses else []
+                signals = [_chosen(opened, signal or (), bits=bits)] if each.chooses else []
                 count = each.write(opened, into, *signals, wanted, progress=progress)
             if not quiet:
                 size = "" if to_stdout else f", {size_of(target)}"
@@ -80,10 +84,25 @@ def _export_command(
             tell_notes(opened)
 
 
-def _check(chosen: Sequence[tuple[ExportFormat, Path]], signals: Sequence[str], trace: Path) -> None:
-    """Raise ValueError if these formats can't be written to these targets."""
-    if signals and not any(each.chooses for each, _ in chosen):
-        raise ValueError("--signal chooses columns; a copy as MCAP has all of the trace")
+def _chosen(trace: Trace, patterns: Sequence[str], *, bits: bool) -> Sequence[str]:
+    """Return the patterns, or the names of the bits among their signals."""
+    if not bits:
+        return patterns
+    signals = Catalog.of(trace).matching(patterns)
+    names = [signal.name for signal in signals if signal.kind is SignalKind.BIT]
+    if not names:
+        raise ValueError(f"--bits: no signal of {' '.join(patterns)} is a bit")
+    return names
+
+
+def _check(chosen: Sequence[tuple[ExportFormat, Path]], trace: Path, *, choice: str) -> None:
+    """Raise ValueError if these formats can't be written to these targets.
+
+    Args:
+        choice: the option that chooses signals; "" without one.
+    """
+    if choice and not any(each.chooses for each, _ in chosen):
+        raise ValueError(f"{choice} chooses columns; a copy as MCAP has all of the trace")
     if not chosen:
         options = ", ".join(each.option for each in formats.FORMATS)
         raise ValueError(f"nothing to write: give {options} or several of them")

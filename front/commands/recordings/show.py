@@ -26,6 +26,7 @@ from ...traces.format.flags import flag_names
 from ...traces.read.arrays import extent, scan_count
 from ...traces.read.changes import ChangeRows, Row
 from ...traces.read.event_text import describe
+from ...traces.read.number_formats import NumberFormats
 from ...traces.read.reader import Trace, TraceEvent, open_trace
 from ...traces.read.sections import Section
 from ...traces.read.tag_text import TagText
@@ -106,7 +107,8 @@ class Contents:
         self._every = every
         self._scans = 0
         tags = None if trace.head.tags is None else TagText(trace.head.tags, trace.texts(), every=every)
-        self._changes = ChangeRows(trace.head.slots, flag_names, every=every, tags=tags)
+        formats = NumberFormats.of(trace)
+        self._changes = ChangeRows(trace.head.slots, flag_names, every=every, tags=tags, formats=formats)
         for section in trace.sections:
             if self.events.full and self.rows.full:
                 self.events.stopped = self.rows.stopped = True

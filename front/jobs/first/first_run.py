@@ -18,6 +18,7 @@ from ...ladder.model.operands import Constant, Place
 from ...ladder.state.memory import Value
 from ...rockwell.l5x import L5xImport
 from ...rockwell.slc import SlcImport
+from ...runtime.config.export_table import ExportTable
 from ...runtime.loop.faults import CpuFault
 from ..bench.bench import Bench
 from ..bench.opening import bench_of
@@ -26,6 +27,7 @@ from ..imports.l5x_rack import all_modules
 from ..imports.slc_rack import slots_of_slc
 from ..load.exports import rack_of_export
 from ..load.loading import load_job
+from ..load.program import DOWNLOADED
 from .waiting import Condition, conditions
 
 SCANS = 1000
@@ -84,16 +86,22 @@ class FirstRun:
             yield from (f"{title}:", *shown) if shown else ()
 
 
-def first_run(export: Path, imported: L5xImport | SlcImport, scans: int = SCANS) -> FirstRun:
+def first_run(
+    export: Path,
+    imported: L5xImport | SlcImport,
+    scans: int = SCANS,
+    begins: ExportTable = DOWNLOADED,
+) -> FirstRun:
     """Run an export on its own rack, and report.
 
     Args:
         imported: the export, imported for a trial.
+        begins: how it begins.
     """
     wanted = (each for each in _modules(imported) if each.module is None)
     found = FirstRun(modules=[_wanted(each) for each in wanted])
     try:
-        job = load_job(str(rack_of_export(export, imported)))
+        job = load_job(str(rack_of_export(export, imported, begins)))
         opened = bench_of(job, watched=True)
     except (LadderError, ValueError, OSError, RecursionError) as error:
         found.problem = str(error)

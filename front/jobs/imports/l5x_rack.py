@@ -6,6 +6,7 @@ lists the alternatives; other refused parts do nothing.
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import replace
@@ -16,6 +17,7 @@ from ...rockwell.l5x import L5xImport
 from ...rockwell.l5x.modules import GENERIC, prefix_of, slot_of
 from ...rockwell.l5x.report import Refusal
 from ...rockwell.l5x.xml.records import ModuleRecord
+from ...runtime.config.export_table import ExportTable
 from ...runtime.config.rackspec import DECLARE, EMPTY, MISSING_TAGS, REFUSED
 from .export_slots import STEPPER, ExportSlot, simulated, slot_tables, with_steppers
 from .toml_text import comment, key, text
@@ -23,12 +25,20 @@ from .toml_text import comment, key, text
 BYTES_OUT, BYTES_IN = 16, (16, 20)
 """Sizes of a 3601's connection; 4 more bytes in are the Fault [3601 manual, chapter 2, "16+4"]."""
 
+BEGINS = ExportTable()
+"""How an export begins after a download."""
+
 _CALL = re.compile(r"\b([A-Z_][A-Z0-9_]*)\(", re.IGNORECASE)
 _US_PER_MS = 1000
 
 
 def rack_of(
-    imported: L5xImport, program: Path, steppers: Collection[str] = (), *, recorded: bool = True
+    imported: L5xImport,
+    program: Path,
+    steppers: Collection[str] = (),
+    *,
+    recorded: bool = True,
+    export: ExportTable = BEGINS,
 ) -> str:
     """Return a rack file as text; ValueError if the export has no such module.
 
@@ -36,10 +46,11 @@ def rack_of(
         imported: the export, imported for a trial.
         steppers: modules that are 3601s, by name or slot.
         recorded: whether it names a recording.
+        export: how the export begins.
     """
     slots = with_steppers(slots_of(imported.document.modules), steppers)
     head = _head(imported, program, recorded=recorded)
-    return "\n".join([*head, *_stubs(imported), *slot_tables(slots)]) + "\n"
+    return "\n".join([*head, *_begins(export), *_stubs(imported), *slot_tables(slots)]) + "\n"
 
 
 def _head(imported: L5xImport, program: Path, *, recorded: bool) -> Iterator[str]:
@@ -58,6 +69,15 @@ def _head(imported: L5xImport, program: Path, *, recorded: bool) -> Iterator[str
     if recorded:
         yield f"trace = {text(program.stem + '.mcap')}"
     yield '# tags = ["*"]        # variables to record, by name or pattern'
+
+
+def _begins(export: ExportTable) -> Iterator[str]:
+    """Yield the table of what differs from a download."""
+    changed = export.model_dump(exclude_defaults=True)
+    if changed:
+        yield ""
+        yield "[export]"
+        yield from (f"{name} = {json.dumps(value)}" for name, value in changed.items())
 
 
 def _stubs(imported: L5xImport) -> Iterator[str]:

@@ -74,7 +74,10 @@ def _exposed(spec: RackSpec, slot: SlotSpec, module: Module, *, handled: bool) -
     coming = [each for each in spec.incidents if each.slot == slot.number]
     for each in coming:
         each.check_late_words(len(slot.words.outputs))
-    return ExposedModule(module, coming) if coming or handled else module
+    if not (coming or handled):
+        return module
+    conditions = slot.record.conditions
+    return ExposedModule(module, coming, None if conditions is None else conditions(module))
 
 
 def _module(slot: SlotSpec, seed: int, ports: ExitStack | None) -> Module:

@@ -10,20 +10,24 @@ from typing import TYPE_CHECKING, Any
 
 from ...io_images.text_limits import TextLimitError
 from ...ladder.model.errors import LadderError
-from .program import EXPORT_SUFFIXES, SLC_SUFFIXES, ProgramError
+from ...runtime.config.export_table import ExportTable
+from .program import DOWNLOADED, EXPORT_SUFFIXES, SLC_SUFFIXES, ProgramError
 
 if TYPE_CHECKING:
     from ...rockwell.l5x import L5xImport
     from ...rockwell.slc import SlcImport
 
 
-def rack_of_export(export: Path, imported: L5xImport | SlcImport | None = None) -> Path:
+def rack_of_export(
+    program: Path, imported: L5xImport | SlcImport | None = None, export: ExportTable = DOWNLOADED
+) -> Path:
     """Write a rack file for an export into a temporary folder, which stays as long as the process.
 
     Modules that are not simulated are memory, messages end after 20 ms, and refused parts do nothing.
 
     Args:
         imported: the export, imported for a trial; None to tell by its suffix what it is, and to import it.
+        export: how it begins.
 
     Raises:
         ProgramError: the export can't be used.
@@ -33,28 +37,28 @@ def rack_of_export(export: Path, imported: L5xImport | SlcImport | None = None) 
     holder = tempfile.TemporaryDirectory(prefix="scanrack-")
     atexit.register(holder.cleanup)
     folder = Path(holder.name)
-    slc = export.suffix in SLC_SUFFIXES if imported is None else isinstance(imported, SlcImport)
-    program = export.resolve()
-    if export.suffix not in EXPORT_SUFFIXES:  # its suffix says how a program is read
-        program = folder / f"{export.stem}{'.SLC' if slc else '.L5X'}"
-        shutil.copyfile(export, program)
+    slc = program.suffix in SLC_SUFFIXES if imported is None else isinstance(imported, SlcImport)
+    source = program.resolve()
+    if program.suffix not in EXPORT_SUFFIXES:  # its suffix says how a program is read
+        source = folder / f"{program.stem}{'.SLC' if slc else '.L5X'}"
+        shutil.copyfile(program, source)
     try:
-        text = _slc_text(program, imported) if slc else _l5x_text(program, imported)
+        text = _slc_text(source, imported) if slc else _l5x_text(source, imported, export)
     except (LadderError, TextLimitError) as error:
         raise ProgramError(str(error)) from error
-    path = folder / f"{export.stem}.toml"
+    path = folder / f"{program.stem}.toml"
     path.write_text(text, encoding="utf-8", newline="\n")
     return path
 
 
-def _l5x_text(program: Path, imported: Any) -> str:
+def _l5x_text(program: Path, imported: Any, export: ExportTable) -> str:
     from ...rockwell.l5x import import_l5x  # lxml takes time to import
     from ..imports.l5x_rack import rack_of
 
-    found = imported or import_l5x(program, trial=True)
+    found = imported or import_l5x(program, trial=True, memory_mib=export.memory_mib)
     if not found.parts.programs:  # an export of an add-on instruction or a type
         raise ProgramError(f"{program} contains no program")
-    return rack_of(found, program, recorded=False)
+    return rack_of(found, program, recorded=False, export=export)
 
 
 def _slc_text(program: Path, imported: Any) -> str:
@@ -62,3 +66,12 @@ def _slc_text(program: Path, imported: Any) -> str:
     from ..imports.slc_rack import rack_of_slc
 
     return rack_of_slc(imported or import_slc(program, trial=True), program)
+
+
+def begun(*, keep_values: bool, memory: int | None) -> ExportTable | None:
+    """Return how an export begins by the options of a command, None without one of them."""
+    if not keep_values and memory is None:
+        return None
+    return ExportTable(
+        keep_values=keep_values, memory_mib=DOWNLOADED.memory_mib if memory is None else memory
+    )

@@ -16,6 +16,7 @@ from pydantic import ValidationError
 from ...io_images.times import DEFAULT_RUN, parse_duration
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import Stub, Stubs
+from ...runtime.config.export_table import ExportTable
 from ...runtime.config.rackfile import RackFile, RackFileError, explained, load_rack_file
 from ...runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec, profile_in
 from ...runtime.loop.scan import ScanLogic
@@ -23,6 +24,7 @@ from ...traces.files.portable import no_device
 from .exports import rack_of_export
 from .linked_racks import RackGroup, stub_of_table
 from .program import (
+    DOWNLOADED,
     EXPORT_SUFFIXES,
     L5X_SUFFIXES,
     Form,
@@ -87,7 +89,12 @@ class LoadedRack:
         return self.rack_file.parent
 
 
-def load_job(rack: str, program: str | None = None, world: RackGroup | None = None) -> LoadedRack:
+def load_job(
+    rack: str,
+    program: str | None = None,
+    world: RackGroup | None = None,
+    export: ExportTable | None = None,
+) -> LoadedRack:
     """Load a rack and its program.
 
     Args:
@@ -95,23 +102,30 @@ def load_job(rack: str, program: str | None = None, world: RackGroup | None = No
             file in a temporary folder.
         program: another program in place of the rack's, `path[:function]` from the current folder.
         world: the racks that run beside it; None for a new one, which it leads.
+        export: how `rack` begins, an export; None as after a download. A rack file says so itself.
 
     Raises:
         ValueError: an unusable file; with file, line, key and the allowed values.
     """
     if is_export(rack):
-        rack = str(rack_of_export(Path(rack)))
+        rack = str(rack_of_export(Path(rack), export=export or DOWNLOADED))
+    elif export is not None:
+        raise ValueError(f"{rack}: a rack file has no --keep-values and no --memory: see its table [export]")
     path = _rack_path(rack)
     file = load_rack_file(path, load_modules) if rack_form(path) is Form.DATA else None
     spec = load_spec(rack)[0] if file is None else file.spec
     place = _RackPlace(rack, path, spec, file, world or RackGroup(_load_beside))
     place.world.enter(path)
     if program is not None:
-        return _loaded(place, lambda stubs: load_program(program, stubs=stubs, slots=_slots(spec)), own=False)
+        return _loaded(place, lambda stubs: _program(program, Path(), stubs, spec), own=False)
     if isinstance(spec.program, str):
         named = spec.program
-        return _loaded(place, lambda stubs: load_program(named, path.parent, stubs, _slots(spec)))
+        return _loaded(place, lambda stubs: _program(named, path.parent, stubs, spec))
     return _with_object(place, spec.program, path)
+
+
+def _program(address: str, folder: Path, stubs: Stubs, spec: RackSpec) -> LoadedProgram:
+    return load_program(address, folder, stubs, _slots(spec), spec.export)
 
 
 def _load_beside(path: Path, world: RackGroup) -> LoadedRack:

@@ -13,7 +13,7 @@ import importlib.util
 import inspect
 import sys
 import traceback
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextvars import ContextVar
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -30,6 +30,7 @@ from ...ladder.files.suffixes import STEPS_SUFFIX, STRUCTURED_SUFFIX, SUFFIX
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
 from ...ladder.python.sequences.logic import Logic
+from ...runtime.config.export_table import ExportTable
 from ...runtime.modules import record as module_records
 from .modules_beside import find_beside, shadowed
 from .rungs import is_rungs
@@ -52,6 +53,9 @@ L5X_SUFFIXES = (".L5X", ".l5x")
 
 EXPORT_SUFFIXES = (*L5X_SUFFIXES, *SLC_SUFFIXES)
 """Suffixes of programs of which a part may be refused."""
+
+DOWNLOADED = ExportTable()
+"""An export begins as after a download."""
 
 LADDER_NAME = "program"
 """The ladder program that is run if the file has no such function."""
@@ -130,6 +134,7 @@ def load_program(
     folder: Path | str = Path(),
     stubs: Stubs = NO_STUBS,
     slots: Collection[int] | None = None,
+    export: ExportTable = DOWNLOADED,
 ) -> LoadedProgram:
     """Load the function that a scan loop calls once per scan.
 
@@ -140,6 +145,7 @@ def load_program(
         folder: base of a relative path.
         stubs: replacements of instructions of a ladder program, see `load_stubs`.
         slots: slots of the rack, for the images of an SLC program; None without a rack.
+        export: how an export begins.
 
     Raises:
         ProgramError: no such file or function, a syntax error, an error while the file runs, or
@@ -149,7 +155,7 @@ def load_program(
     path = folder / split_address(address)[0]
     if program_form(path) is Form.DATA:
         if path.suffix in L5X_SUFFIXES:
-            return _load_l5x(path, stubs, slots)
+            return _load_l5x(path, stubs, slots, export)
         if path.suffix in SLC_SUFFIXES:
             return _load_slc(path, stubs, slots)
         return _load_steps(path) if path.suffix == STEPS_SUFFIX else _load_rungs(path, stubs)
@@ -317,16 +323,34 @@ def _load_rungs(path: Path, stubs: Stubs) -> LoadedProgram:
     return LoadedProgram(path, program.name, program, data)
 
 
-def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None) -> LoadedProgram:
+def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None, export: ExportTable) -> LoadedProgram:
     """Load an exported controller; refuse to run one with a refused part."""
     from ...rockwell.l5x import import_l5x  # lxml takes time to import, and most programs are no L5X
 
     data = _read(path, TextKind.EXPORT)
     try:
-        imported = import_l5x(path, stubs, slots)
+        imported = import_l5x(path, stubs, slots, memory_mib=export.memory_mib)
     except LadderError as error:
         raise ProgramError(str(error)) from error
-    return _whole(path, data, imported.controller, imported.report, imported.document.modules, stubs)
+    controller = imported.controller
+    loaded = _whole(path, data, controller, imported.report, imported.document.modules, stubs)
+    if export.keep_values:
+        loaded.function.keep_values()  # type: ignore[attr-defined]
+        return loaded
+    return replace(loaded, notices=(*_prescanned(path, controller), *loaded.notices))
+
+
+def _prescanned(path: Path, program: LadderLogic | None) -> Iterator[str]:
+    """Yield the sentence that names the values which prescan resets."""
+    from ...ladder.lowering.runnable import shortened as listed
+
+    reset = program.reset_by_prescan() if program is not None else []
+    if reset:
+        many = f"{len(reset):,} values" if len(reset) > 1 else "a value"
+        yield (
+            f"{path}: prescan resets {many} of the export, as after a download: {listed(reset)}; "
+            "--keep-values begins with them"
+        )
 
 
 def _load_slc(path: Path, stubs: Stubs, slots: Collection[int] | None) -> LoadedProgram:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...io_images.input_files import open_input
+from ...io_images.text_limits import EXPORT_MIB
 from ...ladder.lowering.checks import IDEAL, ideal_motion_of
 from ...ladder.model.stubs import Stubs
 from ...rockwell.l5x import import_l5x
@@ -20,18 +22,24 @@ if TYPE_CHECKING:
     from ...rockwell.slc import SlcImport
 
 
-def tried(path: Path, scans: int = SCANS, *, stand_in: bool = False) -> L5xImport | SlcImport:
-    """Import an export and run a trial; LadderError if the file can't be used.
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """How an export is tried."""
 
-    Args:
-        stand_in: whether what an L5X names and lacks is declared from its use.
-    """
+    scans: int = SCANS
+    stand_in: bool = False  # whether what an L5X names and lacks is declared from its use
+    memory_mib: int = EXPORT_MIB  # memory that its tags may take
+
+
+def tried(path: Path, trial: Trial = Trial()) -> L5xImport | SlcImport:
+    """Import an export and run a trial; LadderError if the file can't be used."""
     if is_slc(path):
         program = import_slc(path, trial=True)
-        run_slc_trial(program, scans)
+        run_slc_trial(program, trial.scans)
         return program
-    imported = import_l5x(path, Stubs(missing_tags=stand_in), trial=True)
-    run_trial(imported, scans)
+    stubs = Stubs(missing_tags=trial.stand_in)
+    imported = import_l5x(path, stubs, trial=True, memory_mib=trial.memory_mib)
+    run_trial(imported, trial.scans)
     if imported.controller is not None:
         for axis, names in ideal_motion_of(imported.controller.build()).items():
             _note_axis(imported.report, axis, names)

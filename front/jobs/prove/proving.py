@@ -13,7 +13,8 @@ from typing import Self
 from ...ladder.prove.answers import LIMITS, Answer, ScenarioStep, answer, steps_of
 from ...ladder.prove.certificate import Certificate, written
 from ...ladder.prove.induction import Limits, VerdictKind
-from ...ladder.prove.questions import Finding, Listener, ask
+from ...ladder.prove.questions import LIMITS as QUESTION_LIMITS
+from ...ladder.prove.questions import Finding, Listener, Question, ask
 from ...ladder.prove.replaying import ScanOf
 from ...ladder.prove.system import ScanBounds
 from ...runtime.loop.faults import CpuFault
@@ -209,23 +210,31 @@ class Hearer:
     def left(self, count: int, most_s: float) -> None:
         """Hear how many questions are left, and about how long they take at most, by the rate so far."""
 
+    def next(self, question: Question, count: int) -> None:
+        """Hear which question is next of those that are left, and how many follow it."""
+
 
 def ask_questions(
     subject: ProofSubject,
     folder: ScenarioFolder,
     others: Sequence[Solver] = (),
     hearer: Hearer | None = None,
+    work: int = 1,
 ) -> Questions:
     """Answer the built-in questions about the user's own text; see `prove_all` for folder and solvers.
 
     With solvers each finding that is a proof has its certificate, too; what one of them refuses is open.
+
+    Args:
+        work: multiplies the limits.
 
     Raises:
         ValueError, OSError: see `prove_all`.
     """
     own = {each.name.upper() for each in own_routines(subject.program.program, subject.problem.lowered)}
     making = _Making(subject, folder, others, hearer or Hearer())
-    answers = ask(subject.problem, routines=own, seen=OwnRun(subject).seen, listener=making)
+    limits = QUESTION_LIMITS.times(work)
+    answers = ask(subject.problem, limits=limits, routines=own, seen=OwnRun(subject).seen, listener=making)
     answers.open.update(making.refused)
     made = [making.made[id(each)] for each in answers.findings if id(each) in making.made]
     return Questions(tuple(made), answers.asked, answers.open)
@@ -249,6 +258,10 @@ class _Making(Listener):
     def left(self, count: int, spent: int, most: int) -> None:
         """Report how many questions are left, and how long they take at most."""
         self._hearer.left(count, (wall_ns() - self._begun_ns) / 1e9 * most / max(1, spent))
+
+    def next(self, question: Question, count: int) -> None:
+        """Report the next of the questions that are left."""
+        self._hearer.next(question, count)
 
     def found(self, finding: Finding) -> None:
         """Report a finding."""

@@ -97,7 +97,7 @@ def open_text(answers: Questions) -> str:
     """Return how many questions are open, by rule; "" if none is."""
     left = sum(answers.open.values())
     by_rule = ", ".join(f"{rule} {count:,}" for rule, count in sorted(answers.open.items()) if count)
-    return f"{left:,} of them are open: {by_rule}" if left else ""
+    return f"{left:,} of them are open (--work 10 may decide more): {by_rule}" if left else ""
 
 
 def question_lines(answers: Questions) -> Iterator[str]:

@@ -11,10 +11,10 @@ from typing_extensions import override
 
 from ...io_images.enip.codes import LIST_IDENTITY
 from ...io_images.enip.frames import HEAD
-from ...runtime.line.ports import ModbusTcpPort, PortError, Server
+from ...runtime.line.ports import LineListener, ModbusTcpPort, PortError, Server
 from ...runtime.line.ports.modbustcp import reply_to
 from ...runtime.line.ports.sockets import Listener
-from ...runtime.loop.pace import wall_ns
+from ...runtime.loop.pace import Clock, wall_ns
 from ...runtime.tag_servers.drive_adapter import DriveAdapter, DriveSession
 from ...runtime.tag_servers.session import Frame
 from ...runtime.tag_servers.tag_snapshot import BrokenClientError, Instant
@@ -28,11 +28,33 @@ NOTHING = Instant((), 0, 0)
 """A drive has no tags."""
 
 
+class LineTap:
+    """Passes what goes over the network to a listener, at the present instant.
+
+    Args:
+        listener: None without.
+    """
+
+    def __init__(self, clock: Clock, listener: LineListener | None) -> None:
+        self._clock, self._listener = clock, listener
+
+    def heard(self, data: bytes) -> None:
+        """Pass on bytes that were received."""
+        if self._listener is not None:
+            self._listener.heard(self._clock.now_ns(), data)
+
+    def said(self, data: bytes) -> None:
+        """Pass on bytes that were sent."""
+        if self._listener is not None:
+            self._listener.said(self._clock.now_ns(), data)
+
+
 class EnipPort:
     """A drive at EtherNet/IP.
 
     Args:
-        port: of TCP and of List Identity over UDP, 0 = any that is free.
+        tap: gets the bytes of TCP connections and the packets of class 1.
+        place: host; port of TCP and of List Identity over UDP, 0 = any that is free.
         io_port: UDP port of class 1 packets, 0 = any that is free.
 
     Raises:
@@ -40,9 +62,15 @@ class EnipPort:
     """
 
     def __init__(
-        self, adapter: DriveAdapter, host: str, port: int, io_port: int, selector: selectors.BaseSelector
+        self,
+        adapter: DriveAdapter,
+        place: tuple[str, int],
+        io_port: int,
+        selector: selectors.BaseSelector,
+        tap: LineTap,
     ) -> None:
-        self.adapter, self._selector = adapter, selector
+        host, port = place
+        self.adapter, self._selector, self._tap = adapter, selector, tap
         self._listener = Listener(host, port, selector=selector)
         self.name = self._listener.name
         self._port = int(self.name.rpartition(":")[2])
@@ -53,7 +81,7 @@ class EnipPort:
             self.close()
             raise
         self.io_port = int(self._io.getsockname()[1])
-        self._address = _ipv4(host)
+        self._address = adapter.address = _ipv4(host)
         self._sessions: dict[socket.socket, DriveSession] = {}
 
     def _datagrams(self, host: str, port: int) -> socket.socket:
@@ -82,6 +110,7 @@ class EnipPort:
             if not data:
                 self._end(connection)
                 continue
+            self._tap.heard(data)
             try:
                 session = self._sessions.get(connection) or self._begin(connection)
                 for frame in session.receive(data):
@@ -89,6 +118,8 @@ class EnipPort:
                     reply = session.answer_at(frame, NOTHING, wall_ns())
                     if reply and not self._listener.send(connection, reply):
                         raise BrokenClientError("it does not take its replies")
+                    if reply:
+                        self._tap.said(reply)
             except (BrokenClientError, OSError):
                 self._end(connection)
 
@@ -109,6 +140,7 @@ class EnipPort:
             except OSError:
                 return
             if opened is self._io:
+                self._tap.heard(data)
                 advance()
                 self.adapter.receive(data, str(place[0]), wall_ns())
             elif len(data) == HEAD.size and int.from_bytes(data[:2], "little") == LIST_IDENTITY:
@@ -125,8 +157,15 @@ class EnipPort:
         advance()
         packet = self.adapter.due(wall_ns())
         if packet is not None:
+            self._tap.said(packet[0])
             with suppress(OSError):
                 self._io.sendto(*packet)
+
+    def drop_all(self) -> None:
+        """End all connections."""
+        for each in list(self._sessions):
+            self._end(each)
+        self.adapter.end()
 
     def close(self) -> None:
         """End all connections and stop listening."""
@@ -182,6 +221,12 @@ class DriveServer(Server):
 
     def _is_modbus(self, owner: object) -> bool:
         return self._modbus is not None and owner is self._modbus.listener
+
+    def drop_all(self) -> None:
+        """End all connections, as without power."""
+        for port in (self._modbus, self._enip):
+            if port is not None:
+                port.drop_all()
 
     @override
     def close(self) -> None:

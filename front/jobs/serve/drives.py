@@ -16,21 +16,20 @@ from typing_extensions import override
 
 from ...io_images.drives.configuration import broken_rules
 from ...io_images.drives.models import MODELS, Model
-from ...runtime.config.rackfile import load_rack_file
 from ...runtime.config.rackspec import SlotSpec
 from ...runtime.line.ports import LineListener, ModbusTcpPort, Server
 from ...runtime.loop.pace import Clock
 from ...runtime.machine import Machine, MachineSpec
+from ...runtime.modules.drives.conditions import action
 from ...runtime.modules.drives.drive import DriveUnit
 from ...runtime.modules.drives.nonvolatile import DriveMemory
 from ...runtime.modules.drives.options import options_of
 from ...runtime.modules.drives.registers import DriveRegisters
-from ...runtime.modules.drives.surroundings import surround
 from ...runtime.tag_servers.drive_adapter import DriveAdapter
 from ..run.served_units import ServedUnit
-from .drive_server import DriveServer, EnipPort
+from .drive_server import DriveServer, EnipPort, LineTap
 from .line import LineService, PortChoice, socket_address
-from .machines import addressed_file
+from .machines import addressed_file, slot_in
 from .memory_file import ControllerMemory
 
 CONNECTIONS = 6
@@ -57,11 +56,13 @@ class DriveService(LineService):
             raise ValueError(f"--axes {axes}: a stack of the {model.title} has {allowed}")
         self.model = model
         self._clock = clock
-        self._listener: LineListener | None = None
+        self._tap = LineTap(clock, None)
+        self._server: DriveServer | None = None
         slots = _slots(model, machines, axes)
         flash = _flash(model, memory, axes)
         self.axes = [_drive(model, slots.get(at), flash[at - 1]) for at in range(1, axes + 1)]
         self.registers = DriveRegisters(self.axes)
+        self._scanned = DriveAdapter(self.axes[0]) if model.identity is not None and axes == 1 else None
         self.units = [self._unit(at, drive) for at, drive in enumerate(self.axes, 1)]
         if memory is not None:
             memory.follow([partial(_memory_of, each) for each in self.axes])
@@ -89,7 +90,7 @@ class DriveService(LineService):
     ) -> tuple[Server, str]:
         if choice.tcp is None and choice.ethernet_ip is None:
             raise ValueError(f"{self.model.name}: give --tcp [HOST:]PORT, --ethernet-ip [HOST:]PORT or both")
-        selector = selectors.DefaultSelector()
+        selector, self._tap = selectors.DefaultSelector(), LineTap(clock, listener)
         with ExitStack() as opened:
             opened.callback(selector.close)
             modbus = enip = None
@@ -98,19 +99,18 @@ class DriveService(LineService):
                 opened.callback(modbus.close)
             if choice.ethernet_ip is not None:
                 place = socket_address(choice.ethernet_ip, "--ethernet-ip")
-                enip = EnipPort(self._adapter(), *place, choice.io_port, selector)
+                enip = EnipPort(self._adapter(), place, choice.io_port, selector, self._tap)
             opened.pop_all()
-        self._listener = listener
-        server = DriveServer(modbus, self._answer, enip, self._advance, selector)
-        return server, self._places(modbus, enip)
+        self._server = DriveServer(modbus, self._answer, enip, self._advance, selector)
+        return self._server, self._places(modbus, enip)
 
     def _adapter(self) -> DriveAdapter:
-        if self.model.identity is None or len(self.axes) > 1:
+        if self._scanned is None:
             known = ", ".join(each.title for each in MODELS.values() if each.identity is not None)
             raise ValueError(
                 f"--ethernet-ip: the EDS file of one {known} is known, not that of the {self.title}"
             )
-        return DriveAdapter(self.axes[0])
+        return self._scanned
 
     def _places(self, modbus: ModbusTcpPort | None, enip: EnipPort | None) -> str:
         names = [] if modbus is None else [modbus.name]
@@ -122,26 +122,27 @@ class DriveService(LineService):
         self.advance(self._clock.now_ns())
 
     def _answer(self, unit: int, pdu: bytes) -> bytes:
-        now_ns = self._clock.now_ns()
-        self.advance(now_ns)
+        self._advance()
+        head = bytes((unit,))
+        self._tap.heard(head + pdu)
         reply = self.registers.answer(pdu)
-        if self._listener is not None:
-            self._listener.heard(now_ns, bytes((unit,)) + pdu)
-            self._listener.said(now_ns, bytes((unit,)) + reply)
+        self._tap.said(head + reply)
         return reply
 
     def _unit(self, number: int, drive: DriveUnit) -> ServedUnit:
         wired = drive.machine.spec.fed_inputs
         return ServedUnit(
             address=number,
-            status=partial(_status, number, drive),
-            values=partial(_values, drive),
+            status=partial(_status, number, drive, self._scanned),
+            values=partial(_values, drive, self._scanned),
             wire=partial(self._wire, drive, wired),
         )
 
     def _wire(self, drive: DriveUnit, wired: int, name: str, state: str) -> None:
         self.advance(self._clock.now_ns())
-        surround(drive, name, state, wired)
+        action(drive, name, state, wired)()
+        if name == "power" and len(self.axes) == 1 and self._server is not None:
+            self._server.drop_all()
 
 
 def _drive(model: Model, slot: SlotSpec | None, memory: DriveMemory | None) -> DriveUnit:
@@ -157,21 +158,8 @@ def _slots(model: Model, texts: Sequence[str], axes: int) -> dict[int, SlotSpec]
         axis, file = addressed_file(text, list(range(1, axes + 1)))
         if axis in found:
             raise ValueError(f"--machine {text}: axis {axis} has a machine already")
-        found[axis] = _slot(model, Path(file))
+        found[axis] = slot_in(Path(file), model.name, "amci-drive", "amci3601")
     return found
-
-
-def _slot(model: Model, file: Path) -> SlotSpec:
-    slots = load_rack_file(file).spec.slot
-    for module in (model.name, "amci-drive", "amci3601"):
-        found = [each for each in slots if each.module == module]
-        if len(found) == 1:
-            return found[0]
-        if found:
-            raise ValueError(
-                f"--machine {file}: {len(found)} of its slots have an {module}; it has to be one"
-            )
-    raise ValueError(f"--machine {file}: no slot has a {model.name}, an amci-drive or an amci3601")
 
 
 def _flash(model: Model, memory: ControllerMemory | None, axes: int) -> Sequence[DriveMemory | None]:
@@ -190,9 +178,12 @@ def _memory_of(drive: DriveUnit) -> DriveMemory:
     return drive.memory
 
 
-def _status(number: int, drive: DriveUnit) -> dict[str, str]:
+def _status(number: int, drive: DriveUnit, scanned: DriveAdapter | None) -> dict[str, str]:
     words = drive.inputs()
     shaft, _, _ = drive.figures()
+    late: dict[str, str] = {}
+    if scanned is not None and scanned.used:
+        late["late packets"] = f"{scanned.late_received:,} received, {scanned.late_sent:,} sent"
     return {
         "axis": str(number),
         "status 0": f"{words[0] & 0xFFFF:04x}h",
@@ -200,13 +191,17 @@ def _status(number: int, drive: DriveUnit) -> dict[str, str]:
         "shaft": f"{shaft:,}",
         "motion": "moving" if drive.axis.moving else "idle",
         "flash writes": f"{drive.memory.writes:,}",
+        **late,
     }
 
 
-def _values(drive: DriveUnit) -> dict[str, int]:
+def _values(drive: DriveUnit, scanned: DriveAdapter | None) -> dict[str, int]:
     """Return the words by their names, in.NAME and out.NAME, and what no word has."""
     shaft, counts, energized = drive.figures()
     words = drive.model.words
+    late: dict[str, int] = {}
+    if scanned is not None:
+        late = {"late_received": scanned.late_received, "late_sent": scanned.late_sent}
     return {
         **{f"in.{name}": word & 0xFFFF for name, word in zip(words.inputs, drive.inputs(), strict=True)},
         **{f"out.{name}": word for name, word in zip(words.outputs, drive.words, strict=True)},
@@ -214,4 +209,5 @@ def _values(drive: DriveUnit) -> dict[str, int]:
         "encoder_counts": counts,
         "energized": energized,
         "flash_writes": drive.memory.writes,
+        **late,
     }

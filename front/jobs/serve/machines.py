@@ -131,17 +131,21 @@ def _on_machine(unit: Unit, file: Path) -> Unit:
 
 def _plant(device: ControllerDevice, file: Path) -> Plant:
     if isinstance(device, Pcl601):
-        slot = _slot(file, "pcl601-adapter")
+        slot = slot_in(file, "pcl601-adapter", "amci3601")
         options = Pcl601Options.of(slot.options) if slot.module == "pcl601-adapter" else BARE
         return SimulatedPcl601(Machine(slot.machine), options, device)
     assert isinstance(device, Pmc006)
-    return SimulatedPmc006(Machine(_slot(file, "pmc006-adapter").machine), device)
+    return SimulatedPmc006(Machine(slot_in(file, "pmc006-adapter", "amci3601").machine), device)
 
 
-def _slot(file: Path, adapter: str) -> SlotSpec:
-    """Return the slot of a rack file that has the machine."""
+def slot_in(file: Path, *modules: str) -> SlotSpec:
+    """Return the only slot of a rack file with one of some modules, an earlier one first.
+
+    Raises:
+        ValueError: the file can't be used, or has no such slot, or several.
+    """
     slots = load_rack_file(file).spec.slot
-    for module in (adapter, "amci3601"):
+    for module in modules:
         found = [each for each in slots if each.module == module]
         if len(found) == 1:
             return found[0]
@@ -149,7 +153,7 @@ def _slot(file: Path, adapter: str) -> SlotSpec:
             raise ValueError(
                 f"--machine {file}: {len(found)} of its slots have an {module}; it has to be one"
             )
-    raise ValueError(f"--machine {file}: no slot has a {adapter} or an amci3601")
+    raise ValueError(f"--machine {file}: no slot has a {', '.join(modules[:-1])} or an {modules[-1]}")
 
 
 def _wired_as(machine: Machine) -> Configuration:

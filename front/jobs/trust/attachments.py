@@ -178,8 +178,8 @@ def _modules_of(folder: Path) -> Iterator[tuple[str, Path, Path]]:
 def _may_lie(name: str, module: ModuleType, inside: str) -> bool:
     """Return whether a module or those of its package may lie in a folder, which `inside` begins with."""
     file: str | None = getattr(module, "__file__", None)
-    if not file:
-        return hasattr(module, "__path__")
+    if not file:  # a package without a file of its own lies where its path leads
+        return any(str(path).startswith(inside) for path in getattr(module, "__path__", ()))
     return file.startswith(inside) and file.startswith(name, len(inside))
 
 

@@ -17,8 +17,9 @@ from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.scan import ScanFlag
 from ...traces.format.layout import SlotInfo
 from ...traces.read.image_text import module_text
+from ...traces.read.number_formats import NumberFormats
 from ...traces.replay import PackedTrace
-from .chain import Bits, RackChain
+from .chain import Bits, RackChain, shows_input
 from .chains.program import ProgramChain
 from .chains.waiting import of_axis
 from .past import ALL_BITS, Past, SlotPast, event_text
@@ -158,10 +159,10 @@ class Why:
     def _terminal(self, slot: int, word: int, bit: int | None) -> str | None:
         """Return the place of a terminal, or of an analog input; None for what a module reports."""
         found = next(each for each in self.recording.slots if each.number == slot)
-        if not found.is_stepper:
+        if found.words.modes is None:
             return f"slot {slot} input {f'word {word}' if bit is None else 16 * word + bit}"
-        named = [name for name, at in found.words.bits("I", word) if at == bit and name.startswith("IN_")]
-        return f"slot {slot} input {named[0]}" if word == 1 and named else None
+        named = [name for name, at in found.words.bits("I", word) if at == bit and shows_input(found, name)]
+        return f"slot {slot} input {named[0]}" if named else None
 
     def _chains(self, deep: bool) -> RackChain:
         if self.load is None or self.spec is None:
@@ -265,7 +266,7 @@ class Why:
 
     def _of_slot(self, slot: SlotInfo) -> Iterator[str]:
         past = SlotPast(self.past, slot)
-        if slot.is_stepper:
+        if slot.words.modes is not None:
             said = waits(past)
         else:
             said = [module_text(slot, "in", (0,) * len(past.inputs), past.inputs) or "all inputs are 0"]
@@ -284,7 +285,11 @@ class Why:
     def _of_words(self, slot: SlotInfo, row: int, words: Sequence[int], again: TracedRun | None) -> list[str]:
         now = self.past.words(slot.number, "out", row)
         before = self.past.words(slot.number, "out", row - 1) if row else (0,) * len(now)
-        what = module_text(slot, "out", before, now)
+        formats = NumberFormats()
+        for each in self.past.events:
+            formats.note(each.scan, each.fields)
+        reader = formats.reader(slot.number, self.recording.numbers[row])
+        what = module_text(slot, "out", before, now, reader)
         names = f"word{'s' if len(words) > 1 else ''} {', '.join(map(str, words))}"
         said = f"output {names} since {self.past.when(row)}: {what}"
         found = self._by_line(said, row, again, slot.number, words[0])

@@ -25,6 +25,7 @@ from ...traces.replay import PackedTrace
 from ..load.loading import LoadedRack
 from .chains.axis_blocks import AxisBlocks
 from .chains.partners import chain_of_partner
+from .drive_waits import started
 from .outranked import Outranking, forced, of_cpu, of_link, spellings
 from .past import ALL_BITS, Past, SlotPast, event_text
 from .waits import is_idle, refused_configuration, searches_home, waits
@@ -197,6 +198,9 @@ class RackChain:
             return self.chains.of_cell(cell, name, self.recording.numbers[row]) if cell else None
         value = self.value(bits, row)
         at = 0, self.recording.times[0]
+        if slot.words.modes is not None and not slot.is_stepper and not self._is_terminal(slot, bits):
+            said = waits(SlotPast(Past(self.recording, row), slot))[0]
+            return CauseLink("module", name, value, *at, f"slot {slot.number}: {said}")
         row_of = cause_of(bits.word, bits.mask.bit_length() - 1) if slot.is_stepper else None
         if bits.address.bit is None or (slot.is_stepper and row_of is None):
             return None
@@ -382,7 +386,8 @@ class RackChain:
 
     def _of_bit(self, bits: Bits, row: int) -> str:
         """Return what a change of a bit says, by its row; of a word nothing."""
-        cause = None if bits.address.bit is None else cause_of(bits.word, bits.address.bit)
+        bit = bits.address.bit if self._slot(bits.slot).is_stepper else None
+        cause = None if bit is None else cause_of(bits.word, bit)
         return (
             "" if cause is None else f"{cause.on if self.value(bits, row) else cause.off} [{cause.rules[0]}]"
         )
@@ -391,7 +396,13 @@ class RackChain:
         """Return what ends an error that still stands at the scan of the question; "" if it does not."""
         standing = StatusMsw.CONFIG_ERROR | StatusMsw.MODE_CONFIG | StatusMsw.POSITION_INVALID
         asked = self._asked
-        if bits.word or not bits.mask & standing or not self.value(bits, row) or not self.value(bits, asked):
+        if (
+            not slot.is_stepper
+            or bits.word
+            or not bits.mask & standing
+            or not self.value(bits, row)
+            or not self.value(bits, asked)
+        ):
             return ""
         past = SlotPast(Past(self.recording, asked), slot)
         if bits.mask & StatusMsw.POSITION_INVALID and not searches_home(past):
@@ -400,18 +411,16 @@ class RackChain:
         return f"slot {slot.number}: {refused or waits(past)[0]}"
 
     def _terminals(self, slot: SlotInfo, row: int) -> Iterator[CauseLink]:
-        """Yield the terminals of a 3601 that changed in a scan, by the switches of the machine or by hand."""
+        """Yield the inputs of a stepper that changed in a scan, by the switches of the machine or by hand."""
         past = Past(self.recording, row)
-        before = past.words(slot.number, "in", row - 1)[1] if row else 0
-        differs = (past.words(slot.number, "in", row)[1] ^ before) & ALL_BITS
-        status = past.words(slot.number, "in", max(row - 1, 0))[0] | past.words(slot.number, "in", row)[0]
-        if status & StatusMsw.MODE_CONFIG:
+        now = past.words(slot.number, "in", row)
+        before = past.words(slot.number, "in", row - 1) if row else (0,) * len(now)
+        if any(slot.words.configures("in", words) for words in (before, now)):
             return  # the words of a configuration are no terminals
-        for name, bit in slot.words.bits("I", 1):
-            if differs >> bit & 1 and name.startswith("IN_"):
-                yield self._of_change(
-                    Bits(slot.number, "in", 1, 1 << bit), f"slot{slot.number}.status.{name}", row
-                )
+        for name, at in slot.words.groups.get("status", {}).items():
+            if (now[at.word] ^ before[at.word]) >> at.bit & 1 and shows_input(slot, name):
+                bits = Bits(slot.number, "in", at.word, 1 << at.bit)
+                yield self._of_change(bits, f"slot{slot.number}.status.{name}", row)
 
     def _done(self, slot: SlotInfo, bits: Bits, row: int) -> Iterator[tuple[str, str]]:
         """Yield what was done to a module in a scan from outside: its kind, and a sentence."""
@@ -428,8 +437,11 @@ class RackChain:
 
     def _is_terminal(self, slot: SlotInfo, bits: Bits) -> bool:
         """Whether bits are inputs of the module, and not what it reports."""
-        if not is_stepper(slot.words):
+        if slot.words.modes is None:
             return True
+        if not is_stepper(slot.words):
+            names = self._names(slot, bits)
+            return bool(names) and all(shows_input(slot, name) for name in names)
         own = slot.words.further
         return (
             bits.word == 1 and bits.address.bit is not None and own.keys().isdisjoint(self._names(slot, bits))
@@ -438,9 +450,9 @@ class RackChain:
     def _terminal(self, slot: SlotInfo, bits: Bits) -> str:
         if bits.address.bit is None:
             return f"slot {slot.number} {slot.words.inputs[bits.word]}"
-        number = bits.address.bit if slot.is_stepper else 16 * bits.word + bits.address.bit
+        number = 16 * bits.word + bits.address.bit
         names = self._names(slot, bits)
-        if slot.is_stepper:
+        if slot.words.modes is not None:
             return f"slot {slot.number} input{''.join(f' {name}' for name in names)}"
         return f"slot {slot.number} input {number}{''.join(f' ({name})' for name in names[:1])}"
 
@@ -453,6 +465,12 @@ class RackChain:
         answered = self._answered(slot, row)
         if answered is not None:
             yield answered
+            return
+        if not slot.is_stepper:
+            found = started(SlotPast(past, slot))
+            if found is not None:
+                at = slot.words.groups["command"][found[0]]
+                yield self._output(Bits(slot.number, "out", 0, 1 << at.bit), slot, found[1])
             return
         if bits.word or bits.mask & (_BY_MOTION | _RATES):
             for changed in reversed(past.changes(slot.number, "out", 0, MOTIONS.value)):
@@ -507,4 +525,17 @@ def _named(event: TraceEvent) -> list[str]:
 def _is_of(name: str, slot: SlotInfo, bits: Bits) -> bool:
     """Whether a stimulus has the name of the bits of an input image."""
     names = [each.lower() for each, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
-    return any(each in (name.lower(), f"in_{name.lower()}") for each in names) or not slot.is_stepper
+    inputs = any(each in (name.lower(), f"in_{name.lower()}") for each in names)
+    return inputs or slot.words.modes is None or (not slot.is_stepper and any(map(_shows, names)))
+
+
+def _shows(name: str) -> bool:
+    return name.lower().startswith(_INPUTS)
+
+
+def shows_input(slot: SlotInfo, name: str) -> bool:
+    """Whether a status bit of a stepper shows an input."""
+    return _shows(name) and name not in slot.words.errors
+
+
+_INPUTS = ("in_", "input_")

@@ -13,15 +13,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
-from ...io_images.thousands import join_reported
+from ...io_images.module_words import CONFIGURES
 from ...traces.format.layout import SlotInfo
+from ...traces.read.image_text import in_thousands
 from .source.conditions import source_line
 from .source.lines import Line
 from .source.senders import Sender
 from .traced_run import TracedChange
-
-VALUES_3601 = {2: "position", 4: "encoder", 6: "captured"}
-"""Values of a 3601's input image by the first of their two words."""
 
 Words = Callable[[int], Sequence[int]]
 """The input image of a slot, by its number."""
@@ -79,13 +77,14 @@ def read(masks: Mapping[tuple[int, int], int], slots: Iterable[SlotInfo], inputs
 
 
 def _names(slot: SlotInfo, masks: Mapping[int, int], words: Sequence[int]) -> Iterator[str]:
+    numbers = {each.word: each for each in slot.words.quantities_in("in") if each.words > 1}
     whole = [word for word, mask in masks.items() if mask in (0, 0xFFFF)]
     for word, mask in sorted(masks.items()):
         if word not in whole:
             yield from _bits(slot, word, mask, words[word])
-        elif slot.is_stepper and word in VALUES_3601 and word + 1 in whole:
-            yield f"{VALUES_3601[word]} {join_reported(words[word], words[word + 1]):,}"
-        elif slot.is_stepper and word - 1 in VALUES_3601 and word - 1 in whole:
+        elif word in numbers and word + 1 in whole:
+            yield f"{numbers[word].name} {in_thousands(numbers[word], words):,}"
+        elif word - 1 in numbers and word - 1 in whole:
             continue
         else:
             yield f"{slot.words.inputs[word]} {words[word]}"
@@ -94,7 +93,8 @@ def _names(slot: SlotInfo, masks: Mapping[int, int], words: Sequence[int]) -> It
 def _bits(slot: SlotInfo, word: int, mask: int, value: int) -> Iterator[str]:
     named = {bit: name for name, bit in slot.words.bits("I", word)}
     for bit in range(16):
-        # MODE_CONFIG is read with every other bit of a 3601's status: it determines their meaning
-        of_meaning = slot.is_stepper and (word, bit) == (0, 15) and not value >> 15 & 1
+        # MODE_CONFIG is read with every other bit of a stepper's status: it determines their meaning
+        modes = slot.words.modes
+        of_meaning = modes is not None and (word, bit) == (modes.input, CONFIGURES) and not value >> bit & 1
         if mask >> bit & 1 and not of_meaning:
             yield f"{named.get(bit, f'{slot.words.inputs[word]}.{bit}')} {value >> bit & 1}"

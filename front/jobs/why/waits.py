@@ -26,10 +26,11 @@ from ...io_images.amci3601 import (
     StatusMsw,
     check,
 )
-from ...io_images.amci3601.words import Profile, profile_of
+from ...io_images.amci3601.words import Profile, may_be_stepper, profile_of
 from ...io_images.thousands import join_reported
 from ...io_images.times import seconds
 from ..record.link_losses import link_changes
+from .drive_waits import drive_waits
 from .past import SlotPast, event_text
 
 MOVING = StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
@@ -54,6 +55,10 @@ CLEARED_BY = {
 
 def waits(past: SlotPast) -> list[str]:
     """Return the waits of a module, in sentences."""
+    if (lost := _out_of_reach(past)) is not None:
+        return [lost]
+    if not may_be_stepper(past.slot.words):
+        return drive_waits(past)
     state = next(said for each in STATES if (said := each(past)) is not None)
     return [state, *_errors(past)]
 
@@ -236,7 +241,6 @@ def _idle(past: SlotPast) -> str:
 
 
 STATES: Sequence[Callable[[SlotPast], str | None]] = (
-    _out_of_reach,
     _answers_not,
     _configuring,
     _enters_configuration,

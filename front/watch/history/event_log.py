@@ -19,6 +19,7 @@ from ...io_images.site import Site
 from ...runtime.live.actions import RECORDED, Press, Store, Write, action_of, parsed
 from ...runtime.loop.faults import Cause, Fault
 from ...traces.format.topics import TOPICS
+from ...traces.read.number_formats import NumberFormats
 from ...traces.read.reader import TraceEvent
 
 Json = dict[str, Any]
@@ -46,6 +47,10 @@ _NOT_FORCED = ("scan", "t", "topic", "tags")
 class States(Protocol):
     """The states of a scan."""
 
+    @property
+    def formats(self) -> NumberFormats:
+        """The formats of the numbers of modules whose configuration selects them."""
+
     def forces_at(self, scan: int | None) -> Json:
         """Return the forces in effect in a scan; None = the latest."""
 
@@ -70,6 +75,7 @@ class EventLog:
 
     Attributes:
         begin: number of the first kept event.
+        formats: of the numbers of modules whose configuration selects them, as far as events report them.
         earlier: the states before the first event, or None.
     """
 
@@ -91,6 +97,7 @@ class EventLog:
         self._stated: dict[str, Json] = {}
         self._rules: list[Json] = []
         self._latest_rules: dict[tuple[int, str], Json] = {}
+        self.formats = NumberFormats()
 
     @property
     def end(self) -> int:
@@ -124,6 +131,7 @@ class EventLog:
             return
         if event.get("kind") == "rule":
             self._take_rule(event)
+        self.formats.note(scan, event)
         if "order" in event:
             self._take_press(scan, str(event["order"]))
         if topic == FAULTS:

@@ -15,6 +15,7 @@ from ...jobs.record.link_losses import INDICATORS, LinkChange, link_changes
 from ...jobs.record.order_repeater import RecordedOrder, is_edit, orders_of
 from ...runtime.loop.faults import Fault
 from ...traces.format.topics import ORDERS
+from ...traces.read.number_formats import NumberFormats
 from ...traces.read.reader import Trace, TraceEvent
 from .event_log import FIRST, FORCES, LAST_SCAN, EventLog
 
@@ -40,6 +41,7 @@ class RecordedEvents:
         self._looked_at = -1
         self._latest: tuple[int | None, int, Json, list[Json], Json] = (None, 0, {}, [], {})
         self.read = 0
+        self.formats = NumberFormats.of(trace)
         self.edits: set[int] = set()  # scans before which the program was edited, as far as read
         self._find()
 
@@ -152,4 +154,6 @@ class RecordedEvents:
             log.take_all(events)
             self.read += log.end
             self.edits.update(each.scan for each in events if is_edit(each))
+            for each in events:
+                self.formats.note(each.scan, each.fields)
         return self._known[place]

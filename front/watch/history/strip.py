@@ -14,17 +14,18 @@ A piece of the strip has the times between which it is valid:
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ...io_images.addresses import Address
 from ...io_images.memory_layout import MemoryLayout, memory_layout
-from ...io_images.module_words import ModuleWords
+from ...io_images.module_words import ModuleWords, Quantity
 from ...runtime.live.ring import Rows
+from ...traces.read.number_formats import NumberFormats
 
 MOST_EDGES = 400
 """Most edges of one signal in one piece; more are combined to stretches."""
@@ -41,18 +42,26 @@ Words = np.ndarray[Any, np.dtype[np.uint16]]
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 
+class PositionPlace(NamedTuple):
+    """Where the memory has a position."""
+
+    slot: int
+    quantity: Quantity
+    inputs: slice  # the words of its input image
+
+
 @dataclass(frozen=True, slots=True)
 class Signals:
     """The named bits of a rack, by word of its memory.
 
     Attributes:
         bits: word of the memory -> bit of the word -> name, such as `1.MOVE_COMPLETE`.
-        positions: name -> words of the memory with thousands and the rest.
-        modes: words of an image of a stepper -> the first of them, whose sign means configuration.
+        positions: by name.
+        modes: words of an image of a module with two modes -> the one whose sign means configuration.
     """
 
     bits: Mapping[int, Mapping[int, str]]
-    positions: Mapping[str, tuple[int, int]]
+    positions: Mapping[str, PositionPlace]
     modes: Mapping[int, int]
 
 
@@ -63,12 +72,11 @@ def values_at(rows: Rows, layout: MemoryLayout, address: Address) -> NDArray[Any
     return words if address.bit is None else (words >> address.bit & 1).astype(bool)
 
 
-def signals_of(slots: Mapping[int, ModuleWords], steppers: Sequence[int]) -> Signals:
+def signals_of(slots: Mapping[int, ModuleWords]) -> Signals:
     """Return the signals of a rack.
 
     Args:
         slots: the words of its modules, in the order of its memory.
-        steppers: the slots with the words of a 3601.
     """
     bits: dict[int, dict[int, str]] = {}
     places = memory_layout(slots.items()).places
@@ -81,22 +89,33 @@ def signals_of(slots: Mapping[int, ModuleWords], steppers: Sequence[int]) -> Sig
                 bits.setdefault(word, {})[at.bit] = f"{slot}.{name}"
     positions = {}
     modes: dict[int, int] = {}
-    for slot in steppers:
-        outputs, inputs = places[slot].columns("O"), places[slot].columns("I")
-        thousands = inputs.start + slots[slot].inputs.index("position_msw")
-        positions[f"{slot}.position"] = thousands, thousands + 1
-        for image in (outputs, inputs):
-            modes |= dict.fromkeys(range(image.start, image.stop), image.start)
+    for slot, words in slots.items():
+        position = words.quantity("position")
+        if position is not None:
+            positions[f"{slot}.position"] = PositionPlace(slot, position, places[slot].columns("I"))
+        for image in ("O", "I") if words.modes is not None else ():
+            columns = places[slot].columns(image)
+            mode = columns.start + (words.modes.word(image) if words.modes else 0)
+            modes |= dict.fromkeys(range(columns.start, columns.stop), mode)
     return Signals(bits, positions, modes)
 
 
-def piece_of(rows: Rows, before: Rows, signals: Signals, period_ns: int, most: int = 1) -> Json:
+def piece_of(
+    rows: Rows,
+    before: Rows,
+    signals: Signals,
+    period_ns: int,
+    most: int = 1,
+    *,
+    formats: NumberFormats | None = None,
+) -> Json:
     """Return the strip of rows: `from` and `to`, ns, its valid times, `bits` and `positions`.
 
     Args:
         rows: in order; there may be gaps.
         before: the row before them, or none: the first row then begins every signal.
         most: points of a position, without gaps.
+        formats: of the numbers of modules whose configuration selects them.
 
     Returns:
         The piece; an empty one without rows. A bit without a point keeps its level.
@@ -108,7 +127,7 @@ def piece_of(rows: Rows, before: Rows, signals: Signals, period_ns: int, most: i
     gaps = [[int(times[place - 1]) + period_ns, None] for place in np.flatnonzero(begins) if place]
     parts = {
         "bits": _edges(rows, before, begins, signals),
-        "positions": _positions(rows, begins, signals, most),
+        "positions": _positions(rows, begins, signals, most, formats or NumberFormats()),
     }
     if gaps:
         parts = {
@@ -164,13 +183,16 @@ def _column(rows: Rows, word: int, signals: Signals) -> Words:
     return np.where(words[:, mode] & CONFIGURES, column & kept, column)
 
 
-def _positions(rows: Rows, begins: Flags, signals: Signals, most: int) -> dict[str, list[Point]]:
+def _positions(
+    rows: Rows, begins: Flags, signals: Signals, most: int, formats: NumberFormats
+) -> dict[str, list[Point]]:
     """Return the positions, steps; None where the words mirror a configuration."""
     words, times = rows["words"], rows["now_ns"]
     found = {}
-    for name, (thousands, rest) in signals.positions.items():
-        said = words[:, signals.modes[thousands]] >= 0  # bit 15: these words are a mirror
-        values = words[:, thousands].astype(np.int64) * 1000 + words[:, rest]
+    scans = rows["scan"].astype(np.int64)
+    for name, (slot, quantity, inputs) in signals.positions.items():
+        said = words[:, signals.modes[inputs.start]] >= 0  # bit 15: these words are a mirror
+        values = formats.values(slot, quantity, scans, words[:, inputs]).astype(np.int64)
         points = _envelope(times, values, begins | np.diff(said, prepend=said[:1]), most)
         spoken = said[np.searchsorted(times, [point[0] for point in points])].tolist()
         found[name] = [

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
-from ...io_images.amci3601 import StatusMsw
 from ...io_images.image import Image
-from ...io_images.thousands import join_reported
+from ...io_images.module_words import ModuleWords
+from ...io_images.number_formats import NumberFormat
 from ...runtime.loop.rack import Rack
-from ...runtime.modules.record import ModuleWithFigures
+from ...runtime.modules.record import ModuleWithFigures, ModuleWithFormats
 
 PER_SLOT = 4
 """Shaft, encoder, mask of energized inputs, place of position 0 on the shaft's scale."""
-
-_MOVING = StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW
 
 
 @dataclass(slots=True)
@@ -25,43 +24,64 @@ class _Zero:
     shaft and the module's position.
     """
 
+    words: ModuleWords
     at: int = 0
     position: int = 0
     shaft: int = 0
     resting: bool = True
     invalid: bool = True
 
-    def read(self, inputs: Image, shaft: int) -> int:
-        """Return the place as of an input image of a 3601 and its shaft."""
-        bits = inputs[0]
-        if bits < 0:
-            return self.at  # configuration mode: the words are a mirror
-        position, resting = join_reported(inputs[2], inputs[3]), not bits & _MOVING
-        invalid = bool(bits & StatusMsw.POSITION_INVALID)
+    def read(self, image: Image, shaft: int, format: NumberFormat) -> int:
+        """Return the place as of an input image and its shaft.
+
+        Args:
+            format: of the position, where the module's configuration selects it.
+        """
+        inputs, quantity = list(image), self.words.quantity("position")
+        if quantity is None or self.words.configures("I", inputs):
+            return self.at  # in configuration mode the words are a mirror
+        high, low = inputs[quantity.word : quantity.word + 2]
+        position = (quantity.format or format).reported(high, low)
+        resting, invalid = (
+            not self._on(inputs, "MOVING_CW", "MOVING_CCW"),
+            self._on(inputs, "POSITION_INVALID"),
+        )
         preset = resting and self.resting and shaft == self.shaft and position != self.position
         if preset or (self.invalid and (resting or not invalid)):
             self.at = shaft - position
         self.position, self.shaft, self.resting, self.invalid = position, shaft, resting, invalid
         return self.at
 
+    def _on(self, inputs: Sequence[int], *names: str) -> bool:
+        places = filter(None, map(self.words.place, names))
+        return any(inputs[at.word] >> at.bit & 1 for at in places)
+
+
+class _WatchedMachine(NamedTuple):
+    device: ModuleWithFigures
+    inputs: Image
+    zero: _Zero
+
+    def read(self) -> tuple[int, ...]:
+        figures = self.device.figures()
+        formats = self.device if isinstance(self.device, ModuleWithFormats) else None
+        format = NumberFormat.THOUSANDS if formats is None else formats.number_format
+        return *figures, self.zero.read(self.inputs, figures[0], format)
+
 
 class MachineFigures:
     """Reads the machines of a rack; see `runtime.live.tap.Figures`."""
 
     def __init__(self, rack: Rack) -> None:
-        self._machines: list[tuple[ModuleWithFigures, Image, _Zero]] = []
+        self._machines: list[_WatchedMachine] = []
         self.slots: list[int] = []  # the slots with a readable machine, `PER_SLOT` numbers each
         for slot in rack.slots.values():
             module: Any = slot.module
             device = getattr(module, "module", module)  # inside of incidents
             if isinstance(device, ModuleWithFigures):
-                self._machines.append((device, slot.inputs, _Zero()))
+                self._machines.append(_WatchedMachine(device, slot.inputs, _Zero(slot.words)))
                 self.slots.append(slot.number)
 
     def read(self, now_ns: int) -> tuple[int, ...]:
         """Return the numbers of all machines at the instant of the latest scan."""
-        found: list[int] = []
-        for machine, inputs, zero in self._machines:
-            figures = machine.figures()
-            found += *figures, zero.read(inputs, figures[0])
-        return tuple(found)
+        return tuple(number for machine in self._machines for number in machine.read())

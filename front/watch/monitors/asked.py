@@ -7,7 +7,7 @@ from typing import Any
 
 from ..history.stretch import Stretch
 from ..history.strip import piece_of
-from .monitor import Json, Monitor, Subject
+from .monitor import Json, Monitor
 from .page import Page
 
 Said = Mapping[str, Any]
@@ -69,7 +69,15 @@ def scans_in(said: Said) -> tuple[int, int]:
     return first, last
 
 
-def strip_in(subject: Subject, said: Said) -> Json:
+def strip_in(monitor: Monitor, said: Said) -> Json:
     """Return the strip of the scans in a question, as far as available."""
+    subject = monitor.subject
     rows = subject.timeline.between(*scans_in(said))
-    return piece_of(rows, rows[:0], subject.signals, subject.spec.scan_ns, ENVELOPE_STEPS)
+    return piece_of(
+        rows,
+        rows[:0],
+        subject.signals,
+        subject.spec.scan_ns,
+        ENVELOPE_STEPS,
+        formats=monitor.states.formats,
+    )

@@ -206,7 +206,7 @@ def difference(_monitor: Monitor, page: Page, said: Said) -> Json:
 
 def beside(_monitor: Monitor, page: Page, said: Said) -> Json:
     """Return the strip of past scans of the recording that is compared with, as far as available."""
-    return {"strip": strip_in(_comparison(page).other.subject, said)}
+    return {"strip": strip_in(_comparison(page).other, said)}
 
 
 def _comparison(page: Page) -> Comparison:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Any
 
 from ...io_images.amci3601.words import is_stepper
+from ...io_images.drives.models import MODELS
 from ...io_images.module_words import ModuleWords
 from ...runtime.config.rackspec import RackSpec, SlotSpec
 from ...runtime.loop.incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind
 from ...runtime.machine.spec import INPUT_NAMES, MachineSpec, input_name
 from ...runtime.modules.record import Trait
-from .picture import values_of
+from .picture import said_values
 
 Json = dict[str, Any]
 
@@ -29,6 +31,7 @@ NAMES = {
     "pcl601-adapter": "PCL601 adapter",
     "pmc006-adapter": "PMC006 adapter",
     "amci-drive": "networked drive",
+    **{name: f"AMCI {model.title}" for name, model in MODELS.items()},
 }
 """Titles of modules; cards have their catalog numbers."""
 
@@ -53,7 +56,7 @@ def slot_of(slot: SlotSpec) -> Json:
         "title": _title(slot),
         "words": {"in": len(words.inputs), "out": len(words.outputs)},
         "bits": bits_of(slot.number, words),
-        "values": [each._asdict() for each in values_of(words)],
+        "values": said_values(words),
         "inputs": inputs_of(slot),
         "lamps": [
             {"name": name, "title": name, "word": at.word, "bit": at.bit}
@@ -193,7 +196,21 @@ def incidents_of(spec: RackSpec) -> list[Json]:
             late = {"name": "late_words", "title": "Late words", "kind": "words", "default": [1, 2]}
             fields.append(late | {"choices": words})
         found.append({"name": kind.value, "title": title, "fields": fields})
-    return found
+    return [*found, *_conditions_of(spec)]
+
+
+def _conditions_of(spec: RackSpec) -> Iterator[Json]:
+    """Yield what can be set around modules: named states by choice, anything as text."""
+    slots = [each.number for each in spec.slot if not each.is_live and each.record.conditions]
+    if not slots:
+        return
+    known = next(each.record.states() for each in spec.slot if each.number == slots[0])
+    choices = [f"{name}={state}" for name, states in known.items() for state in states]
+    slot = {"name": "slot", "title": "Slot", "kind": "choice", "default": slots[0], "choices": slots}
+    named = {"name": "state", "title": "State", "kind": "choice", "default": choices[0], "choices": choices}
+    typed = {"name": "state", "title": "State", "kind": "text", "default": "temperature=95"}
+    for title, field in (("Around a drive", named), ("Around a drive, as text", typed)):
+        yield {"name": FaultKind.CONDITION.value, "title": title, "fields": [slot, field]}
 
 
 def _can(kind: FaultKind, slot: SlotSpec) -> bool:

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 
-from ...io_images.amci3601.words import is_stepper
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.live.ring import Row
 from ..history.catalog import NOTHING_SHOWN, shown_value, value_of
@@ -79,7 +78,7 @@ class Subject:
         self.spec = spec
         self.words = spec.words
         self.places = Places(self.words, machines)
-        self.signals = signals_of(self.words, [slot for slot, each in self.words.items() if is_stepper(each)])
+        self.signals = signals_of(self.words)
         self.recent = RecentRows(dtype)
         self.timeline = Timeline(self.recent, trace)
         self.told = ValueHistory(spec.scan_ns)
@@ -270,7 +269,10 @@ class Monitor(ABC):
             "faults": self.faults(past),
             **self.state(past=past is not None),
             **self.subject.places.of(
-                row, self.subject.timeline.between(scan - SPEED_SCANS, scan)[:1], past=past is not None
+                row,
+                self.subject.timeline.between(scan - SPEED_SCANS, scan)[:1],
+                self.states.formats,
+                past=past is not None,
             ),
             **self._program(page, scan),
         }
@@ -315,7 +317,9 @@ class Monitor(ABC):
         rows = recent.since(place)
         before = rows[:0] if first else recent.since(max(place - 1, recent.begin))[:1]
         most = min(-(-len(rows) // ENVELOPE_ROWS), ENVELOPE_MOST)
-        piece = piece_of(rows, before, self.subject.signals, self.subject.spec.scan_ns, most)
+        piece = piece_of(
+            rows, before, self.subject.signals, self.subject.spec.scan_ns, most, formats=self.states.formats
+        )
         return {"strip": piece} if piece else {}
 
     def _lanes(self, page: Page, scan: int) -> Json:

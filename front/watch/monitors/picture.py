@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ...io_images.amci3601.words import is_stepper
 from ...io_images.memory_layout import MemoryLayout, memory_layout
-from ...io_images.module_words import ModuleWords
+from ...io_images.module_words import INPUT, ModuleWords, Quantity
 from ...runtime.live.ring import Row, Rows
 from ...runtime.loop.scan import MODE_MASK, CpuMode, mode_name
 from ...runtime.machine.spec import INPUT_NAMES
+from ...traces.read.number_formats import NumberFormats
 from ..history.watched_machines import PER_SLOT
 
 Json = dict[str, Any]
@@ -23,47 +24,30 @@ DEEP = ("words", "values", "machine", "power", "tags")
 """Parts of a frame of which only changed keys are sent."""
 
 
-class StepperValue(NamedTuple):
-    """A value in the words of a 3601 in command mode [chapters 5 and 6].
+def values_of(words: ModuleWords) -> dict[str, Quantity]:
+    """Return the quantities of a module by their names on the page, the inputs first."""
+    return {each.name.removeprefix("programmed_"): each for each in words.quantities}
 
-    Attributes:
-        words: places in the words of its slot, the inputs before the outputs; of two the first has the
-            thousands.
+
+def said_values(words: ModuleWords) -> list[Json]:
+    """Return the quantities of a module for `hello`.
+
+    `words` are places in the words of its slot, the inputs before the outputs; `format` is null where the
+    module's configuration selects it.
     """
-
-    name: str
-    title: str
-    unit: str
-    words: tuple[int, ...]
-
-    def of(self, words: Sequence[int]) -> int:
-        """Return the value in the words of its slot."""
-        first, *rest = (words[each] for each in self.words)
-        return first * 1000 + rest[0] if rest else first
-
-
-_VALUES = (
-    ("position", "Position", "steps", ("position_msw", "position_lsw")),
-    ("encoder", "Encoder", "counts", ("encoder_msw", "encoder_lsw")),
-    ("captured", "Captured", "steps", ("captured_msw", "captured_lsw")),
-    ("target", "Target", "steps", ("target_msw", "target_lsw")),
-    ("speed", "Speed", "steps/s", ("speed_msw", "speed_lsw")),
-    ("acceleration", "Acceleration", "steps/ms/s", ("acceleration",)),
-    ("deceleration", "Deceleration", "steps/ms/s", ("deceleration",)),
-)
-"""Name, title, unit and words by name."""
-
-
-def values_of(words: ModuleWords) -> tuple[StepperValue, ...]:
-    """Return the values of a module: those of a stepper whose words it has; none of another module."""
-    if not is_stepper(words):
-        return ()
-    names = [*words.inputs, *words.outputs]
-    return tuple(
-        StepperValue(name, title, unit, tuple(names.index(each) for each in own))
-        for name, title, unit, own in _VALUES
-        if set(own) <= set(names)
-    )
+    found = []
+    for name, each in values_of(words).items():
+        first = each.word + (0 if each.image in INPUT else len(words.inputs))
+        found.append(
+            {
+                "name": name,
+                "title": name.replace("_", " ").capitalize(),
+                "unit": each.unit,
+                "words": list(range(first, first + each.words)),
+                "format": each.format and each.format.value,
+            }
+        )
+    return found
 
 
 @dataclass(frozen=True)
@@ -79,59 +63,71 @@ class Places:
         return memory_layout(self.slots.items())
 
     @cached_property
-    def values(self) -> Mapping[int, tuple[StepperValue, ...]]:
-        """The values of each slot."""
+    def values(self) -> Mapping[int, Mapping[str, Quantity]]:
+        """The values of each slot by name."""
         return {slot: values_of(words) for slot, words in self.slots.items()}
 
-    def of(self, row: Row, before: Rows, *, past: bool = False) -> Json:
+    def of(self, row: Row, before: Rows, formats: NumberFormats, *, past: bool = False) -> Json:
         """Return a frame's contents about the images and machines of a row.
 
         Args:
+            formats: of the numbers of modules whose configuration selects them.
             before: an earlier row, for speeds; or none.
             past: the row is not the latest one, so that shaft and encoder are unknown: machines are read only
                 at intervals, and a trace has no figures at all.
         """
-        words = row["words"].tolist()
+        words, scan = row["words"].tolist(), int(row["scan"])
         shown: Json = {"words": {}, "values": {}, "machine": {}}
         for slot, places in self.layout.places.items():
-            own = shown["words"][str(slot)] = words[places.columns("I")] + words[places.columns("O")]
+            images = {image: words[places.columns(image)] for image in ("I", "O")}
+            shown["words"][str(slot)] = images["I"] + images["O"]
             if self.values[slot]:
-                shown["values"][str(slot)] = {each.name: each.of(own) for each in self.values[slot]}
+                value = formats.reader(slot, scan)
+                shown["values"][str(slot)] = {
+                    name: value(each, images[each.image]) for name, each in self.values[slot].items()
+                }
         figures = row["figures"].tolist()
         past = past or not row["wall_ns"]  # a row of a trace
         for place, slot in enumerate(self.machines):
             shaft, encoder, levels, zero = figures[PER_SLOT * place :][:PER_SLOT]
-            configured = shown["words"][str(slot)][0] >= 0
+            module, places = self.slots[slot], self.layout.places[slot]
+            configured = not module.configures("I", words[places.columns("I")])
             values = shown["values"].get(str(slot), {}) if configured else {}
             if past:
                 shaft = encoder = None
-                levels = shown["words"][str(slot)][1]  # status LSW: the levels as the module reads them
+                levels = _levels(module, words[places.columns("I")])
             known = configured or not past  # a configuration's mirror has no levels
-            commanded = words[self.layout.places[slot].columns("O").start] >= 0  # else these words configure
+            commanded = not module.configures("O", words[places.columns("O")])
             shown["machine"][str(slot)] = {
                 "position": values.get("position"),
                 "shaft": shaft,
                 "encoder": encoder,
                 "zero": zero,  # 0 in a trace, which has no machine
                 "target": values.get("target") if commanded else None,
-                "speed": self._speed(slot, row, before),
+                "speed": self._speed(slot, row, before, formats),
                 "inputs": {
-                    name: bool(levels & bit.value) if known else None for name, bit in INPUT_NAMES.items()
+                    name: bool(levels & bit.value) if known and levels is not None else None
+                    for name, bit in INPUT_NAMES.items()
                 },
             }
         return shown
 
-    def _speed(self, slot: int, row: Row, before: Rows) -> int | None:
+    def _speed(self, slot: int, row: Row, before: Rows, formats: NumberFormats) -> int | None:
         """Return the speed of a stepper's position, steps/s; None if unknown."""
         if slot not in self.slots or not len(before) or before[0]["now_ns"] >= row["now_ns"]:
             return None
-        inputs = self.layout.places[slot].columns("I")
-        both = [each["words"][inputs].tolist() for each in (row, before[0])]
-        position = next((each for each in self.values[slot] if each.name == "position"), None)
-        if position is None or any(each[0] < 0 for each in both):
+        inputs, module = self.layout.places[slot].columns("I"), self.slots[slot]
+        both = [(int(each["scan"]), each["words"][inputs].tolist()) for each in (row, before[0])]
+        position = module.quantity("position")
+        if position is None or any(module.configures("I", words) for _, words in both):
             return None  # in configuration mode these words are a mirror
-        now, then = map(position.of, both)
+        now, then = (formats.value(slot, scan, position, words) for scan, words in both)
         return round((now - then) * 1e9 / (int(row["now_ns"]) - int(before[0]["now_ns"])))
+
+
+def _levels(module: ModuleWords, inputs: Sequence[int]) -> int | None:
+    """Return the levels of a machine's inputs as the module reads them; None if it does not show all."""
+    return inputs[1] if is_stepper(module) else None
 
 
 def mode_of(flags: int) -> str:

@@ -113,7 +113,7 @@ def stop(_monitor: Monitor, page: Page, said: Said) -> Json:
 
 def window(monitor: Monitor, _page: Page, said: Said) -> Json:
     """Return the strip of past scans, as far as available."""
-    piece = strip_in(monitor.subject, said)
+    piece = strip_in(monitor, said)
     wanted = said.get("signals")
     if piece and isinstance(wanted, list):
         piece["bits"] = {name: each for name, each in piece["bits"].items() if name in wanted}

@@ -312,6 +312,7 @@ class SessionMonitor(Monitor):
             return  # nothing of it has been written yet
         self._indexed = True
         recorded = self.log.earlier = self._earlier = RecordedEvents(trace)
+        self.log.formats = recorded.formats
         self._let_go_left()
         if self._index_to < 0:
             return

@@ -11,13 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...io_images.amci3601.words import is_stepper
 from ...io_images.memory_layout import memory_layout
 from ...io_images.module_words import BitPlace, ModuleWords
 from ...runtime.live.ring import Rows
-
-_ALWAYS = "CONFIG_ERROR"
-"""The error bit of a 3601 that has this meaning in configuration mode, too [chapter 6]."""
 
 
 class ErrorBit(NamedTuple):
@@ -62,23 +58,23 @@ class ErrorWatch:
         return place - skipped, bit
 
 
-def _bits(words: Mapping[int, ModuleWords]) -> Iterator[tuple[tuple[int, bool], ErrorBit]]:
-    """Yield the error bits, each with the place of its image in a row, and whether that is of a 3601."""
+def _bits(words: Mapping[int, ModuleWords]) -> Iterator[tuple[tuple[int, ModuleWords], ErrorBit]]:
+    """Yield the error bits, each with the place of its image in a row, and the words of its module."""
     places = memory_layout(words.items()).places
     for slot, names in words.items():
         for group in names.groups.values():
             for name in names.errors:
                 if name in group:
                     start = int(places[slot].columns("I").start)
-                    yield (start, is_stepper(names)), ErrorBit(slot, name, group[name])
+                    yield (start, names), ErrorBit(slot, name, group[name])
 
 
-def _rise(rows: Rows, at: tuple[int, bool], bit: ErrorBit) -> int | None:
+def _rise(rows: Rows, at: tuple[int, ModuleWords], bit: ErrorBit) -> int | None:
     """Return the first row in which a bit comes on that was off in the row before."""
-    start, stepper = at
+    start, module = at
     images: Any = rows["words"]
     on = (images[:, start + bit.place.word] >> bit.place.bit & 1).astype(bool)
-    if stepper and bit.name != _ALWAYS:
-        on &= images[:, start] >= 0  # a configuration's mirror has no status
+    if module.modes is not None and not module.live("I", bit.place.word) >> bit.place.bit & 1:
+        on &= images[:, start + module.modes.input] >= 0  # a configuration's mirror has no status
     rises = np.flatnonzero(on[1:] & ~on[:-1])
     return int(rises[0]) + 1 if len(rises) else None

@@ -75,6 +75,12 @@ def collect(
         "holes": _holes(own["scan"]),
         "hello": hello | {"branches": False, "incidents": [], "path": name, "record": name, "shared": True},
         "programs": programs,
+        "modes": {
+            slot: {"in": words.modes.word("in"), "out": words.modes.word("out")}
+            for slot, words in subject.words.items()
+            if words.modes is not None
+        },
+        "formats": monitor.states.formats.changes(),
         "steppers": [slot for slot, words in subject.words.items() if is_stepper(words)],
         "machines": list(subject.places.machines),
         "inputs": {name: bit.value for name, bit in INPUT_NAMES.items()},

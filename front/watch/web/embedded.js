@@ -51,17 +51,42 @@ function valueAt(key, scan) {
 const timeOf = scan => scan * data.hello.period_ns + (valueAt("offset", scan) ?? 0);
 const wordsAt = (slot, scan) => Array.from({ length: sizes[slot].in + sizes[slot].out }, (_, place) => valueAt(`words\n${slot}\n${place}`, scan) ?? 0);
 const programAt = scan => data.programs.findLastIndex(each => each.first <= scan);
-const pair = (words, place) => words[place] * 1000 + words[place + 1];
-const valuesOf = (slot, words) => Object.fromEntries(slot.values.map(({ name, words: [first, ...rest] }) => [name, rest.length ? pair(words, first) : words[first]]));
+const binary = (high, low) => high * 65536 + (low & 0xFFFF);
+const JOINED = {
+  "thousands": (first, second) => first * 1000 + second,
+  "sign and magnitude": (first, second) => (first < 0 ? -1 : 1) * ((first & 0x7FFF) * 1000 + second),
+  "binary": binary,
+  "binary, low word first": (first, second) => binary(second, first),
+};
+
+// The format of a value in a scan; the configuration of some modules selects it.
+function formatOf(slot, value, scan) {
+  if (value.format) return value.format;
+  const image = value.words[0] < sizes[slot.number].in ? "I" : "O";
+  return data.formats.findLast(([number, of, since]) => number === slot.number && of === image && since <= scan)?.[3] ?? "thousands";
+}
+
+function valueOf(slot, value, words, scan) {
+  const [first, ...rest] = value.words;
+  return rest.length ? JOINED[formatOf(slot, value, scan)](words[first], words[rest[0]]) : words[first];
+}
+
+const valuesOf = (slot, words, scan) => Object.fromEntries(slot.values.map(value => [value.name, valueOf(slot, value, words, scan)]));
+
+const slotAt = number => data.hello.slots.find(each => each.number === number);
+
+// Whether the words of a slot's image, "in" or "out", are those of configuration mode.
+const configures = (slot, words, image) => slot in data.modes && words[data.modes[slot][image] + (image === "out" ? sizes[slot].in : 0)] < 0;
 
 function machineOf(slot, words, values, scan) {
-  const says = words[0] >= 0, then = Math.max(data.lead, scan - BACK), before = wordsAt(slot, then), wide = timeOf(scan) - timeOf(then);
-  const spoken = says && before[0] >= 0 && wide > 0 && data.steppers.includes(slot);
+  const says = !configures(slot, words, "in"), then = Math.max(data.lead, scan - BACK), before = wordsAt(slot, then), wide = timeOf(scan) - timeOf(then);
+  const position = slotAt(slot).values.find(each => each.name === "position");
+  const spoken = says && !configures(slot, before, "in") && wide > 0 && position;
   return {
     position: says ? values?.position ?? null : null, shaft: null, encoder: null,
-    target: says && words[sizes[slot].in] >= 0 ? values?.target ?? null : null,
-    speed: spoken ? Math.round((pair(words, 2) - pair(before, 2)) * 1e9 / wide) : null,
-    inputs: Object.fromEntries(Object.entries(data.inputs).map(([name, bit]) => [name, says ? Boolean(words[1] & bit) : null])),
+    target: says && !configures(slot, words, "out") ? values?.target ?? null : null,
+    speed: spoken ? Math.round((values.position - valueOf(slotAt(slot), position, before, then)) * 1e9 / wide) : null,
+    inputs: Object.fromEntries(Object.entries(data.inputs).map(([name, bit]) => [name, says && data.steppers.includes(slot) ? Boolean(words[1] & bit) : null])),
   };
 }
 
@@ -78,7 +103,7 @@ export function picture(scan) {
   }
   for (const each of data.hello.slots) {
     const slot = each.number, words = frame.words[slot] = wordsAt(slot, scan);
-    if (each.values.length) frame.values[slot] = valuesOf(each, words);
+    if (each.values.length) frame.values[slot] = valuesOf(each, words, scan);
     if (data.machines.includes(slot)) frame.machine[slot] = machineOf(slot, words, frame.values[slot], scan);
   }
   return frame;
@@ -119,23 +144,24 @@ function pointOf([scan, value]) {
 
 // The edges of a bit; words that configure a stepper have no bits but the one that says so.
 function edgesOf(slot, { word, bit, output }, from, to) {
-  const mode = output ? sizes[slot].in : 0, place = word + mode, stepper = data.steppers.includes(slot);
-  const keys = [place, ...(stepper && place !== mode ? [mode] : [])].map(each => `words\n${slot}\n${each}`);
+  const start = output ? sizes[slot].in : 0, place = word + start, modes = data.modes[slot];
+  const mode = start + (modes?.[output ? "out" : "in"] ?? 0);
+  const keys = [place, ...(modes && place !== mode ? [mode] : [])].map(each => `words\n${slot}\n${each}`);
   const scans = new Set(keys.flatMap(key => between(key, from, to).map(([scan]) => scan))), edges = [];
   for (const scan of [...scans].sort((one, other) => one - other)) {
-    const configures = stepper && (valueAt(`words\n${slot}\n${mode}`, scan) ?? 0) < 0;
-    const kept = !configures || (place === mode && bit === 15), level = kept ? ((valueAt(keys[0], scan) ?? 0) >> bit) & 1 : 0;
+    const configured = modes && (valueAt(`words\n${slot}\n${mode}`, scan) ?? 0) < 0;
+    const kept = !configured || (place === mode && bit === 15), level = kept ? ((valueAt(keys[0], scan) ?? 0) >> bit) & 1 : 0;
     if (edges.at(-1)?.[1] !== level) edges.push([timeOf(scan), level]);
   }
   return edges;
 }
 
-function positionOf(slot, from, to) {
-  const scans = new Set([0, 2, 3].flatMap(place => between(`words\n${slot}\n${place}`, from, to).map(([scan]) => scan)));
+function positionOf(slot, position, from, to) {
+  const scans = new Set([data.modes[slot.number].in, ...position.words].flatMap(place => between(`words\n${slot.number}\n${place}`, from, to).map(([scan]) => scan)));
   const ordered = [...scans].sort((one, other) => one - other), stretch = Math.ceil(ordered.length / 500);
   return ordered.filter((_, place) => place % stretch === 0 || place === ordered.length - 1).map(scan => {
-    const words = wordsAt(slot, scan), value = pair(words, 2);
-    return words[0] < 0 ? [timeOf(scan), null] : [timeOf(scan), value, value, value];
+    const words = wordsAt(slot.number, scan), value = valueOf(slot, position, words, scan);
+    return configures(slot.number, words, "in") ? [timeOf(scan), null] : [timeOf(scan), value, value, value];
   });
 }
 
@@ -148,7 +174,8 @@ function stripOf(from, to, signals) {
       if ((bit.output && inputs.has(bit.name)) || (signals && !signals.includes(name))) continue;
       bits[name] = edgesOf(slot.number, bit, from, to);
     }
-    if (data.steppers.includes(slot.number)) positions[`${slot.number}.position`] = positionOf(slot.number, from, to);
+    const position = slot.values.find(each => each.name === "position");
+    if (position) positions[`${slot.number}.position`] = positionOf(slot, position, from, to);
   }
   return { from: timeOf(from), to: timeOf(to) + data.hello.period_ns, bits, positions };
 }

@@ -22,19 +22,17 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from ..induction import Limits
 from ..system import ProgramSystem
-from .asking import BUDGET, LIMITS, RULES, Answers, Finding, Listener, Question, Seen, answered
+from .asking import LIMITS, RULES, Answers, Finding, Listener, Question, QuestionLimits, Seen, answered
 from .of_program import questions_of
 
-__all__ = ["RULES", "Answers", "Finding", "Listener", "Question", "ask"]
+__all__ = ["LIMITS", "RULES", "Answers", "Finding", "Listener", "Question", "QuestionLimits", "ask"]
 
 
 def ask(
     problem: ProgramSystem,
     rules: Sequence[str] = RULES,
-    limits: Limits = LIMITS,
-    budget: int = BUDGET,
+    limits: QuestionLimits = LIMITS,
     routines: Collection[str] | None = None,
     seen: Seen | None = None,
     listener: Listener | None = None,
@@ -44,10 +42,8 @@ def ask(
     Args:
         problem: a program.
         rules: ids of rules.
-        limits: for one question.
-        budget: the work for all of a rule, see `Solver`; what is left then is open.
         routines: see `questions_of`.
-        seen, listener: see `answered`.
+        limits, seen, listener: see `answered`.
     """
     asked = [each for each in questions_of(problem, routines) if each.rule in rules]
-    return answered(problem, asked, limits, budget, seen, listener)
+    return answered(problem, asked, limits, seen, listener)

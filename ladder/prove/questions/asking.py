@@ -26,12 +26,6 @@ PROVED_RULES = ("dead-rung", "dead-leg", "never-on", "stuck", "never-done")
 
 RULES = (*PROVED_RULES, "conflict", "fault", "endless")
 
-LIMITS = Limits(scans=5, k=2, work=1_000_000, fuse=32_000)
-"""Limits for one question."""
-
-BUDGET = 30_000_000
-"""Limit of the work for all questions of a rule, see `Solver`."""
-
 SCANS, FEWEST_SCANS, RESTART = 300, 30, 15
 """Random scans of each run of the relation: most, least, until it starts again."""
 
@@ -41,8 +35,27 @@ QUIET = 60
 MOST_COMPUTED = 1_000_000
 """Terms that all random scans compute; of a large program at least `FEWEST_SCANS`."""
 
-MOST_HELPED = 80
-"""States up to which invariants are sought for a question that they decide."""
+
+@dataclass(frozen=True, slots=True)
+class QuestionLimits:
+    """Limits of questions.
+
+    Attributes:
+        each: for one question.
+        rule: the work for all questions of a rule, see `Solver`; what is left then is open.
+        states: maximum states of a question that gets invariants: twice as many take ten times as long.
+    """
+
+    each: Limits
+    rule: int
+    states: int
+
+    def times(self, factor: int) -> QuestionLimits:
+        """Return multiples of the limits."""
+        return QuestionLimits(self.each.times(factor), self.rule * factor, self.states * factor)
+
+
+LIMITS = QuestionLimits(Limits(scans=5, k=2, work=1_000_000, fuse=32_000), rule=30_000_000, states=40)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +113,9 @@ class Listener:
     def left(self, count: int, spent: int, most: int) -> None:
         """Hear how many questions are left for invariants, the work so far, and the most that they take."""
 
+    def next(self, question: Question, count: int) -> None:
+        """Hear which question is next of those that are left, and how many follow it."""
+
 
 Seen = Callable[[Sequence[T]], set[T]]
 """Returns which of some truths a run that is known makes true."""
@@ -108,21 +124,19 @@ Seen = Callable[[Sequence[T]], set[T]]
 def answered(
     problem: ProgramSystem,
     questions: Sequence[Question],
-    limits: Limits = LIMITS,
-    budget: int = BUDGET,
+    limits: QuestionLimits = LIMITS,
     seen: Seen | None = None,
     listener: Listener | None = None,
 ) -> Answers:
     """Answer questions; the findings are in the order of the questions.
 
     Args:
-        limits: for one question.
-        budget: the work for all of a rule; what is left then is open.
+        limits: what is left then is open.
         seen: tells what a run of the program does, such as a rack's own; asked for what random scans leave.
         listener: hears of the findings in the order in which they are made.
     """
     truths = [each.bad for each in questions]
-    asking = _asked(problem, limits, budget, truths)
+    asking = _asked(problem, limits, truths)
     asking.listener = listener or Listener()
     asking.listener.asked(len(dict.fromkeys(map(_key, questions))))
     if seen is not None:
@@ -131,18 +145,16 @@ def answered(
     return asking.answers(questions)
 
 
-def impossible(
-    problem: ProgramSystem, truths: Sequence[T], limits: Limits = LIMITS, budget: int = BUDGET
-) -> set[T]:
+def impossible(problem: ProgramSystem, truths: Sequence[T], limits: QuestionLimits = LIMITS) -> set[T]:
     """Return those truths that are proved to hold in no scan."""
-    asking = _asked(problem, limits, budget, truths)
+    asking = _asked(problem, limits, truths)
     asking.find_impossible(dict.fromkeys(truths, ""))
     return {t for t in dict.fromkeys(truths) if asking.proof("", t)}
 
 
-def _asked(problem: ProgramSystem, limits: Limits, budget: int, truths: Sequence[T]) -> _Asking:
+def _asked(problem: ProgramSystem, limits: QuestionLimits, truths: Sequence[T]) -> _Asking:
     system = any_numbers(problem, truths)
-    return _Asking(problem, limits, budget, _possible(system, truths), system)
+    return _Asking(problem, limits, _possible(system, truths), system)
 
 
 @dataclass(slots=True)
@@ -150,7 +162,6 @@ class _Asking:
     """Answers questions.
 
     Attributes:
-        budget: the work for each rule.
         possible: truths that are known to hold in some scan.
         system: the problem with all numbers free that nothing writes.
         impossible: truths that are known to hold in none.
@@ -158,8 +169,7 @@ class _Asking:
     """
 
     problem: ProgramSystem
-    limits: Limits
-    budget: int
+    limits: QuestionLimits
     possible: set[T]
     system: System
     found: Answers = field(default_factory=Answers)
@@ -184,9 +194,11 @@ class _Asking:
             self._ask(place, each)
         if self.later:
             self.helped = True
-            most = min(len(self.later) * self.limits.work, len(RULES) * self.budget)
-            self.listener.left(len(self.later), sum(self.spent.values()) + len(questions), most)
-            for place, each in self._with_invariants():
+            most = min(len(self.later) * self.limits.each.work, len(RULES) * self.limits.rule)
+            count = len(self.later)
+            self.listener.left(count, sum(self.spent.values()) + len(questions), most)
+            for number, (place, each) in enumerate(self._with_invariants(), start=1):
+                self.listener.next(each, count - number)
                 self._ask(place, each)
         self.found.open.update(rule for rule, _, _ in self.open - self.told)
         self.found.findings = [self.findings[place] for place in sorted(self.findings)]
@@ -213,7 +225,7 @@ class _Asking:
                 self.dead_rungs.add(at)
 
     def _leave(self, place: int, question: Question) -> None:
-        if self.helped or not self.limits.helped:
+        if self.helped or not self.limits.each.helped:
             self.open.add(_key(question))
             return
         self.later.append((place, question))
@@ -228,11 +240,11 @@ class _Asking:
         try:
             for system, is_proved in ((self.system, True), (self.problem, False)):
                 truths = [each.bad for _, each in later if (each.rule in PROVED_RULES) is is_proved]
-                few = [t for t in truths if 0 < self._states(system, t) <= MOST_HELPED]
+                few = [t for t in truths if self._gets_invariants(system, t)]
                 if few:
                     system.contract, system.kept = system.narrowed(few), []
                     cone = system.cone(few)
-                    known = invariants(system, cone, self.limits.fuse)
+                    known = invariants(system, cone, self.limits.each.fuse)
                     system.invariants[system.contract, frozenset(cone)] = known
                 if not few or not known.found:
                     self.hopeless.add(system is self.system)
@@ -241,24 +253,23 @@ class _Asking:
             for system, contract, kept in own:
                 system.contract, system.kept = contract, kept
 
-    @staticmethod
-    def _states(system: System, t: T) -> int:
-        """Return how many states decide a truth, contracts apart."""
+    def _gets_invariants(self, system: System, t: T) -> bool:
+        """Whether some states decide a truth, contracts apart, but not too many."""
         own, system.contract = system.contract, TRUE
         try:
-            return sum(name in system.next for name in system.cone([t]))
+            return 0 < sum(name in system.next for name in system.cone([t])) <= self.limits.states
         finally:
             system.contract = own
 
     def find_impossible(self, asked: Mapping[T, str]) -> None:
         """Find the truths that no state and input makes true, whatever came before; they come with a rule."""
-        if not prove(self.system, FALSE, replace(self.limits, replays=False)):
+        if not prove(self.system, FALSE, replace(self.limits.each, replays=False)):
             return  # the relation does not follow the program
         solver, frame = self._any_scan(asked)
         for t, rule in asked.items():
             if t is FALSE:
                 self.impossible.add(t)
-            elif frame is not None and t not in self.possible and self.spent[rule] < self.budget:
+            elif frame is not None and t not in self.possible and self.spent[rule] < self.limits.rule:
                 before = solver.work
                 if solver.check(frame.term(t)) == UNSAT:
                     self.impossible.add(t)
@@ -266,7 +277,7 @@ class _Asking:
 
     def _any_scan(self, truths: Iterable[T]) -> tuple[Solver, Frame | None]:
         """Return a scan from any state that keeps the contracts; None if there may be none."""
-        system, solver = self.system, Solver(self.limits.fuse)
+        system, solver = self.system, Solver(self.limits.each.fuse)
         own, system.contract = system.contract, system.narrowed(truths)
         try:
             frame = Frame(system, solver)
@@ -280,8 +291,9 @@ class _Asking:
             return Verdict(VerdictKind.PROVED, certificates=(self._certificate(t),))
         if t in self.possible:
             return Verdict(VerdictKind.REFUTED)
-        scans = min(self.limits.scans, self.limits.k + 1)  # a run that refutes it is no finding
-        return self._decided(self.system, rule, t, replace(self.limits, scans=scans, replays=False))
+        each = self.limits.each
+        scans = min(each.scans, each.k + 1)  # a run that refutes it is no finding
+        return self._decided(self.system, rule, t, replace(each, scans=scans, replays=False))
 
     def _certificate(self, t: T) -> Certificate:
         """Return that of a truth that no state makes true."""
@@ -295,13 +307,13 @@ class _Asking:
     def _run(self, question: Question) -> Verdict:
         if question.bad in self.impossible:
             return Verdict(VerdictKind.PROVED)
-        return self._decided(self.problem, question.rule, question.bad, self.limits, question.fault)
+        return self._decided(self.problem, question.rule, question.bad, self.limits.each, question.fault)
 
     def _decided(self, system: System, rule: str, t: T, limits: Limits, fault: Site | None = None) -> Verdict:
-        if self.spent[rule] >= self.budget:
+        if self.spent[rule] >= self.limits.rule:
             return Verdict(blame=(f"the limit of work for all questions of {rule or 'a program'}",))
         place = system is self.system
-        helped = self.helped and place not in self.hopeless and 0 < self._states(system, t) <= MOST_HELPED
+        helped = self.helped and place not in self.hopeless and self._gets_invariants(system, t)
         if self.helped and not helped and (place, t) in self.undecided:
             return Verdict(blame=("no invariants are sought",))
         verdict = prove(system, t, replace(limits, helped=helped), fault=fault)

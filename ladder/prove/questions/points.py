@@ -21,7 +21,7 @@ from ..induction import Limits, prove
 from ..relation.noting import Passage
 from ..replaying import ScanOf
 from ..system import CLOCK, FIRST_SCAN, ProgramSystem
-from .asking import BUDGET, impossible
+from .asking import QuestionLimits, impossible
 from .of_program import any_of
 
 
@@ -48,6 +48,9 @@ class RungPoint:
 
 LIMITS = Limits(scans=3, k=2, work=200_000, fuse=8_000, helped=False, replays=False)
 """Limits for one point that is to be proved dead."""
+
+BUDGET = 30_000_000
+"""The work for all points of a program, see `Solver`."""
 
 SEARCH = Limits(scans=60, k=0, work=4_000_000, fuse=64_000, helped=False, replays=False)
 """Limits of the search for a run."""
@@ -85,7 +88,7 @@ def dead_points(problem: ProgramSystem, budget: int = BUDGET) -> tuple[RungPoint
         budget: the work for all of them; what is undecided then is not among them.
     """
     points = points_of(problem)
-    dead = impossible(problem, list(points.values()), LIMITS, budget)
+    dead = impossible(problem, list(points.values()), QuestionLimits(LIMITS, budget, states=0))
     return tuple(point for point, t in points.items() if t in dead)
 
 

@@ -10,7 +10,8 @@
 | an enabled timer is done, or its time has been counted | timers |
 
 Suggestions that the first scan breaks are dropped. Of the others those are dropped that a scan breaks before
-which all of them held, until none is: what is left is inductive together.
+which all of them held, until none is: what is left is inductive together. The solver gets them in groups: one
+that blows its fuse is dropped, and the others stay.
 """
 
 from __future__ import annotations
@@ -49,6 +50,9 @@ MOST_SUGGESTED = 4000
 MOST_ROUNDS = 6_400
 """Maximum questions of one search: a fuse, since the solver's models decide how many it takes."""
 
+GROUP = 60
+"""Candidates of one question: the disjunction of hundreds is hard, and a blown fuse costs all of them."""
+
 BOUNDS = (1, 2, 5, 10, 100, 1000)
 
 
@@ -79,7 +83,7 @@ def invariants(system: System, cone: Mapping[str, T], fuse: int) -> Invariants:
     """
     seen = traces(system, cone)
     made = {each.term: each for each in _suggested(system, cone, seen) if each.term.op != "const"}
-    search = _Search(system, fuse)
+    search = _Search(system, fuse // 4)  # a group of candidates is one of many questions
     found = search.kept(list(made.values())[:MOST_SUGGESTED], first=True)
     return Invariants(search.kept(found, first=False), search.work, search.steps, search.blown)
 
@@ -210,24 +214,26 @@ class _Search:
                 solver.state(frame.term(each.term))
             frame = Frame(self.system, solver, frame)
         made = [frame.term(each.term) for each in candidates]
-        holds = Evaluator([each.term for each in candidates])
-        left = list(range(len(candidates)))
         self.work += solver.made  # before the questions: models decide how many there are
-        while left:
-            self.rounds += 1
-            answer = solver.check(_some_broken(solver, [made[number] for number in left]))
-            if answer == UNSAT:
-                break
-            if answer != SAT or self.rounds > MOST_ROUNDS:
-                left, self.blown = [], True
-                break
-            truths = holds(self._values(frame))
-            after = [number for number in left if truths[number]]
-            if len(after) == len(left):  # the solver sees a difference that computing does not
-                after = [number for number in left if solver.found(made[number], TRUE)]
-            left = after
+        holds = Evaluator([each.term for each in candidates])
+        left = set(range(len(candidates)))
+        for begin in range(0, len(candidates), GROUP):
+            while group := [number for number in range(begin, begin + GROUP) if number in left]:
+                self.rounds += 1
+                answer = solver.check(_some_broken(solver, [made[number] for number in group]))
+                if answer == UNSAT:
+                    break
+                if answer != SAT or self.rounds > MOST_ROUNDS:
+                    left -= set(group)
+                    self.blown = True
+                    break
+                truths = holds(self._values(frame))
+                broken = {number for number in left if not truths[number]}
+                if broken.isdisjoint(group):  # the solver sees a difference that computing does not
+                    broken = {number for number in group if not solver.found(made[number], TRUE)}
+                left -= broken
         self.steps += solver.steps
-        return [candidates[number] for number in left]
+        return [candidates[number] for number in sorted(left)]
 
     def _values(self, frame: Frame) -> dict[str, Any]:
         """Return the values of variables in the last scan that the solver chose."""

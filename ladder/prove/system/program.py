@@ -255,6 +255,8 @@ class ProgramSystem(System):
                 )
 
     def _begin(self) -> None:
+        if self.engine.lowered.resume is not None:
+            raise LadderError("a proof begins with prescan: it is not for a program that keeps its values")
         try:
             self.engine.interpreter.prescan()
         except LadderFault:

@@ -9,6 +9,7 @@
 | `stop`, `motions`, `blending` | special commands |
 | `probe` | the touch probe |
 | `drive` | the handshake: eight words in, eight words out |
+| `drives` | networked drives: their configuration, and the commands that they lack |
 | `plcopen_axis` | `Axis3601` |
 """
 

@@ -15,11 +15,14 @@ from typing_extensions import override
 
 from ....io_images.amci3601.bits import CommandLsw, StatusLsw
 from ....io_images.amci3601.blend import PROGRAM_AND_TRANSMIT, BlendHeader, BlendSegment
-from ....io_images.image import WORDS
+from ....io_images.drives.translation import HEADER
+from ....io_images.image import WORDS, Image
 from .command import Command, Handshake
 from .kinds import PROGRAM_BLEND
 
 _PROGRAM = CommandLsw.BLEND_PROGRAM.value
+_RATE = 0x3FFF
+"""Bits of the final deceleration in word 5 of the first block."""
 _ACKNOWLEDGED = StatusLsw.BLEND_ACK.value
 
 
@@ -43,6 +46,24 @@ class BlendProgramming(Command):
             raise ValueError(f"the header is of {header.segments} segments, and there are {len(segments)}")
         self.take(header.to_image())
         self._left = [array("h", each.to_image().words) for each in segments]
+
+    def for_drive(self) -> Image:
+        """Set word 7 of each block for a networked drive: HEADER, or its deceleration; return the first."""
+        self.words[7] = HEADER
+        for block in self._left:
+            block[7] = block[6]
+        self._left[-1][7] = self.words[5] & _RATE
+        return Image(self.words)
+
+    @property
+    def unfit_for_drives(self) -> str:
+        """Why a networked drive can't run the profile; "" if it can."""
+        if self.words[3] or self.words[4] or self.words[5] & ~_RATE:
+            return "a blend of a drive has no S-curve"
+        before, last = (1000 * block[4] + block[5] for block in self._left[-2:])
+        if last < before and self._left[-1][6] != self._left[-1][7]:
+            return "the last segment of a drive has one rate: final_deceleration must be the segment's"
+        return ""
 
     def _next(self, drive: Handshake, now_ns: int) -> None:
         """Send the next block, or zeros after the last one."""

@@ -26,6 +26,7 @@ from enum import IntEnum
 from typing import NoReturn
 
 from ....io_images.amci3601.bits import CommandLsw, CommandMsw, StatusMsw, status_names
+from ....io_images.drives.translation import DriveTranslation
 from ....io_images.image import WORDS, Image
 from ..sequences.parts import Clock
 from .command import Command, Outcome
@@ -53,6 +54,7 @@ _IN_FORCE = (_SENT, _UNDER_WAY)
 
 _MOVING = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value
 _COMMAND_ERROR = StatusMsw.COMMAND_ERROR.value
+_INPUT_ERROR = StatusMsw.INPUT_ERROR.value
 _CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value
 _MODULE_OK = StatusMsw.MODULE_OK.value
 _NO_POSITION = StatusMsw.POSITION_INVALID.value
@@ -105,10 +107,23 @@ class Drive:
         self.late = late
         self.attach(Image(), Image(), Clock(), Link())
 
-    def attach(self, inputs: Image, outputs: Image, clock: Clock, link: Link) -> None:
-        """Attach to the images of a slot and its link, and reset."""
+    def attach(
+        self,
+        inputs: Image,
+        outputs: Image,
+        clock: Clock,
+        link: Link,
+        translation: DriveTranslation | None = None,
+    ) -> None:
+        """Attach to the images of a slot and its link, and reset.
+
+        Args:
+            translation: of a networked drive.
+        """
         self._clock, self.link = clock, link
-        self.inputs, self._in = inputs, inputs.words
+        self._translation, self._slot_words = translation, inputs.words
+        self.inputs = inputs if translation is None else Image()
+        self._in = self.inputs.words
         self._words, self._raw = outputs.words, outputs.raw
         self.reset()
 
@@ -129,6 +144,9 @@ class Drive:
         self._settled = self._stuck = False
         self._quiet = False
         self._evidence = Evidence(self._in, 2 * self.trip_ns)
+        self._cleared: Command | None = None
+        if self._translation is not None:
+            self._translation.reset()
 
     # -- what is asked of it
 
@@ -192,6 +210,8 @@ class Drive:
     def judge(self, now_ns: int) -> None:
         """Judge the inputs, before the logic."""
         link = self.link
+        if self._translation is not None:
+            self._in[:] = array("h", self._translation.status(self._slot_words))
         if self._quiet and self._in[0] == self.msw and link.module.linked is not link.down:
             return  # most scans: without a call
         if not self.late:
@@ -213,7 +233,8 @@ class Drive:
             self._judge(now_ns)
         self._take(now_ns)
         self._quiet = self._nothing_to_come()
-        self._words[:] = self.out
+        translation = self._translation
+        self._words[:] = self.out if translation is None else array("h", translation.command(self.out))
         self._sent = self._raw.tobytes()
 
     def _refuse_other_writer(self) -> NoReturn:
@@ -244,7 +265,7 @@ class Drive:
             self._begin()
         under_way = self.step == _UNDER_WAY
         lost = _SENT <= self.step <= HandshakeStep.YIELDING and self.kind is not CONFIGURE and _is_lost(msw)
-        faults = faults_of(msw) if under_way or lost else 0
+        faults = faults_of(msw) | self._unfit() if under_way or lost else 0
         if under_way and self.kind.alone:
             self.out[0] = 0
         stuck = self._is_stuck(now_ns)
@@ -255,6 +276,14 @@ class Drive:
             self._finish(Outcome.DONE, 0)
         elif stuck and (under_way or (self.step == _SENT and self.kind is CONFIGURE)):
             self._fail(faults_of(msw) | ErrorId.NOT_DONE)
+
+    def _unfit(self) -> int:
+        """Return the ErrorID of a networked drive that can't move; it has bits for this that a 3601 lacks."""
+        drive = self._translation
+        if drive is None or self.msw < 0:
+            return 0
+        moves = self.kind.state is not State.STANDSTILL
+        return ErrorId.DRIVE_FAULT * (drive.unfit or (moves and not drive.enabled))
 
     def _settle(self, now_ns: int) -> None:
         if self.step != self._last or self.link.down:
@@ -302,8 +331,13 @@ class Drive:
         """Return the link, its instants, and the status of an axis at rest."""
         told = [str(self.link)] if error_id & ErrorId.LINK_LOST else []
         if error_id & ErrorId.NOT_DONE:
-            told.append(f"the status is {' '.join(status_names(self.msw, self.lsw))}")
+            told.append(f"the status is {' '.join(self._status_names())}")
         return "; ".join(told)
+
+    def _status_names(self) -> list[str]:
+        if self._translation is None:
+            return status_names(self.msw, self.lsw)
+        return self._translation.status_names(self._slot_words)
 
     def _finish(self, outcome: Outcome, error_id: int, detail: str = "") -> None:
         if self.running is not None:
@@ -382,6 +416,10 @@ class Drive:
             command.end(Outcome.ERROR, refused, f"it waited, and the axis is in state {self.state.name}")
         elif command.kind in NOTHING_TO_SEND:
             command.end(Outcome.DONE)
+        elif self._has_old_error(command):
+            self.pending, self._cleared = command, command
+            self.out[0] = _RESET_ERRORS
+            self.step = HandshakeStep.RESETTING
         else:
             self.kind = command.kind
             if self.parameters_first:
@@ -389,6 +427,11 @@ class Drive:
             else:
                 self._start(command, now_ns)
                 self.step = _SENT
+
+    def _has_old_error(self, command: Command) -> bool:
+        """Whether Reset Errors comes before a motion: the next move clears an INPUT_ERROR of a 3601 only."""
+        moves = self._translation is not None and command.kind.state is not State.STANDSTILL
+        return moves and self.msw & _INPUT_ERROR != 0 and self._cleared is not command
 
     def _refused_by_now(self, kind: CommandKind) -> int:
         """Return why a queued command is refused: the axis has failed meanwhile."""

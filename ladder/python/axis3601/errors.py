@@ -19,6 +19,8 @@ class ErrorId(IntFlag):
     POSITION_INVALID = 256  # refused: an absolute move needs a valid position, see `home` and `set_position`
     LINK_LOST = 512  # the link to the module was lost during the command
     NOT_DONE = 1024  # the axis is at rest, and the command has not begun or has ended otherwise
+    DRIVE_FAULT = 2048  # of a networked drive: a stall, a fault of its driver, or it is not enabled
+    NOT_AVAILABLE = 4096  # refused: the module has no such command
 
 
 WORDS = {
@@ -33,6 +35,8 @@ WORDS = {
     ErrorId.POSITION_INVALID: "the position is not valid",
     ErrorId.LINK_LOST: "the link was lost",
     ErrorId.NOT_DONE: "the axis is at rest and the command is not done",
+    ErrorId.DRIVE_FAULT: "the drive has stalled, has a fault, or is not enabled",
+    ErrorId.NOT_AVAILABLE: "the module has no such command",
 }
 """Meaning of each bit."""
 

@@ -1,4 +1,4 @@
-"""The axis of a 3601, or of a module with its words: PLCopen's blocks as methods.
+"""The axis of a 3601, of a module with its words, or of a networked drive: PLCopen's blocks as methods.
 
     await self.axis.move_to(4000, speed=5000, acceleration=10, deceleration=10)
 
@@ -14,18 +14,24 @@ from typing import NoReturn, TypeVar, overload
 
 from typing_extensions import override
 
-from ....io_images.amci3601.bits import StatusMsw
+from ....io_images.amci3601.bits import CommandLsw, StatusMsw
 from ....io_images.amci3601.blend import Acceleration, BlendHeader, BlendSegment
 from ....io_images.amci3601.command import PresetPosition, ResetErrors, StoreMinimumRegistration
 from ....io_images.amci3601.configuration import Configuration
 from ....io_images.amci3601.moves import Direction, FindHome, Follower, Manual, Move, MoveKind, RunBlend
 from ....io_images.amci3601.parameters import require
+from ....io_images.amci3601.status import StatusView
 from ....io_images.amci3601.words import WORDS_3601, may_be_stepper, profile_of
-from ....io_images.image import Image
-from ..sequences.parts import Clock, DeclarationError, Device, Slots, Turn, words_of
+from ....io_images.drives.models import Model
+from ....io_images.drives.status import status_view
+from ....io_images.drives.translation import DriveTranslation, model_of
+from ....io_images.image import Image, signed_word
+from ....io_images.module_words import ModuleWords
+from ..sequences.parts import Clock, DeclarationError, Device, Slot, Slots, Turn, words_of
 from .blending import BlendProgramming
 from .command import Command, Outcome
 from .drive import Drive
+from .drives import checked_configuration, lacking, wrong_configuration
 from .errors import ErrorId
 from .kinds import (
     ABSOLUTE,
@@ -50,32 +56,37 @@ LEAST_ROUND_TRIP_MS = 10
 
 _MOVING = (StatusMsw.MOVING_CW | StatusMsw.MOVING_CCW).value
 
+_CONFIGURES = CommandLsw.ENCODER_MOVE.value
+"""Word 1 while a networked drive is configured: a bit that the axis has no other use for."""
+
 CONSTANT = Acceleration.CONSTANT
 
 AnyCommand = TypeVar("AnyCommand", bound=Command)
 
 
 class Axis3601(Device):
-    """An axis: the only writer of its module's eight output words.
+    """An axis: the only writer of its module's output words.
 
     Ranges of speeds and rates are those of a 3601; of another module of the family, those of its profile.
 
     Args:
         slot: number of the slot.
-        configuration: sent by `configure`.
+        configuration: sent by `configure`; for a networked drive its ten words, in whose format of numbers
+            the axis reads and writes.
         round_trip_ms: minimum wait for the module's answer, ms, 10 or more. The rack knows the delay of its
             backplane and adapters; the longer of the two counts.
         parameters_first: send the parameters of each command one round trip before its command bit, so that
             an update in two parts can't be another command. Each command begins later by that.
 
     Raises:
-        ValueError: the slot is not a whole number from 1, or the round trip is not a whole number from 0.
+        ValueError: the slot is not a whole number from 1, the round trip is not a whole number from 0, or the
+            configuration is neither a Configuration nor ten words with bit 15 of the first.
     """
 
     def __init__(
         self,
         slot: int,
-        configuration: Configuration,
+        configuration: Configuration | Sequence[int],
         *,
         round_trip_ms: int = LEAST_ROUND_TRIP_MS,
         parameters_first: bool = False,
@@ -83,16 +94,15 @@ class Axis3601(Device):
         super().__init__()
         require("slot", slot, 1, 1_000_000)
         require("round_trip_ms", round_trip_ms, 0, 1_000_000)
-        if not isinstance(configuration, Configuration):
-            raise ValueError(f"configuration {configuration!r} is not a Configuration")
         self.slot = slot
-        self.configuration = configuration
+        self.configuration = checked_configuration(configuration)
         self.round_trip_ms = max(round_trip_ms, LEAST_ROUND_TRIP_MS)
         self.parameters_first = parameters_first
         self._drive = self._new_drive()
         self._words = self._drive.inputs.words
         self._limits = WORDS_3601.limits
-        self.status = WORDS_3601.view(self._drive.inputs)  # such as `axis.status.IN_ESTOP`
+        self._translation: DriveTranslation | None = None
+        self.status: StatusView = WORDS_3601.view(self._drive.inputs)  # such as `axis.status.IN_ESTOP`
 
     # -- state
 
@@ -132,11 +142,19 @@ class Axis3601(Device):
         """Encoder or diagnostic feedback count; not valid in configuration mode."""
         return self.status.encoder
 
+    @property
+    def starting_speed(self) -> int:
+        """Starting speed of its configuration, steps/s; 1 of a networked drive that it is not attached to."""
+        given = self.configuration
+        if isinstance(given, Configuration):
+            return given.starting_speed
+        return 1 if self._translation is None else self._translation.starting_speed
+
     # -- commands
 
     def configure(self) -> Command:
         """Configure the module, to command mode; the position is then invalid [Configure3601]."""
-        return self._ask(Command(self.name, CONFIGURE, "configure()"), self.configuration.to_image)
+        return self._ask(Command(self.name, CONFIGURE, "configure()"), self._configuring)
 
     def home(
         self,
@@ -303,7 +321,7 @@ class Axis3601(Device):
             types, limits = tuple(shapes) or (CONSTANT,) * len(path), self._limits
             header = BlendHeader(types, final_deceleration, final_shape, limits=limits)
             command.fill(header, path)
-            return header.to_image()
+            return header.to_image() if self._translation is None else command.for_drive()
 
         return self._ask(command, blocks)
 
@@ -338,7 +356,7 @@ class Axis3601(Device):
         It does not occupy the axis. The value is in steps, or in encoder counts if an encoder is configured.
         """
         drive = self._drive
-        return CaptureWait(self.name, self._words, self.status, lambda: drive.state, drive.link)
+        return CaptureWait(self.name, drive.inputs.words, self.status, lambda: drive.state, drive.link)
 
     # -- a part of the logic
 
@@ -347,15 +365,43 @@ class Axis3601(Device):
         if self.slot not in slots:
             there = ", ".join(map(str, slots)) or "none"
             self._refuse(f"slot {self.slot} is empty; modules sit in {there}")
-        words = words_of(slots)[self.slot]
-        if not may_be_stepper(words):
-            self._refuse(f"slot {self.slot} has a {words.message}, which does not have a 3601's words")
-        slot = slots[self.slot]
+        slot, words = slots[self.slot], words_of(slots)[self.slot]
+        model = model_of(words)
+        if model is None and not may_be_stepper(words):
+            self._refuse(
+                f"slot {self.slot} has a {words.message}, which has neither a 3601's words nor a drive's"
+            )
+        wrong = wrong_configuration(self.configuration, model)
+        if wrong:
+            self._refuse(f"slot {self.slot}, {words.message if model is None else model.title}: {wrong}")
+        self._translate(model, words, slot)
         self._drive = self._new_drive(getattr(slot, "round_trip_ms", 0))
-        self._drive.attach(slot.inputs, slot.outputs, clock, Link(self.slot, slot))
-        profile = profile_of(words)
-        self._limits = profile.limits
-        self._words, self.status = slot.inputs.words, profile.view(slot.inputs)
+        link = Link(self.slot, slot)
+        self._drive.attach(slot.inputs, slot.outputs, clock, link, self._translation)
+        self._words = slot.inputs.words
+
+    def _translate(self, model: Model | None, words: ModuleWords, slot: Slot) -> None:
+        """Take limits and status of the module, and for a networked drive the translation of its words."""
+        if model is None:
+            profile = profile_of(words)
+            self._translation, self._limits, self.status = None, profile.limits, profile.view(slot.inputs)
+            return
+        assert not isinstance(self.configuration, Configuration)
+        translation = DriveTranslation(model, self.configuration)
+        self._translation, self._limits = translation, translation.limits
+        self.status = status_view(slot.inputs, translation)
+
+    def _configuring(self) -> Image:
+        """Return the words that request the configuration; a networked drive's are in the translation.
+
+        Word 1 then only shows that the handshake progresses once it is 0.
+        """
+        given = self.configuration
+        return (
+            given.to_image()
+            if isinstance(given, Configuration)
+            else Image([signed_word(given[0]), _CONFIGURES])
+        )
 
     def _refuse(self, why: str) -> NoReturn:
         raise DeclarationError.at(self.declared, f"{self.name}: {why}")
@@ -402,6 +448,9 @@ class Axis3601(Device):
             command.take(words())
         except ValueError as wrong:
             refused, detail = refused | ErrorId.PARAMETER, str(wrong)
+        if not refused and self._translation is not None:
+            detail = lacking(self._translation.model, command)
+            refused = ErrorId.NOT_AVAILABLE * bool(detail)
         if refused:
             command.end(Outcome.ERROR, refused, detail)
         else:

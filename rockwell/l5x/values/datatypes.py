@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
+from ....io_images.text_limits import EXPORT_MIB, EXPORT_MIB_MOST
 from ....ladder.model.errors import LadderError
 from ....ladder.model.predefined.structures import PREDEFINED_TYPES
 from ....ladder.model.types import (
@@ -23,13 +24,11 @@ from ....ladder.model.types import (
     count_of,
 )
 from ..xml.records import DataTypeRecord, Element, MemberRecord, number_of
-from .raw import has_known_bytes
+from .layouts import Layouts
+from .module_bits import in_words
 
-MOST_VALUES = 100_000
-"""Maximum values in one element of a type."""
-
-MOST_IN_ALL = 8_000_000
-"""Maximum values of all tags: 64 MiB of Python per engine; controllers have less than half of that."""
+PATH_BYTES, VALUE_BYTES = 1400, 8
+"""Memory of a path to values, such as `Line.Speed`, and of one of its values, as measured."""
 
 EIGHTS_SINCE = 27
 """First software revision with 8-byte values at multiples of 8 [1756-RM100F, chapter 5]."""
@@ -49,6 +48,11 @@ _RENAMED: Mapping[str, str] = {
 """Other names of types. Durations and dates are whole numbers: µs, and ns where the name begins with an L."""
 
 
+class _Counts(NamedTuple):
+    paths: int
+    values: int
+
+
 class UnknownTypeError(LadderError):
     """A type without a definition in the document."""
 
@@ -56,20 +60,25 @@ class UnknownTypeError(LadderError):
 class Types:
     """The document's types by name (the first of each name counts), and all others."""
 
-    def __init__(self, records: Iterable[DataTypeRecord], revision: str = "") -> None:
+    def __init__(
+        self, records: Iterable[DataTypeRecord], revision: str = "", memory_mib: int = EXPORT_MIB
+    ) -> None:
         self._records: dict[str, DataTypeRecord] = {}
         for each in records:
             self._records.setdefault(each.name.upper(), each)
         major = number_of(revision.partition(".")[0])
-        self._eights = major is None or major >= EIGHTS_SINCE
-        self._bytes: dict[int, tuple[DataType, bool]] = {}
+        self._own = set(self._records)  # names of types of which all members are known
+        self.layouts = Layouts(major is None or major >= EIGHTS_SINCE, self._own)
         self._initials: dict[int, tuple[DataType, bool]] = {}
+        self._instances: dict[int, tuple[DataType, bool]] = {}
         self._known: dict[str, DataType] = {name.upper(): kind for name, kind in TYPES.items()}
         self._open: list[str] = []
         self._shown: dict[str, DataType] = {}
-        self._counts: dict[int, tuple[DataType, int]] = {}
-        self._left = MOST_IN_ALL
+        self._counts: dict[int, tuple[DataType, _Counts]] = {}
+        self._mib = memory_mib
+        self._left = memory_mib << 20  # bytes for further tags
         self._depth = 0
+        self.apart: dict[str, list[str]] = {}  # integers of module-defined types whose bits are not known
         self.wrong: dict[str, str] = {}  # unusable types with the reason, by name in capitals
         self.add_on: Callable[[str], Structure | None] = lambda _name: None
 
@@ -122,16 +131,27 @@ class Types:
 
     def refuse_size(self, kind: Structure) -> None:
         """Raise a LadderError for a structure that is too large."""
-        if self.count(kind) > MOST_VALUES:
-            raise LadderError(f"data type {kind.name} has more than {MOST_VALUES:,} values")
+        self._refuse(f"data type {kind.name}", self._bytes(kind, ()))
 
-    def count(self, kind: DataType) -> int:
-        """Return the number of values in an element of a type."""
+    def _refuse(self, what: str, size: int) -> None:
+        if size > self._mib << 20:
+            mib = f"{-(-size >> 20):,} MiB" if size < EXPORT_MIB_MOST << 20 else "too much memory"
+            raise LadderError(f"{what} takes {mib}; {self._mib:,} MiB are allowed (--memory)")
+
+    def _bytes(self, kind: DataType, dims: tuple[int, ...]) -> int:
+        """Return the memory of a tag, about."""
+        found = self._counted(kind)
+        return found.paths * PATH_BYTES + found.values * count_of(dims) * VALUE_BYTES
+
+    def _counted(self, kind: DataType) -> _Counts:
+        """Count the paths and the values of an element of a type."""
         if isinstance(kind, Elementary):
-            return 1
+            return _Counts(1, 1)
         known = self._counts.get(id(kind))
         if known is None:
-            total = sum(self.count(each.type) * count_of(each.dims) for each in kind.own)
+            inner = [(self._counted(each.type), count_of(each.dims)) for each in kind.own]
+            paths = sum(each.paths for each, _ in inner)
+            total = _Counts(paths, sum(each.values * count for each, count in inner))
             known = self._counts[id(kind)] = kind, total
         return known[1]
 
@@ -145,19 +165,26 @@ class Types:
             known = self._initials[id(kind)] = kind, found
         return known[1]
 
-    def has_known_bytes(self, kind: DataType) -> bool:
-        """Whether the order of a type's bytes is known, see `raw`."""
-        known = self._bytes.get(id(kind))
+    def has_locals(self, kind: DataType) -> bool:
+        """Whether a type has instances of add-ons, whose local tags decorated data lack."""
+        if isinstance(kind, Elementary):
+            return False
+        known = self._instances.get(id(kind))
         if known is None:
-            order = has_known_bytes(kind, self._records, eights=self._eights)
-            known = self._bytes[id(kind)] = kind, order
+            found = kind.name.upper() in self.layouts.add_ons or any(
+                self.has_locals(each.type) for each in kind.own
+            )
+            known = self._instances[id(kind)] = kind, found
         return known[1]
 
     def take(self, kind: DataType, dims: tuple[int, ...]) -> None:
-        """Add the values of a tag to the total; a LadderError beyond the limit."""
-        wanted = self.count(kind) * count_of(dims)
+        """Add the memory of a tag to the total; a LadderError beyond the limit."""
+        wanted = self._bytes(kind, dims)
+        self._refuse("it", wanted)
         if wanted > self._left:
-            raise LadderError(f"the tags of the file have more than {MOST_IN_ALL:,} values")
+            raise LadderError(
+                f"the tags of the file take more than the {self._mib:,} MiB that are allowed (--memory)"
+            )
         self._left -= wanted
 
     def _member(self, record: DataTypeRecord, member: MemberRecord) -> Member:
@@ -174,9 +201,13 @@ class Types:
             kind = self.find(member.type)
         except UnknownTypeError:
             raise LadderError(f"{where} is a {member.type}, which the file does not define") from None
-        if self.count(kind) * count_of(member.dims) > MOST_VALUES:
-            raise LadderError(f"{where} has more than {MOST_VALUES:,} values")
+        self._refuse(where, self._bytes(kind, member.dims))
         return Member(member.name, kind, member.dims, hidden=member.hidden)
+
+    def own(self, kind: Structure) -> Structure:
+        """Return a type that was made here of all its members."""
+        self._own.add(kind.name.upper())
+        return kind
 
     def define(self, name: str, kind: DataType) -> None:
         """Define a missing type."""
@@ -193,13 +224,17 @@ class Types:
         if data.tag not in ("Structure", "StructureMember") or self._depth == DEEPEST:
             return None
         self._depth += 1
-        members = tuple(filter(None, map(self._shown_member, data.iterchildren())))
+        members: Iterable[Member] = list(filter(None, map(self._shown_member, data.iterchildren())))
         self._depth -= 1
+        if ":" in kind:
+            values = {each.get("Name", ""): each.get("Value", "") for each in data.iterchildren("*")}
+            members, self.apart[kind] = in_words(members, values)
         made = _unique(kind or "unnamed", members)
-        if self.count(made) > MOST_VALUES:
+        if self._bytes(made, ()) > self._mib << 20:
             return None
         if kind:
             self._shown[kind.upper()] = made
+            self._own.add(kind.upper())
         return made
 
     def _shown_member(self, element: Any) -> Member | None:
@@ -217,7 +252,7 @@ class Types:
         lengths = tuple(filter(None, map(number_of, element.get("Dimensions", "").split(","))))
         if kind is None or not lengths or len(lengths) > MAX_DIMENSIONS or min(lengths) < 1:
             return None
-        return Member(name, kind, lengths) if self.count(kind) * count_of(lengths) <= MOST_VALUES else None
+        return Member(name, kind, lengths) if self._bytes(kind, lengths) <= self._mib << 20 else None
 
 
 def _refuse_host(kind: Structure, member: Member) -> None:

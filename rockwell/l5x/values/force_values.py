@@ -6,7 +6,7 @@
 | bytes of the tag | `<ForceData>00 00 00 00 01 00 FF FF 01 00 B8 22</ForceData>` |
 | bytes as a list | `<ForceData Format="L5K"><![CDATA[[0,0,1,0,3,0]]]></ForceData>` |
 
-The bytes are as many as the tag's memory three times: zeros, the mask of forced bits, their values.
+The bytes are as many as the tag's memory three times: its image, the mask of forced bits, their values.
 
 They are read and listed; a run holds them if it is told to.
 """
@@ -16,12 +16,14 @@ from __future__ import annotations
 import re
 import struct
 from collections.abc import Iterator, Sequence
+from typing import Any
 
-from ....ladder.model.types import BOOL, REAL, DataType, Elementary, Structure, count_of, members_at, size_of
+from ....ladder.model.types import BOOL, REAL, DataType, Elementary, Structure, count_of
 from ..xml.data import Data
 from ..xml.records import Element
 from .datatypes import Types
-from .raw import bytes_in, fits, has_known_bytes
+from .layouts import Layouts
+from .raw import RawReader, bytes_in, fits
 from .value_texts import ValueTextError
 
 Force = tuple[str, bool | int | float]
@@ -47,14 +49,13 @@ def forces_of(forced: Sequence[Data], kind: DataType, dims: tuple[int, ...], typ
     image = _bytes(next(each for each in elements if each.tag == "ForceData"))
     count = len(image) // 3
     mask, values = image[count : 2 * count], image[2 * count :]
-    if not any(image):
+    if not any(image) or (len(image) == 3 * count and not any(mask)):
         return
-    if len(image) != 3 * count or not fits(mask, kind, dims):
+    if len(image) != 3 * count or not fits(mask, kind, dims, types.layouts):
         raise ValueTextError(f"its force data have {len(image)} bytes, which are not three times its memory")
-    known = types.has_known_bytes(kind) or has_known_bytes(kind, [kind.name.upper()], eights=True)
-    if any(mask) and not known:
+    if not (isinstance(kind, Elementary) or types.layouts.is_known(kind)):
         raise ValueTextError(f"the order of the bytes of a {kind.name} is not known")
-    for text, type_, at, bit in _places(mask, kind, dims, 0):
+    for text, type_, at, bit in _Forced(mask, types.layouts).places(kind, dims, 0):
         size = max(1, type_.bits // 8)
         place = slice(at, at + size)
         if bit is not None:
@@ -63,6 +64,17 @@ def forces_of(forced: Sequence[Data], kind: DataType, dims: tuple[int, ...], typ
         elif any(mask[place]):
             bits = int.from_bytes(mask[place], "little"), int.from_bytes(values[place], "little")
             yield from _of_bits(text, type_, *bits, size * 8)
+
+
+def image_of(forced: Sequence[Data], kind: DataType, layouts: Layouts) -> Any:
+    """Return the value of a tag without other data: the first third of its force data; None for zeros."""
+    for each in forced:
+        if each.element.tag == "ForceData":
+            data = _bytes(each.element)
+            image = data[: len(data) // 3]
+            if layouts.is_known(kind) and fits(image, kind, (), layouts):
+                return RawReader(image, layouts, keep=False).read(kind, ())
+    return None
 
 
 def _bytes(element: Element) -> bytes:
@@ -133,22 +145,38 @@ def _beside(path: str, text: str, name: str) -> Iterator[Force]:
 # --- in bytes
 
 
-def _places(
-    mask: bytes, kind: DataType, dims: tuple[int, ...], at: int
-) -> Iterator[tuple[str, Elementary, int, int | None]]:
-    """Yield the values of a tag that have forced bits: address, type, byte, and the bit of a BOOL."""
-    if dims:
-        size = size_of(kind)
+class _Forced:
+    """Finds the values of a tag that have forced bits."""
+
+    def __init__(self, mask: bytes, layouts: Layouts) -> None:
+        self._mask, self._layouts = mask, layouts
+
+    def places(
+        self, kind: DataType, dims: tuple[int, ...], at: int
+    ) -> Iterator[tuple[str, Elementary, int, int | None]]:
+        """Yield address, type, byte, and the bit of a BOOL."""
+        if dims:
+            yield from self._elements(kind, dims, at)
+        elif isinstance(kind, Structure):
+            yield from self._members(kind, at)
+        else:
+            yield "", kind, at, 0 if kind is BOOL else None
+
+    def _elements(
+        self, kind: DataType, dims: tuple[int, ...], at: int
+    ) -> Iterator[tuple[str, Elementary, int, int | None]]:
+        size = self._layouts.size(kind)
         for number in range(count_of(dims)):
             index = _index(number, dims)
             if kind is BOOL:
                 yield index, BOOL, at + number // 8, number % 8
-            elif any(mask[at + number * size : at + (number + 1) * size]):
-                for text, *place in _places(mask, kind, (), at + number * size):
+            elif any(self._mask[at + number * size : at + (number + 1) * size]):
+                for text, *place in self.places(kind, (), at + number * size):
                     yield index + text, *place  # type: ignore[misc]
-    elif isinstance(kind, Structure):
+
+    def _members(self, kind: Structure, at: int) -> Iterator[tuple[str, Elementary, int, int | None]]:
         bits = {each.at.upper(): each.name for each in kind.members if each.at}
-        for member, offset, bit in members_at(kind):
+        for member, offset, bit in self._layouts.places(kind):
             if bit is not None:
                 yield f".{member.name}", BOOL, at + offset, bit
             elif member.hidden and isinstance(member.type, Elementary):
@@ -157,11 +185,8 @@ def _places(
                     if name is not None:
                         yield f".{name}", BOOL, at + offset + number // 8, number % 8
             else:
-                for text, *place in _places(mask, member.type, member.dims, at + offset):
+                for text, *place in self.places(member.type, member.dims, at + offset):
                     yield f".{member.name}{text}", *place  # type: ignore[misc]
-    else:
-        assert isinstance(kind, Elementary)
-        yield "", kind, at, 0 if kind is BOOL else None
 
 
 def _index(number: int, dims: tuple[int, ...]) -> str:

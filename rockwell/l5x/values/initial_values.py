@@ -1,12 +1,14 @@
 """Initial values from a document, in the form of `Tag.initial`.
 
-| form | content | read |
-|---|---|---|
-| bytes, `<Data>3C 00</Data>` | all of the tag, see `raw` | first, where the order of bytes is known |
-| Decorated | members by name; zeros may be left out | else |
-| String | the characters of one string; of an array those of its first element | else |
-| Message, Alarm, Axis | members as attributes | else |
-| L5K | members in their order, see `l5k` | else |
+| form | content |
+|---|---|
+| bytes, `<Data>3C 00</Data>` | all of the tag, see `raw`, where the order of bytes is known |
+| L5K | all of the tag in its order, see `l5k`, where that is known |
+| Decorated | members by name without local tags of add-ons; zeros may be left out |
+| String | the characters of one string; of an array those of its first element |
+| Message, Alarm, Axis | members as attributes |
+
+The first of these forms that a tag has is its value. Where another form has another value, that is reported.
 
     <Structure DataType="Recipe">
       <DataValueMember Name="Speed" DataType="REAL" Radix="Float" Value="1.5"/>
@@ -20,7 +22,8 @@ type or omitted.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -28,10 +31,11 @@ from ....ladder.model.types import BOOL, DataType, Elementary, Member, Structure
 from ....ladder.state.named_parts import meant_by
 from ..xml.data import Data, DecoratedValue
 from ..xml.records import Element
+from .agreement import first_difference, value_at
 from .datatypes import Types
 from .initials import ValueReading, nested, scalar
-from .l5k import from_l5k
-from .raw import bytes_in, fits, from_bytes, is_certain
+from .l5k import OtherVersionError, filled, from_l5k
+from .raw import RawReader, bytes_in, fits
 from .value_texts import TRUTH, ValueTextError, unquoted_or_raise, unsaid, value_of
 
 _INDEX = re.compile(r"\d{1,9}")
@@ -45,35 +49,116 @@ def initial_of(
     say: Callable[[str], None] = unsaid,
 ) -> Any:
     """Return an initial value from `Data` elements, None for the type's own, or raise a ValueTextError."""
-    if isinstance(kind, Elementary) and not dims:
-        only = {each.form: each.value for each in data}
-        if (one := only.get("Decorated")) is not None and "" not in only:
-            return scalar(one, kind, ValueReading(say=say))
-    how = ValueReading(types.has_initials(kind), say)
-    found = {each.form: each.element for each in data if each.form != "Decorated"}
-    shown = [each.values(zeros=how.keep) for each in data if each.form == "Decorated"]
-    inner = next(iter(shown[-1]), None) if shown else None
-    raw = bytes_in(found[""]) if "" in found else None
-    if raw and types.has_known_bytes(kind) and fits(raw, kind, dims) and (inner is None or is_certain(kind)):
-        return from_bytes(raw, kind, dims)
-    if inner is not None:
+    if len(data) == 1 and data[0].value is not None and isinstance(kind, Elementary) and not dims:
+        return scalar(data[0].value, kind, ValueReading(say=say))
+    return _Forms(data, kind, dims, types, say).value()
+
+
+class _Forms:
+    """The forms of a tag's value."""
+
+    def __init__(
+        self,
+        data: Sequence[Data],
+        kind: DataType,
+        dims: tuple[int, ...],
+        types: Types,
+        say: Callable[[str], None],
+    ) -> None:
+        self._kind, self._dims, self._say, self._types = kind, dims, say, types
+        self._data = {each.form: each for each in data}
+        self._how = ValueReading(types.has_initials(kind), say, types.layouts)
+
+    def value(self) -> Any:
+        """Return the value of the first form; report forms that differ from it."""
+        found = dict(self._whole())
+        if found:
+            form = next(iter(found))
+            if "Decorated" in self._data:
+                found["Decorated"] = self._decorated(keep=True)
+            elif "String" in self._data and not self._dims and "L5K" in found:
+                found["String"] = self._string()
+            if len(found) > 1:
+                self._compare(found)
+            return found[form]
+        if "Decorated" in self._data:
+            return self._decorated(keep=self._how.keep)
+        return self._other()
+
+    def _whole(self) -> Iterator[tuple[str, Any]]:
+        """Yield the forms with all of the memory that can be read, with their values."""
+        kind, dims, layouts = self._kind, self._dims, self._types.layouts
+        raw = self._raw() if layouts.is_known(kind) else None
+        if raw and fits(raw, kind, dims, layouts) and (len(self._data) == 1 or layouts.is_certain(kind)):
+            yield "bytes", RawReader(raw, layouts, keep=self._how.keep).read(kind, dims)
+        if "L5K" not in self._data or not _OTHERS.isdisjoint(self._data):
+            return
+        try:
+            text = "".join(self._data["L5K"].element.itertext())
+            value = from_l5k(text, kind, dims, self._how)
+            yield "L5K", self._filled(value) if self._how.unread else value
+        except OtherVersionError as error:
+            if "Decorated" not in self._data or self._types.has_locals(kind):
+                self._say(str(error))
+
+    def _filled(self, value: Any) -> Any:
+        """Return a value with members whose memory is not known as decorated data have them."""
+        if self._types.has_locals(self._kind):
+            names = ", ".join(dict.fromkeys(self._how.unread))
+            self._say(f"{names} in local tags start with their defaults: their memory is not known")
+        return filled(value, self._decorated(keep=True) if "Decorated" in self._data else None)
+
+    def _raw(self) -> bytes | None:
+        return bytes_in(self._data[""].element) if "" in self._data else None
+
+    def _decorated(self, *, keep: bool) -> Any:
+        kind, dims, data = self._kind, self._dims, self._data["Decorated"]
+        how = replace(self._how, keep=keep) if keep != self._how.keep else self._how
+        if data.value is not None and isinstance(kind, Elementary) and not dims:
+            return scalar(data.value, kind, how)
+        inner = next(iter(data.values(zeros=keep)), None)
+        if inner is None:
+            return None
         wanted = "Array" if dims else "DataValue" if isinstance(kind, Elementary) else "Structure"
         if inner.tag != wanted:
             raise ValueTextError(f"its data are of the form {inner.tag}, not {wanted}")
         return _decorated(inner, kind, dims, how)
-    if "String" in found and isinstance(kind, Structure) and kind.is_string and not dims:
-        return _cut(_quoted(found["String"].text or ""), kind) or None
-    for form in ("Message", "Alarm", "Axis", "CoordinateSystem"):
-        if form in found:
-            return None if dims else _parameters(found[form], kind)
-    if "L5K" in found:
-        return from_l5k("".join(found["L5K"].itertext()), kind, dims, how)
-    if "String" in found and isinstance(kind, Structure) and kind.is_string:
-        say("the file has its first text only")
-        return nested([_cut(_quoted(found["String"].text or ""), kind)], kind, ())
-    if found.keys() == {""} and not shown:
-        _refuse_bytes(found[""], raw, kind, known=types.has_known_bytes(kind))
-    return None
+
+    def _string(self) -> str | None:
+        kind = self._kind
+        if not isinstance(kind, Structure) or not kind.is_string:
+            return None
+        return _cut(_quoted(self._data["String"].element.text or ""), kind) or None
+
+    def _other(self) -> Any:
+        kind, dims = self._kind, self._dims
+        for form in _PARAMETERS:
+            if form in self._data:
+                return None if dims else _parameters(self._data[form].element, kind)
+        if "String" in self._data and isinstance(kind, Structure) and kind.is_string:
+            if not dims:
+                return self._string()
+            self._say("the file has its first text only")
+            return nested([self._string()], kind, ())
+        if self._data.keys() == {""}:
+            known = self._types.layouts.is_known(kind)
+            _refuse_bytes(self._data[""].element, self._raw(), kind, known=known)
+        return None
+
+    def _compare(self, found: Mapping[str, Any]) -> None:
+        """Report the first value that differs between two forms, as each has it."""
+        (first, value), *others = found.items()
+        for _form, other in others:
+            path = first_difference(self._kind, self._dims, value, other)
+            if path is not None:
+                said = (f"{name} {value_at(self._kind, each, path)}" for name, each in found.items())
+                place = "".join(path)
+                self._say(f"its forms differ{place and f' at {place}'}: {', '.join(said)}; the {first} count")
+                return
+
+
+_PARAMETERS = ("Message", "Alarm", "Axis", "CoordinateSystem")
+_OTHERS = frozenset(_PARAMETERS)
 
 
 def _refuse_bytes(element: Element, raw: bytes | None, kind: DataType, *, known: bool) -> None:
@@ -114,7 +199,8 @@ def _structure(values: DecoratedValue, kind: Structure, how: ValueReading) -> An
     parts, is_string = _parts(kind)
     if is_string and not _has_elements(values):
         text = next((each.text for each in values.inner if each.name == "DATA"), None)
-        return None if text is None else _cut(_quoted(text), kind) or None
+        characters = None if text is None else _cut(_quoted(text), kind)
+        return characters if characters or how.keep else None
     found = {}
     for each in values.inner:
         _, name, text, _, _ = each

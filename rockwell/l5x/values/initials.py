@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from ....ladder.model.types import DataType, Elementary
+from .layouts import Layouts
 from .value_texts import unsaid, value_of
 
 
@@ -16,6 +17,8 @@ class ValueReading:
 
     keep: bool = False  # whether zeros are values, as the type has other initial values
     say: Callable[[str], None] = unsaid  # called with each value that is omitted or truncated
+    layouts: Layouts = field(default_factory=lambda: Layouts(eights=True))
+    unread: list[str] = field(default_factory=list)  # names of types in it whose memory is not known
 
 
 def scalar(text: str | None, kind: Elementary, how: ValueReading) -> Any:

@@ -1,15 +1,14 @@
 """L5K text to initial values: `[1.50000000e+000,[7,0],[0,5000,0]]`.
 
-It has the values of all members in memory order.
+It has the values of all members in memory order, see `layouts`.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from typing import Any
 
-from ....ladder.model.types import DINT, DataType, Elementary, Member, Structure, count_of
+from ....ladder.model.types import DINT, DataType, Elementary, Structure, count_of
 from ..xml.records import number_of
 from .initials import ValueReading, nested, scalar
 from .value_texts import ValueTextError, unquoted_or_raise
@@ -22,8 +21,25 @@ _TOKEN = re.compile(
 )
 
 
+UNREAD: Any = object()
+"""The value of a member whose memory is not known."""
+
+
+class OtherVersionError(ValueTextError):
+    """Data of another version of their type, or of a type whose memory is not known."""
+
+
+_NUL = "$00"
+"""A character behind the LEN of a string."""
+
+
 def from_l5k(text: str, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
-    """Return an initial value as in `Tag.initial`, None for the type's own; or raise a ValueTextError."""
+    """Return an initial value as in `Tag.initial`, None for the type's own.
+
+    Raises:
+        OtherVersionError: it has not as many values as its type.
+        ValueTextError: it can't be read.
+    """
     text = text.strip()
     if not text:
         return None
@@ -62,10 +78,10 @@ def _l5k_value(tree: Any, kind: DataType, dims: tuple[int, ...], how: ValueReadi
     if dims:
         return _l5k_array(tree, kind, dims, how)
     if isinstance(kind, Elementary):
-        return scalar(tree, kind, how) if isinstance(tree, str) else None
-    if kind.is_string:
-        return _l5k_string(tree, kind)
-    return _l5k_structure(tree, kind, how) if isinstance(tree, list) else None
+        if not isinstance(tree, str):
+            raise _other_version(kind)
+        return scalar(tree, kind, how)
+    return _l5k_string(tree, kind, how) if kind.is_string else _l5k_structure(tree, kind, how)
 
 
 def _l5k_array(tree: Any, kind: DataType, dims: tuple[int, ...], how: ValueReading) -> Any:
@@ -80,35 +96,65 @@ def _l5k_array(tree: Any, kind: DataType, dims: tuple[int, ...], how: ValueReadi
     return nested(values + [None] * (count_of(dims) - len(values)), kind, dims)
 
 
-def _l5k_string(tree: Any, kind: Structure) -> str | None:
+def _l5k_string(tree: Any, kind: Structure, how: ValueReading) -> str | None:
     if not (isinstance(tree, list) and len(tree) == 2 and all(isinstance(each, str) for each in tree)):
-        return None
-    length, text = tree
-    characters, most = unquoted_or_raise(text.strip("'")), number_of(length)
-    return characters[:most] or None if most is not None else None
+        raise _other_version(kind)
+    length, text = tree[0], tree[1][1:-1] if tree[1][0] == "'" else tree[1]
+    given = number_of(length)
+    if given is None:
+        raise _other_version(kind)
+    most = min(given, kind.members[1].dims[0])
+    found = unquoted_or_raise(_without_padding(text, most))[:most]
+    return found if found or how.keep else None
 
 
-def _l5k_structure(tree: Sequence[Any], kind: Structure, how: ValueReading) -> Any:
-    """Return members in memory order; status bits of predefined types share a first word."""
-    bits = [each for each in kind.own if each.bit is not None]
-    words = [each for each in kind.own if each.bit is None]
-    packed = any(each.type.name == "BOOL" and not each.dims for each in words)
-    if len(tree) != len(words) + bool(bits) or packed:
-        how.say(f"its data are of another version of {kind.name}")
-        return None
+def _without_padding(text: str, most: int) -> str:
+    """Return a literal with its first characters, without zeros at its end."""
+    count = max(0, len(text) // len(_NUL) - most)  # a character has at most as many letters
+    end = len(text) - count * len(_NUL)
+    is_padding = text[end:] == _NUL * count and text[end - 1 : end] != "$"
+    return text[:end] if is_padding else text
+
+
+def _l5k_structure(tree: Any, kind: Structure, how: ValueReading) -> Any:
+    """Return members in memory order."""
+    parts = how.layouts.parts(kind)
+    if not isinstance(tree, list) or len(tree) != len(parts) or not how.layouts.is_complete(kind):
+        raise _other_version(kind)
     found: dict[str, Any] = {}
-    if bits:
-        word = scalar(tree[0], DINT, _KEPT) if isinstance(tree[0], str) else 0
-        found.update((each.name, True) for each in bits if int(word) >> _bit(each) & 1)
-    for member, part in zip(words, tree[bool(bits) :], strict=True):
-        value = _l5k_value(part, member.type, member.dims, how)
+    for part, inner in zip(parts, tree, strict=True):
+        if isinstance(part, tuple):
+            word = _l5k_value(inner, DINT, (), _KEPT)
+            found.update((each.name, on) for each, bit in part if (on := bool(word >> bit & 1)) or how.keep)
+            continue
+        try:
+            value = _l5k_value(inner, part.type, part.dims, how)
+        except OtherVersionError:
+            if how.layouts.has_members(part.type):
+                raise
+            value = UNREAD
+            how.unread.append(part.type.name)
         if value is not None:
-            found[member.name] = value
+            found[part.name] = value
     return found or None
+
+
+def filled(value: Any, other: Any) -> Any:
+    """Return a value with the members of another form in place of those that are `UNREAD`."""
+    if value is UNREAD:
+        return other
+    if isinstance(value, dict):
+        given = other if isinstance(other, dict) else {}
+        found = {name: filled(each, given.get(name)) for name, each in value.items()}
+        return {name: each for name, each in found.items() if each is not None}
+    if isinstance(value, list):
+        rest = other if isinstance(other, list) else []
+        return [filled(each, rest[at] if at < len(rest) else None) for at, each in enumerate(value)]
+    return value
 
 
 _KEPT = ValueReading(keep=True)
 
 
-def _bit(member: Member) -> int:
-    return member.bit or 0
+def _other_version(kind: DataType) -> OtherVersionError:
+    return OtherVersionError(f"its data are of another version of {kind.name}")

@@ -89,6 +89,11 @@ class ModbusTcpPort:
         elif replies:
             self._end(connection)
 
+    def drop_all(self) -> None:
+        """End all connections."""
+        for each in list(self.listener.connections):
+            self._end(each)
+
     def close(self) -> None:
         """End all connections and stop listening."""
         self.listener.close()

@@ -25,7 +25,6 @@ from ...loop.pace import Clock
 from ...machine import Machine
 from ..record import Options
 from .module import Adapter, AdapterKind
-from .plant import LinkedController
 from .task import Drive
 
 STOP_S = 0.5
@@ -35,41 +34,26 @@ LOOK_S = 0.002
 """Time between two reads of the line during that wait."""
 
 
-class RealController(LinkedController):
+class RealController:
     """A controller at the end of a real line, with a real machine."""
 
     def __init__(self, line: LiveLine) -> None:
-        self._machine = Machine()
-        self._line = line
+        self.machine = Machine()
+        self.line = line
 
-    @property
-    @override
-    def machine(self) -> Machine:
-        return self._machine
-
-    @property
-    @override
-    def line(self) -> LiveLine:
-        return self._line
-
-    @override
     def next_event_ns(self, now_ns: int) -> int | None:
         """Return the present if bytes were received (`LiveLine.next_event_ns`)."""
         return self.line.next_event_ns()
 
-    @override
     def run_until(self, now_ns: int) -> None:
         """Do nothing: a real controller's time runs by itself."""
 
-    @override
     def sense(self, now_ns: int) -> None:
         """Do nothing: the driver reads real inputs."""
 
-    @override
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
         """Do nothing: a real controller is wired."""
 
-    @override
     def power_cycle(self, now_ns: int) -> None:
         """Do nothing: a real controller's power can't be switched; only the adapter resets."""
 

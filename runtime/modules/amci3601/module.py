@@ -23,6 +23,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from typing_extensions import override
+
 from ....io_images.amci3601 import Configuration, Firmware, InputBit
 from ....io_images.amci3601.words import WORDS_3601, Profile
 from ....io_images.image import Image
@@ -36,14 +38,15 @@ from .command_layer import CommandLayer
 from .indicators import UNPOWERED, indicators
 from .options import Amci3601Options
 from .report import report, take_shown
-from .step_generator import NEVER, StepGenerator
+from .step_generator import NEVER, StepGenerator, SteppedModule
 from .trouble import ANSWERS
 
 if TYPE_CHECKING:
-    from ...loop.module import Words
+    import numpy as np
+    from numpy.typing import NDArray
 
 
-class Amci3601:
+class Amci3601(SteppedModule):
     """A simulated AMCI 3601 with its simulated machine; satisfies `runtime.loop.module.Module`.
 
     Attributes:
@@ -219,31 +222,9 @@ class Amci3601:
 
     # -- prediction ---------------------------------------------------------------------------
 
-    def calm_until_ns(self, outputs: Image) -> int:
-        """Return the instant before which only position and count change; see `ForeseeingModule`."""
-        if outputs.raw.tobytes() != self._acted_on:
-            return 0
-        return min(self._due_ns, self.axis.counts_calm_until_ns()) if self._counting else self._due_ns
-
-    def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
-        """Return position and count at instants before `calm_until_ns`; see `ForeseeingModule`."""
-        if self._segment is None:
-            return {}
-        positions = self.axis.positions_at_all(first_ns, every_ns, count)
-        words = dict(zip((2, 3), split_reported_all(positions), strict=True))
-        if self._counting:
-            words |= zip((4, 5), split_reported_all(self.axis.encoders_at_all(positions)), strict=True)
-        return words
-
-    def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
-        """Return the instant before which the shaft does not enter or leave positions `first` to `last`."""
-        self.axis.advance(self._now_ns)
-        return self.axis.shaft_calm_until_ns(first, last)
-
-    def levels_calm_until_ns(self) -> int:
-        """Return the instant before which no level of the machine's inputs changes."""
-        self.axis.advance(self._now_ns)
-        return self.axis.levels_calm_until_ns()
+    @override
+    def _split_all(self, values: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        return split_reported_all(values)
 
     # -- time ---------------------------------------------------------------------------------
 

@@ -29,6 +29,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from ....io_images.image import Image
+    from ...loop.module import Words
+
 NEVER = FOREVER
 
 
@@ -385,3 +388,44 @@ class StepGenerator:
 
     def reset_errors(self) -> None:
         """Do nothing: a step generator has no errors."""
+
+
+class SteppedModule:
+    """What a module with a step generator foretells between its changes; see `ForeseeingModule`."""
+
+    axis: StepGenerator
+    _now_ns: int
+    _due_ns: int  # before this instant only position and count change
+    _counting: bool
+    _segment: Segment | None  # whose position the image shows
+    _acted_on: bytes | None  # the output words that were obeyed
+
+    def calm_until_ns(self, outputs: Image) -> int:
+        """Return the instant before which only position and count change."""
+        if outputs.raw.tobytes() != self._acted_on:
+            return 0
+        return min(self._due_ns, self.axis.counts_calm_until_ns()) if self._counting else self._due_ns
+
+    def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
+        """Return position and count at instants before `calm_until_ns`."""
+        if self._segment is None:
+            return {}
+        positions = self.axis.positions_at_all(first_ns, every_ns, count)
+        words = dict(zip((2, 3), self._split_all(positions), strict=True))
+        if self._counting:
+            words |= zip((4, 5), self._split_all(self.axis.encoders_at_all(positions)), strict=True)
+        return words
+
+    def _split_all(self, values: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Return the upper and the lower words of numbers."""
+        raise NotImplementedError
+
+    def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
+        """Return the instant before which the shaft does not enter or leave positions `first` to `last`."""
+        self.axis.advance(self._now_ns)
+        return self.axis.shaft_calm_until_ns(first, last)
+
+    def levels_calm_until_ns(self) -> int:
+        """Return the instant before which no level of the machine's inputs changes."""
+        self.axis.advance(self._now_ns)
+        return self.axis.levels_calm_until_ns()

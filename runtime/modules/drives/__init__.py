@@ -7,6 +7,7 @@
 | `motions` | moves, jogs, home search, assembled moves |
 | `nonvolatile` | what the flash keeps |
 | `registers` | the Modbus registers of a stack, as PDUs |
+| `conditions` | what is around a unit, as text |
 | `options` | readings that can be switched |
 | `record` | the records for the registry |
 """

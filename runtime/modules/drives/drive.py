@@ -11,30 +11,36 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from typing_extensions import override
+
 from ....io_images.amci3601 import InputBit
 from ....io_images.drives.bits import StatusBit
 from ....io_images.drives.models import WORDS, Model
 from ....io_images.image import Image, signed_word
+from ....io_images.number_formats import NumberFormat
 from ...kinematics import Segment
 from ...loop.events import Event, JsonValue
 from ...loop.module import unnoticed
 from ...machine import Machine
-from ..amci3601.step_generator import NEVER, StepGenerator
+from ..amci3601.step_generator import NEVER, StepGenerator, SteppedModule
 from .layer import DriveLayer
 from .nonvolatile import DriveMemory
 from .options import options_of
 
 if TYPE_CHECKING:
-    from ...loop.module import Words
+    import numpy as np
+    from numpy.typing import NDArray
 
 NS_PER_MS = 1_000_000
 HOT_C = 90
 """Temperature in degC above which TEMPERATURE_90C is on [17 p. 84]."""
 
+HEARTBEAT, PLC_IN_PROGRAM_MODE = StatusBit.HEARTBEAT.value, StatusBit.PLC_IN_PROGRAM_MODE.value
+
 NO_WORDS = (0,) * WORDS
 
 
-class DriveUnit:
+class DriveUnit(SteppedModule):
     """A simulated unit of the family with its machine; satisfies `runtime.loop.module.Module`.
 
     Attributes:
@@ -75,7 +81,6 @@ class DriveUnit:
         self._hot = False
         self._conditions = StatusBit(0)
         self._image = Image(size=WORDS)
-        self._raw = b""  # the output image that `update` has obeyed
         self._power_up(DriveMemory(configuration=stored) if memory is None else memory)
 
     def _power_up(self, memory: DriveMemory) -> None:
@@ -83,7 +88,7 @@ class DriveUnit:
         self.axis.advance(self._now_ns)
         self.layer = DriveLayer(self.axis, self.model, self.options, memory, self.events, self._now_ns)
         self.words = NO_WORDS
-        self._raw = b""
+        self._acted_on = b""
         self._counting = False
         self._segment: Segment | None = None
         self._due_ns = 0
@@ -95,6 +100,11 @@ class DriveUnit:
         return self.layer.memory
 
     @property
+    def number_format(self) -> NumberFormat:
+        """The format of the numbers that the PLC reads."""
+        return self.layer.input_format
+
+    @property
     def now_ns(self) -> int:
         """The instant up to which the unit is advanced."""
         return self._now_ns
@@ -104,9 +114,9 @@ class DriveUnit:
     def update(self, now_ns: int, outputs: Image) -> Image:
         """Advance to `now_ns` with `outputs` in force since the last call; return the input image then."""
         raw = outputs.raw.tobytes()
-        if now_ns >= self._due_ns or raw != self._raw:
+        if now_ns >= self._due_ns or raw != self._acted_on:
             self.obey(outputs)
-            self._raw = raw
+            self._acted_on = raw
             self.advance(now_ns)
             words = self._image.words
             for at, word in enumerate(self.inputs()):
@@ -142,32 +152,9 @@ class DriveUnit:
         words[2], words[3] = split(self.axis.position)
         words[4], words[5] = split(self.axis.encoder)
 
-    def calm_until_ns(self, outputs: Image) -> int:
-        """Return the instant before which only position and encoder change; see `ForeseeingModule`."""
-        if outputs.raw.tobytes() != self._raw:
-            return 0
-        return min(self._due_ns, self.axis.counts_calm_until_ns()) if self._counting else self._due_ns
-
-    def foretell(self, first_ns: int, every_ns: int, count: int) -> Words:
-        """Return position and encoder at instants before `calm_until_ns`; see `ForeseeingModule`."""
-        if self._segment is None:
-            return {}
-        split = self.layer.input_format.split_all
-        positions = self.axis.positions_at_all(first_ns, every_ns, count)
-        words = dict(zip((2, 3), split(positions), strict=True))
-        if self._counting:
-            words |= zip((4, 5), split(self.axis.encoders_at_all(positions)), strict=True)
-        return words
-
-    def shaft_calm_until_ns(self, first: int | None, last: int | None) -> int:
-        """Return the instant before which the shaft does not enter or leave positions `first` to `last`."""
-        self.axis.advance(self._now_ns)
-        return self.axis.shaft_calm_until_ns(first, last)
-
-    def levels_calm_until_ns(self) -> int:
-        """Return the instant before which no level of the machine's inputs changes."""
-        self.axis.advance(self._now_ns)
-        return self.axis.levels_calm_until_ns()
+    @override
+    def _split_all(self, values: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        return self.layer.input_format.split_all(values)
 
     def plc_run(self, running: bool) -> None:
         """Set whether the PLC is in run mode: an idle scanner counts as a lost connection [reading R-22]."""
@@ -209,11 +196,11 @@ class DriveUnit:
 
     def inputs(self) -> tuple[int, ...]:
         """Return the ten input words, signed or unsigned, at the instant of the last call."""
-        further = self._conditions
+        further = int(self._conditions)
         if self._now_ns // (NS_PER_MS * self.options.beat_ms) & 1:
-            further |= StatusBit.HEARTBEAT
+            further |= HEARTBEAT
         if not self._running:
-            further |= StatusBit.PLC_IN_PROGRAM_MODE
+            further |= PLC_IN_PROGRAM_MODE
         return self.layer.report(further)
 
     # -- the machine, the driver, the link -------------------------------------------------------

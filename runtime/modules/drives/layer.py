@@ -25,8 +25,8 @@ from ....io_images.drives.configuration import (
     stored_words,
 )
 from ....io_images.drives.models import WORDS, Layout, Model
-from ....io_images.drives.numbers import DriveFormat
 from ....io_images.drives.rules import RULES
+from ....io_images.number_formats import NumberFormat
 from ...kinematics import PICO, stopping_distance
 from ...loop.events import Event, JsonValue
 from ...machine import EncoderSpec
@@ -54,6 +54,19 @@ LIMITS = (InputBit.CW_LIMIT | InputBit.CCW_LIMIT).value
 LIMIT_OF = {1: InputBit.CW_LIMIT.value, -1: InputBit.CCW_LIMIT.value}
 CAPTURE = InputBit.CAPTURE.value
 HOME = InputBit.HOME.value
+
+STOPPED, MOVING_CW, MOVING_CCW = (
+    StatusBit.STOPPED.value,
+    StatusBit.MOVING_CW.value,
+    StatusBit.MOVING_CCW.value,
+)
+ACCELERATING, DECELERATING = StatusBit.ACCELERATING.value, StatusBit.DECELERATING.value
+ASSEMBLED_MODE, WAITING_FOR_SEGMENT = StatusBit.ASSEMBLED_MODE.value, StatusBit.WAITING_FOR_SEGMENT.value
+DRIVE_ENABLED, INPUT_1, INPUT_2 = (
+    StatusBit.DRIVE_ENABLED.value,
+    StatusBit.INPUT_1.value,
+    StatusBit.INPUT_2.value,
+)
 
 SEGMENTS_MAX = 16
 """Segments of an assembled move [17 p. 80]."""
@@ -127,6 +140,7 @@ class DriveLayer:
         self._written: tuple[int, ...] | None = None  # configuration words of the present configuration mode
         self._mirror: tuple[int, ...] = (0,) * WORDS
         self.command = DriveCommand((0,) * WORDS, model, self._format)
+        self._noted = (NumberFormat.THOUSANDS, NumberFormat.THOUSANDS) if now_ns == 0 else None
         self.fire(now_ns, "POS-01")
         if memory.configuration is None:
             self.fire(now_ns, "CFG-20")
@@ -135,6 +149,7 @@ class DriveLayer:
         if memory.encoder_offset is not None and axis.counting:
             axis.preset_encoder(axis.machine.encoder_counts(now_ns) + memory.encoder_offset)
         self.segments = [DriveCommand(words, model, self._format) for words in memory.segments]
+        self._note_formats(now_ns)
 
     # -- present state ------------------------------------------------------------------------
 
@@ -149,25 +164,25 @@ class DriveLayer:
         return self.operation is not None and not self.operation.over
 
     @property
-    def _format(self) -> DriveFormat:
+    def _format(self) -> NumberFormat:
         if self.model.number_format is not None:
             return self.model.number_format
         configuration = self.state.configuration
-        return DriveFormat.THOUSANDS if configuration is None else configuration.output_format
+        return NumberFormat.THOUSANDS if configuration is None else configuration.output_format
 
     @property
-    def input_format(self) -> DriveFormat:
+    def input_format(self) -> NumberFormat:
         """Format of the numbers that the host reads."""
         if self.model.number_format is not None:
             return self.model.number_format
         configuration = self.state.configuration
-        return DriveFormat.THOUSANDS if configuration is None else configuration.input_format
+        return NumberFormat.THOUSANDS if configuration is None else configuration.input_format
 
     def next_wake_ns(self, now_ns: int) -> int | None:
         """Return the instant of the next tick without a change of words or inputs, or None."""
         return None if self.operation is None else self.operation.next_wake_ns(now_ns)
 
-    def report(self, further: StatusBit) -> tuple[int, ...]:
+    def report(self, further: int) -> tuple[int, ...]:
         """Return the ten input words, signed or unsigned.
 
         Args:
@@ -175,25 +190,10 @@ class DriveLayer:
         """
         if self.in_configuration:
             return self._mirror
-        bits, axis, motion = self.status.bits | further, self.axis, self.operation
-        direction = 0 if motion is None else motion.direction
-        if direction == 0:
-            bits |= StatusBit.STOPPED
-        else:
-            bits |= StatusBit.MOVING_CW if direction > 0 else StatusBit.MOVING_CCW
-            ramp = 0 if motion is None else motion.ramp
-            if ramp:
-                bits |= StatusBit.ACCELERATING if ramp > 0 else StatusBit.DECELERATING
-        if self.session is not None:
-            bits |= StatusBit.ASSEMBLED_MODE
-            if self.session.waiting:
-                bits |= StatusBit.WAITING_FOR_SEGMENT
-        if self.enabled:
-            bits |= StatusBit.DRIVE_ENABLED
-        bits |= self._shown_inputs()
+        axis = self.axis
         split = self.input_format.split
         return (
-            *self.model.status_words(int(bits)),
+            *self.model.status_words(int(self.status.bits) | further | self._present_bits()),
             *split(axis.position),
             *split(axis.encoder),
             *split(self.state.captured),
@@ -201,10 +201,25 @@ class DriveLayer:
             self.jerk,
         )
 
+    def _present_bits(self) -> int:
+        """Return the status bits that are not latched."""
+        motion, session = self.operation, self.session
+        bits = self._shown_inputs()
+        if motion is None or motion.direction == 0:
+            bits |= STOPPED
+        else:
+            bits |= MOVING_CW if motion.direction > 0 else MOVING_CCW
+            ramp = motion.ramp
+            if ramp:
+                bits |= ACCELERATING if ramp > 0 else DECELERATING
+        if session is not None:
+            bits |= ASSEMBLED_MODE | WAITING_FOR_SEGMENT if session.waiting else ASSEMBLED_MODE
+        return bits | DRIVE_ENABLED if self.enabled else bits
+
     def _shown_inputs(self) -> int:
         if self.model.layout is Layout.ANF2:
             cw, ccw = self.state.active & LIMIT_OF[1], self.state.active & LIMIT_OF[-1]
-            return (StatusBit.INPUT_1 if cw else 0) | (StatusBit.INPUT_2 if ccw else 0)
+            return (INPUT_1 if cw else 0) | (INPUT_2 if ccw else 0)
         return self.state.shown << 16
 
     # -- events -------------------------------------------------------------------------------
@@ -218,6 +233,16 @@ class DriveLayer:
             "section": rule.section,
         }
         self._events.append(Event(now_ns, "rule", rule_id, rule.text, fields))
+
+    def _note_formats(self, now_ns: int) -> None:
+        """Report the formats of the numbers, if the configuration selects them and they have changed."""
+        formats = self.input_format, self._format
+        if formats != self._noted and self.model.number_format is None:
+            self._noted = formats
+            reads, writes = (each.value for each in formats)
+            text = f"The host reads numbers as {reads}, and writes them as {writes}."
+            fields: dict[str, JsonValue] = {"reads": reads, "writes": writes}
+            self._events.append(Event(now_ns, "format", "numbers", text, fields))
 
     # -- the tick -----------------------------------------------------------------------------
 
@@ -362,8 +387,10 @@ class DriveLayer:
         if broken:
             self.state.configuration = None
             self.axis.configure(None)
+            self._note_formats(now_ns)
             return
         self._adopt(words)
+        self._note_formats(now_ns)
         configuration = self.state.configuration
         if self.model.flash and configuration is not None and configuration.saves:
             self.memory = self.memory.written(configuration=stored_words(words, self.build))

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
 from ....io_images.drives.models import MODELS, Model
 from ....io_images.site import SettingError
+from ...loop.exposed import Conditions
 from ...loop.module import Module
 from ...machine import Machine, MachineSpec
 from ..record import ModuleRecord, Options, Trait
 
 if TYPE_CHECKING:
+    from .drive import DriveUnit
     from .options import DriveOptions
 
 
@@ -37,6 +40,18 @@ def _option_table(model: Model) -> type[DriveOptions]:
     return options_of(model)
 
 
+def _conditions(drive: DriveUnit) -> Conditions:
+    from .conditions import DriveConditions
+
+    return DriveConditions(drive)
+
+
+def _states() -> Mapping[str, Sequence[str]]:
+    from .conditions import states
+
+    return states()
+
+
 def _record(model: Model) -> ModuleRecord:
     return ModuleRecord(
         name=model.name,
@@ -44,6 +59,8 @@ def _record(model: Model) -> ModuleRecord:
         words=lambda _options: model.words,
         traits=frozenset({Trait.MACHINE, Trait.SLIPS}),
         option_table=partial(_option_table, model),
+        conditions=_conditions,
+        states=_states,
     )
 
 

@@ -77,7 +77,10 @@ class DriveRegisters:
         return [word & 0xFFFF for axis in self.axes for word in axis.inputs()]
 
     def _outputs(self) -> list[int]:
-        return [word for axis in self.axes for word in axis.words]
+        words: list[int] = []
+        for axis in self.axes:
+            words += axis.words
+        return words
 
     def _holding(self, first: int, count: int) -> list[int]:
         return (
@@ -106,7 +109,8 @@ class DriveRegisters:
 
     def _write(self, first: int, values: Sequence[int]) -> None:
         outputs, at = self._outputs(), first - OUTPUTS
-        _part(outputs, at, len(values))
+        if _part(outputs, at, len(values)) == list(values):
+            return
         outputs[at : at + len(values)] = values
         for number, axis in enumerate(self.axes):
             axis.obey(outputs[WORDS * number : WORDS * number + WORDS])
@@ -137,7 +141,7 @@ class DriveRegisters:
         assert isinstance(request, words.MaskWriteRegisterRequest)
         kept, added = request.and_mask, request.or_mask
         (word,) = _part(self._outputs(), request.address - OUTPUTS, 1)
-        self._write(request.address, (word & kept | added & ~kept & 0xFFFF,))
+        self._write(request.address, [word & kept | added & ~kept & 0xFFFF])
         return words.MaskWriteRegisterResponse(address=request.address, and_mask=kept, or_mask=added)
 
     def _write_and_read(self, request: ModbusPDU) -> ModbusPDU:

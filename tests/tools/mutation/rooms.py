@@ -163,6 +163,11 @@ ROOMS: dict[str, Room] = {
         ),
         sources=PROGRAMS,
     ),
+    "diff": Room(
+        ("rockwell/diff",),
+        ("tests/properties/test_diff_of_edits.py", "tests/unit/rockwell/test_diff.py"),
+        sources=PROGRAMS,
+    ),
     "slc": Room(
         ("rockwell/slc", "ladder/instructions/slc"),
         (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from adapterbench import MS, AdapterBench, AdapterBench006, move
+from adapterbench import MS, AdapterBench, AdapterBench006, AdapterBenchDrive, move
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.thousands import join_reported
 
@@ -16,6 +16,9 @@ WITHOUT = (0x843D, 63, 1, 0)
 FSET = (0x8435, 63, 1, 0)
 """A PMC006's FSET takes one of capture, external input and emergency stop."""
 
+CAPTURE_AND_HOME = (0x8415, 63, 1, 0)
+"""And a CW limit, which is not wired."""
+
 PHASES = range(30)
 """Milliseconds, more than a poll takes."""
 
@@ -27,6 +30,9 @@ def captured(bench: AdapterBench) -> int:
 def configured(controller: str) -> AdapterBench:
     if controller == "PCL601":
         return AdapterBench(scan_ms=1).configured(*WITHOUT)
+    if controller == "drive":
+        bench = AdapterBenchDrive(scan_ms=1, in2="capture", unwired="inactive")
+        return bench.configured(*CAPTURE_AND_HOME)
     return AdapterBench006(scan_ms=1, capture="fset").configured(*FSET)
 
 
@@ -52,7 +58,7 @@ def test_the_count_of_an_encoder_that_turns_is_captured_within_a_poll_after_the_
     assert max(late) <= 24
 
 
-@pytest.mark.parametrize("controller", ["PCL601", "PMC006"])
+@pytest.mark.parametrize("controller", ["PCL601", "PMC006", "drive"])
 @pytest.mark.parametrize("phase", range(0, 60, 4))
 def test_the_position_of_an_axis_that_rests_at_the_edge_is_captured(controller: str, phase: int) -> None:
     """The motor has just come to its target, and the adapter has not read that yet."""
@@ -65,7 +71,7 @@ def test_the_position_of_an_axis_that_rests_at_the_edge_is_captured(controller: 
     assert captured(bench) == bench.motor == 300
 
 
-@pytest.mark.parametrize("controller", ["PCL601", "PMC006"])
+@pytest.mark.parametrize("controller", ["PCL601", "PMC006", "drive"])
 def test_the_edge_to_inactive_captures_nothing(controller: str) -> None:
     bench = configured(controller)
     bench.level(InputBit.CAPTURE, True)

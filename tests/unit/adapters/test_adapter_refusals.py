@@ -12,8 +12,18 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 import pytest
-from adapterbench import CONFIGURE, CONFIGURE_006, AdapterBench, AdapterBench006, move
+from adapterbench import (
+    CONFIGURE,
+    CONFIGURE_006,
+    CONFIGURE_DRIVE,
+    AdapterBench,
+    AdapterBench006,
+    AdapterBenchDrive,
+    move,
+)
 from overheard import Overheard
+from scanrack.runtime.modules.adapters.amci_drive import capabilities as amci_drive
+from scanrack.runtime.modules.adapters.amci_drive.driver import IDLE
 from scanrack.runtime.modules.adapters.pcl601 import capabilities as pcl601
 from scanrack.runtime.modules.adapters.pmc006 import capabilities as pmc006
 
@@ -115,14 +125,43 @@ COMMANDS_006 = (
     Case("registration distance", (128, 0, 0, 404, 5, 0, 100, 100), PROFILE, {"registration": "polled"}),
 )
 
+CONFIGURATIONS_DRIVE = (
+    Case("inputs", CONFIGURE_006),
+    Case("one input twice", CONFIGURE_DRIVE, options={"in2": "home", "unwired": "inactive"}),
+    Case("encoder", (0x8514, 63, 1, 0), options={"counts_per_turn": 0}),
+    Case("backplane home proximity", (0x8454, 63, 1, 0)),
+    Case("diagnostic feedback", (0x8614, 63, 1, 0)),
+    Case("marker home", (0x9514, 63, 1, 0)),
+)
+
+ENCODER_OF_THE_DRIVE = (0x8514, 63, 1, 0)
+
+COMMANDS_DRIVE = (
+    Case("encoder move", (2, 4, 0, 100, 5, 0, 20, 20), PROFILE, configuration=ENCODER_OF_THE_DRIVE),
+    Case("encoder follower", (0, 128, 1, 1), FUNCTION, configuration=ENCODER_OF_THE_DRIVE),
+    Case("home input", (32, 0, 0, 0, 5, 0, 20, 20), HOMING, {"in1": "none", "unwired": "inactive"}),
+    Case("speed", (128, 0, 0, 0, 0, 500, 20, 20), PROFILE),
+    Case("S-curve in a blend move", (*BLEND[:4], 1, 100), BLOCK),
+    Case("S-curve in a blend move", (*BLEND[:5], 100 | 0x4000), BLOCK),
+    Case("S-curve in a registration move", (128, 1, 2, 0, 5, 0, 100, 100), PROFILE),
+    Case("S-curve", (2, 1, 20, 0, 1000, 0, 1, 1), PROFILE),
+    Case("S-curve", (2, 1, 20, 0, 5, 0, 30, 20), PROFILE, {"strict": True}),
+    Case("distance", move(-8_388_608), PROFILE),
+)
+
 UNREACHED = {"encoder move", "encoder follower", "preset encoder", "marker home"}
 """On a PMC006: without an encoder, which it has not, the 3601's own rules are first."""
 
 QUESTIONS = {AdapterBench: (3, 4), AdapterBench006: tuple(b"jcxO")}
 """Functions of Modbus, the second byte of a frame, and instructions, the third, that change nothing."""
 
+NOTHING = b"".join(word.to_bytes(2, "big") for word in IDLE)
+"""The words that a drive gets with each question while no command is on."""
+
 
 def only_asks(bench: AdapterBench, frames: Iterable[tuple[bytes, str]]) -> bool:
+    if isinstance(bench, AdapterBenchDrive):
+        return all(frame[7] == 4 or (frame[7] == 23 and frame[17:] == NOTHING) for frame, _ in frames)
     place = 2 if isinstance(bench, AdapterBench006) else 1
     return all(frame[place] in QUESTIONS[type(bench)] for frame, _ in frames)
 
@@ -132,7 +171,12 @@ def each(kind: type[AdapterBench], cases: Iterable[Case]) -> list[object]:
 
 
 @pytest.mark.parametrize(
-    ("kind", "case"), each(AdapterBench, CONFIGURATIONS_601) + each(AdapterBench006, CONFIGURATIONS_006)
+    ("kind", "case"),
+    [
+        *each(AdapterBench, CONFIGURATIONS_601),
+        *each(AdapterBench006, CONFIGURATIONS_006),
+        *each(AdapterBenchDrive, CONFIGURATIONS_DRIVE),
+    ],
 )
 def test_a_configuration_is_refused_before_anything_is_sent(kind, case):
     bench = kind(**case.options).run(200)
@@ -144,7 +188,12 @@ def test_a_configuration_is_refused_before_anything_is_sent(kind, case):
 
 
 @pytest.mark.parametrize(
-    ("kind", "case"), each(AdapterBench, COMMANDS_601) + each(AdapterBench006, COMMANDS_006)
+    ("kind", "case"),
+    [
+        *each(AdapterBench, COMMANDS_601),
+        *each(AdapterBench006, COMMANDS_006),
+        *each(AdapterBenchDrive, COMMANDS_DRIVE),
+    ],
 )
 def test_a_command_is_refused_before_anything_is_sent(kind, case):
     bench = kind(**case.options).configured(*case.configuration)
@@ -165,8 +214,9 @@ def test_a_command_is_refused_before_anything_is_sent(kind, case):
     [
         (pcl601, CONFIGURATIONS_601 + COMMANDS_601, set()),
         (pmc006, CONFIGURATIONS_006 + COMMANDS_006, UNREACHED),
+        (amci_drive, CONFIGURATIONS_DRIVE + COMMANDS_DRIVE, set()),
     ],
-    ids=["PCL601", "PMC006"],
+    ids=["PCL601", "PMC006", "drive"],
 )
 def test_every_row_has_a_case(room, cases, unreached):
     rows = Counter(row.name for row in (*room.CONFIGURATION_ROWS, *room.COMMAND_ROWS))
@@ -191,6 +241,13 @@ def test_what_a_pcl601_can_just_do_is_not_refused(words):
     assert "CONFIG_ERROR" not in bench.bits
 
 
+@pytest.mark.parametrize("words", [CONFIGURE_DRIVE, (0x8414, 63, 0, 1), (0x8514, 63, 1000, 0)])
+def test_what_a_drive_can_just_do_is_not_refused(words):
+    bench = AdapterBenchDrive().give(*words, ms=600)
+    assert bench.bits >= {"MODULE_OK", "MODE_CONFIG"}
+    assert "CONFIG_ERROR" not in bench.bits
+
+
 @pytest.mark.parametrize("words", [CONFIGURE_006, (0x843C, 63, 0, 65), (0x843C, 63, 30, 0)])
 def test_what_a_pmc006_can_just_do_is_not_refused(words):
     bench = AdapterBench006().give(*words, ms=600)
@@ -206,6 +263,8 @@ def test_what_a_pmc006_can_just_do_is_not_refused(words):
         (AdapterBench, (128, 0, 1, 200, 5, 0, 10, 20)),
         (AdapterBench006, move(10, 256_000, 6, 6)),
         (AdapterBench006, (128, 0, 0, 0, 0, 65)),
+        (AdapterBenchDrive, move(10, 1_000_000, 2000, 2000)),
+        (AdapterBenchDrive, (128, 0, 1, 200, 5, 0, 20, 10)),
     ],
 )
 def test_a_command_at_the_edge_of_what_it_can_is_carried_out(kind, words):

@@ -13,7 +13,7 @@ from scanrack.commands.programs import prove as prove_command
 from scanrack.jobs.load.loading import SCENARIO_TRACE
 from scanrack.jobs.prove import checking, proving
 from scanrack.ladder.prove import ProgramSystem
-from scanrack.ladder.prove.questions import Answers
+from scanrack.ladder.prove.questions import Answers, QuestionLimits
 from typer.testing import CliRunner
 
 LINE = """\
@@ -417,3 +417,22 @@ def test_what_the_rack_does_on_its_own_is_no_finding(place: Path) -> None:
     assert status == 0
     assert "Long is never done" not in said
     assert "are open" not in said
+
+
+def test_work_multiplies_the_limits(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (place / "rack.toml").write_text(RACK.format(properties=HOLDS), encoding="utf-8")
+    used = []
+
+    def ask(*_args: object, limits: QuestionLimits, **_named: object) -> Answers:
+        used.append(limits)
+        return Answers()
+
+    monkeypatch.setattr(proving, "ask", ask)
+    for words in ((), ("--work", "7")):
+        assert scanrack("prove", "rack.toml", *words)[0] == 0
+    plain, more = used
+    assert (more.each.work, more.each.fuse) == (7 * plain.each.work, 7 * plain.each.fuse)
+    assert (more.rule, more.states) == (7 * plain.rule, 7 * plain.states)
+    status, said = scanrack("prove", "rack.toml", "--work", "0")
+    assert status == 2
+    assert "--work" in said

@@ -70,6 +70,11 @@ def test_query_that_finds_nothing_ends_with_1(path: Path) -> None:
         (("plot", "{}", "--range", "1.5:2"), "write a number and a unit"),
         (("plot", "{}", "--range", "1:2", "--range", "3:4"), "--range 1:2 and 3:4: give one of them"),
         (("export", "{}", "--csv", "{}"), "is the trace itself: choose another file"),
+        (
+            ("export", "{}", "--csv", "{}.csv", "--bits", "--signal", "*.position"),
+            "--bits: no signal of *.position is a bit",
+        ),
+        (("export", "{}", "--mcap", "{}.mcap", "--bits"), "--bits chooses columns; a copy as MCAP has all"),
         (("export", "{}"), "nothing to write: give --csv, --parquet, --vcd"),
         (("export", "{}", "--csv", "{}.csv", "--signal", "slot9.*"), "no signal 'slot9.*'"),
         (("export", "{}", "--csv", "{}.csv", "--range", "200:"), "no scan in scans from 200"),
@@ -102,6 +107,17 @@ def test_plot_writes_a_page_beside_the_trace(path: Path) -> None:
     assert status == 0
     assert out == f"{page}: {page.stat().st_size:,} bytes\n"
     assert "<title>a rack</title>" in page.read_text(encoding="utf-8")
+
+
+def test_export_writes_bits_alone(path: Path, tmp_path: Path) -> None:
+    csv, vcd = tmp_path / "a.csv", tmp_path / "a.vcd"
+    assert run("export", path, "--csv", csv, "--vcd", vcd, "--bits", "--signal", "slot1.in.*")[0] == 0
+    declared = [line.split() for line in vcd.read_text(encoding="ascii").splitlines() if "$var" in line]
+    assert {tuple(words[1:3]) for words in declared} == {("wire", "1")}
+    names = [words[4] for words in declared]
+    assert "COMMAND_ERROR" in names
+    head = csv.read_text(encoding="utf-8").splitlines()[0].split(",")
+    assert head == ["scan", "time_ns", *(f"slot1.in.{name}" for name in names)]
 
 
 def test_export_writes_several_files_of_a_slice(path: Path, tmp_path: Path) -> None:

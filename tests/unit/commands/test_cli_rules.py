@@ -6,10 +6,10 @@ import json
 import re
 
 import pytest
+from drive_unit import MODELS
 from scanrack.commands import build
 from scanrack.commands.programs import rules as command
 from scanrack.io_images.amci3601 import RULES, Firmware, bit_names
-from scanrack.io_images.drives.models import MODELS
 from scanrack.io_images.drives.rules import rules_of
 from typer.testing import CliRunner
 

@@ -208,6 +208,7 @@ def test_scenes_are_listed_with_what_they_settle() -> None:
     assert "relative moves: profiles and Move Complete, both ways; a move of no distance [A-35, A-19]" in said
 
 
+@pytest.mark.slow
 def test_a_page_to_send_has_no_name_of_the_owners(plan: Path, controller: FakeController) -> None:
     plan.write_text(PLAN.replace(MOVE, "zero for 4 ms").replace('name = "a move"', 'name = "<b>"'), "utf-8")
     words = (

@@ -128,6 +128,10 @@ OTHERS = {
     "why want",
     "export mcap",
     "export csv",
+    "export bits",
+    "l5x memory",
+    "run memory",
+    "watch memory",
 }
 """Parameters of which the help speaks of tags, bits or signals, and that take no name."""
 

@@ -87,6 +87,7 @@ def test_an_option_means_one_thing() -> None:
     assert found == meanings
 
 
+@pytest.mark.slow
 def test_words_that_stand_for_a_value_are_capitals_or_what_may_be_given() -> None:
     """`<int range>` and `{RACK}` of the library are not shown."""
     for words, command in commands(typer.main.get_command(build())):

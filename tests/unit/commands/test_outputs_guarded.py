@@ -17,6 +17,7 @@ from typing import Any, NamedTuple, get_args
 import pytest
 import typer
 from captured import conversation, modbus_tcp, pcap
+from l5x_files import machine
 from scanrack.commands import build
 from scanrack.jobs.fuzz import folder_lock
 from scanrack.traces.export.formats import FORMATS
@@ -102,6 +103,7 @@ OUTPUTS = {
     "replay record": Output(
         "replay --into session run.mcap -q --trust --record {}", "new.mcap", ("run.mcap",)
     ),
+    "l5x html": Output("l5x new.L5X --against old.L5X --html {}", "new.html", ("new.L5X", "old.L5X")),
     "ladder svg": Output("ladder rungs.toml --svg {}", "new.svg", RUNGS),
     "ladder svg of a program": Output("ladder line.rung --svg {}", "new.svg", ("line.rung",)),
     "l5x out": Output("l5x line.rung --export line --out {}", "new.L5X", ("line.rung",)),
@@ -197,6 +199,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with pytest.MonkeyPatch.context() as here:
         here.chdir(folder)
         assert scanrack("run named.toml --scans 50 -q --record run.mcap") == (0, "")
+    for name in ("old.L5X", "new.L5X"):
+        (folder / name).write_text(machine("XIC(A)OTE(B);"), encoding="utf-8")
     (folder / "torn.mcap").write_bytes((folder / "run.mcap").read_bytes()[:-40])
     return folder
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import socket
 from collections.abc import Iterator
+from contextlib import closing
 from pathlib import Path
 from struct import pack, unpack
 from time import monotonic, sleep
 from typing import ClassVar
 
 import pytest
-from drive_served import TIMEOUT_S, serving
+from drive_served import TIMEOUT_S, ControlLine, serving
 from drive_unit import ENABLE, VALID
 from scanrack.io_images.drives.models import MODELS
 from scanrack.jobs.serve.drives import DriveService
@@ -151,6 +152,15 @@ def test_exceptions_of_the_protocol() -> None:
         assert client.read(0, 1) == (0x6408,)
 
 
+def test_every_unit_number_is_the_drives() -> None:
+    """A reply repeats the unit of its request."""
+    with serving("smd23e2", "--tcp", "0") as served:
+        client = Client(served.port)
+        for unit in (0, 1, 0xF7, 0xFF):
+            client.socket.sendall(b"\0\1\0\0\0\6" + bytes((unit,)) + b"\4\0\0\0\1")
+            assert client.socket.recv(64) == b"\0\1\0\0\0\5" + bytes((unit,)) + b"\4\2\x64\x08"
+
+
 def test_a_configuration_in_six_pieces_is_the_drives_business() -> None:
     """SMDS writes word 0 second and the numbers after it [clients of the family]."""
     with serving("smd23e2", "--tcp", "0") as served:
@@ -182,37 +192,20 @@ def test_the_flash_outlives_the_service(tmp_path: Path) -> None:
 
 
 def test_pins_by_json_lines_and_the_state(tmp_path: Path) -> None:
-    with serving(
-        "smd23e2", "--tcp", "0", "--test-port", "0", "--record", "line.mcap", cwd=tmp_path
-    ) as served:
-        words = served.line.split()
-        port, key = (
-            int(words[words.index("at") + 1].strip(";").rpartition(":")[2]),
-            words[words.index("key") + 1],
-        )
-        with (
-            socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT_S) as client,
-            client.makefile("rw", encoding="utf-8", newline="\n") as lines,
-        ):
-
-            def ask(**request: object) -> dict[str, object]:
-                lines.write(json.dumps(request) + "\n")
-                lines.flush()
-                answer = json.loads(lines.readline())
-                assert isinstance(answer, dict)
-                return answer
-
-            assert ask(key=key.strip(";")) == {"ok": True}
-            assert ask(pin="cable=lost") == {"ok": True}
-            assert ask(pin="cable=connected") == {"ok": True}
-            assert ask(pin="in9=on") == {
-                "error": "no in9 at the SMD23E2; choose from in1, in2, driver_fault, encoder_error, cable, "
-                "connection, stall, power, temperature, encoder"
-            }
-            state = ask(state=1)["state"]
-            assert isinstance(state, dict)
-            assert state["in.status_1"] & 0x0040
-            assert state["flash_writes"] == 0
+    with (
+        serving("smd23e2", "--tcp", "0", "--test-port", "0", "--record", "line.mcap", cwd=tmp_path) as served,
+        closing(ControlLine(served.line)) as control,
+    ):
+        assert control.ask(pin="cable=lost") == {"ok": True}
+        assert control.ask(pin="cable=connected") == {"ok": True}
+        assert control.ask(pin="in9=on") == {
+            "error": "no in9 at the SMD23E2; choose from in1, in2, driver_fault, encoder_error, cable, "
+            "connection, stall, power, temperature, encoder"
+        }
+        state = control.ask(state=1)["state"]
+        assert isinstance(state, dict)
+        assert state["in.status_1"] & 0x0040
+        assert state["flash_writes"] == 0
 
 
 # without a process

@@ -2,105 +2,20 @@
 
 from __future__ import annotations
 
-import socket
+import json
 import struct
 from collections.abc import Iterator
+from contextlib import closing
+from pathlib import Path
 from time import monotonic
 
 import pytest
-from drive_served import TIMEOUT_S, serving
+from drive_scanner import PATH, SETTINGS, Scanner, class_1_packet, with_settings
+from drive_served import serving
 from drive_unit import VALID
+from mcap.reader import make_reader
 
-SETTINGS = struct.pack("<HHiHHHH", 0, 3, 1000, 2048, 0, 20, 28)
-PATH = bytes.fromhex("20 04 24 6E 2C 96 2C 64")
-MANAGER = bytes.fromhex("02 20 06 24 01")
 SECONDS = 20
-
-
-class Scanner:
-    """One TCP session and one UDP socket."""
-
-    def __init__(self, port: int, io_port: int) -> None:
-        self.tcp = socket.create_connection(("127.0.0.1", port), timeout=TIMEOUT_S)
-        self.udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.udp.bind(("127.0.0.1", 0))
-        self.udp.settimeout(TIMEOUT_S)
-        self.target = ("127.0.0.1", io_port)
-        self.session, self.packets, self.serial = 0, 0, 0
-        self.session = struct.unpack_from("<I", self.frame(0x65, b"\1\0\0\0"), 4)[0]
-
-    def close(self) -> None:
-        self.tcp.close()
-        self.udp.close()
-
-    def frame(self, command: int, body: bytes) -> bytes:
-        self.tcp.sendall(struct.pack("<HHII8sI", command, len(body), self.session, 0, b"8 bytes.", 0) + body)
-        data = b""
-        while len(data) < 24 or len(data) < 24 + struct.unpack_from("<H", data, 2)[0]:
-            more = self.tcp.recv(4096)
-            assert more
-            data += more
-        return data
-
-    def ask(self, request: bytes) -> bytes:
-        """Return the reply to an unconnected request."""
-        origin = struct.pack("<HH", 0x8001, 16) + struct.pack(">HH12x", 2, self.udp.getsockname()[1])
-        body = struct.pack("<IHHHHHH", 0, 0, 3, 0, 0, 0xB2, len(request)) + request + origin
-        reply = self.frame(0x6F, body)
-        size = struct.unpack_from("<H", reply, 24 + 14)[0]
-        return reply[40 : 40 + size]
-
-    def get(self, kind: int, instance: int, attribute: int) -> bytes:
-        reply = self.ask(bytes((0x0E, 3, 0x20, kind, 0x24, instance, 0x30, attribute)))
-        assert reply[:4] == b"\x8e\0\0\0", reply.hex(" ")
-        return reply[4:]
-
-    def open(
-        self,
-        path: bytes = PATH,
-        sizes: tuple[int, int] = (26, 22),
-        rpi_us: int = 10_000,
-        trigger: int = 1,
-        multiplier: int = 0,
-        serial: int = 7,
-    ) -> bytes:
-        to_target, to_originator = (0x4800 | size for size in sizes)
-        head = struct.pack("<BBIIHHIB3x", 10, 5, 0, 0x1234, serial, 99, 42, multiplier)
-        rates = struct.pack("<IHIHBB", rpi_us, to_target, rpi_us, to_originator, trigger, len(path) // 2)
-        reply = self.ask(b"\x54" + MANAGER + head + rates + path)
-        if reply[2] == 0:
-            self.serial = serial
-            self.ours = struct.unpack_from("<I", reply, 4)[0]
-        return reply
-
-    def shut(self) -> bytes:
-        path = struct.pack("<BBHHIBB", 10, 5, self.serial, 99, 42, len(PATH) // 2, 0) + PATH
-        return self.ask(b"\x4e" + MANAGER + path)
-
-    def send(self, *words: int, run: int = 1) -> None:
-        """Send a packet of words; the others are 0."""
-        self.packets += 1
-        data = struct.pack("<HI10H", self.packets & 0xFFFF, run, *words, *(0,) * (10 - len(words)))
-        head = struct.pack("<HHHIIHH", 2, 0x8002, 8, self.ours, self.packets, 0xB1, len(data))
-        self.udp.sendto(head + data, self.target)
-
-    def receive(self) -> tuple[int, int, tuple[int, ...]]:
-        """Return count of packets, sequence count and words of the next packet."""
-        data = self.udp.recv(2048)
-        assert data[:6] + data[6:10] == struct.pack("<HHHI", 2, 0x8002, 8, 0x1234)
-        number, kind, size, sequence = struct.unpack_from("<IHHH", data, 10)
-        assert (kind, size, len(data)) == (0xB1, 22, 40)
-        return number, sequence, struct.unpack_from("<10H", data, 20)
-
-    def until(self, word: int, mask: int, value: int, *words: int, run: int = 1) -> tuple[int, ...]:
-        """Send words with each packet until bits are as they have to be."""
-        end = monotonic() + SECONDS
-        while True:
-            self.send(*words, run=run)
-            seen = self.receive()[2]
-            if seen[word] & mask == value:
-                return seen
-            assert monotonic() < end, [f"{each:04x}" for each in seen]
 
 
 @pytest.fixture
@@ -111,10 +26,6 @@ def scanner() -> Iterator[Scanner]:
         opened = Scanner(int(place[0].rpartition(":")[2]), int(place[place.index("UDP") + 1]))
         yield opened
         opened.close()
-
-
-def with_settings(settings: bytes = SETTINGS) -> bytes:
-    return PATH + bytes((0x80, len(settings) // 2)) + settings
 
 
 def test_identity_and_assemblies_by_explicit_reads(scanner: Scanner) -> None:
@@ -129,6 +40,11 @@ def test_identity_and_assemblies_by_explicit_reads(scanner: Scanner) -> None:
     assert scanner.ask(bytes((0x0E, 3, 0x20, 4, 0x24, 101, 0x30, 3)))[2] == 5
 
 
+def test_the_network_interface_has_the_address_of_the_server(scanner: Scanner) -> None:
+    assert scanner.get(0xF5, 1, 5)[:4] == bytes((1, 0, 0, 127))
+    assert scanner.get(0xF6, 1, 1) == struct.pack("<I", 1000)
+
+
 def test_a_connection_with_a_configuration_moves_the_drive(scanner: Scanner) -> None:
     assert scanner.open(with_settings())[:4] == b"\xd4\0\0\0"
     assert scanner.get(4, 110, 3) == SETTINGS
@@ -138,6 +54,10 @@ def test_a_connection_with_a_configuration_moves_the_drive(scanner: Scanner) -> 
     seen = scanner.until(0, 0x0088, 0x0088, 1, 0x8000, 3, 0, 5, 0, 20, 20)
     assert seen[2:4] == (3, 0)
     assert scanner.shut()[:4] == b"\xce\0\0\0"
+
+
+def test_a_path_of_16_bit_segments_opens_too(scanner: Scanner) -> None:
+    assert scanner.open(manager=bytes.fromhex("04 21000600 25000100"))[:4] == b"\xd4\0\0\0"
 
 
 def test_counts_of_packets_go_up(scanner: Scanner) -> None:
@@ -215,3 +135,29 @@ def test_the_words_of_the_configuration_are_those_of_modbus(scanner: Scanner) ->
     scanner.open(with_settings())
     first, second, start, steps, *_ = struct.unpack("<HHiHHHH", scanner.get(4, 110, 3))
     assert (first | 0x8000, second, divmod(start, 1000), steps) == (VALID[0], VALID[1], (1, 0), VALID[4])
+
+
+def test_packets_of_class_1_are_recorded(tmp_path: Path) -> None:
+    """Each is on /line as it was on the network, and the counts of late ones are values of the axis."""
+    words = ("smd23e2", "--ethernet-ip", "0", "--io-port", "0", "--record", "line.mcap")
+    with serving(*words, cwd=tmp_path) as served:
+        place = served.line.split()
+        with closing(Scanner(int(place[0].rpartition(":")[2]), int(place[place.index("UDP") + 1]))) as owner:
+            owner.open(with_settings())
+            sent, received = [], []
+            for word in (0, 1 << 15, 0):
+                sent.append(class_1_packet(owner.ours, owner.packets + 1, (0, word)).hex(" "))
+                owner.send(0, word)
+                received.append(owner.udp.recv(2048).hex(" "))
+            owner.shut()
+    with (tmp_path / "line.mcap").open("rb") as stream:
+        messages = [
+            (channel.topic, json.loads(message.data))
+            for _, channel, message in make_reader(stream, validate_crcs=True).iter_messages()
+        ]
+    line = [(each["direction"], each["hex"]) for topic, each in messages if topic == "/line"]
+    assert [data for way, data in line if way == "received" and data in sent] == sent
+    assert [data for way, data in line if way == "sent" and data in received] == received
+    units = [each for topic, each in messages if topic == "/unit1"]
+    assert {"late_received", "late_sent"} <= units[-1].keys()
+    assert units[-1]["out.command_1"] == 0

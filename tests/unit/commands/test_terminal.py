@@ -18,7 +18,8 @@ from scanrack import commands as cli
 from scanrack.commands import build
 from scanrack.commands.recordings import show
 from scanrack.commands.wire.link_commands import show_state
-from scanrack.terminal.terminal import LAYOUT, on_a_line, visible
+from scanrack.io_images.visible_text import LAYOUT, visible
+from scanrack.terminal.terminal import on_a_line
 from scanrack.traces import SlotInfo
 from typer.testing import CliRunner, Result
 

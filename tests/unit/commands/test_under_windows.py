@@ -76,7 +76,7 @@ ROWS = [
     Row("query t.mcap slot1.in.MODULE_OK", 0, "18 ms or more"),
     Row("plot t.mcap --out t.html", 0, "t.html", "t.html"),
     Row("export t.mcap --csv t.csv", 0, "t.csv", "t.csv"),
-    Row("export t.mcap --vcd t.vcd", 0, "t.vcd", "t.vcd"),
+    Row("export t.mcap --vcd t.vcd --bits", 0, "t.vcd", "t.vcd"),
     Row("compare t.mcap t.mcap", 0, "show the same: 10 scans"),
     Row("repair cut.mcap", 0, "cut.mcap: repaired, 10 scans"),
     Row("import missing.pcapng", 2, "missing.pcapng: No such file"),

@@ -65,7 +65,7 @@ MISTAKES = {
         "sead = 3",
         9,
         "sead: unknown key; did you mean seed? Choose from program, name, scan_ms, controller, rpi_ms, "
-        "watchdog_ms, run_for_s, trace, keep_traces, tags, stubs, axes, prove, fuzz, server, seed, mode, modules, slot,",
+        "watchdog_ms, run_for_s, trace, keep_traces, tags, stubs, axes, prove, fuzz, export, server, seed, mode, modules, slot,",
     ),
     "unknown key of a slot": (
         'firmware = "4.1"',

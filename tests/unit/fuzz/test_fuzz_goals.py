@@ -77,6 +77,7 @@ def test_goals_are_never_broken_and_their_runs_are_kept():
     assert any(seen in each.edges.groups.get(STATE, {}) for each in report.corpus.entries)
 
 
+@pytest.mark.slow
 def test_strict_ends_with_3_if_something_was_never_seen(tmp_path):
     for name, text in (("line.py", LINE), ("line.toml", RACK_FILE), ("goals.py", GOALS)):
         (tmp_path / name).write_text(text, encoding="utf-8")

@@ -169,6 +169,7 @@ class Line(Logic):
 """
 
 
+@pytest.mark.slow
 def test_why_runs_the_edited_program_from_its_scan_on(tmp_path):
     """Scans 0 to 2 are of the first program, 3 to 5 of the second, and the file has the third."""
     rack, program = tmp_path / "line.toml", tmp_path / "line.py"

@@ -191,6 +191,7 @@ def test_replies_that_tell_nothing(tmp_path: Path, reply: bytes) -> None:
     assert "no exchange at port 502" in said
 
 
+@pytest.mark.slow
 def test_every_beginning_of_a_message_and_every_single_byte_changed(tmp_path: Path) -> None:
     """A damaged capture ends with status 0 or 2, never otherwise."""
     asked, answer = unconnected(READ_ALL), unconnected(done(0x4C, ints(*WORDS)))

@@ -49,6 +49,7 @@ def explained(scene: PlayedScene) -> bool:
     return search(scene.moments, Amci3601, TIMING).explains_all
 
 
+@pytest.mark.slow
 def test_cuts_are_judged_from_the_first_rest_on_and_nothing_differs(recording: PackedTrace) -> None:
     words = configuration(recording)
     judged = total = 0

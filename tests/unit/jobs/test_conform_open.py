@@ -45,6 +45,7 @@ def test_too_many_hypotheses_are_told_with_their_words(scan_ms: int, advice: str
     assert advice in found.why
 
 
+@pytest.mark.slow
 def test_a_step_that_never_ends_stops_the_axis_and_leaves_the_scene_open() -> None:
     plan = plan_of("MANUAL_CW speed 1000 acceleration 5 deceleration 5 until AT_HOME")
     module = Amci3601()

@@ -137,7 +137,7 @@ def test_a_line_ahead_moves_the_line_that_waits_and_no_field(
     ("old", "new", "says"),
     [
         ('Input("start")', 'Input("strat")', r"line\.py:6: start: no input 'strat'"),
-        ("Axis3601(1", "Axis3601(2", "slot 2 has .*, which does not have a 3601's words"),
+        ("Axis3601(1", "Axis3601(2", "slot 2 has .*, which has neither a 3601's words nor a drive's"),
     ],
 )
 def test_one_that_does_not_fit_the_rack_is_refused_and_the_other_goes_on(

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from amounts import amount
 from scanrack import load_rack, run
 from scanrack.io_images.image import Image
 from scanrack.jobs.replay.replaying import Replay, forced_rows, score_of, with_stimuli
@@ -36,7 +37,7 @@ RACKS = {
     "stations": EXAMPLES / "three_stations_ladder/line.toml",
     "labeller": EXAMPLES / "sequences/labeller.toml",
 }
-CUTS = 20
+CUTS = amount(20)
 
 
 @dataclass
@@ -97,6 +98,7 @@ LEAST_KNOWN = {"feeder": 0.6, "stations": 0.6, "labeller": 0.1}
 registration distance, which most of its moves use."""
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", RACKS)
 def test_from_the_known_state_on_no_scan_differs(
     name: str, recordings: dict[str, tuple[PackedTrace, RackSpec]]

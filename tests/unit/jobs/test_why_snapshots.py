@@ -80,6 +80,7 @@ def test_equal_runs_have_equal_snapshots(run: Path, tmp_path: Path) -> None:
         assert list(snapshots_of(trace)) == list(range(EVERY, SCANS + 1, EVERY))
 
 
+@pytest.mark.slow
 def test_a_recording_without_its_end_is_asked_without_snapshots(
     run: Path, tmp_path: Path, begun: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -123,6 +124,7 @@ def changed(lines: Mapping[int, str]) -> dict[int, str]:
     return {scan - 5 * EVERY: line for scan, line in lines.items() if scan > 5 * EVERY}
 
 
+@pytest.mark.slow
 def test_a_snapshot_that_leads_elsewhere_is_not_used(
     run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -3,6 +3,7 @@
 import gc
 from weakref import ref
 
+import pytest
 from ladder_lockstep import differences, outcome
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program
@@ -112,6 +113,7 @@ def made_in_a_pause():
     return sum(id(each) in young for each in made)
 
 
+@pytest.mark.slow
 def test_what_was_made_in_a_pause_counts_as_old():
     gc.collect()
     frozen = gc.get_freeze_count()
@@ -124,6 +126,7 @@ def test_what_was_made_in_a_pause_counts_as_old():
             gc.freeze()
 
 
+@pytest.mark.slow
 def test_garbage_of_large_trees_does_not_stay():
     class Tree(list[object]):
         pass

@@ -35,6 +35,10 @@ GOOD = [
         {"do": "incident", "kind": "torn-update", "slot": 1, "late_words": [1, 2]},
         InjectFault("torn-update", 1, 0, (1, 2)),
     ),
+    (
+        {"do": "incident", "kind": "condition", "slot": 1, "state": "stall=now"},
+        InjectFault("condition", 1, state="stall=now"),
+    ),
 ]
 
 

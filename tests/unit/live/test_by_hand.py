@@ -6,6 +6,7 @@ from typing import Any
 
 from live_sessions import FEEDER, LiveSession
 from scanrack.io_images.amci3601 import StatusMsw
+from scanrack.io_images.amci3601.words import WORDS_3601
 from scanrack.io_images.image import Image, signed_word
 from scanrack.io_images.thousands import split_reported
 from scanrack.runtime.loop.listeners import QuietListener
@@ -106,4 +107,4 @@ def test_lost_steps_stay_visible_and_a_preset_moves_the_zero():
 
 
 def stepper_slot(stepper):
-    return SimpleNamespace(number=1, module=stepper, inputs=stepper.inputs)
+    return SimpleNamespace(number=1, module=stepper, inputs=stepper.inputs, words=WORDS_3601)

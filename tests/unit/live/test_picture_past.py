@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scanrack.io_images.amci3601 import WORDS_3601, StatusLsw
 from scanrack.runtime.live.ring import row_type
+from scanrack.traces.read.number_formats import NumberFormats
 from scanrack.watch.history.watched_machines import PER_SLOT
 from scanrack.watch.monitors.picture import Places
 
@@ -18,7 +19,7 @@ def test_levels_of_inputs(past, level):
     rows = np.zeros(1, row_type(32, PER_SLOT))
     rows["wall_ns"] = 1  # of the ring
     rows["words"][0, STATUS + 1] = StatusLsw.IN_ESTOP.value
-    shown = Places({1: WORDS_3601}, (1,)).of(rows[0], rows[:0], past=past)
+    shown = Places({1: WORDS_3601}, (1,)).of(rows[0], rows[:0], NumberFormats(), past=past)
     assert shown["machine"]["1"]["inputs"]["estop"] is level
 
 
@@ -28,7 +29,7 @@ def test_the_shaft_of_a_past_scan_is_not_known(past, shaft, wall_ns):
     rows = np.zeros(1, row_type(32, PER_SLOT))
     rows["wall_ns"] = wall_ns
     rows["figures"][0, 0] = 700
-    shown = Places({1: WORDS_3601}, (1,)).of(rows[0], rows[:0], past=past)["machine"]["1"]
+    shown = Places({1: WORDS_3601}, (1,)).of(rows[0], rows[:0], NumberFormats(), past=past)["machine"]["1"]
     assert shown["position"] == 0
     assert shown["shaft"] == (shaft if wall_ns else None)
 
@@ -36,5 +37,5 @@ def test_the_shaft_of_a_past_scan_is_not_known(past, shaft, wall_ns):
 def test_the_mirror_of_a_configuration_has_no_levels():
     rows = np.zeros(1, row_type(32, PER_SLOT))
     rows["words"][0, STATUS : STATUS + 2] = -0x8000, 0x7FFF
-    shown = Places({1: WORDS_3601}, (1,)).of(rows[0], rows[:0], past=True)
+    shown = Places({1: WORDS_3601}, (1,)).of(rows[0], rows[:0], NumberFormats(), past=True)
     assert set(shown["machine"]["1"]["inputs"].values()) == {None}

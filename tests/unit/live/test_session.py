@@ -136,7 +136,10 @@ REFUSED = [
     ({"do": "breakpoint", "at": "Main.99"}, "has no rung 99"),
     ({"do": "breakpoint", "at": "Nowhere.1"}, "no routine Nowhere"),
     ({"do": "unbreak", "at": "Main.1"}, "no breakpoint at Main.1"),
-    ({"do": "incident", "slot": 1, "kind": "line-down"}, "line-down can't happen to Amci3601"),
+    (
+        {"do": "incident", "slot": 1, "kind": "line-down"},
+        "line-down does not apply to Amci3601",
+    ),
     ({"do": "incident", "slot": 1, "kind": "torn-update"}, "late_words and torn-update go together"),
     ({"do": "reload"}, "can't be edited while it runs"),
     ({"do": "nonsense"}, "no action 'nonsense'"),

@@ -6,7 +6,7 @@ from scanrack.io_images.amci3601 import WORDS_3601
 from scanrack.runtime.live.ring import row_type
 from scanrack.watch.history.strip import MOST_EDGES, piece_of, signals_of
 
-SIGNALS = signals_of({1: WORDS_3601}, [1])
+SIGNALS = signals_of({1: WORDS_3601})
 STATUS, POSITION = 8, 10  # words of the rack's memory: eight outputs, then eight inputs
 PERIOD = 2_000_000
 

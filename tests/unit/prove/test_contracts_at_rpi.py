@@ -89,6 +89,7 @@ def breaking(scans, *, at_rpi):
     return None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scan_ms", [2, 3])
 def test_a_run_with_scans_up_to_the_rpi_keeps_the_contracts(scan_ms, tmp_path):
     assert breaking(of_a_run(scan_ms, tmp_path), at_rpi=True) is None

@@ -233,6 +233,7 @@ END
     assert "LATE.ACC <= WATCH.ACC" in verdict.invariants
 
 
+@pytest.mark.slow
 def test_a_timer_counts_whole_ms_of_scans_with_parts_of_one() -> None:
     """Scans of 2.5 ms: 2 ms after one of them, 5 after two; scans of 2 ms: 2, 4 and 6."""
     text = TIMED.replace("TON(T,5000,0)", "TON(T,5,0)")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import pytest
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove import ProgramSystem, ScanBounds
 from scanrack.ladder.prove.induction import VerdictKind
-from scanrack.ladder.prove.questions import RULES, Answers, Finding, Listener, ask, asking
+from scanrack.ladder.prove.questions import LIMITS, RULES, Answers, Finding, Listener, ask, asking
 from scanrack.ladder.prove.system import System
 
 pytestmark = pytest.mark.extra("prove")
@@ -164,3 +165,10 @@ def test_what_takes_little_is_answered_first_and_invariants_are_found_once(
     assert "Z is never on" in heard.said[1:at]
     assert len(sought) == len(set(map(id, sought))) <= 2
     assert [each.text for each in result.findings if each.rule == "never-on"][-1] == "Z is never on"
+
+
+def test_invariants_are_for_questions_of_few_states_times_the_work() -> None:
+    problem = ProgramSystem(parse_program("\n".join(["PROGRAM p", *TAGS, "ROUTINE Main", *SLOW, "END", ""])))
+    one = replace(LIMITS, states=1)
+    left = [ask(problem, limits=one.times(work)).open["stuck"] for work in (1, 2)]
+    assert left == [1, 0]  # N and Y decide whether Y is never off again

@@ -152,6 +152,7 @@ def test_work_is_the_terms_of_the_session_for_each_question() -> None:
     assert (solver.check(solver.apply("not", [either])), solver.work) == ("sat", 2 + 1 + 2)
 
 
+@pytest.mark.slow
 def test_a_solver_that_nobody_uses_is_gone() -> None:
     """Thousands of proofs in one process: bitwuzla holds no solver by what it calls."""
     solver = Solver()

@@ -92,6 +92,7 @@ def test_the_answer_opens_the_lock_and_what_is_dead_is_no_gap(setup):
     assert "OTE(Never) in Main, rung 4" in gaps(job, after)
 
 
+@pytest.mark.slow
 @pytest.mark.extra("prove")
 def test_nothing_is_asked_before_its_time_nor_twice(setup):
     job = load_job(setup.rack)

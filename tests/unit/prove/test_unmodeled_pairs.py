@@ -45,7 +45,9 @@ def names(found: Difference) -> set[str]:
     return {each.name.partition(".")[0].partition("[")[0] for each in found.changed}
 
 
-@pytest.mark.parametrize("name", ROWS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name in ("PID", "RTOS") else name for name in ROWS]
+)
 def test_an_inverted_condition_is_listed_and_an_edit_elsewhere_is_not(name: str) -> None:
     row, lamp = ROWS[name], "XIC(Other)OTE(Lamp);"
     old = program(f"XIC(Go){row};", lamp)
@@ -123,6 +125,7 @@ def test_a_step_of_a_computation_is_a_function_of_its_operands() -> None:
     assert names(compared(old, program("COS(Q,I);", "XIC(Go)MOV(I,A[0]);"))) >= {"I", "A"}
 
 
+@pytest.mark.slow
 def test_rows_of_an_slc_are_functions_too() -> None:
     data = ["F8:0 2.5 0", "N7:0 3 0"]
     old, new = (

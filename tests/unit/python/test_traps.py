@@ -253,7 +253,7 @@ def test_a_command_may_be_left_alone(tmp_path):
         ('bad = Input("Local:2:I.Data[0]")', "is a word: add a bit, or declare it as InputWord"),
         ('bad = InputWord("Local:2:I.Data.0")', "is a bit: declare it as Input"),
         ("bad = Axis3601(3, axis.configuration)", "bad: slot 3 is empty; modules sit in 1, 2"),
-        ("bad = Axis3601(2, axis.configuration)", "which does not have a 3601's words"),
+        ("bad = Axis3601(2, axis.configuration)", "which has neither a 3601's words nor a drive's"),
         (
             "bad = Axis3601(1, axis.configuration)",
             r"9: bad writes what axis owns, slot 1 \[.*line\.py:5\]",

@@ -104,7 +104,7 @@ def test_types_that_double_at_each_level(tmp_path):
         types.append(data_type(outer, member("A", inner), member("B", inner)))
     report = imported(tmp_path, machine("NOP();", types=types, tags=[tag("X", "T17"), tag("Y", "T9")])).report
     assert [each.name for each in report.notes] == ["X"]
-    assert "T16 has more than 100,000 values" in report.notes[0].text  # 2 ** 17 of them
+    assert "data type T16 takes 176 MiB; 128 MiB are allowed" in report.notes[0].text  # 2 ** 17 paths
 
 
 def test_types_that_stand_in_one_another(tmp_path):
@@ -114,11 +114,42 @@ def test_types_that_stand_in_one_another(tmp_path):
     assert "is in 64 others" in report.notes[0].text
 
 
-def test_tags_of_more_values_than_there_is_room_for(tmp_path):
-    tags = [tag(f"X{number}", "BOOL", "3000000") for number in range(3)]
-    report = imported(tmp_path, machine("NOP();", tags=tags)).report
-    assert len(report.notes) == 1
-    assert "the tags of the file have more than 8,000,000 values" in report.notes[0].text
+MIB = 1 << 20
+
+
+@pytest.mark.parametrize(
+    ("count", "says"),
+    [
+        (MIB // 8 - 351, ""),  # 8 bytes a value, and 1,400 for a name: C[] and A
+        (MIB // 8, "it takes 2 MiB; 1 MiB are allowed (--memory)"),
+    ],
+)
+def test_a_tag_one_step_beyond_the_memory_is_the_reason_of_its_rungs(tmp_path, count, says):
+    path = tmp_path / "large.L5X"
+    tags = [tag("C", "DINT", str(count)), tag("A", "DINT")]
+    path.write_text(machine("MOV(C[1],A);", "MOV(1,A);", tags=tags), encoding="utf-8")
+    report = import_l5x(path, memory_mib=1).report
+    assert [each.text for each in report.notes] == ([f"it is not declared: {says}"] if says else [])
+    assert [each.reason for each in report.refused] == ([f"tag C is not declared: {says}"] if says else [])
+
+
+def test_tags_that_take_more_memory_together_than_is_allowed(tmp_path):
+    path = tmp_path / "large.L5X"
+    tags = [tag(f"X{number}", "BOOL", "60000") for number in range(3)]
+    path.write_text(machine("NOP();", tags=tags), encoding="utf-8")
+    (note,) = import_l5x(path, memory_mib=1).report.notes
+    assert (note.name, note.text) == (
+        "X2",
+        "it is not declared: the tags of the file take more than the 1 MiB that are allowed (--memory)",
+    )
+
+
+def test_strings_of_64000_characters(tmp_path):
+    """Two real controllers have them."""
+    long = data_type("Long", member("LEN", "DINT"), member("DATA", "SINT", 64_000), family="StringFamily")
+    both = data_type("Both", member("A", "Long"), member("B", "Long"))
+    text = machine("COP(T.A,T.B,1);", types=[long, both], tags=[tag("T", "Both")])
+    assert (imported(tmp_path, text).report.refused, imported(tmp_path, text).report.notes) == ([], [])
 
 
 def test_parts_of_one_name_are_one_note_with_their_number(tmp_path: Path) -> None:

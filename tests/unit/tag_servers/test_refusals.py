@@ -131,7 +131,7 @@ WRONG: dict[str, tuple[Any, ...]] = {
     "a member of an array": (write(symbol("Many", "Id"), INT, 1, ONES[:2]), PATH_WRONG),
     "an element of a single one": (write(symbol("aDint", 0), DINT, 1, ONES[:4]), UNKNOWN),
     "one subscript too many": (write(symbol("Grid", 0, 0, 0), INT, 1, ONES[:2]), UNKNOWN),
-    "a write to no object": (write(b"\x20\xf5\x24\x01", DINT, 1, ONES[:4]), UNKNOWN),
+    "a write to no object": (write(b"\x20\x37\x24\x01", DINT, 1, ONES[:4]), UNKNOWN),
     "another slot": (routed(write(A_DINT, DINT, 1, ONES[:4]), 3), 0x01, 0x0312),
     "a read of nothing": (read(A_DINT, 0), GENERAL, BEYOND),
     "a read of too many": (read(DINTS, 3001), GENERAL, BEYOND),

@@ -46,9 +46,9 @@ MAP = {
 class Bench:
     """A served rack with a map of its tags."""
 
-    def __init__(self, rack: ServedRack) -> None:
+    def __init__(self, rack: ServedRack, *, fill: bool = False) -> None:
         self.rack, self.tags = rack, rack.debugger.tags
-        table = ModbusTable.model_validate(MAP)
+        table = ModbusTable.model_validate({**MAP, "fill": fill})
         self.map = RegisterMap(Database(rack.desk.listing, rack.setup.writable), table)
         assert self.map.problems == []
         self._session = ModbusSession(self.map)
@@ -92,6 +92,28 @@ def test_values_take_registers_in_the_order_of_their_row(bench: Bench) -> None:
     assert bench.words(4, 30, 2) == (0, 7)
     inputs = bytes(bench.rack.run.rack.slots[1].inputs.raw)
     assert bench.words(4, 32, 8) == struct.unpack("<8H", inputs)
+
+
+@pytest.fixture
+def filled(tmp_path: Path) -> Iterator[Bench]:
+    with ExitStack() as ports:
+        yield Bench(ServedRack(write_rack(tmp_path), ports), fill=True)
+
+
+def test_filled_gaps_read_as_zero_and_take_no_writes(filled: Bench) -> None:
+    filled.tags["Flags[0]"] = True
+    assert filled.words(3, 12, 4) == (5, 0, 0, 0)
+    assert filled.words(4, 0, 32)[-3:] == (0, 0, 7)  # from before the first one
+    assert filled.ask(struct.pack(">BHH", 1, 4, 8)) == bytes((1, 1, 0b0001_0000))
+    for refused in (
+        struct.pack(">BHHB", 0x10, 12, 2, 4) + bytes(4),  # a tag and a gap
+        struct.pack(">BHH", 6, 13, 0),
+        struct.pack(">BHHH", 0x16, 13, 0, 0),
+        struct.pack(">BHH", 5, 4, 0),
+        struct.pack(">BHH", 4, 30, 11),  # beyond the last one: Local:1:I.Data ends at 39
+        struct.pack(">BHH", 2, 9, 1),
+    ):
+        assert filled.ask(refused) == bytes((refused[0] | 0x80, 2)), refused.hex(" ")
 
 
 def test_a_request_writes_whole_values_at_one_instant(bench: Bench) -> None:

@@ -50,6 +50,31 @@ def test_a_write_is_read_back_and_is_an_order_with_the_address(client: Client) -
     assert given == [Store("aDint", 0, "f7ffffff", "", "127.0.0.1:5000")]
 
 
+ALL_OF_TCP_IP = "01000000 00000000 00000000 0200 20f62401 0100007f" + 20 * "00"
+ALL_OF_LINK = "e8030000 0f000000 02005ca99acc"
+
+
+@pytest.mark.parametrize(
+    ("service", "path", "status", "data"),
+    [
+        (0x01, "20f5 2401", 0, ALL_OF_TCP_IP),  # configured, 127.0.0.1, its link is F6h
+        (0x01, "20f6 2401", 0, ALL_OF_LINK),  # 1,000 Mbps, link and full duplex
+        (0x0E, "20f5 2401 3005", 0, "0100007f" + 18 * "00"),
+        (0x0E, "20f6 2401 3003", 0, "02005ca99acc"),
+        (0x0E, "20f5 2400 3002", 0, "0100"),  # of the class: its greatest instance
+        (0x0E, "20f5 2401 3007", 0x14, ""),
+        (0x0E, "20f6 2402 3001", 5, ""),
+        (0x10, "20f5 2401 3003", 8, ""),
+    ],
+)
+def test_the_network_interface_is_read_only(
+    client: Client, service: int, path: str, status: int, data: str
+) -> None:
+    """[ODVA volume 2, 5-4.3 and 5-5.3]"""
+    asked = message(service, bytes.fromhex(path), b"\0\0\0\0" if service == 0x10 else b"")
+    assert client.ask(asked) == (status, bytes.fromhex(data))
+
+
 def test_a_batch_is_one_scan_and_reads_what_it_writes(client: Client) -> None:
     write = message(WRITE, symbol("aDint"), struct.pack("<HHi", 0xC4, 1, 5))
     reads = [message(READ, symbol(name), ONE) for name in ("Scan", "C1", "C2", "aDint")]
@@ -124,7 +149,7 @@ def test_no_path_names_a_hidden_member(client: Client) -> None:
         (symbol("Program:Nope", "Step"), 4),
         (b"\x91\x09Dint\0\0", 4),
         (b"\x20\x6b\x25\x00\xff\xff", 4),
-        (b"\x20\xf5\x24\x01", 5),
+        (b"\x20\x37\x24\x01", 5),
     ],
 )
 def test_a_path_to_nothing_gets_its_status(client: Client, path: bytes, status: int) -> None:
@@ -159,7 +184,9 @@ def test_a_reply_never_exceeds_its_connection(client: Client) -> None:
     assert client.ask(batch(reads * 5))[0] == 0x11
 
 
-def test_a_connection_is_opened_used_and_closed(client: Client) -> None:
+@pytest.mark.parametrize("manager", [b"\x20\x06\x24\x01", b"\x21\0\x06\0\x25\0\x01\0"])
+def test_a_connection_is_opened_used_and_closed(client: Client, manager: bytes) -> None:
+    """EIPScanner, which eip2nats 1.3.2 has, names the connection manager by 16-bit segments."""
     triad = struct.pack("<HHI", 7, 1, 99)
     head = struct.pack("<BBII", 10, 5, 0, 0xABCD) + triad + struct.pack("<BBH", 0, 0, 0)
     opened = (
@@ -167,7 +194,7 @@ def test_a_connection_is_opened_used_and_closed(client: Client) -> None:
         + struct.pack("<IHIHB", 2000, 0x43F8 & 0xFFFF, 2000, 0x4000 | 100, 0xA3)
         + b"\x02\x20\x02\x24\x01"
     )
-    status, data = client.ask(message(0x54, b"\x20\x06\x24\x01", opened))
+    status, data = client.ask(message(0x54, manager, opened))
     assert (status, data[4:8]) == (0, struct.pack("<I", 0xABCD))
     read = message(READ, symbol("Dints"), struct.pack("<H", 1000))
     items = (
@@ -179,8 +206,8 @@ def test_a_connection_is_opened_used_and_closed(client: Client) -> None:
     reply = client.send(frame(0x70, items, client.handle))
     assert reply[48] == 6
     assert 90 <= len(reply) - 44 <= 100
-    assert client.ask(message(0x54, b"\x20\x06\x24\x01", opened))[0] == 1  # it is open
-    assert client.ask(message(0x4E, b"\x20\x06\x24\x01", b"\5\5" + triad + b"\0\0"))[0] == 0
+    assert client.ask(message(0x54, manager, opened))[0] == 1  # it is open
+    assert client.ask(message(0x4E, manager, b"\5\5" + triad + b"\0\0"))[0] == 0
     assert client.send(frame(0x70, items, client.handle)) == b""
 
 

@@ -7,9 +7,12 @@ import re
 import sys
 import tomllib
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
+
+pytestmark = pytest.mark.slow  # each file of the product is parsed
 
 ROOT = Path(__file__).parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
@@ -62,6 +65,7 @@ def imported(tree: ast.Module) -> Iterator[tuple[str, str]]:
                 yield str(words[0]), str(words[1])
 
 
+@cache
 def found(room: str) -> set[tuple[str, str]]:
     """Return the distributions that a room imports, each with the extra of its call."""
     pairs: set[tuple[str, str]] = set()

@@ -69,6 +69,7 @@ def tracked() -> list[str]:
     return [each for each in listed.stdout.split("\0") if each and (ROOT / each).is_file()]
 
 
+@pytest.mark.costly("what harms others must not land: all tracked files are read")
 def test_no_tracked_file_holds_such_an_input() -> None:
     if not (ROOT / ".git").exists():
         pytest.skip("this is no clone: which files are kept is not known")

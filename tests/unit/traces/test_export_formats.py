@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import commands_page
@@ -10,6 +11,7 @@ import formats_page
 import numpy as np
 import pytest
 from made_traces import idle, record
+from scanrack import commands
 from scanrack.commands import build
 from scanrack.traces import open_trace
 from scanrack.traces.export import formats, write_jsonl
@@ -69,9 +71,12 @@ LOUD = ExportFormat(
 
 
 @pytest.fixture
-def added(monkeypatch: pytest.MonkeyPatch) -> None:
-    """One more format."""
+def added(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """One more format, in a command that is built with it."""
     monkeypatch.setattr(formats, "FORMATS", (*formats.FORMATS, LOUD))
+    commands._command.cache_clear()
+    yield
+    commands._command.cache_clear()
 
 
 @pytest.mark.usefixtures("added")

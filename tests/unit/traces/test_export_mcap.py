@@ -106,7 +106,7 @@ def test_an_old_trace_without_tags_is_copied(tmp_path: Path) -> None:
 
 def test_a_rack_without_a_3601_is_refused_and_leaves_no_file(tmp_path: Path) -> None:
     path = record(tmp_path / "a.mcap", idle(3), [SlotInfo(5, "a toy")])
-    with pytest.raises(ValueError, match=r"no 3601 in the trace to decode \(slot 5: a toy\)"):
+    with pytest.raises(ValueError, match=r"no 3601 or drive in the trace to decode \(slot 5: a toy\)"):
         copied(path)
     assert [each.name for each in tmp_path.iterdir()] == ["a.mcap"]
 

@@ -154,7 +154,7 @@ def test_the_stock_reader_and_a_ros2_decoder_read_it(recorded: Path) -> None:
         for slot, name in SLOTS.items():
             own = words_of(name)
             for direction, names in (("out", own.outputs), ("in", own.inputs)):
-                image = getattr(getattr(message, f"slot{slot}"), direction)
+                image = getattr(getattr(message, f"slot{slot}"), f"{direction}puts")
                 for word, field in enumerate(names):
                     assert getattr(image, field) == value(scan, slot, direction, word), (slot, field)
         if hasattr(message, "tags"):

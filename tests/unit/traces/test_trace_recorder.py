@@ -223,8 +223,8 @@ Plain slot2
 Amci3601 slot7
 {rule}
 MSG: scanrack/Amci3601
-Amci3601Out out
-Amci3601In in
+Amci3601Out outputs
+Amci3601In inputs
 {rule}
 MSG: scanrack/Amci3601Out
 int16 command_msw
@@ -247,8 +247,8 @@ int16 captured_msw
 int16 captured_lsw
 {rule}
 MSG: scanrack/Plain
-PlainOut out
-PlainIn in
+PlainOut outputs
+PlainIn inputs
 {rule}
 MSG: scanrack/PlainOut
 int16 word0

@@ -13,13 +13,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from made_traces import A3601, PERIOD_NS, cut_blocks, idle, record
-from scanrack.io_images.thousands import join_reported
+from scanrack.io_images.thousands import join_reported, join_reported_all
 from scanrack.traces import SlotInfo, open_trace
 from scanrack.traces.export import write_csv, write_vcd
 from scanrack.traces.plot import Envelope, read_chart, save_page
 from scanrack.traces.signals import Catalog, Selection, SignalKind, blocks
 from scanrack.traces.signals.catalog import UnknownSignalError
-from scanrack.traces.signals.decode import joined
 
 SLOTS = (A3601, SlotInfo(7, "a toy"))
 words16 = st.integers(-32_768, 32_767)
@@ -62,7 +61,8 @@ def test_configuration_mode_has_no_values_and_three_bits(path: Path) -> None:
 
 @given(words16, words16)
 def test_columns_join_words_as_the_codec_does(msw: int, lsw: int) -> None:
-    assert joined(np.array([msw], np.int16), np.array([lsw], np.int16)).tolist() == [join_reported(msw, lsw)]
+    columns = np.array([msw], np.int16), np.array([lsw], np.int16)
+    assert join_reported_all(*columns).tolist() == [join_reported(msw, lsw)]
 
 
 @pytest.mark.parametrize("size", [1, 3, 7, 50, 1000])

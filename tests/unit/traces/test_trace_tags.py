@@ -6,6 +6,7 @@ import hashlib
 import json
 import struct
 from collections.abc import Mapping
+from keyword import iskeyword
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +44,16 @@ class Values:
     def take(self) -> bytes:
         """Return memory block and row."""
         return bytes(self._memory) + struct.pack("<" + self.plan.letters, *self.values)
+
+
+def test_no_field_of_a_scan_is_a_keyword_of_python() -> None:
+    """pybag-sdk 0.13.0 can't read a message with such a field, and others rename it."""
+    plan = plan_of([Tag("In", "BOOL"), Tag("From", "DINT"), Tag("Line", "DINT")])
+    assert [field.name for field in plan.fields] == ["from_2", "line", "in_2"]
+    lines = scan_schema(SLOTS, plan).text.splitlines()
+    fields = [line.split()[1] for line in lines if line.split()[0] not in ("MSG:", "=" * 80)]
+    assert {"inputs", "position_msw", "from_2"} < set(fields)
+    assert not any(map(iskeyword, fields))
 
 
 def test_fields_stand_widest_first_and_keep_their_order() -> None:

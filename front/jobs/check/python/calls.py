@@ -116,7 +116,8 @@ class Calls:
 
     def _refusal(self, axis: Axis3601, call: ast.Call) -> str:
         """Return why the constants of a command are refused, or an empty text."""
-        neutral = {**NEUTRAL, "speed": axis.configuration.starting_speed}
+        starting_speed = axis.starting_speed
+        neutral = {**NEUTRAL, "speed": starting_speed}
         arguments = self._arguments(axis, call, neutral)
         for each in variants(arguments) if arguments else ():
             try:
@@ -125,7 +126,7 @@ class Calls:
                 return ""
             if isinstance(command, Command) and command.error_id & ErrorId.PARAMETER:
                 return command.detail
-            speed, least = each.get("speed"), axis.configuration.starting_speed
+            speed, least = each.get("speed"), starting_speed
             if _method(call) in FROM_STARTING_SPEED and isinstance(speed, int) and speed < least:
                 return f"speed {speed} is below the starting speed of {axis.name}, {least}"
         return ""

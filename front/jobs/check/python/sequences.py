@@ -18,6 +18,7 @@ from inspect import getattr_static
 from pathlib import Path
 from typing import Any
 
+from ....io_images.amci3601 import Configuration
 from ....io_images.annotations import declared
 from ....io_images.input_files import read_input_text
 from ....io_images.site import NOWHERE, Site, SiteError, sites_of
@@ -71,8 +72,9 @@ def sequence_facts(path: Path, program: Logic, spec: RackSpec) -> Facts:
     fields = _constant_fields(logic, [tree for _, tree, _ in texts])
     inputs = [name for name, each in parts.items() if isinstance(each, Input | InputWord)]
     for axis in axes.values():
-        words = tuple(axis.configuration.to_image().words.tolist())
-        facts.configurations.append(SentCommand(_place(axis.declared, path), axis.slot, words))
+        if isinstance(axis.configuration, Configuration):  # the rules read the words of a 3601
+            words = tuple(axis.configuration.to_image().words.tolist())
+            facts.configurations.append(SentCommand(_place(axis.declared, path), axis.slot, words))
         if not axis.parameters_first:
             text = f"{axis.name} sends each command together with its parameters"
             facts.at_once.append(LocalFinding(_place(axis.declared, path), text))

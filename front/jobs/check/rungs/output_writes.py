@@ -136,7 +136,7 @@ class WriteReader:
             return None
         return words[start : start + 8] if len(words) >= start + 8 else None
 
-    def _part_of(self, operand: object, length: int) -> tuple[int | None, ...] | None:
+    def constants_at(self, operand: object, length: int) -> tuple[int | None, ...] | None:
         """Return constant words at an operand, of an array that may be shorter than an image."""
         if not isinstance(operand, (Place, Group)) or (isinstance(operand, Group) and operand.indices):
             return None
@@ -208,7 +208,7 @@ class WriteReader:
             length = min(int(step.operands[2].value), 8)
             if step.name == "FLL":
                 return [int(source.value) if isinstance(source, Constant) else None] * length
-            return (self._part_of(source, length) or (None,) * 8)[:length]
+            return (self.constants_at(source, length) or (None,) * 8)[:length]
         if target_of(step) is None:
             return [None] * 8
         written = written_value(step)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ....io_images.amci3601.words import is_stepper
 from ....io_images.cards import KINDS
+from ....io_images.drives.translation import model_of
 from ....io_images.site import Site
 from ....ladder import LadderLogic
 from ....ladder.debug import cross_reference
@@ -28,6 +29,7 @@ from .calls import RoutineCalls, exclusive_repeats
 from .conditions import Conditions, on_delays
 from .controls import shared
 from .counting import never_run, unbounded
+from .drive_axes import fastest, note_drives
 from .loops import counted, counts_by_site, endless
 from .mistakes import Mistakes, sealed
 from .number_ranges import Values
@@ -61,6 +63,8 @@ class _ProgramReader:
         self.mentions = cross_reference(self.lowered).mentions
         self.declared = declaration_lines(path)
         self.slots = {slot.number: slot for slot in spec.slot if is_stepper(slot.words)}
+        drives = {slot.number: model_of(slot.words) for slot in spec.slot}
+        self.drives = {number: model for number, model in drives.items() if model is not None}
         self.tags = self.lowered.layout.tags()
         every = [step for routine in self.lowered.routines.values() for line in routine.lines
                  for step in steps_of(line.nodes)]  # fmt: skip
@@ -120,7 +124,7 @@ class _ProgramReader:
         """Note what the program sends to the 3601s."""
         writes = [each for rungs, line in self.lines for each in self.writes.writes(rungs, line)]
         lines = [(line, self._place(line)) for _, line in self.lines]
-        sent = SentWords(self.writes, lines, writes, self.slots, self.axes)
+        sent = SentWords(self.writes, lines, writes, self.slots, self.axes, self.drives)
         homes = (each for each in self.calls if each.call.name == "MC_HOME")
         facts.configurations = list(sent.configurations())
         facts.searches = [
@@ -128,11 +132,14 @@ class _ProgramReader:
             *(SentCommand(each.place, self.axes.get(each.axis)) for each in homes),
         ]
         facts.remarks["command-held"] += held(writes)
-        limits = profile_in(self.slots.values(), None).limits
+        limits = fastest(profile_in(self.slots.values(), None).limits, self.drives.values())
         wrong = [*sent.out_of_range(), *parameters_out_of_range(self.main, self.values, self.tags, limits)]
         reported = {each.place for each in wrong}
         wrong += [each for each in words_out_of_range(writes, self.slots) if each.place not in reported]
         facts.remarks["out-of-range"] += wrong
+        facts.remarks["out-of-range"] += note_drives(
+            self.calls, self.axes, self.drives, self.writes.constants_at
+        )
         facts.not_seen += computed(writes)
         unknown = {each.slot for each in writes if not each.known and each.word < 2}
         facts.computed = unknown | self.writes.staged

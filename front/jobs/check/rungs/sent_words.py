@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 from ....io_images.amci3601 import Firmware, Limits, Parameters
@@ -30,6 +30,7 @@ class SentWords:
     Args:
         slots: the slots with 3601s.
         axes: slots of the axes of blocks.
+        drives: slots with networked drives.
     """
 
     def __init__(
@@ -39,8 +40,10 @@ class SentWords:
         writes: Sequence[Write],
         slots: Mapping[int, SlotSpec],
         axes: Mapping[str, int],
+        drives: Collection[int],
     ) -> None:
-        self._reader, self._lines, self._writes, self._slots, self._axes = reader, lines, writes, slots, axes
+        self._reader, self._lines, self._writes, self._slots = reader, lines, writes, slots
+        self._axes, self._drives = axes, drives
         self._copies = [each for line, place in lines for each in self._copied(line, place)]
 
     def configurations(self) -> Iterator[SentCommand]:
@@ -136,8 +139,8 @@ class SentWords:
             for call in step.operands:
                 if isinstance(call, AddOnCall) and call.name == "CONFIGURE3601":
                     words = self._reader.words_of(call.handed["CONFIGURATION"])
-                    if words is not None and words[0] is not None:
-                        slot = self._axes.get(call.handed["AXIS"].text.upper())
+                    slot = self._axes.get(call.handed["AXIS"].text.upper())
+                    if words is not None and words[0] is not None and slot not in self._drives:
                         yield SentCommand(place, slot, _filled(words))
 
 

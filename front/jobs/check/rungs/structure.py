@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 
 from ....ladder import LadderLogic
-from ....ladder.files.rungreader import load_library
+from ....ladder.files.rungreader import is_of_library
 from ....ladder.lowering.addon import AddOn, ParameterMode
 from ....ladder.lowering.checks import calls_of
 from ....ladder.model.routine import Routine
@@ -38,8 +38,7 @@ LEAVES = ("TND", "RET", "JMP")
 
 def own_add_ons(program: LadderLogic) -> list[AddOn]:
     """Return the add-on instructions of the program itself, without those of the library."""
-    library = load_library(LIBRARY).add_ons
-    return [each for name, each in program.add_ons.items() if library.get(name) != each]
+    return [each for each in program.add_ons.values() if not is_of_library(each, LIBRARY)]
 
 
 def own_routines(program: LadderLogic, lowered: LoweredProgram) -> list[LoweredRoutine]:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 from ....io_images.amci3601.words import is_stepper
+from ....io_images.drives.translation import model_of
 from ....ladder.debug.crossref import Mention
 from ....ladder.model.operands import Constant, Group, Place, first_leaf
 from ....ladder.model.resolver import MEANINGS
@@ -77,6 +78,7 @@ class Terminals:
                     slot is not None
                     and slot in self._cards
                     and slot not in self._steppers
+                    and model_of(self._cards[slot]) is None
                     and slot not in seen
                 ):
                     seen.add(slot)

@@ -30,7 +30,7 @@ def _incidents(given: Iterable[RecordedOrder], spec: RackSpec) -> Iterator[Injec
         if isinstance(order, InjectFault):
             for_ns = round(order.for_ms * 1_000_000)
             yield InjectedFault(
-                scan * spec.scan_ns, FaultKind(order.kind), order.slot, for_ns, order.late_words
+                scan * spec.scan_ns, FaultKind(order.kind), order.slot, for_ns, order.late_words, order.state
             )
 
 

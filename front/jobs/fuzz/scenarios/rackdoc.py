@@ -146,4 +146,6 @@ def _incident(incident: InjectedFault) -> Table:
         table["for_ms"] = _ms(incident.for_ns)
     if incident.late_words:
         table["late_words"] = list(incident.late_words)
+    if incident.state:
+        table["state"] = incident.state
     return table

@@ -351,6 +351,7 @@ def _incident_spec(incident: InjectedFault) -> InjectedFaultSpec:
         slot=incident.slot or None,
         for_ms=Decimal(incident.for_ns).scaleb(-6) if incident.for_ns else None,
         late_words=incident.late_words,
+        state=incident.state,
     )
 
 

@@ -21,6 +21,7 @@ HAPPENS = {
     FaultKind.LINE_DOWN: "the line to the controller of slot {slot} is open",
     FaultKind.REPLIES_LOST: "{replies} of the controller of slot {slot} got lost",
     FaultKind.REPLIES_DAMAGED: "{replies} of the controller of slot {slot} got damaged",
+    FaultKind.CONDITION: "around slot {slot}: {state}",
     FaultKind.CONTROLLER_POWER_CYCLE: "the power of the controller of slot {slot} goes and comes back",
 }
 """Sentence of each event."""
@@ -75,7 +76,9 @@ def _incident(incident: InjectedFault) -> str:
     late = ", ".join(map(str, incident.late_words))
     words = f"words {late} come" if len(incident.late_words) > 1 else f"word {late} comes"
     replies = "replies" if incident.for_ns else "a reply"
-    text = HAPPENS[incident.what].format(slot=incident.slot, words=words, replies=replies)
+    text = HAPPENS[incident.what].format(
+        slot=incident.slot, words=words, replies=replies, state=incident.state
+    )
     return text + _for(incident.for_ns)
 
 

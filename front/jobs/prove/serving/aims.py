@@ -16,8 +16,7 @@ from ....io_images.site import Site
 from ....ladder import LadderLogic
 from ....ladder.model.errors import LadderError
 from ....ladder.prove.induction import Limits
-from ....ladder.prove.questions.asking import BUDGET
-from ....ladder.prove.questions.points import SEARCH, PointState, RungPoint, dead_points, run_to
+from ....ladder.prove.questions.points import BUDGET, SEARCH, PointState, RungPoint, dead_points, run_to
 from ....ladder.prove.replaying import ScanOf
 from ....ladder.prove.solving.solver import is_installed
 from ....ladder.prove.system import RUN_ONLY, ProgramSystem, ScanBounds

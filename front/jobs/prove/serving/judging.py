@@ -44,13 +44,13 @@ def verdicts(job: LoadedRack, facts: Facts) -> Iterator[ProofFinding]:
         return
     from ....ladder.prove.algebra.terms import reach
     from ....ladder.prove.induction import Limits
-    from ....ladder.prove.questions import ask
+    from ....ladder.prove.questions import QuestionLimits, ask
     from ....ladder.prove.solving.solver import is_installed
     from ....ladder.prove.system import ProgramSystem
 
     if not is_installed():
         return
-    limits = Limits(scans=2, k=1, work=100_000, fuse=3_200, helped=False)
+    one = Limits(scans=2, k=1, work=100_000, fuse=3_200, helped=False)
     outside = (*job.spec.prove.written_outside, *set_outside(facts))
     try:
         problem = ProgramSystem(job.logic, free=job.spec.prove.free, written_outside=outside)
@@ -59,7 +59,7 @@ def verdicts(job: LoadedRack, facts: Facts) -> Iterator[ProofFinding]:
     if len(reach(problem.next.values())) > MOST_TERMS:
         return
     seen: set[FileLine] = set()
-    for each in ask(problem, tuple(RULES), limits, BUDGET).findings:
+    for each in ask(problem, tuple(RULES), QuestionLimits(one, BUDGET, states=0)).findings:
         place = FileLine(each.site.file, each.site.line or 1)
         counts = each.rule != "fault" or each.text.endswith("zero divisor")
         if counts and place in own and place not in seen:

@@ -6,7 +6,6 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
-from ....io_images.amci3601 import StatusMsw
 from ....io_images.times import parse_duration, seconds
 from ....ladder.debug import CauseLink
 from ....traces.read.sequence_steps import Step
@@ -61,12 +60,12 @@ def _of_edge(chain: PythonChain, steps: Sequence[Step], name: str, way: str, row
     """Return the link of an input whose edge is awaited: one that came too early is named."""
     bits, past = Bits.at(chain.place(name)), Past(chain.recording, row)
     wanted = way == "rises"
-    is_stepper = next(each.is_stepper for each in chain.recording.slots if each.number == bits.slot)
+    words = next(each.words for each in chain.recording.slots if each.number == bits.slot)
     edges = [
         each
         for each in past.changes(bits.slot, bits.image, bits.word, bits.mask)
         if bool(past.words(bits.slot, bits.image, each)[bits.word] & bits.mask) is wanted
-        and not (is_stepper and past.words(bits.slot, "in", each)[0] & StatusMsw.MODE_CONFIG)
+        and not words.configures("in", past.words(bits.slot, "in", each))
     ]
     last = edges[-1] if edges else None
     missed = last is not None and _meanwhile(chain, steps, last)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from .....io_images.amci3601 import Configuration, InputBit
-from .....io_images.drives.models import SMD23E2
-from .....io_images.drives.numbers import TARGET_MAX
-from ....kinematics import MILLI, PICO, stopping_distance
+from .....io_images.drives.command import TARGET_MAX
 from ...amci3601 import AxisHoming, AxisRequest, Feature
 from ..capabilities import (
     BLOCK,
@@ -25,9 +23,8 @@ from ..capabilities import (
     unless,
 )
 from .options import AmciDriveOptions
-from .units import drive_profile, exact_jerk, jerk_is_exact
+from .units import exact_jerk, jerk_is_exact
 
-RATE_MAX = SMD23E2.limits.rate
 SEGMENTS_MAX = 16
 
 HOME = InputBit.HOME.value
@@ -68,11 +65,6 @@ def _too_slow(request: AxisRequest, options: AmciDriveOptions) -> bool:
     return 0 < speed_of(request) < request.configuration.starting_speed
 
 
-def _too_steep(request: AxisRequest, options: AmciDriveOptions) -> bool:
-    given = request.command.parameters
-    return has_ramps(request) and max(given.acceleration, given.deceleration) > RATE_MAX
-
-
 def _no_jerk(request: AxisRequest, options: AmciDriveOptions) -> bool:
     """Whether no jerk of the drive is as gentle as the S-curve, or, if strict, none the same."""
     if not has_ramps(request):
@@ -92,13 +84,6 @@ def _registers_with_jerk(request: AxisRequest, options: AmciDriveOptions) -> boo
     return (
         has_ramps(request) and exact_jerk(request.command.profile(request.configuration.starting_speed)) != 0
     )
-
-
-def _too_short_to_stop(request: AxisRequest, options: AmciDriveOptions) -> bool:
-    start = request.configuration.starting_speed
-    profile = drive_profile(request.command.profile(start), start).profile
-    ramp = stopping_distance(MILLI * profile.speed_sps, start, profile.deceleration_spmss, profile.shape)
-    return (request.command.parameters.target or 0) * PICO < ramp
 
 
 def _curved_blend(request: AxisRequest, options: AmciDriveOptions) -> bool:
@@ -128,7 +113,6 @@ COMMAND_ROWS: tuple[CommandRow[AmciDriveOptions], ...] = (
     CommandRow(
         TIMED, "speed", _too_slow, PROFILE, "no motion of the drive is slower than its starting speed"
     ),
-    CommandRow(RAMPED, "rate", _too_steep, PROFILE, f"the drive's rates go up to {RATE_MAX} steps/ms/s"),
     CommandRow(
         Feature.BLEND,
         "S-curve in a blend move",
@@ -156,13 +140,6 @@ COMMAND_ROWS: tuple[CommandRow[AmciDriveOptions], ...] = (
         lambda request, _: abs(request.distance) > TARGET_MAX,
         PROFILE,
         f"the drive moves by up to {TARGET_MAX} steps",
-    ),
-    CommandRow(
-        Feature.REGISTRATION,
-        "registration distance",
-        _too_short_to_stop,
-        PROFILE,
-        "the distance is shorter than the ramp down",
     ),
 )
 

@@ -22,7 +22,7 @@ from .....io_images.amci3601 import Configuration, StatusMsw
 from .....io_images.drives.bits import CommandBit, InputFunction, Modifier, Settings, StatusBit
 from .....io_images.drives.configuration import ROLES
 from .....io_images.drives.models import WORDS
-from .....io_images.drives.numbers import DriveFormat
+from .....io_images.number_formats import NumberFormat
 from ....kinematics import blend as plan_blend
 from ....kinematics import change_speed, move, register, run
 from ....kinematics import stop as plan_stop
@@ -215,8 +215,8 @@ class AmciDriver(Driver[DriveProfile]):
             return
         status = StatusBit(words[0] | words[1] << 16)
         fresh, self.status = status & ~self.status, status
-        position = DriveFormat.THOUSANDS.join(words[2], words[3])
-        encoder = DriveFormat.THOUSANDS.join(words[4], words[5])
+        position = NumberFormat.THOUSANDS.join(words[2], words[3])
+        encoder = NumberFormat.THOUSANDS.join(words[4], words[5])
         self._counter = self._counter if position is None else position
         self.encoder = self.encoder if encoder is None else encoder
         self.busy = not status & StatusBit.STOPPED
@@ -225,8 +225,10 @@ class AmciDriver(Driver[DriveProfile]):
         self.unfit = bool(status & UNFIT) and self._was_ready
         if self._was_ready and status & StatusBit.CONFIG_ERROR:
             raise PowerLostError
+        if self._holds or status & StatusBit.CONFIG_ERROR:  # without a configuration it refuses all commands
+            fresh &= ~StatusBit.COMMAND_ERROR
         for bit, (bits, text) in COMPLAINTS.items():
-            if fresh & bit and not (bit is StatusBit.COMMAND_ERROR and self._holds):
+            if fresh & bit:
                 self.findings.complain(bits, text)
 
     def _put(self, words: Words) -> Talk:
@@ -320,7 +322,7 @@ class AmciDriver(Driver[DriveProfile]):
 
     @override
     def write_position(self, position: int) -> Talk:
-        upper, lower = DriveFormat.THOUSANDS.split(position)
+        upper, lower = NumberFormat.THOUSANDS.split(position)
         preset = (CommandBit.PRESET_POSITION.value, ENABLED, upper & 0xFFFF, lower & 0xFFFF, *IDLE[4:])
         yield from self._put(preset)
         self._words = IDLE
@@ -379,7 +381,7 @@ class AmciDriver(Driver[DriveProfile]):
         command = STARTS[task.kind][task.direction < 0]
         steps = task.direction * task.steps if task.kind is TaskKind.INDEX else task.steps
         modifiers = ENABLED | (Modifier.REGISTRATION_MOVE.value if task.registers else 0)
-        last = DriveFormat.THOUSANDS.split(self.minimum) if task.registers else (0, drive.jerk)
+        last = NumberFormat.THOUSANDS.split(self.minimum) if task.registers else (0, drive.jerk)
         return _command(
             command, modifiers, steps, (drive.speed_sps, drive.acceleration, drive.deceleration), last
         )
@@ -515,6 +517,6 @@ def _command(
         last: words 8 and 9.
     """
     speed, *rates = values
-    split = DriveFormat.THOUSANDS.split
+    split = NumberFormat.THOUSANDS.split
     words = (bits.value, modifiers, *split(target), *split(speed), *rates, *last)
     return tuple(word & 0xFFFF for word in words)

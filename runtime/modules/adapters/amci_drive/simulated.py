@@ -17,7 +17,6 @@ from ....line.wire import LineFormat
 from ....machine import Machine
 from ...drives.drive import DriveUnit
 from ...drives.registers import DriveRegisters
-from ..plant import LinkedController
 from .driver import LINE_FORMAT
 from .options import AmciDriveOptions
 
@@ -92,44 +91,31 @@ class FaultyNetwork(FaultyDevice):
         return b""
 
 
-class SimulatedDrive(LinkedController):
+class SimulatedDrive:
     """A drive, the network to it, and its machine."""
 
     def __init__(self, machine: Machine, options: AmciDriveOptions) -> None:
         self.device = DriveDevice(machine, options)
-        self._machine = machine
-        self._line = SimulatedLine(FaultyNetwork(self.device), SegmentBus)
+        self.machine = machine
+        self.line = SimulatedLine(FaultyNetwork(self.device), SegmentBus)
 
-    @property
-    @override
-    def machine(self) -> Machine:
-        return self._machine
-
-    @property
-    @override
-    def line(self) -> SimulatedLine:
-        return self._line
-
-    @override
     def next_event_ns(self, now_ns: int) -> int | None:
         """Return the next arrival of a segment: the drive itself needs no look in between."""
-        return self._line.next_event_ns()
+        return self.line.next_event_ns()
 
-    @override
     def run_until(self, now_ns: int) -> None:
-        self._line.run_until(now_ns)
+        """Advance; no event lies in between."""
+        self.line.run_until(now_ns)
         self.device.advance(now_ns)
 
-    @override
     def sense(self, now_ns: int) -> None:
         """Sample the inputs after a change from outside."""
         self.device.drive.look_again()
 
-    @override
     def rewire(self, now_ns: int, configuration: Configuration) -> None:
         """Do nothing: the options are the wiring."""
 
-    @override
     def power_cycle(self, now_ns: int) -> None:
+        """Cycle the power of the stack; a reply on the network is lost."""
         self.device.power_cycle(now_ns)
-        self._line.silence()
+        self.line.silence()

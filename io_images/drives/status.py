@@ -1,0 +1,75 @@
+"""The status of a drive by the names of its own bits."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import NoReturn
+
+from typing_extensions import override
+
+from ..amci3601.status import StatusView
+from ..image import Image
+from ..module_words import BitPlace
+from .models import MODELS, Model
+from .translation import DriveTranslation
+
+
+class DriveStatusView(StatusView):
+    """The status bits and values of a drive's ten input words, read at each access."""
+
+    __slots__ = ("_translation",)
+
+    def __init__(self, image: Image, translation: DriveTranslation) -> None:
+        super().__init__(image)
+        self._translation = translation
+
+    @property
+    @override
+    def position(self) -> int:
+        """Current position, steps."""
+        return self._translation.number(self._words, 2)
+
+    @property
+    @override
+    def encoder(self) -> int:
+        """Encoder counts."""
+        return self._translation.number(self._words, 4)
+
+    @property
+    @override
+    def captured(self) -> int:
+        """The value that the capture input stored."""
+        return self._translation.number(self._words, 6)
+
+
+def status_view(image: Image, translation: DriveTranslation) -> DriveStatusView:
+    """Return the view of a drive's input image."""
+    return _view_of(translation.model.name)(image, translation)
+
+
+@cache
+def _view_of(model_name: str) -> type[DriveStatusView]:
+    """Return the view with a model's bits; the bits of a 3601 that it lacks are no attributes."""
+    model = MODELS[model_name]
+    own = {name: _bit(at) for name, at in model.words.groups["status"].items()}
+    lacking = {name: _missing(name, model) for name in StatusView._names if name not in own}
+    names = {"__slots__": (), "_names": tuple(own)}
+    return type("DriveStatusView", (DriveStatusView,), {**lacking, **own, **names})
+
+
+def _bit(at: BitPlace) -> property:
+    """Return a status bit; in configuration mode, whose words are a mirror, only bit 15 of word 0 counts."""
+    mode = at.word == 0 and at.bit == 15
+
+    def is_on(view: StatusView) -> bool:
+        return (mode or view._words[0] >= 0) and bool(view._words[at.word] >> at.bit & 1)
+
+    return property(is_on)
+
+
+def _missing(name: str, model: Model) -> property:
+    def refuse(_view: StatusView) -> NoReturn:
+        bits = ", ".join(model.words.groups["status"])
+        raise AttributeError(f"{name} is not a status bit of the {model.title}; bits are {bits}")
+
+    return property(refuse)

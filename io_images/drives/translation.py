@@ -1,0 +1,225 @@
+"""The words of a 3601 that axes and motion blocks write, in the words of a drive, and back.
+
+An axis knows the commands and the status bits of a 3601. Of a drive it has this translation: a row for each
+bit that means the same. What is not in a row has a rule of its own below.
+
+    to the drive     commands, blend handshake, format of numbers, S-curve as a jerk, enable bit
+    from the drive   status bits, number format, configuration mode, blend handshake
+
+The blocks of `USE axis3601` do the same in rungs, see `ladder/files/drive_blocks.py`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TypeVar
+
+from ..amci3601.bits import CommandLsw, CommandMsw, StatusLsw, StatusMsw
+from ..amci3601.blend import PROGRAM_AND_TRANSMIT
+from ..amci3601.parameters import Limits
+from ..image import signed_word
+from ..module_words import ModuleWords
+from ..number_formats import NumberFormat
+from ..thousands import split_reported
+from .bits import CommandBit, InputFunction, Modifier, StatusBit
+from .configuration import USUAL, configuration_of
+from .models import MODELS, Layout, Model
+
+Bit = TypeVar("Bit", CommandBit, StatusBit)
+
+HEADER = -1
+"""Word 7 of the first block of a blend profile; of a segment it is the deceleration."""
+
+COMMANDS: Mapping[int, CommandBit] = {
+    CommandMsw.ABSOLUTE_MOVE: CommandBit.ABSOLUTE_MOVE,
+    CommandMsw.RELATIVE_MOVE: CommandBit.RELATIVE_MOVE,
+    CommandMsw.HOLD_MOVE: CommandBit.HOLD_MOVE,
+    CommandMsw.IMMEDIATE_STOP: CommandBit.IMMEDIATE_STOP,
+    CommandMsw.FIND_HOME_CW: CommandBit.FIND_HOME_CW,
+    CommandMsw.FIND_HOME_CCW: CommandBit.FIND_HOME_CCW,
+    CommandMsw.MANUAL_CW: CommandBit.JOG_CW,
+    CommandMsw.MANUAL_CCW: CommandBit.JOG_CCW,
+    CommandMsw.PRESET_POSITION: CommandBit.PRESET_POSITION,
+    CommandMsw.RESET_ERRORS: CommandBit.RESET_ERRORS,
+    CommandMsw.RUN_BLEND_CW: CommandBit.RUN_ASSEMBLED_MOVE,
+    CommandMsw.RUN_BLEND_CCW: CommandBit.RUN_ASSEMBLED_MOVE,
+}
+"""Command word 0 of a 3601, and the command of the drive."""
+
+STATUS: Mapping[int, StatusBit] = {
+    StatusMsw.MOVING_CW: StatusBit.MOVING_CW,
+    StatusMsw.MOVING_CCW: StatusBit.MOVING_CCW,
+    StatusMsw.HOLD_STATE: StatusBit.HOLD_STATE,
+    StatusMsw.STOPPED: StatusBit.STOPPED,
+    StatusMsw.AT_HOME: StatusBit.AT_HOME,
+    StatusMsw.ACCELERATING: StatusBit.ACCELERATING,
+    StatusMsw.DECELERATING: StatusBit.DECELERATING,
+    StatusMsw.MOVE_COMPLETE: StatusBit.MOVE_COMPLETE,
+    StatusMsw.INVALID_PROFILE: StatusBit.INVALID_JOG_CHANGE,
+    StatusMsw.POSITION_INVALID: StatusBit.POSITION_INVALID,
+    StatusMsw.INPUT_ERROR: StatusBit.INPUT_ERROR,
+    StatusMsw.COMMAND_ERROR: StatusBit.COMMAND_ERROR,
+    StatusMsw.CONFIG_ERROR: StatusBit.CONFIG_ERROR,
+    StatusMsw.MODULE_OK: StatusBit.MODULE_OK,
+}
+"""Status word 0 of a 3601, and the bit of the drive."""
+
+UNFIT = StatusBit.DRIVER_FAULT | StatusBit.STALL_DETECTED
+"""Status bits that end a command; a 3601 has no such bits."""
+
+PARTS = {CommandLsw.S_CURVE.value: 1, (CommandLsw.S_CURVE | CommandLsw.TRAPEZOIDAL).value: 3}
+"""Shapes: the time at the peak rate alone, divided by the time in which the rate rises."""
+
+JERK_SCALE = 100_000
+"""A rate in steps/ms/s reaches its peak in 100 / jerk seconds."""
+
+_SHAPE = (CommandLsw.S_CURVE | CommandLsw.TRAPEZOIDAL).value
+_JOGS = (CommandMsw.MANUAL_CW | CommandMsw.MANUAL_CCW).value
+_CONFIGURING = signed_word((StatusMsw.MODE_CONFIG | StatusMsw.MODULE_OK).value)
+
+
+def model_of(words: ModuleWords) -> Model | None:
+    """Return the model whose words a slot has; None for another module.
+
+    >>> from .models import ANF2
+    >>> model_of(ANF2.words).title
+    'ANF2'
+    """
+    return next((each for each in MODELS.values() if each.words == words), None)
+
+
+class DriveTranslation:
+    """The translation for one axis.
+
+    Attributes:
+        configuration: the ten words that `configure` sends, unsigned.
+        unfit: whether the drive last reported a stall or a fault of its driver.
+        enabled: whether it last reported that it is enabled.
+
+    Args:
+        model: a row of the family's models.
+        configuration: ten words, valid for the model.
+    """
+
+    def __init__(self, model: Model, configuration: Sequence[int]) -> None:
+        self.model = model
+        self.limits = Limits(model.limits.speed, model.limits.rate)
+        self.configuration = tuple(word & 0xFFFF for word in configuration)
+        self._set = configuration_of(self.configuration, model)
+        missing = dict.fromkeys(model.missing_commands, 0)
+        self._commands = _places(COMMANDS, {**missing, **model.moved_commands})
+        self._statuses = _places(STATUS, model.moved_status)
+        self._functions = USUAL.functions(self.configuration) if model.layout is Layout.SMD else ()
+        self._capture = _mask_of(self._functions, InputFunction.CAPTURE_ENCODER)
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget the words sent, and the stored minimum distance."""
+        self._minimum = 0
+        self._words: Sequence[int] = (0,) * 8  # of a 3601, as last sent
+        self.unfit, self.enabled = False, True
+
+    # -- from the drive
+
+    @property
+    def starting_speed(self) -> int:
+        """Starting speed of the configuration, steps/s."""
+        return self._set.starting_speed
+
+    def number(self, inputs: Sequence[int], first: int) -> int:
+        """Return the number in input words `first` and the next one."""
+        return self._set.input_format.join(inputs[first], inputs[first + 1]) or 0
+
+    def status(self, inputs: Sequence[int]) -> list[int]:
+        """Return the eight input words of a 3601 for the drive's ten, signed."""
+        word0, word1 = inputs[0] & 0xFFFF, inputs[1] & 0xFFFF
+        sends_configuration = self._words[0] < 0
+        if word0 & StatusBit.MODE_CONFIG or (self.model.leaves_configuration and sends_configuration):
+            return [_CONFIGURING, *(0,) * 7]
+        bits = word0 | word1 << 16
+        self.unfit = bool(bits & UNFIT) and self.model.layout is Layout.SMD
+        self.enabled = not self.model.enable_bit or bool(bits & StatusBit.DRIVE_ENABLED)
+        msw = sum(at for at, bit in self._statuses if bits & bit)
+        lsw = StatusLsw.IN_CAPTURE.value if word1 & self._capture else 0
+        if self._acknowledges(bits):
+            lsw |= StatusLsw.BLEND_ACK.value
+        if self._set.input_format is NumberFormat.THOUSANDS:
+            return [msw, lsw, *inputs[2:8]]
+        return [msw, lsw, *(word for at in (2, 4, 6) for word in split_reported(self.number(inputs, at)))]
+
+    def status_names(self, inputs: Sequence[int]) -> list[str]:
+        """Return the names of the status bits that are on."""
+        names = self.model.words.groups["status"]
+        return [name for name, at in names.items() if inputs[at.word] >> at.bit & 1]
+
+    def _acknowledges(self, bits: int) -> bool:
+        """Whether the drive has taken the present block of a blend profile, as BLEND_ACK says it."""
+        if not bits & StatusBit.ASSEMBLED_MODE or self.model.layout is not Layout.SMD:
+            return False
+        waits = bool(bits & StatusBit.WAITING_FOR_SEGMENT)
+        if self._words[7] == HEADER:
+            return waits and self._words[1] == PROGRAM_AND_TRANSMIT
+        return not waits
+
+    # -- to the drive
+
+    def command(self, words: Sequence[int]) -> list[int]:
+        """Return the drive's ten output words for a 3601's eight, signed."""
+        self._words = words
+        if words[0] < 0:
+            return [signed_word(word) for word in self.configuration]
+        target = 1000 * words[2] + words[3]
+        if words[1] & CommandLsw.STORE_MIN_REG:
+            self._minimum = target
+        registers = bool(words[0] & _JOGS and target)
+        split = self._set.output_format.split
+        found = [
+            signed_word(sum({bit for at, bit in self._commands if words[0] & at})),
+            0,
+            *split(target),
+            *split(1000 * words[4] + words[5]),
+            *words[6:8],
+            *(split(self._minimum) if registers else (0, self._jerk(words))),
+        ]
+        if self.model.layout is Layout.SMD:
+            found[0] |= self._programming(words)
+            found[1] = signed_word(self._modifiers(words, registers))
+        return found
+
+    @staticmethod
+    def _programming(words: Sequence[int]) -> int:
+        """Return the bits of word 0 for a block of a blend profile."""
+        if not words[1] & CommandLsw.BLEND_PROGRAM:
+            return 0
+        sends = words[1] & CommandLsw.BLEND_TRANSMIT and words[7] != HEADER
+        return (CommandBit.PROGRAM_ASSEMBLED | CommandBit.READ_ASSEMBLED_DATA * bool(sends)).value
+
+    @staticmethod
+    def _modifiers(words: Sequence[int], registers: bool) -> int:
+        found = Modifier.ENABLE_DRIVER
+        if registers:
+            found |= Modifier.REGISTRATION_MOVE
+        if words[0] & CommandMsw.RUN_BLEND_CCW:
+            found |= Modifier.REVERSE_BLEND
+        if words[1] & CommandLsw.HOME_PROXIMITY:
+            found |= Modifier.BACKPLANE_PROXIMITY
+        return found.value
+
+    def _jerk(self, words: Sequence[int]) -> int:
+        """Return the jerk of an S-curve, rounded down to the gentler one, 1 at least; 0 without S-curve."""
+        parts = PARTS.get(words[1] & _SHAPE, 0)
+        change = 1000 * words[4] + words[5] - self._set.starting_speed
+        if not parts or change <= 0:
+            return 0
+        exact = JERK_SCALE * parts * min(words[6], words[7]) // change
+        return max(1, min(self.model.limits.jerk, exact))
+
+
+def _places(rows: Mapping[int, Bit], moved: Mapping[Bit, int]) -> tuple[tuple[int, int], ...]:
+    """Return the rows with the places that a model has; a bit that it lacks is 0."""
+    return tuple((int(at), int(moved.get(bit, bit))) for at, bit in rows.items())
+
+
+def _mask_of(functions: Iterable[InputFunction], wanted: InputFunction) -> int:
+    """Return the inputs that have a function, bit n = input n + 1."""
+    return sum(1 << at for at, each in enumerate(functions) if each is wanted)

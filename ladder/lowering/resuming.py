@@ -1,0 +1,88 @@
+"""A program that begins with the values of an export, in the middle of its work.
+
+No prescan comes before its first scan, S:FS is off, and steps of charts stay active. State that instructions
+hide, and an export does not have, follows from the members that it has:
+
+| of | from |
+|---|---|
+| PID: integral term | the output, without a bump |
+| PID, one-shots, counters, flip-flops of diagrams: values of the previous scan | the present ones |
+| ALMD, ALMA: whether the condition is active, and since when | InAlarm, MinDurationACC |
+| steps and actions: time | T |
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ..instructions.charts import resume_chart
+from ..model.types import HIDDEN, DataType, Elementary, Structure, count_of
+from ..run.engine import Engine
+from ..state.memory import Value
+
+Visible = Callable[[str], Any]
+"""Gives the value of a member of an instance."""
+
+
+def _integral(pid: Visible) -> float:
+    """Return the integral term with which the output is SO, %."""
+    span = pid("MAXS") - pid("MINS")
+    error = 100 * pid("ERR") / span if span else 0.0
+    return float(pid("SO") - pid("KP") * error - pid("BIAS"))
+
+
+def _measured(pid: Visible) -> float:
+    """Return what the derivative is of."""
+    return float(pid("ERR") if pid("DOE") else pid("PV") if pid("CA") else -pid("PV"))
+
+
+_ALARM: Mapping[str, Callable[[Visible], Value]] = {
+    "active": lambda alarm: bool(alarm("InAlarm") or alarm("MinDurationACC")),
+    "since_ns": lambda alarm: -1_000_000 * int(alarm("MinDurationACC")),
+}
+
+HIDDEN_STATE: Mapping[str, Mapping[str, Callable[[Visible], Value]]] = {
+    "PID": {
+        "sum": _integral,
+        "last": _measured,
+        "error": lambda pid: float(pid("SP") - pid("PV")),
+    },
+    "FBD_ONESHOT": {"before": lambda shot: bool(shot("InputBit"))},
+    "FBD_COUNTER": {
+        "up": lambda counter: bool(counter("CUEnable")),
+        "down": lambda counter: bool(counter("CDEnable")),
+    },
+    "FLIP_FLOP_D": {"before": lambda one: bool(one("Clock"))},
+    "FLIP_FLOP_JK": {"before": lambda one: bool(one("Clock"))},
+    "ALARM_DIGITAL": {
+        **_ALARM,
+        "Ack": lambda alarm: bool(alarm("ProgAck")),
+        "Reset": lambda alarm: bool(alarm("ProgReset")),
+    },
+    "ALARM_ANALOG": {**_ALARM, "AckAll": lambda alarm: bool(alarm("ProgAckAll"))},
+}
+"""Hidden members by type, each with its value at the beginning."""
+
+
+def resume(engine: Engine) -> None:
+    """Set the hidden state of a fresh engine from the values that its tags begin with."""
+    layout = engine.lowered.layout
+    for tag in layout.tags().values():
+        _resume(engine, tag.name, tag.type, count_of(tag.dims))
+    for chart in engine.lowered.charts.values():
+        resume_chart(engine.interpreter, chart)
+
+
+def _resume(engine: Engine, path: str, kind: DataType, count: int) -> None:
+    if isinstance(kind, Elementary):
+        return
+    memory, layout = engine.memory, engine.lowered.layout
+    for name, value in HIDDEN_STATE.get(kind.name, {}).items():
+        leaf = layout.leaves.get(f"{path}.{HIDDEN}{name}".upper())
+        for index in range(count) if leaf is not None else ():
+            instance = memory.dump(path, kind, (), index)
+            memory.write(leaf, index, value(instance.__getitem__))  # type: ignore[arg-type]
+    for member in kind.own:
+        if isinstance(member.type, Structure):
+            _resume(engine, f"{path}.{member.name}", member.type, count * count_of(member.dims))

@@ -1,0 +1,73 @@
+"""An axis on a networked drive: its configuration, and the commands that it lacks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ....io_images.amci3601.bits import CommandLsw
+from ....io_images.amci3601.configuration import Configuration
+from ....io_images.drives.bits import CommandBit, Modifier
+from ....io_images.drives.configuration import broken_rules
+from ....io_images.drives.models import WORDS, Model
+from .blending import BlendProgramming
+from .command import Command
+from .kinds import GEAR, MINIMUM, PROGRAM_BLEND, REGISTRATION, RUN_BLEND
+
+_SHAPE = (CommandLsw.S_CURVE | CommandLsw.TRAPEZOIDAL).value
+_MODE = 0x8000
+
+AxisConfiguration = Configuration | tuple[int, ...]
+"""The configuration of a 3601, or the ten words of a networked drive, unsigned."""
+
+
+def checked_configuration(given: object) -> AxisConfiguration:
+    """Return a configuration as an axis keeps it; ValueError for anything else."""
+    if isinstance(given, Configuration):
+        return given
+    if isinstance(given, Sequence) and len(given) == WORDS and all(map(_is_word, given)):
+        words = tuple(word & 0xFFFF for word in given)
+        if not words[0] & _MODE:
+            raise ValueError(
+                f"configuration word 0 is {words[0]:04X}h: bit 15, configuration mode, must be on"
+            )
+        return words
+    raise ValueError(
+        f"configuration {given!r} is not a Configuration; for a networked drive it is {WORDS} words"
+    )
+
+
+def _is_word(given: object) -> bool:
+    return type(given) is int and -0x8000 <= given <= 0xFFFF
+
+
+def wrong_configuration(given: AxisConfiguration, model: Model | None) -> str:
+    """Return why a module can't have a configuration; "" if it can.
+
+    Args:
+        model: of the drive, or None for a module with a 3601's words.
+    """
+    if model is None:
+        return (
+            "" if isinstance(given, Configuration) else "its configuration is a Configuration, not ten words"
+        )
+    if isinstance(given, Configuration):
+        return f"its configuration is {WORDS} words, not a 3601's Configuration; see docs/drives.md"
+    broken = broken_rules(given, model)
+    return "; ".join(f"configuration: {rule.text} [{rule.id}, {rule.section}]" for rule in broken)
+
+
+def lacking(model: Model, command: Command) -> str:
+    """Return what a model lacks for a command; "" if it has all."""
+    kind, title = command.kind, model.title
+    curved = bool(command.words[1] & _SHAPE)
+    if kind is GEAR:
+        return f"the {title} follows no other encoder"
+    if kind in (REGISTRATION, MINIMUM) and not model.modifiers & Modifier.REGISTRATION_MOVE:
+        return f"registration moves of the {title} are not known"
+    if kind in (PROGRAM_BLEND, RUN_BLEND) and model.missing_commands & CommandBit.RUN_ASSEMBLED_MOVE:
+        return f"blends of the {title} are not known"
+    if isinstance(command, BlendProgramming):
+        return command.unfit_for_drives
+    if kind is REGISTRATION and curved:
+        return "a registration move of a drive has no S-curve"
+    return f"the {title} has no S-curve" if curved and not model.jerk else ""

@@ -1,0 +1,22 @@
+"""Comparison of two versions of an export: what a reviewer asks for first.
+
+| file | content |
+|---|---|
+| `outline` | an export as items with fields, sequences and inner items |
+| `pruning`, `l5x` | an L5X as an outline with all its attributes and texts, less what two versions share |
+| `slc` | the text of RSLogix 500 as an outline |
+| `alignment` | two sequences side by side in nearly linear time |
+| `renames` | tags with a new name, by their uses |
+| `comparison` | the differences of two outlines |
+| `opening` | which of the two formats; two files to their comparison |
+| `page`, `page_style`, `rung_pictures` | the comparison as one HTML file |
+| `pairing` | rungs and lines: the same, moved, changed |
+
+Neither version needs to run: refused parts are compared as well.
+"""
+
+from .comparison import Comparison, Difference
+from .opening import compare_exports, text_of_export
+from .page import page_of
+
+__all__ = ["Comparison", "Difference", "compare_exports", "page_of", "text_of_export"]

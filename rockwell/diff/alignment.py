@@ -1,0 +1,102 @@
+"""Two sequences side by side: what is the same, and in which order, in nearly linear time.
+
+1. What both begin and end with is the same.
+2. Keys that both have once are anchors; the longest chain of anchors in both orders stays, and the stretches
+   between them are aligned in the same way.
+3. A short stretch without an anchor is aligned by `difflib`; a long one by the first, second, … of each key.
+
+Thousands of equal rungs have no anchor, and `difflib` would compare each with each.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections import Counter, defaultdict
+from collections.abc import Hashable, Iterator, Sequence
+from difflib import SequenceMatcher
+
+SMALL = 1_024
+"""Longest product of two lengths for `difflib`."""
+
+DEEPEST = 40
+"""Levels of anchors between anchors."""
+
+Pair = tuple[int, int]
+
+
+def aligned(old: Sequence[Hashable], new: Sequence[Hashable]) -> list[Pair]:
+    """Return the places of equal keys in both orders, each place once.
+
+    >>> aligned("abcd", "axcbd")
+    [(0, 0), (2, 2), (3, 4)]
+    """
+    return sorted(_pairs(old, new))
+
+
+def _pairs(old: Sequence[Hashable], new: Sequence[Hashable]) -> Iterator[Pair]:
+    todo = [(0, len(old), 0, len(new), 0)]
+    while todo:
+        i, j, k, n, depth = todo.pop()
+        while i < j and k < n and old[i] == new[k]:
+            yield i, k
+            i, k = i + 1, k + 1
+        while i < j and k < n and old[j - 1] == new[n - 1]:
+            j, n = j - 1, n - 1
+            yield j, n
+        if i == j or k == n:
+            continue
+        anchors = _anchors(old, new, (i, j, k, n)) if depth < DEEPEST else []
+        if not anchors:
+            yield from _without_anchor(old, new, (i, j, k, n))
+            continue
+        yield from anchors
+        for (at, from_k), (to, to_k) in zip(
+            [(i, k), *((a + 1, b + 1) for a, b in anchors)], [*anchors, (j, n)], strict=True
+        ):
+            todo.append((at, to, from_k, to_k, depth + 1))
+
+
+def _anchors(old: Sequence[Hashable], new: Sequence[Hashable], span: tuple[int, ...]) -> list[Pair]:
+    i, j, k, n = span
+    once = Counter(old[i:j])
+    others = Counter(new[k:n])
+    places = {new[at]: at for at in range(k, n) if others[new[at]] == 1}
+    return longest_chain(
+        [(at, places[old[at]]) for at in range(i, j) if once[old[at]] == 1 and old[at] in places]
+    )
+
+
+def _without_anchor(
+    old: Sequence[Hashable], new: Sequence[Hashable], span: tuple[int, ...]
+) -> Iterator[Pair]:
+    i, j, k, n = span
+    if (j - i) * (n - k) <= SMALL:
+        matcher = SequenceMatcher(None, old[i:j], new[k:n], autojunk=False)
+        for block in matcher.get_matching_blocks():
+            yield from ((i + block.a + at, k + block.b + at) for at in range(block.size))
+        return
+    places: defaultdict[Hashable, list[int]] = defaultdict(list)
+    for at in range(n - 1, k - 1, -1):
+        places[new[at]].append(at)
+    yield from longest_chain([(at, places[old[at]].pop()) for at in range(i, j) if places.get(old[at])])
+
+
+def longest_chain(pairs: Sequence[Pair]) -> list[Pair]:
+    """Return the longest part of pairs, which ascend in the first place, that ascends in the second one.
+
+    >>> longest_chain([(0, 5), (1, 1), (2, 2), (3, 9)])
+    [(1, 1), (2, 2), (3, 9)]
+    """
+    ends: list[int] = []
+    last: list[int] = []
+    before: list[int] = []
+    for number, (_, place) in enumerate(pairs):
+        at = bisect_left(ends, place)
+        before.append(last[at - 1] if at else -1)
+        ends[at : at + 1], last[at : at + 1] = [place], [number]
+    chain: list[Pair] = []
+    at = last[-1] if last else -1
+    while at >= 0:
+        chain.append(pairs[at])
+        at = before[at]
+    return chain[::-1]

@@ -1,0 +1,451 @@
+"""The differences of two outlines.
+
+| kind | what |
+|---|---|
+| added, removed | an item or a step that one version has |
+| changed | fields of an item; a step that is alike; a comment |
+| moved | a rung or a line in another order, which logic is executed in |
+| renamed | an item with the same content, a tag with the same uses |
+
+The order of what has a name, dates, authors, blanks and places on a sheet are apart: they change nothing
+that runs.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from .alignment import longest_chain
+from .outline import ELEMENT, CommonPart, Field, Item, Step, canonical_lines, place_of
+from .pairing import Pairing, paired, without_followers
+from .renames import TAGS, renamed, with_new_names
+
+ADDED, REMOVED, CHANGED, MOVED, RENAMED = "added", "removed", "changed", "moved", "renamed"
+
+MOST_LINES = 100
+"""Lines of a difference that are printed."""
+
+ORDERED = frozenset({"parameter"})
+"""Items whose order is that of operands in a call."""
+
+ORDER, DATES, LAYOUT = (
+    "the order of",
+    "dates, authors and options of",
+    "blanks and places on the sheet of",
+)
+"""What is apart."""
+
+
+@dataclass(frozen=True, slots=True)
+class Difference:
+    """A difference of two versions."""
+
+    kind: str  # `ADDED`, `REMOVED`, `CHANGED`, `MOVED` or `RENAMED`
+    what: str  # "rung", "line", "element", "comment", or what an item is: "tag", "routine", "data type", …
+    owner: str  # program or add-on and routine that it is in, "" for the controller's
+    name: str  # its name, or "rung 3"
+    line: int  # its line in the new file, for removals in the old one
+    before: str  # the old text, "" for additions
+    after: str  # the new text, "" for removals
+    was: str = ""  # the old name of a renamed item, the old place of a moved or changed step if it is another
+    old: tuple[Step, ...] = ()  # steps of the old version that are drawn
+    new: tuple[Step, ...] = ()
+    head: str = ""  # of an added or removed item: its text without these steps
+
+    @property
+    def where(self) -> str:
+        """Its owner and its name."""
+        return ", ".join(filter(None, (self.owner, self.name)))
+
+    @property
+    def heading(self) -> str:
+        """What it is, in a line."""
+        numbered = self.name.startswith(f"{self.what} ")
+        thing = self.name if numbered else " ".join(filter(None, (self.what, self.name)))
+        if self.what == "comment":
+            thing = f"comment of {self.name}"
+        was = f", was {self.was}" if self.was else ""
+        return f"{thing} {self.kind}{was} (line {self.line})"
+
+    def lines(self) -> Iterator[str]:
+        """Yield it as lines of text."""
+        yield self.heading
+        if self.kind == MOVED:
+            yield from _some("    ", self.after)
+            return
+        yield from _some("  - ", self.before)
+        yield from _some("  + ", self.after)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for `--json`."""
+        return {
+            **{name: getattr(self, name) for name in ("kind", "what", "where", "line", "was")},
+            "before": self.before,
+            "after": self.after,
+        }
+
+
+def _some(mark: str, text: str) -> Iterator[str]:
+    lines = text.splitlines()
+    yield from (f"{mark}{each}" for each in lines[:MOST_LINES])
+    if len(lines) > MOST_LINES:
+        yield f"{mark}… {len(lines) - MOST_LINES:,} more lines"
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """All differences of two versions, and what is apart."""
+
+    differences: tuple[Difference, ...]
+    apart: tuple[str, ...]
+
+    def lines(self) -> Iterator[str]:
+        """Yield it as lines of text, grouped by program and routine."""
+        for owner, group in self.by_owner().items():
+            indent = "  " if owner else ""
+            yield from filter(None, [owner])
+            yield from (f"{indent}{line}" for each in group for line in each.lines())
+        yield self.summary
+        yield from (f"not counted: {each}" for each in self.apart)
+
+    def as_json(self) -> dict[str, Any]:
+        """Return it for `--json`."""
+        return {"differences": [each.as_json() for each in self.differences], "apart": list(self.apart)}
+
+    def by_owner(self) -> dict[str, list[Difference]]:
+        """Return the differences by program and routine, those of the controller first."""
+        found: defaultdict[str, list[Difference]] = defaultdict(list)
+        for each in self.differences:
+            found[each.owner].append(each)
+        return dict(sorted(found.items(), key=lambda group: bool(group[0])))
+
+    @property
+    def summary(self) -> str:
+        """The differences in a line: `3 differences: 1 tag added, 2 rungs changed`."""
+        counts = Counter((each.what, each.kind) for each in self.differences)
+        parts = [f"{count} {what}{'s'[: count > 1]} {kind}" for (what, kind), count in counts.items()]
+        total = len(self.differences)
+        return f"{total:,} difference{'s'[: total > 1]}: {', '.join(parts)}" if total else "no difference"
+
+
+def compared(old: Item, new: Item) -> Comparison:
+    """Compare two outlines."""
+    comparer = _Comparer()
+    comparer.item(old, new, "")
+    return Comparison(tuple(comparer.differences()), tuple(comparer.apart_lines()))
+
+
+@dataclass(slots=True)
+class _Scope:
+    """What a program, an add-on or the controller has, until its renamed tags are known."""
+
+    old: list[Item] = field(default_factory=list)  # removed items
+    new: list[Item] = field(default_factory=list)  # added items
+    before: list[Step] = field(default_factory=list)
+    after: list[Step] = field(default_factory=list)
+
+
+@dataclass(frozen=True, slots=True)
+class _Routine:
+    """A pair of routines whose steps are compared last."""
+
+    owner: str
+    old: Item
+    new: Item
+
+
+@dataclass(frozen=True, slots=True)
+class _One:
+    """An item of one version."""
+
+    owner: str
+    kind: str
+    item: Item
+
+
+class _Comparer:
+    """Compares items, then tags by their uses, then steps."""
+
+    def __init__(self) -> None:
+        self._found: list[Difference | _Routine | _One] = []
+        self._scopes: defaultdict[str, _Scope] = defaultdict(_Scope)
+        self._apart: defaultdict[str, list[str]] = defaultdict(list)
+
+    # --- items
+
+    def item(self, old: Item, new: Item, owner: str) -> None:
+        """Compare two items of one name, or renamed ones."""
+        place = place_of(owner, new)
+        self._fields(old, new, owner)
+        if old.dates != new.dates:
+            self._apart[DATES].append(place or f"the {new.what}".replace("export", "file"))
+        if old.steps or new.steps:
+            self._found.append(_Routine(place, old, new))
+            for scope in {"", owner}:
+                self._scopes[scope].before += old.steps
+                self._scopes[scope].after += new.steps
+        self._items(old.items, new.items, place)
+
+    def _fields(self, old: Item, new: Item, owner: str) -> None:
+        before, after = _different(old.fields, new.fields)
+        if not before and not after:
+            before, after = _different(old.details, new.details)
+        for texts, item in ((before, old), (after, new)):
+            order = _order_of_members(old, new, item)
+            texts += [f"order of members = {order}"] if order else []
+        if before or after:
+            name = new.name if new.name else ""
+            self._found.append(
+                Difference(CHANGED, new.what, owner, name, new.line, "\n".join(before), "\n".join(after))
+            )
+
+    def _items(self, old: Sequence[Item | CommonPart], new: Sequence[Item | CommonPart], place: str) -> None:
+        old, new, pairs = _without_shared(old, new)
+        ours = {i: each for i, each in enumerate(old) if isinstance(each, Item)}
+        theirs = {k: each for k, each in enumerate(new) if isinstance(each, Item)}
+        by_key: dict[tuple[str, str], list[int]] = defaultdict(list)
+        for i in sorted(ours, reverse=True):
+            by_key[ours[i].key].append(i)
+        added: list[int] = []
+        for k, item in theirs.items():
+            if by_key[item.key]:
+                pairs[k] = by_key[item.key].pop()
+            else:
+                added.append(k)
+        removed = sorted(i for each in by_key.values() for i in each)
+        for k, i in _same_content(ours, removed, theirs, added).items():
+            pairs[k] = i
+            added.remove(k)
+            removed.remove(i)
+            self._renamed(ours[i], theirs[k], place)
+        self._orders([each.what for each in new], pairs, new, place)
+        self._one_sided(place, REMOVED, [ours[i] for i in removed])
+        for k, item in theirs.items():
+            if k in pairs and item.name.upper() == ours[pairs[k]].name.upper():
+                self.item(ours[pairs[k]], item, place)
+            elif k not in pairs:
+                self._one_sided(place, ADDED, [item])
+
+    def _renamed(self, old: Item, new: Item, owner: str) -> None:
+        self._found.append(Difference(RENAMED, new.what, owner, new.name, new.line, "", "", old.name))
+
+    def _one_sided(self, owner: str, kind: str, items: Sequence[Item]) -> None:
+        for each in items:
+            self._found.append(_One(owner, kind, each))
+            scope = self._scopes[owner]
+            (scope.old if kind == REMOVED else scope.new).append(each)
+
+    def _orders(
+        self, kinds: Sequence[str], pairs: dict[int, int], new: Sequence[Item | CommonPart], place: str
+    ) -> None:
+        by_kind: defaultdict[str, list[tuple[int, int]]] = defaultdict(list)
+        for k in sorted(pairs):
+            by_kind[kinds[k]].append((k, pairs[k]))
+        for what, both in by_kind.items():
+            if len(longest_chain(both)) == len(both):
+                continue
+            if what in ORDERED:
+                names = [_name(new[k]) for k, _ in both]
+                was = [_name(new[k]) for k, _ in sorted(both, key=lambda pair: pair[1])]
+                before, after = (f"order of {what}s = {', '.join(each)}" for each in (was, names))
+                line = new[both[0][0]].line
+                self._found.append(Difference(CHANGED, "add-on", "", place, line, before, after))
+            else:
+                self._apart[ORDER].append(f"{what}s of {place}" if place else f"{what}s")
+
+    # --- tags, then steps
+
+    def differences(self) -> Iterator[Difference]:
+        """Yield the differences in the order of the new version."""
+        names = {
+            owner: renamed(each.old, each.new, each.before, each.after)
+            for owner, each in self._scopes.items()
+        }
+        for each in self._found:
+            if isinstance(each, Difference):
+                yield each
+            elif isinstance(each, _One):
+                yield from _one(each, names.get(each.owner, {}))
+            else:
+                # the tags of the routine's program hide the controller's
+                program = each.owner.rpartition(", ")[0]
+                yield from self._steps(each, {**names.get("", {}), **names.get(program, {})})
+
+    def _steps(self, routine: _Routine, names: dict[str, Item]) -> Iterator[Difference]:
+        old = [with_new_names(each, names) for each in routine.old.steps]
+        for pair in without_followers(paired(old, routine.new.steps)):
+            yield from self._step(routine.owner, pair)
+
+    def _step(self, owner: str, pair: Pairing) -> Iterator[Difference]:
+        old, new = pair.old, pair.new
+        if new is None:
+            assert old is not None
+            yield _difference(REMOVED, owner, old, None)
+        elif old is None:
+            yield _difference(ADDED, owner, None, new)
+        elif pair.moved and new.what == ELEMENT:
+            self._note(ORDER, f"elements of {owner}")
+        elif pair.moved:
+            yield _difference(MOVED, owner, old, new)
+        elif old.key != new.key:
+            yield _difference(CHANGED, owner, old, new)
+        elif old.layout != new.layout:
+            self._note(LAYOUT, owner)
+        if old is not None and new is not None and old.comment != new.comment:
+            where = _name_of(new)
+            yield Difference(
+                CHANGED, "comment", owner, where, new.line, old.comment, new.comment, "", (old,), (new,)
+            )
+
+    def _note(self, what: str, where: str) -> None:
+        if where not in self._apart[what]:
+            self._apart[what].append(where)
+
+    def apart_lines(self) -> Iterator[str]:
+        """Yield what is apart, a line for each kind."""
+        yield from (f"{what} {', '.join(where)}" for what, where in self._apart.items())
+
+
+def _without_shared(
+    old: Sequence[Item | CommonPart], new: Sequence[Item | CommonPart]
+) -> tuple[list[Item | CommonPart], list[Item | CommonPart], dict[int, int]]:
+    """Return two lists that share all that is still shared, and the places of it: new ones with old ones."""
+    counts = Counter(each.content for each in old if isinstance(each, CommonPart)) & Counter(
+        each.content for each in new if isinstance(each, CommonPart)
+    )
+    before, after = _opened(old, counts.copy()), _opened(new, counts)
+    places: defaultdict[bytes, list[int]] = defaultdict(list)
+    for i in range(len(before) - 1, -1, -1):
+        each = before[i]
+        if isinstance(each, CommonPart):
+            places[each.content].append(i)
+    return (
+        before,
+        after,
+        {k: places[each.content].pop() for k, each in enumerate(after) if isinstance(each, CommonPart)},
+    )
+
+
+def _opened(items: Sequence[Item | CommonPart], counts: Counter[bytes]) -> list[Item | CommonPart]:
+    """Open what the other list does not share."""
+    found: list[Item | CommonPart] = []
+    for each in items:
+        if isinstance(each, Item):
+            found.append(each)
+        elif counts[each.content] > 0:
+            counts[each.content] -= 1
+            found.append(each)
+        else:
+            found += each.open()
+    return found
+
+
+def _same_content(
+    ours: dict[int, Item], removed: Sequence[int], theirs: dict[int, Item], added: Sequence[int]
+) -> dict[int, int]:
+    """Return the places of added items whose content is that of one removed item, with its place."""
+    if not removed or not added:
+        return {}
+    old, new = (_by_content(items, places) for items, places in ((ours, removed), (theirs, added)))
+    return {
+        new[content][0]: places[0]
+        for content, places in old.items()
+        if len(places) == 1 and len(new.get(content, ())) == 1
+    }
+
+
+def _by_content(items: dict[int, Item], places: Sequence[int]) -> dict[str, list[int]]:
+    found: defaultdict[str, list[int]] = defaultdict(list)
+    for place in places:
+        item = items[place]
+        if item.what not in TAGS and (item.steps or item.items or item.what in ("data type", "module")):
+            found["\n".join(canonical_lines(replace(item, name="")))].append(place)
+    return found
+
+
+def _different(old: Sequence[Field], new: Sequence[Field]) -> tuple[list[str], list[str]]:
+    """Return the fields that only one version has."""
+    if old == new:
+        return [], []
+    before, after = Counter(old), Counter(new)
+    return [f"{label} = {text}" for label, text in before - after], [
+        f"{label} = {text}" for label, text in after - before
+    ]
+
+
+def _order_of_members(old: Item, new: Item, item: Item) -> str:
+    """Return the order of members that both have, "" if it is the same: the layout of a type in memory."""
+    if old.what != "data type":
+        return ""
+    orders = [[label for label, _ in each.fields if label.startswith("member ")] for each in (old, new)]
+    common = set(orders[0]) & set(orders[1])
+    before, after = ([each for each in order if each in common and "." not in each] for order in orders)
+    if before == after:
+        return ""
+    return ", ".join(each.removeprefix("member ") for each in (before if item is old else after))
+
+
+def _name(item: Item | CommonPart) -> str:
+    return ", ".join(each.name for each in item.open()) if isinstance(item, CommonPart) else item.name
+
+
+def _one(each: _One, names: dict[str, Item]) -> Iterator[Difference]:
+    """Yield an item of one version; a renamed tag once, with what else is different."""
+    item = each.item
+    if each.kind == REMOVED and item.what in TAGS and (new := names.get(item.name.upper())) is not None:
+        before, after = _different(item.fields, new.fields)
+        texts = "\n".join(before), "\n".join(after)
+        yield Difference(RENAMED, item.what, each.owner, new.name, new.line, *texts, item.name)
+        return
+    if each.kind == ADDED and item.what in TAGS and any(item is new for new in names.values()):
+        return
+    removed = each.kind == REMOVED
+    text, steps = _text_of(item, steps=True), _all_steps(item)
+    yield Difference(
+        each.kind,
+        item.what,
+        each.owner,
+        item.name,
+        item.line,
+        before=text if removed else "",
+        after="" if removed else text,
+        old=steps if removed else (),
+        new=() if removed else steps,
+        head=_text_of(item, steps=False),
+    )
+
+
+def _text_of(item: Item, *, steps: bool) -> str:
+    inner = (line for part in item.opened() for line in canonical_lines(part, steps=steps))
+    return "\n".join((*item.lines(steps=steps), *inner))
+
+
+def _all_steps(item: Item) -> tuple[Step, ...]:
+    return (*item.steps, *(step for each in item.opened() for step in _all_steps(each)))
+
+
+def _name_of(step: Step) -> str:
+    return "" if step.what == ELEMENT else f"{step.what} {step.number}"
+
+
+def _difference(kind: str, owner: str, old: Step | None, new: Step | None) -> Difference:
+    step = new or old
+    assert step is not None
+    was = _name_of(old) if old is not None and new is not None and old.number != new.number else ""
+    if step.what == ELEMENT or (kind == CHANGED and old is not None and new is not None):
+        was = ""
+    return Difference(
+        kind,
+        step.what,
+        owner,
+        _name_of(step),
+        step.line,
+        "" if old is None else old.text,
+        "" if new is None else new.text,
+        was,
+        () if old is None else (old,),
+        () if new is None else (new,),
+    )

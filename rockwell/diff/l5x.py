@@ -1,0 +1,361 @@
+"""An L5X as an outline: every attribute and every text is a field or a step of some item.
+
+What is not known here is a field with the path of its elements as its label, so that nothing differs unseen.
+
+    <Tag Name="Fill" DataType="TIMER"> … Name="PRE" Value="5000"/>     DataType = TIMER, .PRE = 5000
+    <Port Id="1" Address="3"/> of a module                             Port 1.Address = 3
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from hashlib import sha256
+from typing import Any
+
+from ..l5x.xml.elements import line_of_text
+from ..l5x.xml.parsing import L5xError, checked, parsed
+from ..l5x.xml.spans import ROOT
+from .outline import ELEMENT, LINE, RUNG, CommonPart, Field, Item, Step
+from .pruning import CUT, PrunedDocument, pruned
+
+KINDS: Mapping[str, str] = {
+    ROOT: "export",
+    "Controller": "controller",
+    "DataType": "data type",
+    "Module": "module",
+    "AddOnInstructionDefinition": "add-on",
+    "AddOnInstruction": "add-on",
+    "EncodedData": "encoded source",
+    "Parameter": "parameter",
+    "LocalTag": "local tag",
+    "Tag": "tag",
+    "Program": "program",
+    "Routine": "routine",
+    "Task": "task",
+    "Trend": "trend",
+}
+"""Elements that are items."""
+
+DATES = frozenset(
+    {
+        *("ExportDate", "LastModifiedDate", "ProjectCreationDate", "CreatedDate", "EditedDate"),
+        *("TargetLastEdited", "Owner", "CreatedBy", "EditedBy", "ExportOptions"),
+    }
+)
+"""Attributes that say when, by whom and how it was exported."""
+
+PLACES = frozenset(("X", "Y", "HideDesc", "DescX", "DescY", "DescWidth", "Show", "ShowActions", "Width"))
+"""Attributes of a chart's elements that are of its picture only."""
+
+_KEYS = ("Name", "Id", "ID", "Operand", "Index", "Number", "Format", "Lang")
+"""Attributes that name an element among its siblings."""
+
+_GROUPS = frozenset(
+    {
+        *("DataTypes", "Modules", "AddOnInstructionDefinitions", "Tags", "Programs", "Tasks", "Trends"),
+        *("Routines", "Parameters", "LocalTags", "Members", "Comments", "Ports", "Connections"),
+        *("ScheduledPrograms", "Dependencies", "QuickWatchLists", "ParameterConnections", "DataLogs"),
+    }
+)
+"""Elements that group others: an empty one says nothing."""
+
+_VALUES = {"Data": "", "DefaultData": "default", "ForceData": "force"}
+_TEXTS = re.compile(r"('(?:[^'$]++|\$.)*+')")
+
+
+def outlines(old: bytes, new: bytes, files: tuple[str, str]) -> tuple[Item, Item]:
+    """Read two L5X files, without what both have; an L5xError for one that can't be read."""
+    documents = [checked(data, file) for data, file in zip((old, new), files, strict=True)]
+    root = parsed(documents[1], files[1])  # all that is cut out of either is in it
+    if documents[0] == documents[1]:
+        same = Item("export", "", _checked_root(root, files[1]))
+        return same, same
+    before, after = (
+        _L5xOutline(file, cut).root()
+        for file, cut in zip(files, pruned(documents[0], documents[1]), strict=True)
+    )
+    return before, after
+
+
+def outline(data: bytes, file: str) -> Item:
+    """Read an L5X file; an L5xError for one that can't be read."""
+    return _L5xOutline(file, PrunedDocument(checked(data, file), [])).root()
+
+
+def rung_key(text: str) -> str:
+    """Return a rung's text without blanks outside of its strings.
+
+    >>> rung_key("EQU( S ,'a b') ;")
+    "EQU(S,'a b');"
+    """
+    parts = _TEXTS.split(text)
+    return "".join(part if number % 2 else "".join(part.split()) for number, part in enumerate(parts))
+
+
+def _checked_root(root: Any, file: str) -> int:
+    """Return the line of a root, or raise an L5xError if it is not that of an L5X."""
+    line = int(root.sourceline or 1)
+    if root.tag != ROOT:
+        raise L5xError(file, line, f"its root is {root.tag}, that of an L5X is {ROOT}")
+    return line
+
+
+class _L5xOutline:
+    """Builds items from elements; `shift` is the line of the document's beginning."""
+
+    def __init__(self, file: str, document: PrunedDocument, shift: int = 0) -> None:
+        self._file, self._document, self._shift = file, document, shift
+
+    def root(self) -> Item:
+        root = parsed(self._document.data, self._file)
+        _checked_root(root, self._file)
+        return self._item(root)
+
+    def _line(self, element: Any) -> int:
+        return int(element.sourceline or 0) + self._shift
+
+    def _shared(self, element: Any) -> CommonPart:
+        content = self._document.cuts[int(element.get("N"))]
+        what = KINDS[content[1:60].split(None, 1)[0].decode().rstrip("/>")]
+        return CommonPart(what, content, self._line(element), self._read)
+
+    def _read(self, content: bytes, line: int) -> list[Item]:
+        inner = _L5xOutline(self._file, PrunedDocument(content, []), line - 1)
+        parts = parsed(b"<Cut>%b</Cut>" % content, self._file, line)
+        return [inner._item(each) for each in parts]
+
+    def _item(self, element: Any) -> Item:
+        what = KINDS[element.tag]
+        named = what not in ("export", "controller")  # there is one of them
+        item = Item(what, element.get("Name", "") if named else "", self._line(element))
+        skipped = {"Name"} if named else set()
+        for name, text in element.attrib.items():
+            if name in DATES:
+                item.dates.append((name, text))
+            elif name not in skipped:
+                item.fields.append((name, text))
+        if what == "encoded source":
+            digest = sha256("".join(element.itertext()).encode()).hexdigest()
+            item.fields.append(("SHA-256 of its content", digest))
+            return item
+        self._inside(element, "", item, Counter())
+        return item
+
+    # --- fields
+
+    def _inside(self, element: Any, path: str, item: Item, seen: Counter[str]) -> None:
+        """Add the children of an element, and its text."""
+        decorated = any(
+            each.get("Format") == "Decorated" for each in element.iterchildren("Data", "DefaultData")
+        )
+        for child in element.iterchildren("*"):
+            tag = child.tag
+            if tag == CUT and self._document.cuts:
+                item.items.append(self._shared(child))
+            elif tag in KINDS and (child.get("Name") is not None or tag == "Controller"):
+                item.items.append(self._item(child))
+            elif tag in _STEPS:
+                item.steps += _STEPS[tag](self, child, len(item.steps))
+            elif tag in _VALUES:
+                self._values(child, path, item, repeated=decorated)
+            elif tag == "Member":
+                self._member(child, item, seen)
+            elif tag == "ScheduledPrograms":
+                names = [each.get("Name", "") for each in child.iterchildren("*")]
+                item.fields.append(("programs", ", ".join(names)))
+            else:
+                self._other(child, path, item, seen)
+
+    def _other(self, element: Any, path: str, item: Item, seen: Counter[str]) -> None:
+        """Add an element that nothing is known of: its attributes and its text, by its path.
+
+        One without either only holds others together.
+        """
+        text = _own_text(element)
+        given = element.attrib
+        if not given and not text and (len(element) or element.tag in _GROUPS):
+            self._inside(element, path, item, seen)
+            return
+        key = next((name for name in _KEYS if name in given), "")
+        label = _joined(path, f"{element.tag} {given[key]}" if key else element.tag)
+        seen[label] += 1
+        if seen[label] > 1:
+            label += f" #{seen[label]}"
+        shown = [(name, each) for name, each in given.items() if name != key]
+        for name, each in shown:
+            kept = item.dates if name in DATES else item.fields
+            kept.append((f"{label}.{name}", each))
+        if text or not (shown or len(element)):
+            item.fields.append((label, text))
+        self._inside(element, label, item, seen)
+
+    def _member(self, element: Any, item: Item, seen: Counter[str]) -> None:
+        """Add a member of a data type: its type, and what else it has."""
+        given = dict(element.attrib)
+        label = f"member {given.pop('Name', '')}"
+        kind, dims = given.pop("DataType", ""), given.pop("Dimension", given.pop("Dimensions", "0"))
+        rest = ", ".join(f"{name} {text}" for name, text in given.items())
+        item.fields.append(
+            (label, f"{kind}{'' if dims in ('0', '') else f'[{dims}]'}{rest and f' ({rest})'}")
+        )
+        self._inside(element, label, item, seen)
+
+    def _values(self, element: Any, path: str, item: Item, *, repeated: bool) -> None:
+        """Add the values of a tag by their members; what repeats them is a detail."""
+        form, begin = element.get("Format", ""), f"{path} {_VALUES[element.tag]}".strip()
+        if form == "Decorated":
+            for value, member in _decorated(element, ""):
+                item.fields.append((f"{begin}{member}" or "value", value))
+            item.details.append((f"{begin or 'values'}, as decorated data", _markup(element)))
+        elif form in ("L5K", "String", "") and not len(element):
+            kept = item.details if repeated else item.fields
+            label = " ".join(filter(None, (begin or "value", form != "String" and form)))
+            kept.append((label, " ".join(_text(element).split()) if form == "L5K" else _text(element)))
+        else:
+            self._other(element, begin, item, Counter())
+
+    # --- steps
+
+    def rungs(self, content: Any, number: int) -> Iterator[Step]:
+        """Yield the rungs of a routine."""
+        for place, each in enumerate(content.iterchildren("*"), number):
+            texts = [each.text for each in each.iterchildren("Text")] or [""]
+            text = (
+                (texts[0] or "").strip()
+                if len(texts) == 1
+                else "\n".join(map(_text, each.iterchildren("Text")))
+            )
+            first = next(each.iterchildren("Text"), None)
+            comment = "\n".join(_text(inner) for inner in each.iterchildren("Comment"))
+            kind = each.get("Type", "N")
+            marks = [kind] if kind != "N" else []
+            marks += [
+                f"{name}={said}" for name, said in each.attrib.items() if name not in ("Number", "Type")
+            ]
+            marks += [
+                _markup(inner) for inner in each.iterchildren("*") if inner.tag not in ("Text", "Comment")
+            ]
+            shown = f"{', '.join(marks)}: {text}" if marks else text
+            line = self._line(each) if first is None else line_of_text(first) + self._shift
+            yield Step(RUNG, place, shown, rung_key(shown), comment, line)
+
+    def lines(self, content: Any, number: int) -> Iterator[Step]:
+        """Yield the lines of a structured text that are not blank."""
+        kind = content.get("OnlineEditType", "")
+        printed = list(content.iterchildren("Line")) or [content]
+        blanks = place = 0
+        for each in printed:
+            for offset, line in enumerate("".join(each.itertext()).strip("\r\n").splitlines()):
+                words = " ".join(line.split())
+                place += 1
+                if not words:
+                    blanks += 1
+                    continue
+                shown = f"{kind}: {line.rstrip()}" if kind else line.rstrip()
+                at = line_of_text(each) + self._shift + offset
+                yield Step(LINE, number + place, shown, f"{kind} {words}", "", at, layout=f"{blanks}{line}")
+                blanks = 0
+
+    def chart(self, content: Any, number: int) -> Iterator[Step]:
+        """Yield the elements of a chart or of the sheets of a diagram, their connections by name."""
+        head = content.get("OnlineEditType", "")
+        place = number
+        for sheet in [content, *content.iterchildren("Sheet")]:
+            names = _names(sheet)
+            inner = sheet.iter("*") if sheet.tag == "Sheet" else _outside_of_sheets(sheet)
+            for each in inner:
+                text = _element_text(each, names)
+                if text:
+                    layout = " ".join(
+                        f"{name}={said}" for name, said in each.attrib.items() if name in PLACES
+                    )
+                    shown = f"{head}: {text}" if head else text
+                    key, name = " ".join(shown.split()), names.get(each.get("ID", ""), "")
+                    yield Step(ELEMENT, place, shown, key, "", self._line(each), name, layout)
+                    place += 1
+
+
+_STEPS: Mapping[str, Callable[[_L5xOutline, Any, int], Iterator[Step]]] = {
+    "RLLContent": _L5xOutline.rungs,
+    "STContent": _L5xOutline.lines,
+    "FBDContent": _L5xOutline.chart,
+    "SFCContent": _L5xOutline.chart,
+}
+"""Contents of routines."""
+
+
+def _joined(path: str, name: str) -> str:
+    return f"{path}.{name}" if path else name
+
+
+def _text(element: Any) -> str:
+    return "".join(element.itertext()).strip()
+
+
+def _own_text(element: Any) -> str:
+    """Return the text of an element without that of those inside it."""
+    if not len(element):
+        return (element.text or "").strip()
+    return " ".join(
+        filter(None, ((each or "").strip() for each in (element.text, *(inner.tail for inner in element))))
+    )
+
+
+def _markup(element: Any) -> str:
+    """Return all of an element on one line: for what is only shown if nothing else differs."""
+    parts = []
+    for each in element.iter("*"):
+        given = " ".join(f'{name}="{text}"' for name, text in sorted(each.attrib.items()))
+        parts.append(" ".join(filter(None, (str(each.tag), given, (each.text or "").strip()))))
+    return "; ".join(parts)
+
+
+def _decorated(element: Any, path: str) -> Iterator[Field]:
+    """Yield decorated values and their paths: `.PRE`, `[3].Name`; a force has its own."""
+    for each in element.iterchildren("*"):
+        index = each.get("Index")
+        name = each.get("Name")
+        here = path + (index if index is not None else f".{name}" if name is not None else "")
+        for attribute, mark in (("Value", ""), ("ForceValue", " forced")):
+            if attribute in each.attrib:
+                yield each.get(attribute), here + mark
+        text = (each.text or "").strip()
+        if text:
+            yield text, here
+        yield from _decorated(each, here)
+
+
+def _outside_of_sheets(content: Any) -> Iterator[Any]:
+    """Yield a content and what is in it, without the sheets."""
+    yield content
+    for each in content.iterchildren("*"):
+        if each.tag != "Sheet":
+            yield from each.iter("*")
+
+
+def _names(sheet: Any) -> dict[str, str]:
+    """Return what each element of a sheet is called: by its operand, else by its place among its kind."""
+    found: dict[str, str] = {}
+    counts: Counter[str] = Counter()
+    for each in sheet.iter("*"):
+        ident = each.get("ID")
+        if ident is not None:
+            counts[each.tag] += 1
+            said = each.get("Operand") or each.get("Name") or f"{each.tag} {counts[each.tag]}"
+            found.setdefault(ident, said)
+    return found
+
+
+def _element_text(element: Any, names: Mapping[str, str]) -> str:
+    """Return what an element of a chart is, "" for one that only holds others together."""
+    said = [
+        f"{name}={names.get(text, text) if name.endswith('ID') else text}"
+        for name, text in element.attrib.items()
+        if name not in PLACES and name not in ("ID", "OnlineEditType")
+    ]
+    if element.tag == "Line":
+        return _text(element)
+    text = " ".join((element.text or "").split())
+    return " ".join((element.tag, *said, *filter(None, [text]))) if said or text else ""

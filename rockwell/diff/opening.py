@@ -1,0 +1,56 @@
+"""Two files to their comparison: both L5X, or both the text of RSLogix 500."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ...io_images.input_files import open_input
+from ...ladder.model.errors import LadderError
+from ..l5x.xml.parsing import MOST_BYTES
+from .comparison import Comparison, compared
+from .l5x import outline, outlines
+from .outline import Item, canonical_lines
+from .slc import outline_of_slc
+
+
+def compare_exports(old: Path, new: Path) -> Comparison:
+    """Compare two versions of an export.
+
+    Raises:
+        LadderError: one can't be read, or one is an L5X and the other is not.
+    """
+    before, after = _bytes_of(old), _bytes_of(new)
+    kinds = [_is_xml(each) for each in (before, after)]
+    if kinds[0] != kinds[1]:
+        names = [
+            f"{file} is {'an L5X' if xml else 'text of RSLogix 500'}"
+            for file, xml in zip((new, old), kinds[::-1], strict=True)
+        ]
+        raise LadderError(f"{', '.join(names)}: --against compares two L5X files, or two of RSLogix 500")
+    if kinds[0]:
+        return compared(*outlines(before, after, (str(old), str(new))))
+    return compared(_slc(before, old), _slc(after, new))
+
+
+def text_of_export(path: Path) -> str:
+    """Return an export as text without order and dates; a LadderError if it can't be read."""
+    data = _bytes_of(path)
+    item = outline(data, str(path)) if _is_xml(data) else _slc(data, path)
+    return "\n".join(canonical_lines(item))
+
+
+def _slc(data: bytes, path: Path) -> Item:
+    return outline_of_slc(data, str(path))
+
+
+def _bytes_of(path: Path) -> bytes:
+    try:
+        with open_input(path) as stream:
+            return stream.read(MOST_BYTES + 1)
+    except OSError as error:
+        raise LadderError(f"{path}: it can't be read: {error.strerror}") from None
+
+
+def _is_xml(data: bytes) -> bool:
+    """Whether bytes begin like XML, in any encoding."""
+    return b"<" in data.lstrip(b"\xef\xbb\xbf\xff\xfe \t\r\n")[:2]

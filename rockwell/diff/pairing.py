@@ -1,0 +1,175 @@
+"""Rungs and lines of two versions: the same, moved, changed, added, removed.
+
+the same     the longest chain in both orders, see `alignment`
+moved        the same key elsewhere in the routine
+changed      of those left between two that are the same: the most similar ones, or those with one comment
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+from .alignment import Pair, aligned
+from .outline import LINE, Step
+
+TOKEN = re.compile(r"'(?:[^'$]++|\$.)*+'|\"[^\"]*+\"|[\w.:#\\$%/?]++|\S")
+"""A word of a rung or a line: a mnemonic, an operand, a sign."""
+
+_NAMED = re.compile(r"ID=((?:(?! \w+=).)*+)")
+"""The name of an element in a connection."""
+
+ALIKE = 0.5
+"""Least similarity of a changed rung."""
+
+WINDOW = 20
+"""Rungs before and after the same place of a stretch that a changed one is looked for in."""
+
+MOST_TOKENS = 200_000
+"""Tokens of a stretch beyond which only rungs at the same place are compared."""
+
+SHORTEST = 8
+"""Characters of a line that is looked for elsewhere: `END_IF;` is everywhere."""
+
+
+class Pairing(NamedTuple):
+    """Two steps; None in the version that does not have it."""
+
+    old: Step | None
+    new: Step | None
+    moved: bool = False  # the same in another order
+
+
+def tokens_of(text: str) -> list[str]:
+    """Split a rung or a line.
+
+    >>> tokens_of("XIC(Motor.Run)EQU(S,'a b');")
+    ['XIC', '(', 'Motor.Run', ')', 'EQU', '(', 'S', ',', "'a b'", ')', ';']
+    """
+    return TOKEN.findall(text)
+
+
+def paired(old: Sequence[Step], new: Sequence[Step]) -> list[Pairing]:
+    """Return the steps of two versions in pairs, in the order of the new one."""
+    before, after = [each.key for each in old], [each.key for each in new]
+    pairs = aligned(before, after)
+    free = _Free(old, new, pairs)
+    moved = list(free.moved())
+    for (i, k), (j, n) in pairwise([(-1, -1), *pairs, (len(old), len(new))]):
+        free.pair(range(i + 1, j), range(k + 1, n))
+    found = [Pairing(old[i], new[k]) for i, k in (*pairs, *free.changed)]
+    found += [Pairing(old[i], new[k], moved=True) for i, k in moved]
+    rest = [Pairing(None, new[k]) for k in free.new]
+    return _in_order(found + rest, [old[i] for i in sorted(free.old)])
+
+
+def without_followers(pairs: Sequence[Pairing]) -> list[Pairing]:
+    """Return pairs without connections that only follow a renamed element: it is the difference."""
+    names = {
+        each.old.name: each.new.name
+        for each in pairs
+        if each.old is not None and each.new is not None and each.old.name != each.new.name
+    }
+    return [each for each in pairs if not (names and _follows(each, names))]
+
+
+def _follows(pair: Pairing, names: Mapping[str, str]) -> bool:
+    if pair.old is None or pair.new is None or pair.old.key == pair.new.key or pair.old.name:
+        return False
+    key = _NAMED.sub(lambda found: f"ID={names.get(found[1], found[1])}", pair.old.key)
+    return key == pair.new.key
+
+
+def _in_order(found: list[Pairing], removed: list[Step]) -> list[Pairing]:
+    """Sort by the new version; a removed step comes after the one that it followed."""
+    found.sort(key=lambda each: each.new.number if each.new is not None else -1)
+    followed: defaultdict[int, list[Pairing]] = defaultdict(list)
+    places = sorted(each.old.number for each in found if each.old is not None and not each.moved)
+    at, last = 0, -1
+    for step in removed:
+        while at < len(places) and places[at] < step.number:
+            last = places[at]
+            at += 1
+        followed[last].append(Pairing(step, None))
+    ordered = followed.pop(-1, [])
+    for each in found:
+        ordered.append(each)
+        if each.old is not None and not each.moved:
+            ordered += followed.pop(each.old.number, [])
+    return ordered
+
+
+class _Free:
+    """Places of steps that have no pair yet."""
+
+    def __init__(self, old: Sequence[Step], new: Sequence[Step], pairs: Sequence[Pair]) -> None:
+        self._old, self._new = old, new
+        self.old = set(range(len(old))) - {i for i, _ in pairs}
+        self.new = set(range(len(new))) - {k for _, k in pairs}
+        self.changed: list[Pair] = []
+
+    def take(self, i: int, k: int) -> None:
+        self.old.discard(i)
+        self.new.discard(k)
+
+    def moved(self) -> Iterator[Pair]:
+        """Yield what stands elsewhere; of lines only long ones that are there once."""
+        places: defaultdict[str, list[int]] = defaultdict(list)
+        for i in sorted(self.old, reverse=True):
+            places[self._old[i].key].append(i)
+        counts = Counter(self._new[k].key for k in self.new)
+        for k in sorted(self.new):
+            step = self._new[k]
+            mine = places.get(step.key)
+            plain = step.what == LINE and (
+                len(step.key) < SHORTEST or counts[step.key] > 1 or len(mine or ()) > 1
+            )
+            if mine and not plain:
+                i = mine.pop()
+                self.take(i, k)
+                yield i, k
+
+    def pair(self, olds: range, news: range) -> None:
+        """Pair what is left of a stretch, the most similar ones first."""
+        before, after = [i for i in olds if i in self.old], [k for k in news if k in self.new]
+        if not before or not after:
+            return
+        words = {id(step): _weights(step.key) for step in self._steps(before, after)}
+        wide = WINDOW if sum(map(len, words.values())) <= MOST_TOKENS else 0
+        ranked = []
+        for number, i in enumerate(before):
+            middle = number * len(after) // len(before)
+            for k in after[max(middle - wide, 0) : middle + wide + 1]:
+                one, other = self._old[i], self._new[k]
+                near = 1.0 if one.comment and one.comment == other.comment else 0.0
+                alike = max(near, _similarity(words[id(one)], words[id(other)]))
+                if alike >= ALIKE:
+                    ranked.append((-alike, abs(i - olds.start - k + news.start), i, k))
+        for _, _, i, k in sorted(ranked):
+            if i in self.old and k in self.new:
+                self.take(i, k)
+                self.changed.append((i, k))
+
+    def _steps(self, before: list[int], after: list[int]) -> Iterator[Step]:
+        yield from (self._old[i] for i in before)
+        yield from (self._new[k] for k in after)
+
+
+def _weights(key: str) -> Counter[str]:
+    """Return the words of a rung: an operand counts twice, a sign not at all."""
+    tokens = tokens_of(key)
+    words: Counter[str] = Counter()
+    for token, after in zip(tokens, [*tokens[1:], ""], strict=True):
+        if token[0].isalnum() or token[0] in "_'\"\\#":
+            words[token] += 1 if after == "(" else 2
+    return words
+
+
+def _similarity(one: Counter[str], other: Counter[str]) -> float:
+    whole = one.total() + other.total()
+    few, many = (one, other) if len(one) < len(other) else (other, one)
+    common = sum(min(count, many[word]) for word, count in few.items())
+    return 2 * common / whole if whole else 0.0

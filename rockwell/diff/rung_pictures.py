@@ -1,0 +1,133 @@
+"""Rungs of two versions as SVG: what one of them does not have is marked.
+
+A rung that can't be read, or is longer than a picture helps, has none: its text is shown alone.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ...ladder.draw.layout import NO_CAPTIONS, place
+from ...ladder.draw.marks import Box, Mark, Picture, Symbol
+from ...ladder.draw.markup import CELL, Pen, plain, units
+from ...ladder.draw.ruler import GAP, Ruler
+from ...ladder.draw.shapes import BoxFrame, Letters, Line, shape_bottom, shapes_of
+from ...ladder.instructions import BY_NAME
+from ...ladder.instructions.slc import SLC_SPECS
+from ...ladder.lowering.text import parse_rung
+from ...ladder.model.errors import LadderError
+from ...ladder.model.spec import InstructionKind, Spec, Use
+from ...ladder.model.tree import Rung, instructions_of
+from ..slc.rungs import RungReader
+from .alignment import aligned
+from .outline import Step
+
+WIDTH = 50
+"""Columns between the rails."""
+
+MOST_INSTRUCTIONS = 150
+"""Instructions of a rung that is drawn."""
+
+ROW = 20
+_EDGE = 1
+_PEN = Pen(ROW, _EDGE)
+_EDITED = re.compile(r"^[A-Za-z]+(?:, [^:]*)?: ")
+"""The letters of an online edit before a rung's text."""
+
+_CALLED = re.compile(r"([A-Za-z_]\w*+)\s*+\(")
+
+
+def rung_of(step: Step) -> Rung | None:
+    """Return the tree of a rung; None if it can't be drawn."""
+    text = _EDITED.sub("", step.text, count=1)
+    if text.count("(") > MOST_INSTRUCTIONS or len(text) > 100 * MOST_INSTRUCTIONS:
+        return None
+    try:
+        if text.startswith("SOR"):
+            words = text.removesuffix("EOR").split()[1:]
+            return Rung(RungReader(SLC_SPECS).read(words))
+        return parse_rung(text, specs=_SpecsOf(text))
+    except LadderError:
+        return None
+
+
+class _SpecsOf(Mapping[str, Spec]):
+    """The instructions of a rung by name; one that is unknown is the call of an add-on, with any operands."""
+
+    def __init__(self, text: str) -> None:
+        self._calls = {name.upper(): name for name in _CALLED.findall(text)}
+
+    def __getitem__(self, name: str) -> Spec:
+        known = BY_NAME.get(name)
+        if known is not None:
+            return known
+        called = self._calls[name]
+        return Spec(called, InstructionKind.OUTPUT, (Use.ANYTHING,), run=lambda *_given: None)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._calls)
+
+    def __len__(self) -> int:
+        return len(self._calls)
+
+
+def pictures(old: Step, new: Step) -> tuple[str, str] | None:
+    """Return both versions of a rung as SVG, what differs in the class `edit`; None if one can't be drawn."""
+    rungs = rung_of(old), rung_of(new)
+    if rungs[0] is None or rungs[1] is None:
+        return None
+    texts = [[str(each) for each in instructions_of(rung.series)] for rung in rungs if rung is not None]
+    pairs = aligned(*texts)
+    same = {i for i, _ in pairs}, {k for _, k in pairs}
+    edited = [set(range(len(each))) - same[side] for side, each in enumerate(texts)]
+    return _svg(rungs[0], edited[0]), _svg(rungs[1], edited[1])
+
+
+def picture(step: Step) -> str:
+    """Return a rung as SVG, "" if it can't be drawn."""
+    rung = rung_of(step)
+    return "" if rung is None else _svg(rung, set())
+
+
+def _svg(rung: Rung, edited: set[int], captions: Mapping[str, Any] = NO_CAPTIONS) -> str:
+    drawn = place(rung, WIDTH, Ruler(captions))
+    bottom = max((shape_bottom(shape) for mark in drawn.marks for shape in shapes_of(mark)), default=0.0)
+    wide, high = (drawn.width + 2 * _EDGE) * CELL, units((bottom + 1) * ROW)
+    parts = [*_marked(drawn, edited), *_rails(drawn, bottom), *_shapes(drawn, edited)]
+    size = f'viewBox="0 0 {wide} {high}" width="{wide}" height="{high}"'
+    return (
+        f'<svg xmlns="http://www.w3.org/2000/svg" class="rung" role="img" {size}>'
+        f"<title>{plain(str(rung))}</title>{''.join(parts)}</svg>"
+    )
+
+
+def _shapes(drawn: Picture, edited: set[int]) -> Iterator[str]:
+    for mark in drawn.marks:
+        own = isinstance(mark, Symbol | Box) and mark.element in edited
+        for shape in shapes_of(mark):
+            is_edit = own and shape.kind != "wire"
+            yield _PEN.draw(shape.form, f"{shape.kind} edit" if is_edit else shape.kind)
+    yield from (_PEN.letters(Letters(x, y, "»"), "caption") for x, y in drawn.continued)
+
+
+def _marked(drawn: Picture, edited: set[int]) -> Iterator[str]:
+    """Yield a field below each instruction that the other version does not have."""
+    for mark in drawn.marks:
+        if isinstance(mark, Symbol | Box) and mark.element in edited:
+            yield _PEN.frame(_field_of(mark), "field")
+
+
+def _field_of(mark: Mark) -> BoxFrame:
+    if isinstance(mark, Box):
+        return BoxFrame(mark.x - 0.5, mark.y - 1.1, mark.width + 1, max(len(mark.lines), 1) + 1.35)
+    assert isinstance(mark, Symbol)
+    left = min(mark.x, mark.label_x) - GAP / 2
+    right = max(mark.x + len(mark.sign), mark.label_x + len(mark.name)) + GAP / 2
+    return BoxFrame(left, mark.y - 1, right - left, 2)
+
+
+def _rails(drawn: Picture, bottom: float) -> Iterator[str]:
+    for x in (0, drawn.width):
+        yield _PEN.line(Line(x - 0.5, -0.5, x - 0.5, bottom + 0.5), "rail")

@@ -1,0 +1,70 @@
+"""The text of RSLogix 500 as an outline: ladder files, data files by element, slots, forces, other lines."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ..slc.addresses import STRUCTURED
+from ..slc.addresses import WORDS as INNER
+from ..slc.datafiles import letters_of
+from ..slc.datavalues import joined
+from ..slc.document import document_in
+from ..slc.records import DataRecord, LadderRecord, SlcDocument, SlcRungRecord
+from ..slc.rungs import routine_name
+from .outline import LINE, RUNG, Item, Step
+
+
+def outline_of_slc(data: bytes, file: str) -> Item:
+    """Read an export of RSLogix 500; an SlcError for what has no rung."""
+    document = document_in(data, file, "")
+    root = Item("export", "", 1)
+    root.fields += [("project", document.name), ("processor", document.processor)]
+    for number, other in enumerate(document.others):
+        root.steps.append(Step(LINE, number, other.text, " ".join(other.text.split()), "", other.line))
+    root.items += map(_ladder, document.ladders.values())
+    root.items += _data_files(document.data)
+    root.items += _slots(document)
+    for line, text in document.forces:
+        root.items.append(Item("force", text, line))
+    return root
+
+
+def _ladder(ladder: LadderRecord) -> Item:
+    item = Item("routine", routine_name(ladder.number), ladder.line)
+    item.fields.append(("name", ladder.name))
+    item.steps += (_step(number, each) for number, each in enumerate(ladder.rungs))
+    return item
+
+
+def _step(number: int, rung: SlcRungRecord) -> Step:
+    return Step(RUNG, number, rung.text, rung.text, rung.comment, rung.line)
+
+
+def _data_files(records: list[DataRecord]) -> Iterator[Item]:
+    """Yield data files with a field for each element, the words of a structure together."""
+    files: dict[str, Item] = {}
+    for record in records:
+        item = files.setdefault(record.file, Item("data file", record.file, record.line))
+        item.fields += _elements(record)
+    yield from files.values()
+
+
+def _elements(record: DataRecord) -> Iterator[tuple[str, str]]:
+    letters = letters_of(record.file)
+    names = (".CTL", *(f".{each}" for each in INNER[letters])) if letters in STRUCTURED else ("",)
+    mark = "." if ":" in record.file else ":"
+    place = record.begin(len(names))
+    for row in joined(record.rows, len(names)):
+        place = place if row.place is None else row.place
+        for at, value in enumerate(row.values):
+            element, word = divmod(at, len(names))
+            yield f"{record.file}{mark}{place + element}{names[word]}", value
+        place += -(-len(row.values) // len(names))
+
+
+def _slots(document: SlcDocument) -> Iterator[Item]:
+    for slot in document.slots.values():
+        item = Item("slot", str(slot.number), slot.line)
+        item.fields += [("card", " ".join(slot.text.split())), ("comment", slot.comment)]
+        item.fields += [("settings", " ".join(slot.settings.split()))]
+        yield item

@@ -1,0 +1,180 @@
+"""The memory of a structure as a controller has it: the order of its values, and their bytes.
+
+| type | memory |
+|---|---|
+| TIMER, COUNTER, CONTROL | a word of status bits, then the members |
+| of the document | the members in order; bits lie in hidden members |
+| add-on instruction | parameters by value, then local tags, in order; BOOLs are bits of words of 32 |
+| of a module | the members that its values show |
+
+A word of BOOLs lies at the place of its first one [1756-RM084S p. 131]. A value lies at a
+multiple of its size, a structure at one of 4, with a value of 8 bytes at one of 8.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Container, Iterable
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from ....ladder.model.types import (
+    BOOL,
+    CONTROL,
+    COUNTER,
+    TIMER,
+    DataType,
+    Elementary,
+    Member,
+    Structure,
+    count_of,
+    members_at,
+    size_of,
+)
+
+Bits: TypeAlias = tuple[tuple[Member, int], ...]
+"""BOOLs in a word of 32 bits, each with its bit."""
+
+Part: TypeAlias = Member | Bits
+"""A member with its own memory, or a word of BOOLs."""
+
+Place: TypeAlias = tuple[Member, int, int | None]
+"""A member with its own memory, its byte and, for a BOOL, its bit."""
+
+WORD_BITS, WORD_BYTES = 32, 4
+
+_WITH_STATUS = (TIMER, COUNTER, CONTROL)
+
+
+@dataclass(slots=True)
+class _Memory:
+    kind: Structure  # keeps its identity
+    places: tuple[Place, ...]
+    size: int
+    alignment: int
+
+
+@dataclass(slots=True)
+class Layouts:
+    """The layouts of a document's types.
+
+    Attributes:
+        eights: whether values of 8 bytes lie at multiples of 8.
+        own: names in capitals of the types whose members all are in the document.
+        add_ons: add-on instructions in capitals, each with the members that are in no file.
+    """
+
+    eights: bool
+    own: Container[str] = ()
+    add_ons: dict[str, frozenset[str]] = field(default_factory=dict)
+    _parts: dict[int, tuple[Structure, tuple[Part, ...]]] = field(default_factory=dict)
+    _memories: dict[int, _Memory] = field(default_factory=dict)
+    _known: dict[int, tuple[DataType, bool]] = field(default_factory=dict)
+
+    def parts(self, kind: Structure) -> tuple[Part, ...]:
+        """Return the parts of a structure in the order of its memory."""
+        known = self._parts.get(id(kind))
+        if known is None:
+            known = self._parts[id(kind)] = kind, tuple(self._ordered(kind))
+        return known[1]
+
+    def _ordered(self, kind: Structure) -> Iterable[Part]:
+        status = tuple((each, each.bit) for each in kind.own if each.bit is not None)
+        if status:
+            return [status, *(each for each in kind.own if each.bit is None)]
+        left_out = self.add_ons.get(kind.name.upper())
+        if left_out is None:
+            return kind.own
+        return _packed(each for each in kind.own if each.name not in left_out)
+
+    def has_members(self, kind: DataType) -> bool:
+        """Whether a type is one of the document's, so that its parts are known singly."""
+        return kind.name.upper() in self.own or kind.name.upper() in self.add_ons
+
+    def is_complete(self, kind: Structure) -> bool:
+        """Whether all values in the memory of a type have a member here."""
+        name = kind.name.upper()
+        if name in self.add_ons or kind in _WITH_STATUS:
+            return True
+        return not any(each.type is BOOL and not each.dims for each in kind.own)
+
+    def is_known(self, kind: DataType) -> bool:
+        """Whether the bytes of a type are known."""
+        known = self._known.get(id(kind))
+        if known is None:
+            known = self._known[id(kind)] = kind, self._is_known(kind)
+        return known[1]
+
+    def _is_known(self, kind: DataType) -> bool:
+        if isinstance(kind, Elementary):
+            return self.eights or kind.bits < 64
+        if kind in _WITH_STATUS or kind.is_string:
+            return True
+        return (
+            self.has_members(kind)
+            and self.is_complete(kind)
+            and all(self.is_known(each.type) for each in kind.own)
+        )
+
+    def size(self, kind: DataType, dims: tuple[int, ...] = ()) -> int:
+        """Return the bytes of a value."""
+        if kind is BOOL and dims:
+            return -(-count_of(dims) // WORD_BITS) * WORD_BYTES
+        own = self._memory(kind).size if isinstance(kind, Structure) else size_of(kind)
+        return own * count_of(dims)
+
+    def places(self, kind: Structure) -> tuple[Place, ...]:
+        """Return the members of a structure with their places."""
+        return self._memory(kind).places
+
+    def _memory(self, kind: Structure) -> _Memory:
+        known = self._memories.get(id(kind))
+        if known is None:
+            known = self._memories[id(kind)] = self._laid_out(kind)
+        return known
+
+    def _laid_out(self, kind: Structure) -> _Memory:
+        if kind in _WITH_STATUS or kind.is_string or not self.is_complete(kind):
+            return _Memory(kind, members_at(kind), size_of(kind), WORD_BYTES)
+        places: list[Place] = []
+        size, whole = 0, WORD_BYTES
+        for part in self.parts(kind):
+            alignment = WORD_BYTES if isinstance(part, tuple) else self._alignment(part.type)
+            whole = max(whole, alignment)
+            size = -(-size // alignment) * alignment
+            if isinstance(part, tuple):
+                places += ((each, size + bit // 8, bit % 8) for each, bit in part)
+                size += WORD_BYTES
+            else:
+                places.append((part, size, None))
+                size += self.size(part.type, part.dims)
+        return _Memory(kind, tuple(places), -(-size // whole) * whole, whole)
+
+    def _alignment(self, kind: DataType) -> int:
+        if isinstance(kind, Structure):
+            return self._memory(kind).alignment
+        return WORD_BYTES if kind is BOOL else size_of(kind)
+
+    def is_certain(self, kind: DataType) -> bool:
+        """Whether all arrays in a type begin at a multiple of 4, whatever the alignment of small numbers."""
+        if isinstance(kind, Elementary) or kind.is_string:
+            return True
+        return all(
+            (not member.dims or offset % 4 == 0) and self.is_certain(member.type)
+            for member, offset, bit in self.places(kind)
+            if bit is None
+        )
+
+
+def _packed(members: Iterable[Member]) -> Iterable[Part]:
+    """Return members, single BOOLs as words."""
+    parts: list[Member | list[tuple[Member, int]]] = []
+    word: list[tuple[Member, int]] = []
+    for each in members:
+        if each.type is not BOOL or each.dims:
+            parts.append(each)
+            continue
+        if len(word) in (0, WORD_BITS):
+            word = []
+            parts.append(word)
+        word.append((each, len(word)))
+    return [tuple(each) if isinstance(each, list) else each for each in parts]

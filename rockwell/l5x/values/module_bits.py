@@ -1,0 +1,93 @@
+"""BOOLs of module-defined types: bits of the integer before them, which no file says.
+
+| BOOLs after an integer | bits |
+|---|---|
+| as many as it has bits | all, in order |
+| numbered from 0 on: `Ch0Status`, `Ch1Status` | their numbers |
+| numbered with gaps at their ends: `Ch0Range_8`, `Ch0Range_9` | their numbers |
+| others, and those whose values are not the bits of the integer's value | memory of their own |
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+
+from ....ladder.model.types import BOOL, Elementary, Member
+from .value_texts import ValueTextError, value_of
+
+FAULT = "FAULT"
+"""The integer of every input tag that is no host of bits, in capitals."""
+
+_NUMBER = re.compile(r"\d{1,2}")
+_AT_END = re.compile(r"_(\d{1,2})\Z")
+
+
+def in_words(members: Iterable[Member], values: Mapping[str, str]) -> tuple[list[Member], list[str]]:
+    """Return the members of a module's type with the places of bits, and the integers with unknown ones.
+
+    Args:
+        values: the texts of single values by name.
+    """
+    found: list[Member] = []
+    unknown: list[str] = []
+    for host, run in _runs(members):
+        if host is not None:
+            found.append(host)
+        if not run or host is None or not _is_host(host):
+            found += run
+            continue
+        bits = _bits_of(host, run, values)
+        found += (replace(each, at=bits.get(each.name, "")) for each in run)
+        if len(bits) < len(run):
+            unknown.append(host.name)
+    return found, unknown
+
+
+def _runs(members: Iterable[Member]) -> Iterator[tuple[Member | None, list[Member]]]:
+    """Yield each member that is not a single BOOL with the single BOOLs after it."""
+    host: Member | None = None
+    run: list[Member] = []
+    for each in members:
+        if each.type is BOOL and not each.dims:
+            run.append(each)
+            continue
+        if host is not None or run:
+            yield host, run
+        host, run = each, []
+    yield host, run
+
+
+def _is_host(member: Member) -> bool:
+    integer = isinstance(member.type, Elementary) and member.type.is_integer and not member.dims
+    return integer and member.name.upper() != FAULT
+
+
+def _bits_of(host: Member, run: Sequence[Member], values: Mapping[str, str]) -> dict[str, str]:
+    assert isinstance(host.type, Elementary)
+    numbers = _numbers([each.name for each in run], host.type.bits)
+    try:
+        word = int(value_of(values.get(host.name, "0"), host.type))
+        same = all(
+            bool(word >> bit & 1) == value_of(values.get(name, "0"), BOOL) for name, bit in numbers.items()
+        )
+    except ValueTextError:
+        return {}
+    return {name: f"{host.name}.{bit}" for name, bit in numbers.items()} if same else {}
+
+
+def _numbers(names: Sequence[str], bits: int) -> dict[str, int]:
+    """Return the bit of each name, without those that are not known."""
+    if len(names) == bits:
+        return {name: bit for bit, name in enumerate(names)}
+    numbers = [_NUMBER.findall(name) for name in names]
+    if len({_NUMBER.sub("#", name, count=1) for name in names}) == 1 and all(numbers):
+        series = [int(each[0]) for each in numbers]
+        if series == list(range(len(names))) and len(names) > 1:
+            return dict(zip(names, series, strict=True))
+    ends = {name: int(end[1]) for name in names if (end := _AT_END.search(name))}
+    places = list(ends.values())
+    rising = all(one < after for one, after in pairwise(places))
+    return ends if rising and places and len(places) <= places[-1] < bits else {}

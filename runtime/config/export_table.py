@@ -1,0 +1,28 @@
+"""The table `[export]` of a rack file: how its program, an export, begins.
+
+[export]
+keep_values = true    # begin in the middle, without prescan
+memory_mib = 512      # memory of its tags
+"""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from ...io_images.text_limits import EXPORT_MIB, EXPORT_MIB_MOST
+from .machine_tables import Table
+
+
+class ExportTable(Table):
+    """How a program that is an export begins.
+
+    Attributes:
+        keep_values: the first scan continues with the values of the export: timers, one-shots, steps of
+            charts; without it prescan resets them, as after a download.
+        memory_mib: memory that the tags of the export may take, 1 to 4096 MiB.
+    """
+
+    keep_values: bool = False
+    memory_mib: Annotated[int, Field(ge=1, le=EXPORT_MIB_MOST)] = EXPORT_MIB

@@ -1,0 +1,154 @@
+"""The conditions of a drive as text, for rack files, pages, command lines and test programs.
+
+in1=on, in1=off          a level of an input; an input of a model has its own name
+in1=1000..1500           a switch that is closed while the shaft is at these steps from power-up
+encoder=-400             the shaft's encoder is turned by hand, x4 counts
+stall=now                the motor stalls
+temperature=95           of the driver, degC
+driver_fault=on, off     the driver is too hot to work
+encoder_error=on, off    the multi-turn encoder has an error
+cable=lost, connected    the network cable
+connection=lost          the controlling connection times out
+power=cycle              power goes off and on; the flash and the shaft keep what they have
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+
+from ....io_images.amci3601 import InputBit
+from ....io_images.drives.bits import StatusBit
+from ....io_images.site import SettingError
+from ...controllers.pcl601.pinstates import range_of
+from ...machine import Switch
+from .drive import DriveUnit
+
+Act = Callable[[DriveUnit], None]
+
+COLDEST_C, HOTTEST_C = -273, 1000
+COUNTS_MOST = 2**31 - 1
+
+_ON_OFF = {"on": True, "off": False}
+
+STATES: Mapping[str, Mapping[str, Act]] = {
+    "driver_fault": {
+        "on": lambda drive: drive.set_driver_fault(True),
+        "off": lambda drive: drive.set_driver_fault(False),
+    },
+    "encoder_error": {
+        "on": lambda drive: drive.set_encoder_error(True),
+        "off": lambda drive: drive.set_encoder_error(False),
+    },
+    "cable": {
+        "lost": lambda drive: drive.set_cable(False),
+        "connected": lambda drive: drive.set_cable(True),
+    },
+    "connection": {"lost": DriveUnit.lose_connection},
+    "stall": {"now": DriveUnit.stall},
+    "power": {"cycle": DriveUnit.power_cycle},
+}
+"""What a name does in each of its states."""
+
+NUMBERS: Mapping[str, tuple[int, int, str, Callable[[DriveUnit, int], None]]] = {
+    "temperature": (COLDEST_C, HOTTEST_C, "95", DriveUnit.set_temperature),
+    "encoder": (-COUNTS_MOST, COUNTS_MOST, "-400", lambda drive, counts: _turn(drive, counts)),
+}
+"""Names with a number: its range, an example, and what it does."""
+
+
+NEEDED: Mapping[str, StatusBit] = {
+    "driver_fault": StatusBit.DRIVER_FAULT,
+    "encoder_error": StatusBit.ENCODER_ERROR,
+    "stall": StatusBit.STALL_DETECTED,
+    "temperature": StatusBit.TEMPERATURE_90C,
+}
+"""The status bit without which a model lacks what a name stands for."""
+
+
+class DriveConditions:
+    """The conditions of a drive in a slot; satisfies `runtime.loop.exposed.Conditions`.
+
+    Args:
+        drive: before any of its inputs is set; those that its machine operates can't be.
+    """
+
+    def __init__(self, drive: DriveUnit) -> None:
+        self._drive, self._wired = drive, drive.machine.spec.fed_inputs
+
+    def check(self, state: str) -> None:
+        """Refuse a state that the drive can't have, with a ValueError."""
+        action(self._drive, *_parts(state), self._wired)
+
+    def put(self, state: str) -> None:
+        """Put the drive into a state, from the instant of its last `update` on."""
+        action(self._drive, *_parts(state), self._wired)()
+
+
+def states() -> Mapping[str, Sequence[str]]:
+    """Return the names of all models with their states; of a number an example."""
+    numbers = {name: (example,) for name, (_, _, example, _) in NUMBERS.items()}
+    return {**{name: tuple(known) for name, known in STATES.items()}, **numbers}
+
+
+def _parts(state: str) -> tuple[str, str]:
+    name, equals, value = state.partition("=")
+    if not equals:
+        raise SettingError("state", f"state {state!r}: must be NAME=STATE, such as temperature=95")
+    return name.strip(), value.strip()
+
+
+def action(drive: DriveUnit, name: str, state: str, wired: int = 0) -> Callable[[], None]:
+    """Return what puts a drive into other conditions, from the instant of its last call on.
+
+    Args:
+        wired: mask of the inputs that only the machine may change.
+
+    Raises:
+        ValueError: an unknown name or state, an input that is wired to the machine, or what the model lacks.
+    """
+    model = drive.model
+    if name in model.input_names:
+        return _input_action(drive, name, state, wired)
+    if name in NEEDED and model.moved_status.get(NEEDED[name]) == 0:
+        raise ValueError(f"{name}={state}: the {model.title} lacks the status bit {NEEDED[name].name}")
+    if name == "encoder" and not drive.options.encoder_fitted:
+        raise ValueError(f"{name}={state}: the unit has no encoder (option encoder_fitted = false)")
+    if name in STATES:
+        if state not in STATES[name]:
+            raise ValueError(f"{name}={state}: it has to be {' or '.join(STATES[name])}")
+        return partial(STATES[name][state], drive)
+    if name in NUMBERS:
+        first, last, _, act = NUMBERS[name]
+        try:
+            number = int(state)
+        except ValueError:
+            number = last + 1
+        if not first <= number <= last:
+            raise ValueError(f"{name}={state}: it has to be {first:,} to {last:,}")
+        return partial(act, drive, number)
+    names = (*model.input_names, *STATES, *NUMBERS)
+    raise ValueError(f"no {name} at the {model.title}; choose from {', '.join(names)}")
+
+
+def _input_action(drive: DriveUnit, name: str, state: str, wired: int) -> Callable[[], None]:
+    bit = drive.terminals[drive.model.input_names.index(name)]
+    if bit.value & wired:
+        raise ValueError(f"{name} is wired to the machine ({str(bit.name).lower()})")
+    if state in _ON_OFF:
+        return partial(_hold_input, drive, bit, _ON_OFF[state])
+    try:
+        first, last = range_of(state)
+    except ValueError:
+        allowed = "on, off, or positions such as 9000.. or ..-3000 or 5..10"
+        raise ValueError(f"{name}={state}: it has to be {allowed}") from None
+    return partial(drive.machine.rewire, bit, [Switch(bit, first, last)])
+
+
+def _hold_input(drive: DriveUnit, bit: InputBit, energised: bool) -> None:
+    drive.machine.rewire(bit, [])
+    drive.machine.set_input(bit, energised)
+
+
+def _turn(drive: DriveUnit, counts: int) -> None:
+    drive.machine.turn_encoder(counts, drive.now_ns, drive.now_ns)

@@ -1,0 +1,114 @@
+"""Formats of the numbers of modules whose configuration selects them, scan by scan.
+
+A module reports each change as an event of kind "format"; until the first one its numbers are in thousands.
+
+    scan       n - 1          n
+    outputs    new format     ...            the module meets the outputs of n - 1 at the beginning of n
+    inputs     old format     new format
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ...io_images.module_words import INPUT, ModuleWords, Quantity
+from ...io_images.number_formats import NumberFormat
+
+if TYPE_CHECKING:  # a run reads no recording
+    from .reader import Trace
+
+KIND = "format"
+"""Kind of the events that report formats, in their fields `reads` and `writes`."""
+
+_FORMATS = {each.value: each for each in NumberFormat}
+
+
+class NumberFormats:
+    """The formats of the numbers of each slot."""
+
+    def __init__(self) -> None:
+        self._changes: dict[tuple[int, bool], tuple[list[int], list[NumberFormat]]] = {}
+
+    @classmethod
+    def of(cls, trace: Trace) -> NumberFormats:
+        """Return the formats in a trace; only one with such a module is searched for them."""
+        formats = cls()
+        if any(formats_vary(slot.words) for slot in trace.head.slots):
+            for each in trace.events(topics={"/events"}):
+                formats.note(each.scan, each.fields)
+        return formats
+
+    def note(self, scan: int, fields: Mapping[str, Any]) -> None:
+        """Note an event; of another kind it has no effect."""
+        slot = fields.get("slot")
+        if fields.get("kind") != KIND or not isinstance(slot, int):
+            return
+        for is_input, name, since in ((True, "reads", scan), (False, "writes", scan - 1)):
+            format = _FORMATS.get(str(fields.get(name)))
+            if format is not None:
+                scans, formats = self._changes.setdefault((slot, is_input), ([], []))
+                place = bisect_left(scans, since)
+                same = int(scans[place : place + 1] == [since])
+                scans[place : place + same] = [since]
+                formats[place : place + same] = [format]
+
+    def changes(self) -> list[tuple[int, str, int, str]]:
+        """Return all changes: slot, "I" or "O", the first scan, and the format."""
+        return [
+            (slot, "I" if is_input else "O", scan, format.value)
+            for (slot, is_input), changes in self._changes.items()
+            for scan, format in zip(*changes, strict=True)
+        ]
+
+    def at(self, slot: int, quantity: Quantity, scan: int) -> NumberFormat:
+        """Return the format of a quantity in a scan."""
+        if quantity.format is not None:
+            return quantity.format
+        scans, formats = self._changes.get((slot, quantity.image in INPUT), ([], []))
+        place = bisect_right(scans, scan)
+        return formats[place - 1] if place else NumberFormat.THOUSANDS
+
+    def value(self, slot: int, scan: int, quantity: Quantity, words: Sequence[int]) -> int:
+        """Return a quantity in the signed words of its image in a scan."""
+        first, *rest = words[quantity.word : quantity.word + quantity.words]
+        return self.at(slot, quantity, scan).reported(first, rest[0]) if rest else first
+
+    def reader(self, slot: int, scan: int) -> Callable[[Quantity, Sequence[int]], int]:
+        """Return `value` for the words of a slot in a scan."""
+        return partial(self.value, slot, scan)
+
+    def values(
+        self, slot: int, quantity: Quantity, scans: NDArray[np.int64], words: NDArray[np.int16]
+    ) -> NDArray[np.float64]:
+        """Return a quantity of two words in some successive scans.
+
+        Args:
+            words: the words of its image, a row per scan.
+        """
+        found = np.empty(len(words))
+        first, second = words[:, quantity.word], words[:, quantity.word + 1]
+        for part, format in self._parts(slot, quantity, scans):
+            found[part] = format.reported_all(first[part], second[part])
+        return found
+
+    def _parts(
+        self, slot: int, quantity: Quantity, scans: NDArray[np.int64]
+    ) -> Iterator[tuple[slice, NumberFormat]]:
+        """Yield successive parts of some scans with their formats."""
+        since = [] if quantity.format else self._changes.get((slot, quantity.image in INPUT), ([], []))[0]
+        edges = [0, *np.searchsorted(scans, since).tolist(), len(scans)]
+        for start, stop in pairwise(edges):
+            if start < stop:
+                yield slice(start, stop), self.at(slot, quantity, int(scans[start]))
+
+
+def formats_vary(words: ModuleWords) -> bool:
+    """Whether a module's configuration selects the format of its numbers."""
+    return any(each.format is None for each in words.quantities)
