@@ -19,7 +19,7 @@ from ...rockwell.l5x import import_l5x
 from ...rockwell.l5x.export import export_l5x
 from ...rockwell.l5x.partial import partial_l5x
 from ...rockwell.l5x.trial import SCANS
-from ...rockwell.l5x.xml.document import copied, read_bytes, read_document
+from ...rockwell.l5x.xml.document import copied, read_bytes
 from ...rockwell.slc import import_slc
 from ...rockwell.slc.document import read_document as read_slc
 from ...terminal.as_json import say_json
