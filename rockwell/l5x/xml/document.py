@@ -44,21 +44,46 @@ from .unread import is_add_on, unread
 
 def read_document(path: Path) -> L5xDocument:
     """Read an L5X file; an L5xError if it is not one, or has parts that no export has."""
+    return parse_document(read_bytes(path), str(path))
+
+
+def read_bytes(path: Path) -> bytes:
+    """Read a file, not far beyond the limit of an L5X; an L5xError if that fails."""
     try:
         with open_input(path) as stream:
-            data = stream.read(MOST_BYTES + 1)
+            return stream.read(MOST_BYTES + 1)
     except OSError as error:
         raise L5xError(str(path), 0, f"it can't be read: {error.strerror}") from None
-    return parse_document(data, str(path))
+
+
+def copied(path: Path) -> bytes:
+    """Return the bytes of an L5X file; an L5xError as from `read_document`."""
+    data, file = read_bytes(path), str(path)
+    root, _ = _parsed(data, file)
+    _controller(root, file)
+    return data
 
 
 def parse_document(data: bytes, file: str) -> L5xDocument:
     """Read the bytes of an L5X file, see `read_document`."""
+    root, cut = _parsed(data, file)
+    return _L5xReader(file, cut).document(root, data)
+
+
+def _parsed(data: bytes, file: str) -> tuple[Any, list[bytes]]:
+    """Return the root of a document without its values, and them."""
     text, cut = cut_out(checked(data, file))
     root = parsed(text, file)
     if root.tag != ROOT:
         raise L5xError(file, root.sourceline or 1, f"its root is {root.tag}, that of an L5X is {ROOT}")
-    return _L5xReader(file, cut).document(root, data)
+    return root, cut
+
+
+def _controller(root: Any, file: str) -> Any:
+    controller = root.find("Controller")
+    if controller is None:
+        raise L5xError(file, root.sourceline, "it has no Controller")
+    return controller
 
 
 class _L5xReader:
@@ -74,9 +99,7 @@ class _L5xReader:
         return parsed(text, self._file, line)
 
     def document(self, root: Any, source: bytes) -> L5xDocument:
-        controller = root.find("Controller")
-        if controller is None:
-            raise L5xError(self._file, root.sourceline, "it has no Controller")
+        controller = _controller(root, self._file)
         get = controller.get
         target = root.get("TargetType") or "Controller"
         if target == "Controller" and get("Use", "Target") != "Target":
