@@ -21,6 +21,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 from bars import Bars
@@ -164,7 +165,7 @@ def compare(path: Path, bars: Bars, most: float = COMPARISON_BAR) -> None:
     for name, new, least in (("itself", path, 0), ("an edited copy", copy, 2)):
         found = compare_exports(path, new)
         assert len(found.differences) == least, found.summary
-        ratio = seconds(lambda new=new: compare_exports(path, new)) / once
+        ratio = seconds(partial(compare_exports, path, new)) / once
         bar = bars.most(f"times lxml against {name}", ratio, most)
         print(f"{len(data):,} bytes against {name}: {ratio:.2f} times lxml's parsing and writing ({bar})")
     copy.unlink()

@@ -73,8 +73,11 @@ def test_tshark_dissects_the_network_interface_of_a_tag_server(tmp_path: Path) -
             talk += [(True, asked), (False, client.send(asked))]
     own = tmp_path / "own.pcap"
     own.write_bytes(pcap(conversation(talk, target=("10.0.0.2", PORT))))
-    names = ("tcpip.ip_addr", "tcpip.status.interface_config", "tcpip.subnet_mask", "elink.interface_speed")
-    names += (
+    names = (
+        "tcpip.ip_addr",
+        "tcpip.status.interface_config",
+        "tcpip.subnet_mask",
+        "elink.interface_speed",
         "elink.iflags.link_status",
         "elink.iflags.duplex",
         "elink.iflags.neg_status",

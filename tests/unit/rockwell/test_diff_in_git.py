@@ -35,6 +35,8 @@ def git(tmp_path):
     run("init", "-q")
     attributes = re.search(r"echo '(.*)' >> .gitattributes", DOCS.read_text(encoding="utf-8"))
     setting = re.search(r'git config (\S+) "scanrack (.*)"', DOCS.read_text(encoding="utf-8"))
+    assert attributes is not None
+    assert setting is not None
     (tmp_path / ".gitattributes").write_text(attributes[1] + "\n", encoding="utf-8")
     run("config", setting[1], f'"{Path(sys.executable).as_posix()}" -m scanrack {setting[2]}')
     return run
