@@ -2,7 +2,8 @@
 
 A test may take 0.25 s on a quiet machine, else it is made smaller or carries `slow`, or `costly` with the
 reason why it stays in the quick run. Machines differ, and a test may load what others use, too: a run names
-the tests that take four times as much. They fail it only if SCANRACK_BUDGET is set, as .ci/run does.
+the tests that take four times as much. They fail it only if SCANRACK_BUDGET is set, for
+a machine that does nothing else.
 """
 
 from __future__ import annotations

@@ -125,6 +125,7 @@ def edited_rungs(path, data):
             yield routine.name, number, rewritten_l5x(data, [edit])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*BYTES, *(each.name for each in FILES if each.suffix == ".L5X")])
 def test_an_edited_rung_changes_its_text_only(name, tmp_path):
     data = BYTES.get(name) or next(each for each in FILES if each.name == name).read_bytes()

@@ -150,6 +150,7 @@ def test_configuration_mode_has_no_numbers_and_no_status(recorded: Path) -> None
         assert not catalog["slot2.in.MODULE_OK"].read(first)[configured].any()
 
 
+@pytest.mark.slow
 def test_show_names_the_bits_and_numbers_of_the_drive(recorded: Path) -> None:
     shown = scanrack("show", recorded)
     assert "ABSOLUTE_MOVE ENABLE_DRIVER, target 4,500, programmed_speed 5,000" in shown
