@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import NoReturn
 
@@ -11,40 +12,46 @@ from ..amci3601.status import StatusView
 from ..image import Image
 from ..module_words import BitPlace
 from .models import MODELS, Model
-from .translation import DriveTranslation
+
+NumberReader = Callable[[Sequence[int], int], int]
+"""Returns the number in two words of an image, from the index of the first."""
 
 
 class DriveStatusView(StatusView):
     """The status bits and values of a drive's ten input words, read at each access."""
 
-    __slots__ = ("_translation",)
+    __slots__ = ("_number",)
 
-    def __init__(self, image: Image, translation: DriveTranslation) -> None:
+    def __init__(self, image: Image, number: NumberReader) -> None:
         super().__init__(image)
-        self._translation = translation
+        self._number = number
 
     @property
     @override
     def position(self) -> int:
         """Current position, steps."""
-        return self._translation.number(self._words, 2)
+        return self._number(self._words, 2)
 
     @property
     @override
     def encoder(self) -> int:
         """Encoder counts."""
-        return self._translation.number(self._words, 4)
+        return self._number(self._words, 4)
 
     @property
     @override
     def captured(self) -> int:
         """The value that the capture input stored."""
-        return self._translation.number(self._words, 6)
+        return self._number(self._words, 6)
 
 
-def status_view(image: Image, translation: DriveTranslation) -> DriveStatusView:
-    """Return the view of a drive's input image."""
-    return _view_of(translation.model.name)(image, translation)
+def status_view(image: Image, model: Model, number: NumberReader) -> DriveStatusView:
+    """Return the view of a drive's input image.
+
+    Args:
+        number: reads position, encoder and captured value, in the format of the configuration.
+    """
+    return _view_of(model.name)(image, number)
 
 
 @cache

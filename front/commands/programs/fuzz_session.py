@@ -28,7 +28,7 @@ from ...jobs.fuzz.campaign.state import RECORDING, CampaignError, State, read_st
 from ...jobs.fuzz.campaign.working import OwnProcess, Work
 from ...jobs.fuzz.explain.coverage import coverage_of
 from ...jobs.fuzz.explain.coverage_page import coverage_line, save_coverage
-from ...jobs.fuzz.explain.unfired import UnfiredRule, error_rules, unfired
+from ...jobs.fuzz.explain.unfired import UnfiredRule, error_rules, rules_in, unfired
 from ...jobs.fuzz.folder_lock import STATE_NAME
 from ...jobs.fuzz.job import Setup, bench_of, hand_over
 from ...jobs.fuzz.report import mended
@@ -178,7 +178,7 @@ class Session:
             return self._status(status, bench, state)
         if not self.quiet:
             lines = [
-                summary(state, before, took_s, profile_in(bench.spec.slot, None)),
+                summary(state, before, took_s, rules_in(bench.spec.slot)),
                 left_over(state, spending),
             ]
             lines += [never_fired(never), held(others, state)]

@@ -8,12 +8,11 @@ from dataclasses import asdict
 from pathlib import Path
 from textwrap import wrap
 
-from ...io_images.amci3601.words import Profile
 from ...io_images.installing import how_to_install
 from ...jobs.fuzz import Counterexample, Invariant
 from ...jobs.fuzz.campaign.recipes import Origin, Recipe
 from ...jobs.fuzz.campaign.state import State
-from ...jobs.fuzz.explain.unfired import WORDS, UnfiredRule, error_rules
+from ...jobs.fuzz.explain.unfired import WORDS, ErrorRules, UnfiredRule
 from ...jobs.fuzz.reached import reached
 from ...jobs.fuzz.run import NO_FAULT
 from ...jobs.fuzz.scenarios.words import told
@@ -83,9 +82,9 @@ def summary_row(
     }
 
 
-def summary(state: State, before: State, seconds: float, profile: Profile) -> str:
+def summary(state: State, before: State, seconds: float, rules: ErrorRules) -> str:
     """Return the summary of a campaign, for people."""
-    return "\n".join([*_figures(state, before, seconds), *_rules(state, profile)])
+    return "\n".join([*_figures(state, before, seconds), *_rules(state, rules)])
 
 
 def _figures(state: State, before: State, seconds: float) -> Iterator[str]:
@@ -117,10 +116,9 @@ def left_over(state: State, spending: Spending) -> str:
     return f"time is over  {', '.join(left)}" if left else ""
 
 
-def _rules(state: State, profile: Profile) -> Iterator[str]:
-    rules = error_rules(profile)
-    fired = [rule.id for rule in rules if state.rules[rule.id]]
-    yield f"error rules   {len(fired)} of {len(rules)} of chapter 6 fired"
+def _rules(state: State, rules: ErrorRules) -> Iterator[str]:
+    fired = [rule for rule in rules.ids if state.rules[rule]]
+    yield f"error rules   {len(fired)} of {len(rules.ids)} of {rules.owners} fired"
     yield from (f"  {rule:<9} {state.rules[rule]:>9,} times" for rule in fired)
 
 

@@ -139,7 +139,9 @@ def load_plan(name: str) -> ScenePlan:
         try:
             text = read_input_text(Path(name), TextKind.PLAN)
         except OSError as error:
-            raise ValueError(f"{name}: {error.strerror}; built in are {', '.join(BUILT_IN)}") from error
+            raise ValueError(
+                f"{name}: {error.strerror}; built in for a 3601 are {', '.join(BUILT_IN)}"
+            ) from error
         except UnicodeDecodeError as error:
             raise ValueError(f"{name}: it is not text in UTF-8: {error.reason}") from None
     return parse_plan(text, name)

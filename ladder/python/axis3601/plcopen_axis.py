@@ -389,7 +389,7 @@ class Axis3601(Device):
         assert not isinstance(self.configuration, Configuration)
         translation = DriveTranslation(model, self.configuration)
         self._translation, self._limits = translation, translation.limits
-        self.status = status_view(slot.inputs, translation)
+        self.status = status_view(slot.inputs, model, translation.number)
 
     def _configuring(self) -> Image:
         """Return the words that request the configuration; a networked drive's are in the translation.

@@ -7,10 +7,11 @@ came apart, or the number never came.
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import reduce
+from itertools import chain
 from operator import or_
 from typing import NamedTuple
 
@@ -18,7 +19,10 @@ from ....io_images.amci3601 import CommandLsw, CommandMsw, ConfigMsw, InputBit
 from ....io_images.amci3601.bits import MOTIONS, StatusMsw
 from ....io_images.amci3601.firmware import KNOWN, Firmware
 from ....io_images.amci3601.rules.rule import Rule
-from ....io_images.amci3601.words import WORDS_3601, Profile
+from ....io_images.amci3601.words import WORDS_3601, Profile, is_stepper
+from ....io_images.drives.rules import rules_of
+from ....io_images.drives.translation import model_of
+from ....runtime.config.rackspec import SlotSpec, profile_in
 from ....runtime.loop.rack import Slot
 
 _LSW = 16
@@ -111,6 +115,28 @@ def error_rules(profile: Profile = WORDS_3601) -> list[Rule]:
     return [
         rule for rule in profile.rules.values() if (rule.list_of or 0) & profile.error_bits or rule.id in own
     ]
+
+
+class ErrorRules(NamedTuple):
+    """The error rules of a rack's modules.
+
+    Attributes:
+        owners: whose they are, in words.
+        ids: of the rules; modules of two families share some.
+    """
+
+    owners: str
+    ids: Sequence[str]
+
+
+def rules_in(slots: Iterable[SlotSpec]) -> ErrorRules:
+    """Return the error rules of the modules in a rack, those of a 3601 if none has any."""
+    slots = tuple(slots)
+    models = {model.title: model for slot in slots if (model := model_of(slot.words))}
+    found = {f"the {title}": [rule.id for rule in rules_of(model)] for title, model in models.items()}
+    if not models or any(is_stepper(slot.words) for slot in slots):
+        found = {"chapter 6": [rule.id for rule in error_rules(profile_in(slots, None))], **found}
+    return ErrorRules(" and ".join(found), list(dict.fromkeys(chain.from_iterable(found.values()))))
 
 
 class UnfiredReason(IntEnum):

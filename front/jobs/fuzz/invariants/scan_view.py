@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ....io_images.amci3601 import MOTIONS, CommandMsw
+from ....io_images.amci3601 import MOTIONS, CommandMsw, StatusView
 from ....io_images.amci3601.words import may_be_stepper, profile_of
+from ....io_images.drives.status import status_view
+from ....io_images.drives.translation import model_of
 from ....io_images.image import UNSIGNED_MAX, Image
+from ....runtime.loop.module import Module
 from ....runtime.loop.rack import Rack, Slot
 from ....runtime.loop.scan import MODE_MASK, CpuMode, mode_name
-from ....runtime.modules.record import ModuleWithFigures
+from ....runtime.modules.record import ModuleWithFigures, ModuleWithFormats
 from .busy import Question
 
 NO_WORDS = Image().words
@@ -22,7 +25,7 @@ class SlotSnapshot:
 
     Attributes:
         outputs: the logic's latest words, sent or not; live, so that they must not be kept.
-        status: the bits and values of `inputs` by name; of a card all are off and 0.
+        status: the bits and values of `inputs` by the module's names; of a card all are off and 0.
     """
 
     __slots__ = ("_axis", "_in_force", "_profile", "_slot", "inputs", "outputs", "status")
@@ -33,8 +36,25 @@ class SlotSnapshot:
         self.inputs: Image = slot.inputs
         self._axis = may_be_stepper(slot.words)
         self._profile = profile_of(slot.words)
-        self.status = self._profile.view(slot.inputs if self._axis else Image())
+        self.status = self._view()
         self.outputs_are_sent(True)
+
+    def _view(self) -> StatusView:
+        model = model_of(self._slot.words)
+        if model is not None:
+            return status_view(self.inputs, model, self._number)
+        return self._profile.view(self.inputs if self._axis else Image())
+
+    def _number(self, words: Sequence[int], first: int) -> int:
+        """Return the number in two words of a drive, in the format that it has now."""
+        module = self._module
+        assert isinstance(module, ModuleWithFormats)
+        return module.number_format.join(words[first], words[first + 1]) or 0
+
+    @property
+    def _module(self) -> Module:
+        module: Module = getattr(self._slot.module, "module", self._slot.module)  # inside of incidents
+        return module
 
     def outputs_are_sent(self, sent: bool) -> None:
         """Set the words in force: the outputs, or none if the CPU does not send them."""
@@ -70,7 +90,7 @@ class SlotSnapshot:
         Raises:
             LookupError: the module has no machine.
         """
-        module = getattr(self._slot.module, "module", self._slot.module)  # inside of what incidents happen to
+        module = self._module
         if not isinstance(module, ModuleWithFigures):
             raise LookupError(f"slot {self._slot.number} has no shaft")
         return module.figures()[0]
