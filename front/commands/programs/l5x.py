@@ -10,8 +10,8 @@ from typing import Annotated
 
 import typer
 
-from ...terminal.as_json import JsonOption
-from ...terminal.trace_options import KeepValuesOption, MemoryOption
+from ...terminal.grouped import grouped
+from .l5x_options import L5xOptions
 
 
 def _l5x_command(
@@ -19,45 +19,7 @@ def _l5x_command(
         Path,
         typer.Argument(metavar="FILE", help="An L5X or SLC export, or a folder of them.", show_default=False),
     ],
-    as_json: JsonOption = False,
-    rack: Annotated[bool, typer.Option("--print-rack", help="Print a rack file for it.")] = False,
-    against: Annotated[
-        Path | None, typer.Option(metavar="OLDER", help="List what differs from an older version.")
-    ] = None,
-    html: Annotated[
-        Path | None,
-        typer.Option("--html", metavar="OUT", help="With --against: also write both versions side by side."),
-    ] = None,
-    text: Annotated[
-        bool, typer.Option("--text", help="Print the file as text without order and dates, for git.")
-    ] = False,
-    export: Annotated[
-        str | None,
-        typer.Option(metavar="PROGRAM[.ROUTINE]", help="Print it as an L5X for partial import."),
-    ] = None,
-    stepper: Annotated[
-        list[str] | None,
-        typer.Option(metavar="MODULE", help="With --print-rack: this module, by name or slot, is a 3601."),
-    ] = None,
-    run: Annotated[bool, typer.Option("--run", help="Run it on a rack, and list what it waits for.")] = False,
-    scans: Annotated[
-        int | None,
-        typer.Option(
-            "--scans", metavar="N", min=1, help="Scans of the trial, 100, or with --run of the run, 1000."
-        ),
-    ] = None,
-    stand_in: Annotated[
-        bool,
-        typer.Option("--stand-in", help="Declare tags, members and routines that the L5X names and lacks."),
-    ] = False,
-    keep_values: KeepValuesOption = False,
-    memory: MemoryOption = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            "--out", "-o", metavar="COPY", help="Write the export there, or with --export the part of it."
-        ),
-    ] = None,
+    options: L5xOptions,
 ) -> None:
     """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
 
@@ -86,24 +48,9 @@ def _l5x_command(
     """
     from .l5x_job import l5x
 
-    l5x(
-        file,
-        as_json,
-        rack,
-        against,
-        html,
-        text,
-        export,
-        out,
-        stepper,
-        run,
-        scans,
-        stand_in,
-        keep_values,
-        memory,
-    )
+    l5x(file, options)
 
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command("l5x", no_args_is_help=True)(_l5x_command)
+    app.command("l5x", no_args_is_help=True)(grouped(_l5x_command, options=L5xOptions))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,6 +28,7 @@ from ...terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, NO, complain, reas
 from ...terminal.terminal import say, say_file
 from ...traces.files.guard import EXPORT, PAGE, OwnedError
 from ...traces.files.newfile import new_file
+from .l5x_options import L5xOptions
 
 if TYPE_CHECKING:
     from ...jobs.first.first_run import FirstRun
@@ -35,55 +37,42 @@ if TYPE_CHECKING:
     from ...runtime.config.export_table import ExportTable
 
 
-def l5x(
-    file: Path,
-    as_json: bool,
-    rack: bool,
-    against: Path | None,
-    html: Path | None,
-    text: bool,
-    export: str | None,
-    out: Path | None,
-    stepper: list[str] | None,
-    run: bool,
-    scans: int | None,
-    stand_in: bool,
-    keep_values: bool,
-    memory: int | None,
-) -> None:
+def l5x(file: Path, options: L5xOptions) -> None:
     """Report what an L5X or SLC export supports: what is imported, what is refused and why, what runs.
 
     Raises:
         typer.Exit: with the status of the command, unless it is 0.
     """
-    begins = begun(keep_values=keep_values, memory=memory) or DOWNLOADED
+    begins = begun(keep_values=options.keep_values, memory=options.memory) or DOWNLOADED
     if file.is_dir():
-        if against or html or text or rack or stepper or export or out or run or keep_values:
+        of_one = replace(options, as_json=False, scans=None, stand_in=False, memory=None)
+        if of_one != L5xOptions():
             taken = "--json, --scans, --stand-in and --memory"
             raise typer.Exit(complain(f"{file}: a folder takes {taken}", BAD_INPUT))
         from .l5x_folder import l5x_folder  # a single file needs none of it
 
-        trial = Trial(scans or SCANS, stand_in, begins.memory_mib)
-        raise typer.Exit(l5x_folder(file, trial, as_json=as_json))
-    if html is not None and against is None:
+        trial = Trial(options.scans or SCANS, options.stand_in, begins.memory_mib)
+        raise typer.Exit(l5x_folder(file, trial, as_json=options.as_json))
+    if options.html is not None and options.against is None:
         raise typer.Exit(complain("--html draws what --against finds: name the older version", BAD_INPUT))
-    if against is not None:
-        raise typer.Exit(_print_differences(file, against, html, as_json=as_json))
-    if text:
+    if options.against is not None:
+        raise typer.Exit(_print_differences(file, options.against, options.html, as_json=options.as_json))
+    if options.text:
         raise typer.Exit(_print_text(file))
-    if rack or stepper:
-        raise typer.Exit(_print_rack(file, stepper or [], begins, stand_in=stand_in))
-    if export is not None or out is not None:
-        raise typer.Exit(_export(file, export, out))
+    if options.rack or options.stepper:
+        raise typer.Exit(_print_rack(file, options.stepper or [], begins, stand_in=options.stand_in))
+    if options.export is not None or options.out is not None:
+        raise typer.Exit(_export(file, options.export, options.out))
     try:
-        imported = tried(file, Trial((not run and scans) or SCANS, stand_in, begins.memory_mib))
+        scans = (not options.run and options.scans) or SCANS
+        imported = tried(file, Trial(scans, options.stand_in, begins.memory_mib))
     except LadderError as error:
-        if as_json:
+        if options.as_json:
             say_json({"file": str(file), "problem": str(error)})
         raise typer.Exit(complain(str(error), BAD_INPUT)) from None
     report = imported.report
-    first = _first_run(file, imported, scans, begins) if run else None
-    if as_json:
+    first = _first_run(file, imported, options.scans, begins) if options.run else None
+    if options.as_json:
         say_json(report.as_json() | ({"run": first.as_json()} if first else {}))
     else:
         for line in (*report.lines(), *(first.lines() if first else ())):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -36,6 +37,7 @@ from ...ladder.prove.questions import Question
 from ...ladder.prove.solving.solver import SolverMissingError
 from ...terminal.as_json import JsonOption, say_json
 from ...terminal.complaints import reported_mistakes
+from ...terminal.grouped import grouped
 from ...terminal.status import BAD_INPUT, DONE, NO, complain
 from ...terminal.terminal import say
 
@@ -46,25 +48,39 @@ UNDECIDED = 3
 """Exit status: nothing is refuted, and something is unknown."""
 
 
-def _prove_command(
-    rack: Annotated[
-        str, typer.Argument(metavar="RACK", help="Rack file, TOML or Python; or a ladder program or export.")
-    ],
-    new: Annotated[
-        str | None,
-        typer.Argument(metavar="[NEW]", help="Second program: list possible differences only."),
-    ] = None,
+@dataclass(frozen=True)
+class ComparedTags:
+    """Which tags of two programs are compared, and which may differ."""
+
     only: Annotated[
         str | None,
         typer.Option(
             "--may-differ", metavar="TAGS", help="Of two: tags that may differ, with commas between them."
         ),
-    ] = None,
+    ] = None
     outputs: Annotated[
         str | None,
         typer.Option(
             "--outputs", metavar="TAGS", help="Of two: compare only these tags, with commas between them."
         ),
+    ] = None
+
+    @property
+    def option(self) -> str:
+        """The option that is given; "" if none is."""
+        if self.only is not None:
+            return "--may-differ"
+        return "--outputs" if self.outputs is not None else ""
+
+
+def _prove_command(
+    rack: Annotated[
+        str, typer.Argument(metavar="RACK", help="Rack file, TOML or Python; or a ladder program or export.")
+    ],
+    compared: ComparedTags,
+    new: Annotated[
+        str | None,
+        typer.Argument(metavar="[NEW]", help="Second program: list possible differences only."),
     ] = None,
     out: Annotated[
         Path | None,
@@ -108,12 +124,10 @@ def _prove_command(
     """
     with reported_mistakes():
         try:
-            if new is not None or only is not None or outputs is not None:
-                if new is None:
-                    option = "--may-differ" if only is not None else "--outputs"
-                    raise ValueError(f"{option} needs two programs: scanrack prove OLD NEW {option} TAGS")
-                named = _tags(outputs), _tags(only)
-                raise typer.Exit(_compare(rack, new, *named, out, html, as_json=as_json))
+            if new is not None:
+                raise typer.Exit(_compare(rack, new, compared, out, html, as_json=as_json))
+            if option := compared.option:
+                raise ValueError(f"{option} needs two programs: scanrack prove OLD NEW {option} TAGS")
             others = _solvers() if check else []
             subject = subject_of(rack)
             with ScenarioFolder(out or Path(f"{subject.name}-prove")) as folder:
@@ -144,8 +158,7 @@ def _tags(text: str | None) -> list[str]:
 def _compare(
     old: str,
     new: str,
-    outputs: list[str],
-    only: list[str],
+    compared: ComparedTags,
     out: Path | None,
     html: Path | None,
     *,
@@ -153,7 +166,7 @@ def _compare(
 ) -> int:
     """Print what can differ between two programs; return the exit status."""
     with ScenarioFolder(out or Path(f"{Path(split_address(new)[0]).stem}-prove")) as folder:
-        found = edited(old, new, outputs, only, folder)
+        found = edited(old, new, _tags(compared.outputs), _tags(compared.only), folder)
     if html is not None:
         used = {Path(split_address(each)[0]): "one of the programs" for each in (old, new)}
         save_page(html, f"{old} and {new}", parts_of_edit(found), used)
@@ -238,4 +251,4 @@ def status_of(results: Sequence[Result], answers: Questions) -> int:
 
 def register(app: typer.Typer) -> None:
     """Add the command to the application."""
-    app.command("prove", no_args_is_help=True)(_prove_command)
+    app.command("prove", no_args_is_help=True)(grouped(_prove_command, compared=ComparedTags))

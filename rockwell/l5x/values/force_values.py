@@ -55,7 +55,7 @@ def forces_of(forced: Sequence[Data], kind: DataType, dims: tuple[int, ...], typ
         raise ValueTextError(f"its force data have {len(image)} bytes, which are not three times its memory")
     if not (isinstance(kind, Elementary) or types.layouts.is_known(kind)):
         raise ValueTextError(f"the order of the bytes of a {kind.name} is not known")
-    for text, type_, at, bit in _Forced(mask, types.layouts).places(kind, dims, 0):
+    for text, type_, at, bit in _ForceMask(mask, types.layouts).places(kind, dims, 0):
         size = max(1, type_.bits // 8)
         place = slice(at, at + size)
         if bit is not None:
@@ -145,7 +145,7 @@ def _beside(path: str, text: str, name: str) -> Iterator[Force]:
 # --- in bytes
 
 
-class _Forced:
+class _ForceMask:
     """Finds the values of a tag that have forced bits."""
 
     def __init__(self, mask: bytes, layouts: Layouts) -> None:
