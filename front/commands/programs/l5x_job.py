@@ -134,7 +134,7 @@ def _export(file: Path, name: str | None, out: Path | None) -> int:
         return complain(reason(error), BAD_INPUT if out is None else CANNOT_WRITE)
     except ValueError as error:
         return complain(str(error), BAD_INPUT)
-    say(f"{out}: {size_of(out)}{'' if name else f', those of {file}'}")
+    say(f"{out}: {size_of(out)}{'' if name else f', identical to {file}'}")
     return DONE
 
 

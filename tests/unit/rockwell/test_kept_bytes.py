@@ -92,7 +92,7 @@ def copied(file, data):
     file.write_bytes(data)
     copy = file.with_stem("copy")
     done = command(file, "--out", copy)
-    assert (done.exit_code, done.stdout) == (0, f"{copy}: {len(data):,} bytes, those of {file}\n")
+    assert (done.exit_code, done.stdout) == (0, f"{copy}: {len(data):,} bytes, identical to {file}\n")
     return copy.read_bytes()
 
 
