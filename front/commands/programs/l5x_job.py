@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import typer
 
+from ...jobs.imports.export_start import DOWNLOADED, ExportStart
 from ...jobs.load.exports import begun
-from ...jobs.load.program import DOWNLOADED
 from ...jobs.load.trial import Trial, is_slc, tried
 from ...ladder.files.rungfile import read_program
 from ...ladder.files.suffixes import SUFFIX
@@ -34,7 +34,6 @@ if TYPE_CHECKING:
     from ...jobs.first.first_run import FirstRun
     from ...rockwell.l5x import L5xImport
     from ...rockwell.slc import SlcImport
-    from ...runtime.config.export_table import ExportTable
 
 
 def l5x(file: Path, options: L5xOptions) -> None:
@@ -81,7 +80,7 @@ def l5x(file: Path, options: L5xOptions) -> None:
 
 
 def _first_run(
-    file: Path, imported: L5xImport | SlcImport, scans: int | None, begins: ExportTable
+    file: Path, imported: L5xImport | SlcImport, scans: int | None, begins: ExportStart
 ) -> FirstRun:
     """Run an export on its own rack."""
     from ...jobs.first import first_run  # racks take time to import, and a report needs none
@@ -151,7 +150,7 @@ def _exported(file: Path, name: str | None) -> bytes:
     return read_slc(file).source
 
 
-def _print_rack(file: Path, steppers: list[str], begins: ExportTable, *, stand_in: bool) -> int:
+def _print_rack(file: Path, steppers: list[str], begins: ExportStart, *, stand_in: bool) -> int:
     """Print a rack file for an export; return the exit status."""
     from ...jobs.imports.l5x_rack import rack_of  # racks take time to import, and a report needs none
     from ...jobs.imports.slc_rack import rack_of_slc

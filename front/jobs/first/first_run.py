@@ -18,16 +18,15 @@ from ...ladder.model.operands import Constant, Place
 from ...ladder.state.memory import Value
 from ...rockwell.l5x import L5xImport
 from ...rockwell.slc import SlcImport
-from ...runtime.config.export_table import ExportTable
 from ...runtime.loop.faults import CpuFault
 from ..bench.bench import Bench
 from ..bench.opening import bench_of
 from ..imports.export_slots import ExportSlot
+from ..imports.export_start import DOWNLOADED, ExportStart
 from ..imports.l5x_rack import all_modules
 from ..imports.slc_rack import slots_of_slc
 from ..load.exports import rack_of_export
 from ..load.loading import load_job
-from ..load.program import DOWNLOADED
 from .waiting import Condition, conditions
 
 SCANS = 1000
@@ -90,7 +89,7 @@ def first_run(
     export: Path,
     imported: L5xImport | SlcImport,
     scans: int = SCANS,
-    begins: ExportTable = DOWNLOADED,
+    begins: ExportStart = DOWNLOADED,
 ) -> FirstRun:
     """Run an export on its own rack, and report.
 

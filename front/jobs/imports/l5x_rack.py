@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Collection, Iterable, Iterator
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 from ...ladder.instructions import BY_NAME
@@ -17,16 +17,13 @@ from ...rockwell.l5x import L5xImport
 from ...rockwell.l5x.modules import GENERIC, prefix_of, slot_of
 from ...rockwell.l5x.report import Refusal
 from ...rockwell.l5x.xml.records import ModuleRecord
-from ...runtime.config.export_table import ExportTable
 from ...runtime.config.rackspec import DECLARE, EMPTY, MISSING_TAGS, REFUSED
 from .export_slots import STEPPER, ExportSlot, simulated, slot_tables, with_steppers
+from .export_start import DOWNLOADED, ExportStart
 from .toml_text import comment, key, text
 
 BYTES_OUT, BYTES_IN = 16, (16, 20)
 """Sizes of a 3601's connection; 4 more bytes in are the Fault [3601 manual, chapter 2, "16+4"]."""
-
-BEGINS = ExportTable()
-"""How an export begins after a download."""
 
 _CALL = re.compile(r"\b([A-Z_][A-Z0-9_]*)\(", re.IGNORECASE)
 _US_PER_MS = 1000
@@ -38,7 +35,7 @@ def rack_of(
     steppers: Collection[str] = (),
     *,
     recorded: bool = True,
-    export: ExportTable = BEGINS,
+    export: ExportStart = DOWNLOADED,
 ) -> str:
     """Return a rack file as text; ValueError if the export has no such module.
 
@@ -71,9 +68,10 @@ def _head(imported: L5xImport, program: Path, *, recorded: bool) -> Iterator[str
     yield '# tags = ["*"]        # variables to record, by name or pattern'
 
 
-def _begins(export: ExportTable) -> Iterator[str]:
+def _begins(export: ExportStart) -> Iterator[str]:
     """Yield the table of what differs from a download."""
-    changed = export.model_dump(exclude_defaults=True)
+    usual = asdict(DOWNLOADED)
+    changed = {name: value for name, value in asdict(export).items() if value != usual[name]}
     if changed:
         yield ""
         yield "[export]"

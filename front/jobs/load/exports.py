@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from ...io_images.text_limits import TextLimitError
 from ...ladder.model.errors import LadderError
-from ...runtime.config.export_table import ExportTable
-from .program import DOWNLOADED, EXPORT_SUFFIXES, SLC_SUFFIXES, ProgramError
+from ..imports.export_start import DOWNLOADED, ExportStart
+from .program import EXPORT_SUFFIXES, SLC_SUFFIXES, ProgramError
 
 if TYPE_CHECKING:
     from ...rockwell.l5x import L5xImport
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def rack_of_export(
-    program: Path, imported: L5xImport | SlcImport | None = None, export: ExportTable = DOWNLOADED
+    program: Path, imported: L5xImport | SlcImport | None = None, export: ExportStart = DOWNLOADED
 ) -> Path:
     """Write a rack file for an export into a temporary folder, which stays as long as the process.
 
@@ -51,7 +51,7 @@ def rack_of_export(
     return path
 
 
-def _l5x_text(program: Path, imported: Any, export: ExportTable) -> str:
+def _l5x_text(program: Path, imported: Any, export: ExportStart) -> str:
     from ...rockwell.l5x import import_l5x  # lxml takes time to import
     from ..imports.l5x_rack import rack_of
 
@@ -68,10 +68,10 @@ def _slc_text(program: Path, imported: Any) -> str:
     return rack_of_slc(imported or import_slc(program, trial=True), program)
 
 
-def begun(*, keep_values: bool, memory: int | None) -> ExportTable | None:
+def begun(*, keep_values: bool, memory: int | None) -> ExportStart | None:
     """Return how an export begins by the options of a command, None without one of them."""
     if not keep_values and memory is None:
         return None
-    return ExportTable(
+    return ExportStart(
         keep_values=keep_values, memory_mib=DOWNLOADED.memory_mib if memory is None else memory
     )

@@ -16,15 +16,14 @@ from pydantic import ValidationError
 from ...io_images.times import DEFAULT_RUN, parse_duration
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import Stub, Stubs
-from ...runtime.config.export_table import ExportTable
 from ...runtime.config.rackfile import RackFile, RackFileError, explained, load_rack_file
 from ...runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec, profile_in
 from ...runtime.loop.scan import ScanLogic
 from ...traces.files.portable import no_device
+from ..imports.export_start import DOWNLOADED, ExportStart
 from .exports import rack_of_export
 from .linked_racks import RackGroup, stub_of_table
 from .program import (
-    DOWNLOADED,
     EXPORT_SUFFIXES,
     L5X_SUFFIXES,
     Form,
@@ -93,7 +92,7 @@ def load_job(
     rack: str,
     program: str | None = None,
     world: RackGroup | None = None,
-    export: ExportTable | None = None,
+    export: ExportStart | None = None,
 ) -> LoadedRack:
     """Load a rack and its program.
 
@@ -125,7 +124,8 @@ def load_job(
 
 
 def _program(address: str, folder: Path, stubs: Stubs, spec: RackSpec) -> LoadedProgram:
-    return load_program(address, folder, stubs, _slots(spec), spec.export)
+    begins = ExportStart(**spec.export.model_dump())
+    return load_program(address, folder, stubs, _slots(spec), begins)
 
 
 def _load_beside(path: Path, world: RackGroup) -> LoadedRack:

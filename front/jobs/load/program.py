@@ -30,8 +30,8 @@ from ...ladder.files.suffixes import STEPS_SUFFIX, STRUCTURED_SUFFIX, SUFFIX
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
 from ...ladder.python.sequences.logic import Logic
-from ...runtime.config.export_table import ExportTable
 from ...runtime.modules import record as module_records
+from ..imports.export_start import DOWNLOADED, ExportStart
 from .modules_beside import find_beside, shadowed
 from .rungs import is_rungs
 
@@ -53,9 +53,6 @@ L5X_SUFFIXES = (".L5X", ".l5x")
 
 EXPORT_SUFFIXES = (*L5X_SUFFIXES, *SLC_SUFFIXES)
 """Suffixes of programs of which a part may be refused."""
-
-DOWNLOADED = ExportTable()
-"""An export begins as after a download."""
 
 LADDER_NAME = "program"
 """The ladder program that is run if the file has no such function."""
@@ -134,7 +131,7 @@ def load_program(
     folder: Path | str = Path(),
     stubs: Stubs = NO_STUBS,
     slots: Collection[int] | None = None,
-    export: ExportTable = DOWNLOADED,
+    export: ExportStart = DOWNLOADED,
 ) -> LoadedProgram:
     """Load the function that a scan loop calls once per scan.
 
@@ -323,7 +320,7 @@ def _load_rungs(path: Path, stubs: Stubs) -> LoadedProgram:
     return LoadedProgram(path, program.name, program, data)
 
 
-def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None, export: ExportTable) -> LoadedProgram:
+def _load_l5x(path: Path, stubs: Stubs, slots: Collection[int] | None, export: ExportStart) -> LoadedProgram:
     """Load an exported controller; refuse to run one with a refused part."""
     from ...rockwell.l5x import import_l5x  # lxml takes time to import, and most programs are no L5X
 
