@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 import threading
 from collections.abc import AsyncIterator, Awaitable, Callable, Coroutine, Iterator, Mapping
 from contextlib import ExitStack, asynccontextmanager, contextmanager
@@ -38,6 +39,8 @@ class Bench:
         assert debugger is not None
         self.run, self.service, self.tags = run, service, debugger.tags
         self.folder, self.orders = folder, Orders()
+        # What clients log in this process is no output of the server, which has a process of its own by now.
+        logging.getLogger("asyncua").addHandler(logging.NullHandler())
         run.cpu.add_listener(self.orders)
 
     def ask(self, work: Callable[[Any], Coroutine[Any, Any, None]]) -> None:
