@@ -145,9 +145,9 @@ def _input_action(drive: DriveUnit, name: str, state: str, wired: int) -> Callab
     return partial(drive.machine.rewire, bit, [Switch(bit, first, last)])
 
 
-def _hold_input(drive: DriveUnit, bit: InputBit, energised: bool) -> None:
+def _hold_input(drive: DriveUnit, bit: InputBit, energized: bool) -> None:
     drive.machine.rewire(bit, [])
-    drive.machine.set_input(bit, energised)
+    drive.machine.set_input(bit, energized)
 
 
 def _turn(drive: DriveUnit, counts: int) -> None:

@@ -135,7 +135,7 @@ CONTENT = {
     "a module's port": ('Address="3"', 'Address="4"', "module"),
     "a controller's revision": ('ProcessorType="1769-L33ER"', 'ProcessorType="1769-L36ERM"', "controller"),
     "a program's main routine": ('MainRoutineName="Main"', 'MainRoutineName="More"', "program"),
-    "what nobody knows": ("<Future Kind='1'/>", "<Future Kind='2'/>", "controller"),
+    "what is unknown": ("<Future Kind='1'/>", "<Future Kind='2'/>", "controller"),
     "text inside of it": ("<Later>some</Later>", "<Later>other</Later>", "controller"),
     "raw values": ("00 01", "00 02", "tag"),
     "a watchdog": ('Watchdog="500"', 'Watchdog="100"', "task"),

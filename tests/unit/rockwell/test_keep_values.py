@@ -129,12 +129,12 @@ def test_the_output_of_a_loop_goes_on_without_a_bump():
         usual.step()
     shown = usual.tags["Level"]
     rest = f', "SO": {shown["SO"]}, "ERR": {shown["ERR"]}, "PV": {shown["PV"]}, "INI": true'
-    again, anew = (parse_program(LOOP.format(rest=rest)) for _ in range(2))
+    again, third = (parse_program(LOOP.format(rest=rest)) for _ in range(2))
     again.keep_values()
-    for each in (usual, again, anew):
+    for each in (usual, again, third):
         each.step()
     assert usual.tags["Level"]["SO"] == pytest.approx(again.tags["Level"]["SO"], abs=0.01)
-    assert abs(usual.tags["Level"]["SO"] - anew.tags["Level"]["SO"]) > 1
+    assert abs(usual.tags["Level"]["SO"] - third.tags["Level"]["SO"]) > 1
 
 
 # --- what a run says, and where a rack file says it
