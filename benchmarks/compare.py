@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
 from scanrack.io_images.image import WORDS
 from scanrack.traces.compare import EXACT, Tolerance, compare
 from scanrack.traces.format.layout import SlotInfo

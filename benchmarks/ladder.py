@@ -20,6 +20,7 @@ import time
 from collections.abc import Callable
 
 from bars import Bars
+
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.files.rungfile import parse_program
 

@@ -10,6 +10,7 @@ import pytest
 from drive_unit import ready
 from hypothesis import given
 from hypothesis import strategies as st
+
 from scanrack.runtime.kinematics import (
     NANO,
     PICO,

@@ -17,6 +17,7 @@ from blocks3601 import (
     SYNCHRONIZED,
     BlocksBench,
 )
+
 from scanrack.runtime import ModuleFault
 
 BOTH = pytest.mark.parametrize("interpreted", [False, True], ids=["compiled", "interpreted"])

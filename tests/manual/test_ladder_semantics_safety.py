@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 from ladder_bench import both
+
 from scanrack.ladder import LadderError
 
 INPUTS = "".join(f"TAG {name} : BOOL\n" for name in ("A", "B", "Status", "Reset", "Enable"))

@@ -18,6 +18,7 @@ from fractions import Fraction
 from itertools import pairwise
 
 import pytest
+
 from scanrack.runtime.kinematics import (
     MILLI,
     PICO,

@@ -14,8 +14,9 @@ from pathlib import Path
 
 import pytest
 from logix_clients import pycomm3_client
-from scanrack.commands import build
 from typer.testing import CliRunner
+
+from scanrack.commands import build
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")

@@ -10,6 +10,7 @@ import pytest
 from chromium import BROWSER, Chromium
 from contrast import contrast
 from made_tags import MadeTags
+
 from scanrack.traces import ScanRecorder, SlotInfo, Tag, open_trace
 from scanrack.traces.plot import save_page
 

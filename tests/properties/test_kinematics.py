@@ -11,6 +11,7 @@ from operator import ne
 import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
+
 from scanrack.runtime.kinematics import (
     FOREVER,
     MILLI,

@@ -3,6 +3,7 @@
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+
 from scanrack.io_images.thousands import (
     PARAMETER_MAX,
     PARAMETER_MIN,

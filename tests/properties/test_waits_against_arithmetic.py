@@ -9,8 +9,9 @@ from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scanrack import Logic, WaitTimeout, all_of, dwell, first_of, sequence, steady, until, within
 from sequence_bench import SequenceBench
+
+from scanrack import Logic, WaitTimeout, all_of, dwell, first_of, sequence, steady, until, within
 
 SCAN_MS = 2
 

@@ -10,6 +10,7 @@ from importlib.metadata import requires
 from importlib.util import find_spec
 
 import pytest
+
 from scanrack.io_images.installing import how_to_install
 
 

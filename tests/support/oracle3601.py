@@ -66,6 +66,7 @@ from oracle_bits import (
     STOPPED,
     TRANSMIT,
 )
+
 from scanrack.io_images.thousands import split_reported
 
 TICK_NS = 250_000

@@ -10,8 +10,9 @@ from random import Random
 from typing import Any
 
 from relation_programs import HEAD, TAGS
-from scanrack.ladder.files import parse_program
 from slc_bench import imported
+
+from scanrack.ladder.files import parse_program
 
 Texts = Mapping[str, tuple[str, ...]]
 

@@ -11,6 +11,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from three_hardwares import CONFIGURATION, IDLE, PCL601, PMC006, START, Refusal, Step
+
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import (
     Acceleration,
@@ -32,7 +34,6 @@ from scanrack.io_images.amci3601 import (
     RunBlend,
 )
 from scanrack.runtime.machine import Switch
-from three_hardwares import CONFIGURATION, IDLE, PCL601, PMC006, START, Refusal, Step
 
 CW, CCW = Direction.CW, Direction.CCW
 DONE, WRONG = {"MOVE_COMPLETE"}, {"COMMAND_ERROR"}

@@ -11,8 +11,9 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-from scanrack.ladder.debug.telling import told
 from why_questions import QUESTIONS, do, make
+
+from scanrack.ladder.debug.telling import told
 
 
 def main() -> None:

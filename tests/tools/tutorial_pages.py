@@ -20,8 +20,9 @@ from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
 
-from scanrack.commands import build
 from typer.testing import CliRunner
+
+from scanrack.commands import build
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs" / "tutorial").glob("[1-8]-*.md"))

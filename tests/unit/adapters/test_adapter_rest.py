@@ -11,6 +11,7 @@ from typing import Any, cast
 
 import pytest
 from adapterbench import CONFIGURE_006, AdapterBench, AdapterBench006, move
+
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.runtime import LineFormat

@@ -5,8 +5,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from scanrack.commands import COMMANDS, GROUPS, build
 from typer.testing import CliRunner
+
+from scanrack.commands import COMMANDS, GROUPS, build
 
 
 @pytest.mark.parametrize("name", COMMANDS)

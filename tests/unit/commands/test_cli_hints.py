@@ -3,8 +3,9 @@
 import sys
 
 import pytest
-from scanrack.commands import build
 from typer.testing import CliRunner
+
+from scanrack.commands import build
 
 RACK = """\
 program = "line.steps"

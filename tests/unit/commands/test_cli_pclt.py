@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from scanrack.commands import build
 from typer.testing import CliRunner, Result
+
+from scanrack.commands import build
 
 SAMPLES = sorted(Path(__file__).parents[3].glob("examples/pcl601/*.pclt"))
 

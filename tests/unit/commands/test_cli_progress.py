@@ -4,6 +4,7 @@ import io
 
 import pytest
 from rich.console import Console
+
 from scanrack.runtime import Cpu, Rack
 from scanrack.terminal.progress import shown_progress
 from scanrack.terminal.progress_bar import CpuProgress

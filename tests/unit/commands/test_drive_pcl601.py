@@ -6,6 +6,7 @@ import io
 import json
 
 import pytest
+
 from scanrack.commands.wire.drive import bench_for, converse
 
 IDENT = "01 11 c0 2c"

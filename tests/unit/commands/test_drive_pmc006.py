@@ -7,6 +7,7 @@ import json
 from typing import Any
 
 import pytest
+
 from scanrack.commands.wire.drive import bench_for, converse
 
 

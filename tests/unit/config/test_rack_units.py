@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
-from scanrack.commands import build
 from typer.testing import CliRunner, Result
+
+from scanrack.commands import build
 
 RACK = """
 program = "logic.py"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+
 from scanrack.io_images.pcl601.program import CAPACITY_BYTES, INSTRUCTIONS, ProgramError, parse_program
 
 MISTAKES = [

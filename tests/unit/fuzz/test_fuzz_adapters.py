@@ -6,8 +6,9 @@ import json
 import re
 
 import pytest
-from scanrack.commands import build
 from typer.testing import CliRunner
+
+from scanrack.commands import build
 
 pytestmark = pytest.mark.slow
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import pytest
+from typer.testing import CliRunner
+
 from scanrack.commands import build
 from scanrack.jobs import read_state
-from typer.testing import CliRunner
 
 REGISTERS = """
 from scanrack.io_images.amci3601 import Configuration, Direction, Idle, Manual, StatusView

@@ -5,6 +5,7 @@ from __future__ import annotations
 from operator import attrgetter
 
 import pytest
+
 from scanrack.io_images.amci3601 import (
     Configuration,
     Direction,

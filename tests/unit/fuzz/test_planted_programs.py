@@ -2,6 +2,7 @@
 
 import pytest
 from planted_programs import NAMES, invariant_of, scenario_of, version_of
+
 from scanrack.jobs.fuzz import Scenario
 
 

@@ -6,8 +6,9 @@ import shutil
 from pathlib import Path
 
 import pytest
-from scanrack.commands import build
 from typer.testing import CliRunner
+
+from scanrack.commands import build
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from scanrack.commands import build
 from typer.testing import CliRunner
+
+from scanrack.commands import build
 
 RACK = 'program = "{}"\nscan_ms = 2\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
 RUNGS = """PROGRAM line

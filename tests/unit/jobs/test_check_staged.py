@@ -7,8 +7,9 @@ import shutil
 from pathlib import Path
 
 import pytest
-from scanrack.commands import build
 from typer.testing import CliRunner
+
+from scanrack.commands import build
 
 EXPORT = Path(__file__).parents[3] / "examples" / "l5x"
 HOME = '    { input = "home", first = -1500, last = -1300 },\n'

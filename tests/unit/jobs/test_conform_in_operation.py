@@ -10,6 +10,7 @@ import random
 from pathlib import Path
 
 import pytest
+
 from scanrack import run
 from scanrack.jobs.conform.hypotheses import search
 from scanrack.jobs.conform.moments import KnownState, PlayedScene, Timing

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from scanrack.ladder.debug.telling import LONGEST, MOST_LINES, told
 from why_questions import QUESTIONS, Question, do, make
+
+from scanrack.ladder.debug.telling import LONGEST, MOST_LINES, told
 
 pytestmark = pytest.mark.slow  # together they take seconds
 

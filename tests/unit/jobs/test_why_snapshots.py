@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 import zstandard
+
 from scanrack import open_bench
 from scanrack.jobs.bench import of_trace
 from scanrack.jobs.bench.moment import ScanChoice

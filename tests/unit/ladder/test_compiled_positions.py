@@ -3,6 +3,7 @@
 from types import CodeType
 
 import pytest
+
 from scanrack.ladder import ADD, BOOL, DINT, LadderError, Program
 from scanrack.ladder.compiler import writer
 from scanrack.ladder.compiler.positions import relocated

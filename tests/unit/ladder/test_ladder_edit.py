@@ -3,6 +3,7 @@
 import json
 
 import pytest
+
 from scanrack.ladder import Controller, LadderError
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program

@@ -3,6 +3,7 @@
 from itertools import product
 
 import pytest
+
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program
 

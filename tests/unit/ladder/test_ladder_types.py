@@ -2,6 +2,7 @@
 
 import pytest
 from ladder_bench import Named
+
 from scanrack.ladder.files import parse_program, program_text
 
 TAGS = """\

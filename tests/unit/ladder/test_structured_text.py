@@ -3,6 +3,7 @@
 import math
 
 import pytest
+
 from scanrack.jobs import ProgramError, load_program
 from scanrack.ladder import (
     BOOL,

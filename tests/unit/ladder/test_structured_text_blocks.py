@@ -1,6 +1,7 @@
 """TONR, TOFR, RTOR, CTUD, OSRI and OSFI of structured text, on both back ends [1756-RM003N]."""
 
 import pytest
+
 from scanrack.ladder import BuildError
 from scanrack.ladder.files import parse_program, parse_structured
 

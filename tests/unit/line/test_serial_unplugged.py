@@ -11,6 +11,7 @@ from threading import enumerate as running_threads
 
 import pytest
 import serial
+
 from scanrack.io_images import Image
 from scanrack.runtime import LineFormat
 from scanrack.runtime.line.clients.link import LinkError, SerialLink

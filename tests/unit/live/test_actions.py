@@ -3,6 +3,7 @@
 import json
 
 import pytest
+
 from scanrack.runtime import Force, Write
 from scanrack.runtime.live.actions import (
     ACTIONS,

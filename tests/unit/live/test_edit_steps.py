@@ -15,6 +15,7 @@ from typing import Any
 
 import pytest
 from live_sessions import LiveSession
+
 from scanrack.jobs import load_job
 from scanrack.jobs.record.program_versions import ProgramVersions, version_of
 from scanrack.runtime.live.actions import Online, Source

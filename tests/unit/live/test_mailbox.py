@@ -7,6 +7,7 @@ from contextlib import suppress
 from typing import Any
 
 import pytest
+
 from scanrack.runtime.live.mailbox import wake
 
 

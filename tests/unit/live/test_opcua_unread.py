@@ -6,6 +6,7 @@ import asyncio
 from typing import Any
 
 import pytest
+
 from scanrack.runtime.live import opcua_server
 from scanrack.runtime.live.opcua_server import CHUNK_MOST, _bounded, _impatient
 

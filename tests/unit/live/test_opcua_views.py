@@ -6,6 +6,7 @@ import asyncio
 from typing import Any
 
 import pytest
+
 from scanrack.runtime.live.opcua_services import accept_unknown_values
 from scanrack.runtime.live.opcua_views import Browsing, Views
 

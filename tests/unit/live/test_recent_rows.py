@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from scanrack.watch.history.recent import RecentRows
 
 ROW = np.dtype([("scan", np.int64), ("wall_ns", np.int64)])

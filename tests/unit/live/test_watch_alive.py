@@ -10,10 +10,11 @@ from contextlib import AsyncExitStack
 from pathlib import Path
 
 import pytest
-from scanrack.commands import build
-from scanrack.traces import open_trace, read_columns
 from typer.testing import CliRunner
 from watching import FEEDER, page_of, watched
+
+from scanrack.commands import build
+from scanrack.traces import open_trace, read_columns
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,9 @@ import asyncio
 import shutil
 
 import pytest
-from scanrack.traces import open_trace
 from watching import FEEDER, PATIENCE_S, page_of, watched
+
+from scanrack.traces import open_trace
 
 pytestmark = pytest.mark.slow
 

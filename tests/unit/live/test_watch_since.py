@@ -6,8 +6,9 @@ Broken on purpose: the scan before the change, the value after it: a test turns 
 import asyncio
 
 import pytest
-from scanrack.jobs import open_bench
 from watching import FEEDER, page_of, watched
+
+from scanrack.jobs import open_bench
 
 pytestmark = pytest.mark.slow
 

@@ -3,6 +3,7 @@
 import re
 
 import pytest
+
 from scanrack.runtime import Cpu, CpuMode, ScanFlag
 
 MS = 1_000_000

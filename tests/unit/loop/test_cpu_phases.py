@@ -1,6 +1,7 @@
 """A scan, phase by phase."""
 
 import pytest
+
 from scanrack.runtime import Card, Cpu, Rack, ScanFlag
 from scanrack.runtime.loop.cpu import PHASES
 from scanrack.runtime.loop.events import Event

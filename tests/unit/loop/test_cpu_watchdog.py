@@ -8,6 +8,7 @@ import sys
 import threading
 
 import pytest
+
 from scanrack.runtime import Cpu, CpuFault, ScanFlag
 from scanrack.runtime.loop import pace
 from scanrack.runtime.loop.faults import Cause

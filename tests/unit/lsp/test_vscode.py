@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from scanrack.runtime.config.rack_schema import rack_schema
 
 HOUSE = Path(__file__).parents[3]
@@ -70,10 +71,6 @@ def test_what_the_description_names_is_there() -> None:
 def test_its_schema_is_that_of_this_version() -> None:
     written = json.loads((FOLDER / "rack.schema.json").read_text("utf-8"))
     assert written == rack_schema(draft4=True), "python -m tests.tools.generate schema"
-
-
-def test_it_is_not_in_the_wheel() -> None:
-    assert not [each for each in PROJECT["tool"]["setuptools"]["package-dir"].values() if "editors" in each]
 
 
 @pytest.mark.slow

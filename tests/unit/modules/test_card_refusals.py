@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 import pytest
+
 from scanrack.runtime import RackFileError, load_rack_file
 
 STEPPER = (

@@ -6,8 +6,9 @@ import shutil
 from pathlib import Path
 
 import pytest
-from scanrack.commands import build
 from typer.testing import CliRunner
+
+from scanrack.commands import build
 
 HERE = Path(__file__).parents[3]
 PAGE = (HERE / "docs" / "tutorial" / "4-panel.md").read_text(encoding="utf-8")

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from scanrack.commands import build
 from typer.testing import CliRunner
+
+from scanrack.commands import build
 
 pytestmark = pytest.mark.extra("prove")
 

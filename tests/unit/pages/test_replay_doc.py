@@ -8,8 +8,9 @@ import shutil
 from pathlib import Path
 
 import pytest
-from scanrack.commands import build
 from typer.testing import CliRunner
+
+from scanrack.commands import build
 
 ROOT = Path(__file__).parents[3]
 TEXT = (ROOT / "docs" / "replay.md").read_text(encoding="utf-8")

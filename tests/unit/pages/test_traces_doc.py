@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scanrack.commands import build
 from typer.testing import CliRunner
+
+from scanrack.commands import build
 
 ROOT = Path(__file__).parents[3]
 TEXT = (ROOT / "docs" / "traces.md").read_text(encoding="utf-8")

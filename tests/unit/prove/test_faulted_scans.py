@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from scanrack.ladder.files import parse_program
 from slc_bench import imported
+
+from scanrack.ladder.files import parse_program
 
 pytestmark = pytest.mark.extra("prove")
 

@@ -3,6 +3,8 @@
 from typing import Any
 
 import pytest
+from sequence_bench import SETUP, SLOW, SequenceBench
+
 import scanrack
 from scanrack import (
     Axis3601,
@@ -20,7 +22,6 @@ from scanrack import (
     within,
 )
 from scanrack.runtime import CpuFault
-from sequence_bench import SETUP, SLOW, SequenceBench
 
 
 class Playing(Logic):

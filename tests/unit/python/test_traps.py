@@ -5,6 +5,8 @@ import textwrap
 from typing import Any
 
 import pytest
+from sequence_bench import SETUP, SLOW, SequenceBench
+
 from scanrack import (
     Abort,
     Axis3601,
@@ -24,7 +26,6 @@ from scanrack import (
 from scanrack.jobs import ProgramError, load_program
 from scanrack.ladder.python.sequences import fresh
 from scanrack.runtime import CpuFault
-from sequence_bench import SETUP, SLOW, SequenceBench
 
 
 def load(tmp_path, body, name="line.py"):

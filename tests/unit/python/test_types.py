@@ -3,6 +3,8 @@
 from typing import assert_type
 
 from bench3601 import configuration
+from sequence_bench import SequenceBench
+
 from scanrack import (
     Axis3601,
     Configuration,
@@ -19,7 +21,6 @@ from scanrack import (
 )
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.image import Image
-from sequence_bench import SequenceBench
 
 
 class Typed(Logic):

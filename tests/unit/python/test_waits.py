@@ -3,8 +3,9 @@
 from typing import Any
 
 import pytest
-from scanrack import Input, Logic, Wait, dwell, sequence, steady, until
 from sequence_bench import SequenceBench
+
+from scanrack import Input, Logic, Wait, dwell, sequence, steady, until
 
 
 class Waiting(Logic):

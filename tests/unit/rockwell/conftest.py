@@ -1,6 +1,7 @@
 """Imports documents that a test has put together."""
 
 import pytest
+
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.trial import run_trial
 

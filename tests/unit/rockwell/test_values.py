@@ -18,8 +18,9 @@ from l5x_files import (
     task,
     value,
 )
-from scanrack.commands import build
 from typer.testing import CliRunner
+
+from scanrack.commands import build
 
 
 def raw(name, kind, data, dims="", more=""):

@@ -18,10 +18,11 @@ from re import _parser as parser
 from typing import Any
 
 import pytest
+from house import ROOMS
+
 import scanrack
 
 ROOT = Path(__file__).parents[3]
-ROOMS = ("front", "io_images", "ladder", "rockwell", "runtime", "traces")
 OF_ONE_CHARACTER = {kinds.LITERAL, kinds.NOT_LITERAL, kinds.ANY, kinds.IN}
 BOUNDED = 5_000
 """A repeat of at most so many times is bounded: the matched names and numbers are short."""
