@@ -75,7 +75,9 @@ def names() -> Names:
         for node in ast.walk(ast.parse((HOUSE / path).read_text("utf-8"))):
             if isinstance(node, ast.ClassDef):
                 found.classes.append(NamedClass(path, node.lineno, node.name))
-            elif isinstance(node, ast.ImportFrom) and node.level:
+            elif isinstance(node, ast.ImportFrom) and (
+                node.level or (node.module or "").startswith("scanrack.")
+            ):
                 pairs = ((each.name, each.asname) for each in node.names)
                 found.renamed.extend((path, old, new) for old, new in pairs if new not in (None, old))
     return found
