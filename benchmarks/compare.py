@@ -19,7 +19,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
 from scanrack.io_images.image import WORDS
 from scanrack.traces.compare import EXACT, Tolerance, compare
 from scanrack.traces.format.layout import SlotInfo

@@ -31,7 +31,6 @@ from pathlib import Path
 from time import perf_counter
 
 from ethernet_ip import BATCH, Asker, frame, is_torn, write_rack
-
 from scanrack.runtime.line.ports.places import CLIENTS_MOST
 from scanrack.traces import open_trace
 

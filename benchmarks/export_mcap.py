@@ -26,7 +26,6 @@ from time import process_time
 
 import numpy as np
 from mcap.reader import make_reader
-
 from scanrack.io_images.image import WORDS
 from scanrack.traces.export import write_mcap
 from scanrack.traces.format.layout import SlotInfo

@@ -39,14 +39,13 @@ from lockstep3601 import GivenUp, Lockstep
 from oracle_bits import CONFIGURE
 from planted_programs import NAMES
 from planted_searches import Took, Way, aimed, blind, solved, target_of
-from steps3601 import Recover
-from stories3601 import THEMES
-
 from scanrack.jobs.fuzz import Scenario, TrialBench, search
 from scanrack.jobs.fuzz.aim.edges import Edges
 from scanrack.jobs.fuzz.aim.probe import Probe
 from scanrack.jobs.fuzz.run import BUILDING
 from scanrack.jobs.fuzz.search import DRAWING
+from steps3601 import Recover
+from stories3601 import THEMES
 
 BUDGET, SEEDS, FEW = 600, 30, 3
 """Runs of a search, number of searches of a program in the row `planted`, and in a row of one program."""

@@ -21,13 +21,12 @@ import tempfile
 import time
 from pathlib import Path
 
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs.fuzz import Counterexample
 from scanrack.jobs.fuzz.campaign.recipes import read_recipe
 from scanrack.jobs.fuzz.campaign.state import State, read_state
 from scanrack.jobs.fuzz.campaign.working import Work
+from typer.testing import CliRunner
 
 MISTAKES, SESSIONS, LATEST_S = 40, 2, 3.0
 BODY = "".join(

@@ -14,7 +14,6 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
 from inevitable_programs import failures
-
 from scanrack.jobs.fuzz.explain.futures import find_point_of_no_return
 
 

@@ -24,7 +24,6 @@ from time import sleep
 
 import numpy as np
 from mcap.reader import make_reader
-
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.arrays import by_name, read_columns
 from scanrack.traces.read.reader import open_trace

@@ -27,7 +27,6 @@ from pathlib import Path
 from bars import Bars
 from ladder_machine import highest_mib
 from lxml import etree
-
 from scanrack.rockwell.diff import compare_exports
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.trial import run_trial

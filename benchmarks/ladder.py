@@ -20,7 +20,6 @@ import time
 from collections.abc import Callable
 
 from bars import Bars
-
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.files.rungfile import parse_program
 

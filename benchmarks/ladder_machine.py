@@ -18,11 +18,11 @@ import subprocess
 import sys
 
 from bars import Bars, highest_mib
+from scanrack.ladder.files.rungfile import parse_program
+from scanrack.ladder.run.engine import Engine
 
 from ladder import RUNGS, TIMED_OUT_NS, per_call
 from ladder import program as ten_rungs
-from scanrack.ladder.files.rungfile import parse_program
-from scanrack.ladder.run.engine import Engine
 
 PERIOD_MS = 10
 RUNG_BAR_NS = 78

@@ -16,7 +16,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 from bars import Bars
-
 from scanrack.jobs.bench.opening import open_bench
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.state.memory import same

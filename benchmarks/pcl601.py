@@ -23,7 +23,6 @@ from time import process_time
 from pymodbus.framer import FramerRTU
 from pymodbus.pdu import DecodePDU
 from pymodbus.pdu.register_message import ReadHoldingRegistersResponse
-
 from scanrack.io_images.pcl601 import MAP, Register, word_of
 from scanrack.runtime.controllers.pcl601.line import FORMATS, PORT_TIMING, SERIAL_TIMING, Pcl601
 from scanrack.runtime.line.rtu import Timing, crc, frame

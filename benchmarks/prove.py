@@ -35,7 +35,6 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
 from bars import highest_mib
 from proofs import LIMITS, Proofs, claims, program_text
-
 from scanrack.jobs.prove.checking import Opinion, Solver, check, solvers
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.lowering.runnable import LadderLogic

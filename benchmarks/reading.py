@@ -26,7 +26,6 @@ from pathlib import Path
 import numpy as np
 from mcap.reader import make_reader
 from recorder import PERIOD_NS, Rack, record, timed
-
 from scanrack.traces.read.arrays import Selection, by_name, read_columns, scan_at
 from scanrack.traces.read.reader import open_trace
 

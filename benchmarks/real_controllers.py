@@ -29,7 +29,6 @@ from bars import Bars
 from l5x import measured
 from real_mix import real_controller
 from real_rungs import VARIANTS
-
 from scanrack.ladder.run.engine import Engine
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.trial import _different

@@ -32,7 +32,6 @@ from time import process_time
 import zstandard
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
-
 from scanrack.io_images.image import WORDS
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.format.schema import (

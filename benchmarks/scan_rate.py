@@ -26,7 +26,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import zstandard
-
 from scanrack.io_images.amci3601 import Configuration, Direction, Idle, InputBit, Manual
 from scanrack.io_images.image import WORDS, Image
 from scanrack.io_images.thousands import join_reported

@@ -14,8 +14,9 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterable
 
-from ladder import TIMED_OUT_NS, per_call
 from scanrack.ladder.files.rungfile import parse_program
+
+from ladder import TIMED_OUT_NS, per_call
 
 PERIOD_MS = 10
 REPEATS = 200

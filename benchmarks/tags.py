@@ -24,7 +24,6 @@ from time import process_time
 
 import numpy as np
 from bars import Bars
-
 from scanrack.io_images.image import WORDS
 from scanrack.jobs.record.tag_source import tags_of
 from scanrack.ladder.debug import Debugger

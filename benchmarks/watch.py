@@ -37,8 +37,6 @@ from contextlib import ExitStack, closing, contextmanager
 from functools import partial
 from pathlib import Path
 
-from websockets.asyncio.client import connect
-
 from scanrack.jobs.load.loading import load_job
 from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.runtime.live.ring import Ring
@@ -52,6 +50,7 @@ from scanrack.watch.monitor_supervisor import MonitorSupervisor
 from scanrack.watch.monitors.monitor import SessionFacts
 from scanrack.watch.monitors.session_monitor import Setup
 from scanrack.watch.monitors.stretched import SessionProgram
+from websockets.asyncio.client import connect
 
 FEEDER = Path(__file__).parents[1] / "examples" / "feeder" / "feeder.toml"
 WAYS = ("nobody", "monitor", "page", "deaf")

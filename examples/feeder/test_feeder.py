@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-
 from scanrack import open_bench
 from scanrack.jobs.bench import Bench
 

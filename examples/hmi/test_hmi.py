@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-
 from scanrack import open_bench
 from scanrack.jobs.bench import Bench
 

@@ -3,7 +3,6 @@
 from typing import Annotated
 
 from pydantic import Field
-
 from scanrack.modules import BitPlace, Event, Image, ModuleRecord, ModuleWords, Options
 
 REST = tuple(f"word{number}" for number in range(2, 8))

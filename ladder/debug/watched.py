@@ -7,9 +7,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from typing_extensions import override
-
 from scanrack.io_images.site import Site
+from typing_extensions import override
 
 from ..interpreter import Interpreter
 from ..model.errors import LadderFault

@@ -27,9 +27,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, Self
 
-from typing_extensions import override
-
 from scanrack.io_images.times import exact_ns
+from typing_extensions import override
 
 from ..model.errors import LadderError, Problem
 from ..model.routine import Routine

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from lxml import etree
-
 from scanrack.ladder.model.chart import Action, Chart, ChartStep, Transition
 from scanrack.ladder.model.chart_layout import Cell, layout_of
 from scanrack.ladder.model.statements import block_lines

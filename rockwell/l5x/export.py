@@ -11,7 +11,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from lxml import etree
-
 from scanrack.ladder.lowering.addon import (
     ENABLES,
     OTHERWISE,

@@ -17,7 +17,6 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, PlainValidator, WithJsonSchema, model_validator
 from pydantic_core import PydanticCustomError
-
 from scanrack.io_images.site import SettingError
 
 from .machine_tables import Table

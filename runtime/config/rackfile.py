@@ -17,7 +17,6 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
-
 from scanrack.io_images.addresses import allowed
 from scanrack.io_images.doors import toml_tables
 from scanrack.io_images.input_files import read_input_text

@@ -27,7 +27,6 @@ from pydantic import (
     model_validator,
 )
 from pydantic_core import PydanticCustomError, core_schema
-
 from scanrack.io_images.addresses import allowed, parse_address
 from scanrack.io_images.amci3601.firmware import KNOWN, Firmware
 from scanrack.io_images.amci3601.words import WORDS_3601, Profile, is_stepper

@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import Field, model_validator
-
 from scanrack.io_images.site import SettingError
 
 from .machine_tables import Table

@@ -16,7 +16,6 @@ from decimal import Decimal
 from typing import Annotated, Any, Self
 
 from pydantic import Field, PlainValidator, model_validator
-
 from scanrack.io_images.site import SettingError
 from scanrack.io_images.times import exact_ns
 

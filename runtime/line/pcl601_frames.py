@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from functools import partial
 
 from pymodbus.pdu import ModbusPDU
-
 from scanrack.io_images.pcl601 import Code, Register
 
 from . import pcl601_pdus as pdus

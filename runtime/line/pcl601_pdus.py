@@ -12,10 +12,9 @@ from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu import bit_message as bits
 from pymodbus.pdu import register_message as words
 from pymodbus.pdu.other_message import ReportDeviceIdRequest, ReportDeviceIdResponse
-from typing_extensions import override
-
 from scanrack.io_images.pcl601 import ROWS, Code, Register
 from scanrack.io_images.pcl601.terminals import INPUT_COUNT, OUTPUT_COUNT
+from typing_extensions import override
 
 from .modbus_pdus import GuardedDecoder, mismatch
 

@@ -7,9 +7,8 @@ import struct
 from collections.abc import Callable
 from typing import Protocol
 
-from typing_extensions import override
-
 from scanrack.io_images.enip.listing import Listing, part_at
+from typing_extensions import override
 
 from ..loop.listeners import QuietListener
 from ..loop.pace import wall_ns

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
-from typing_extensions import override
-
 from scanrack.io_images.image import Image
+from typing_extensions import override
 
 from .events import Event, JsonValue
 from .exchange import RPI_NS

@@ -24,7 +24,6 @@ from typing import Any
 from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu import bit_message as bits
 from pymodbus.pdu import register_message as words
-
 from scanrack.io_images.enip.codes import CipRefusedError
 from scanrack.io_images.enip.listing import PlainKind
 

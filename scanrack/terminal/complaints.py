@@ -6,7 +6,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import typer
-
 from scanrack.traces.format.records import TraceLimitError
 
 from .status import BAD_INPUT, CANNOT_WRITE, complain, reason

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Annotated
 
 import typer
-
 from scanrack.traces.format.limits import CHUNK_BYTES, RECORDS, Limits, limited
 
 from .terminal import say

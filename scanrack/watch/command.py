@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import typer
-
 from scanrack.runtime.live.speeds import MAX, SPEED_LEAST, SPEED_MOST
 from scanrack.terminal.grouped import grouped
 from scanrack.terminal.status import BAD_INPUT, complain

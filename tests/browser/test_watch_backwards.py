@@ -52,9 +52,8 @@ def test_what_stands_beside_a_scan_of_the_past_is_of_that_scan(page, paused):
 
 @pytest.fixture
 def recording(tmp_path, feeder_rack):
-    from typer.testing import CliRunner
-
     from scanrack.commands import build
+    from typer.testing import CliRunner
 
     trace = tmp_path / "run.mcap"
     words = ["run", str(feeder_rack), "--record", str(trace), "--for", "15 s"]

@@ -4,7 +4,6 @@ Broken on purpose: `value !== before` of changes.js, the scan before a change: a
 """
 
 import pytest
-
 from scanrack.jobs import open_bench
 
 SCANS = 2000

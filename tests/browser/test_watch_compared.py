@@ -4,10 +4,9 @@ Two programs count their scans; the lamp of the second one is on from scan 100 o
 """
 
 import pytest
+from scanrack.commands import build
 from typer.testing import CliRunner, Result
 from watched_page import watching, why_not
-
-from scanrack.commands import build
 
 PROGRAM = """
 PROGRAM lamp

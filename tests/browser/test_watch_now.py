@@ -7,9 +7,8 @@ import re
 from pathlib import Path
 
 import pytest
-from watched_page import until, watching, why_not
-
 from scanrack.jobs import open_bench
+from watched_page import until, watching, why_not
 
 FEEDER = Path(__file__).parents[2] / "examples" / "feeder" / "feeder.rung"
 PANEL = FEEDER.parents[1] / "three_stations_panel"

@@ -9,13 +9,12 @@ from pathlib import Path
 
 import pytest
 from axe_peer import axe_findings
+from scanrack.commands import build
+from scanrack.watch.panels.panel_file import Panel, panel_text, parse_panel
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 from typer.testing import CliRunner
 from watched_page import steadily, until, watching, why_not
-
-from scanrack.commands import build
-from scanrack.watch.panels.panel_file import Panel, panel_text, parse_panel
 
 LINE = Path(__file__).parents[2] / "examples" / "three_stations_panel"
 

@@ -2,10 +2,9 @@
 
 from functools import partial
 
-from watched_page import until
-
 from scanrack.jobs import open_bench
 from scanrack.ladder.draw import power
+from watched_page import until
 
 SCANS = [1, 1, 1, 1, 6, 90, 200, 200, 300, 1, 1, 400, 800, 1000, 1000, 40, 60, 500, 3, 1]
 """Steps of a session: 20 pauses, the emergency stop at 8 s among them."""

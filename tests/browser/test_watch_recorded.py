@@ -1,9 +1,8 @@
 """What is clicked on the page is recorded with its scan, and acts at once."""
 
-from watched_page import until, watching
-
 from scanrack.io_images.amci3601 import StatusLsw
 from scanrack.traces import open_trace
+from watched_page import until, watching
 
 CLICKS = 6
 ENTER = "\ue007"

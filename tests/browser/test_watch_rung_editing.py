@@ -12,16 +12,15 @@ from typing import cast
 
 import pytest
 from cut_network import network
+from scanrack.commands import build
+from scanrack.jobs import load_job
+from scanrack.ladder import LadderLogic
+from scanrack.terminal.status import DONE
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.keys import Keys
 from typer.testing import CliRunner
 from watched_page import until, watching
 from watching import Watched, page_of
-
-from scanrack.commands import build
-from scanrack.jobs import load_job
-from scanrack.ladder import LadderLogic
-from scanrack.terminal.status import DONE
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 RACK = """

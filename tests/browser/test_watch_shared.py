@@ -7,13 +7,12 @@ embedded.js: a test turns red.
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-from watched_page import until, watching, why_not
-
 from scanrack.commands import build
 from scanrack.jobs import open_bench
 from scanrack.watch.share.command import ShareOptions, share
 from scanrack.watch.share.failure import Failure
+from typer.testing import CliRunner
+from watched_page import until, watching, why_not
 
 FEEDER = Path(__file__).parents[2] / "examples" / "feeder"
 SCANS = 3000

@@ -1,9 +1,8 @@
 """What the timing strip draws is what was, also just behind the present of a rack that runs."""
 
-from watched_page import until, watching
-
 from scanrack.io_images.amci3601 import StatusLsw
 from scanrack.traces import open_trace
+from watched_page import until, watching
 
 ENTER = "\ue007"
 PERIOD_NS = 2_000_000

@@ -1,8 +1,7 @@
 """Tags in the timing strip: every change, live and in the past, as the bench has it."""
 
-from watched_page import until, watching
-
 from scanrack.jobs import open_bench
+from watched_page import until, watching
 
 EDGES = """
 const rows = [...document.querySelectorAll(".edges li")];

@@ -14,10 +14,9 @@ from pathlib import Path
 import pytest
 from golden import app
 from golden_library import Library, Made, changes, index_of, left_over, load_library, make
-from typer.testing import CliRunner, Result
-
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import RULES
+from typer.testing import CliRunner, Result
 
 GOLDEN = Path(__file__).parents[2] / "tests" / "golden" / "recordings"
 LISTED = ("CMD-", "PRF-", "HOM-", "INP-", "POS-", "CER-")

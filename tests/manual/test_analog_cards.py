@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-
 from scanrack.io_images.cards import KINDS
 from scanrack.io_images.image import Image
 from scanrack.runtime.modules.cards.module import GenericCard

@@ -1,7 +1,6 @@
 """Chapter 5, Blend Move Programming: the layout of the blocks."""
 
 import pytest
-
 from scanrack.io_images.amci3601 import Acceleration, BlendHeader, BlendSegment
 from scanrack.io_images.image import Image
 

@@ -1,7 +1,6 @@
 """Chapters 4 and 5: the command words and what they carry."""
 
 import pytest
-
 from scanrack.io_images.amci3601 import (
     Acceleration,
     CommandLsw,

@@ -8,8 +8,6 @@ import pytest
 from axis_hand import Geared, Hand, OneAxis
 from bench3601 import ENCODER, configuration
 from blocks3601 import ERROR_STOP, STANDSTILL, BlocksBench
-from sequence_bench import RATES, SLOW, SequenceBench
-
 from scanrack import AxisError, Direction, ErrorId, State, sequence
 from scanrack.io_images.amci3601 import BlendSegment, InputBit, Move, MoveKind, PresetPosition
 from scanrack.io_images.image import Image
@@ -19,6 +17,7 @@ from scanrack.ladder.python.axis3601.kinds import PRESET, RELATIVE
 from scanrack.ladder.python.axis3601.link import Link
 from scanrack.ladder.python.sequences.parts import Clock
 from scanrack.runtime import ModuleFault
+from sequence_bench import RATES, SLOW, SequenceBench
 
 LINK, NOT_DONE = 512, 1024
 MODULE_OK, COMMAND_ERROR, POSITION_INVALID = 0x4000, 0x1000, 0x0400

@@ -1,7 +1,6 @@
 """Chapter 3: the configuration words, the four ways to home, the invalid configurations."""
 
 import pytest
-
 from scanrack.io_images.amci3601 import (
     ALL_INPUTS,
     ConfigMsw,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from drive_unit import ENABLE, MS, Unit, ready
-
 from scanrack.io_images.amci3601 import WORDS_3601, CommandMsw, Configuration, InputBit, StatusMsw
 from scanrack.io_images.drives.differences import DIFFERENCES, MOVES
 from scanrack.io_images.drives.models import MODELS, Layout

@@ -10,7 +10,6 @@ from typing import Any
 
 import pytest
 from drive_unit import ENABLE, VALID
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.drives.models import MODELS
 from scanrack.runtime.modules.drives.drive import DriveUnit

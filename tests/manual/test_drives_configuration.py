@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from drive_unit import ENABLE, VALID, Unit, ready
-
 from scanrack.io_images.drives.configuration import RULES as CONFIGURATION_RULES
 from scanrack.io_images.drives.rules import RULES
 from scanrack.runtime.machine import Machine

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from drive_unit import ENABLE, Unit, ready
-
 from scanrack.io_images.drives.readings import READINGS
 from scanrack.runtime.machine import Jam, MachineSpec
 from scanrack.runtime.modules.drives.options import DriveOptions, SmdOptions

@@ -9,7 +9,6 @@ import pytest
 from drive_unit import ENABLE, VALID, Unit
 from hypothesis import given
 from hypothesis import strategies as st
-
 from scanrack.io_images.drives.models import MODELS
 from scanrack.jobs.drive.drive_bench import DriveBench
 from scanrack.jobs.drive.requests import RequestError

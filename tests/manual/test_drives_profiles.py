@@ -10,7 +10,6 @@ import pytest
 from drive_unit import ready
 from hypothesis import given
 from hypothesis import strategies as st
-
 from scanrack.runtime.kinematics import (
     NANO,
     PICO,

@@ -1,7 +1,6 @@
 """Firmware versions and serial numbers: chapters 1 and 4, Manual Revision History."""
 
 import pytest
-
 from scanrack.io_images.amci3601 import KNOWN, Firmware
 
 GATES = ("capture_without_encoder", "micrologix", "registration", "follower")

@@ -6,7 +6,6 @@ Order, feedback and latching: 1756-RM003, Function Block Attributes. Blocks: the
 import pytest
 from diagram_runs import follow, open_diagram
 from l5x_files import add_on, block, connector, ladder, parameter, reference, sheets, structured, wire
-
 from scanrack.rockwell.l5x.diagrams.blocks import BLOCKS
 
 IN, OUT = "IRef", "ORef"

@@ -17,7 +17,6 @@ from blocks3601 import (
     SYNCHRONIZED,
     BlocksBench,
 )
-
 from scanrack.runtime import ModuleFault
 
 BOTH = pytest.mark.parametrize("interpreted", [False, True], ids=["compiled", "interpreted"])

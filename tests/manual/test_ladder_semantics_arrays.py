@@ -2,7 +2,6 @@
 
 import pytest
 from ladder_bench import both
-
 from scanrack.ladder import LadderFault
 from scanrack.ladder.state import fault_log
 from scanrack.ladder.state.memory import same

@@ -2,10 +2,9 @@
 
 import pytest
 from ladder_bench import both
-from slc_bench import after
-
 from scanrack.ladder import BuildError, LadderFault, Program
 from scanrack.ladder.files import parse_program, parse_structured
+from slc_bench import after
 
 TAGS = "TAG Go : BOOL\nTAG N : DINT\nTAG Name : STRING"
 ASSERTION = 4, 990  # the first code that 1756-PM014 leaves to users

@@ -6,7 +6,6 @@ import math
 
 import pytest
 from ladder_bench import both
-
 from scanrack.ladder import LadderFault
 
 TAGS = """TAG S : SINT

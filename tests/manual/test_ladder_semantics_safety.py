@@ -4,7 +4,6 @@ from typing import Any
 
 import pytest
 from ladder_bench import both
-
 from scanrack.ladder import LadderError
 
 INPUTS = "".join(f"TAG {name} : BOOL\n" for name in ("A", "B", "Status", "Reset", "Enable"))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from bench3601 import CONFIGURATION, HOLD, IMMEDIATE_STOP, MANUAL_CW, Bench
-
 from scanrack.runtime import ModuleFault
 from scanrack.runtime.modules.amci3601 import Indicators, Light
 

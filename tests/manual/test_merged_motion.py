@@ -10,7 +10,6 @@ from typing import NamedTuple
 import l5x_files as files
 import pytest
 from ladder_bench import both
-
 from scanrack.rockwell.l5x import import_l5x
 
 NAMES = ("A", "B", "C", "D")

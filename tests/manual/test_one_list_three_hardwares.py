@@ -10,11 +10,10 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-from three_hardwares import CONFIGURATION, HARDWARES, INPUTS, PCL601, PMC006, Refusal, Step, Teller
-from three_stories import ENCODER_STORIES, STORIES
-
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import InputBit
+from three_hardwares import CONFIGURATION, HARDWARES, INPUTS, PCL601, PMC006, Refusal, Step, Teller
+from three_stories import ENCODER_STORIES, STORIES
 
 CAPTURE, EXTERNAL = InputBit.CAPTURE, InputBit.EXTERNAL
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from bench601 import Bench601
-
 from scanrack.io_images.pcl601 import COMMANDS
 from scanrack.io_images.pcl601.program import parse_program
 from scanrack.io_images.pcl601.talk import Action

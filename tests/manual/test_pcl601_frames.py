@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from bench601 import Bench601, hexed
-
 from scanrack.io_images.pcl601 import Register
 from scanrack.runtime.controllers.pcl601.controller import Protocol
 from scanrack.runtime.controllers.pcl601.line import FORMATS, SERIAL_TIMING

@@ -9,7 +9,6 @@ from fractions import Fraction
 
 import pytest
 from bench601 import MS, Bench601
-
 from scanrack.io_images.pcl601 import Register
 from scanrack.io_images.pcl601.program import parse_program
 from scanrack.runtime.controllers.pcl601.autocorrect import Autocorrect

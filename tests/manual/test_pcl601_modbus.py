@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import pytest
 from bench601 import Bench601
-
 from scanrack.io_images.pcl601 import MAP, Register
 
 

@@ -10,7 +10,6 @@ from math import sqrt
 
 import pytest
 from bench601 import MS, Bench601
-
 from scanrack.io_images.pcl601 import Error, Register
 from scanrack.runtime import Contact
 

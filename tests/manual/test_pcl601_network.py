@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from programs601 import MS, sample
-
 from scanrack.io_images.pcl601 import Code, Error, Register
 from scanrack.io_images.pcl601.program import parse_program
 from scanrack.runtime import SerialBus

@@ -7,7 +7,6 @@ from math import sqrt
 
 import pytest
 from programs601 import MS, Bench, sample
-
 from scanrack.io_images.pcl601 import Code, Error, Register
 from scanrack.runtime import Contact
 from scanrack.runtime.controllers.pcl601.motor import EncoderModel

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from bench006 import Bench006
-
 from scanrack.io_images.pmc006.frame import Framer, command, decode, encode
 from scanrack.runtime.controllers.pmc006.pins import Pin
 

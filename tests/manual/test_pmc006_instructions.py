@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from bench006 import Bench006
-
 from scanrack.io_images.pmc006.instructions import INSTRUCTIONS, PARAMETERS, Kind, ParameterStorage
 from scanrack.io_images.pmc006.status import Level, Status1, Status2
 

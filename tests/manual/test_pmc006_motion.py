@@ -6,7 +6,6 @@ from math import cos, pi, sin
 
 import pytest
 from bench006 import MS, Bench006
-
 from scanrack.io_images.pmc006.status import Status1, Status2
 from scanrack.runtime import Contact
 from scanrack.runtime.controllers.pmc006.line import Pmc006

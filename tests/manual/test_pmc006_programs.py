@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from bench006 import Bench006
-
 from scanrack.io_images.pmc006.program import CMP_OPTIONS, USER_OPS, WAIT_OPTIONS, assemble, disassemble
 from scanrack.io_images.pmc006.status import Status1, Status2
 from scanrack.runtime.controllers.pmc006.interpreter import COMPARED, EFFECTS, WAITED_FOR

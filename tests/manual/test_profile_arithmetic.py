@@ -18,7 +18,6 @@ from fractions import Fraction
 from itertools import pairwise
 
 import pytest
-
 from scanrack.runtime.kinematics import (
     MILLI,
     PICO,

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import pytest
 from bench3601 import CAPTURE, ENCODER, HOLD, RELATIVE, RESUME, Bench, configuration
-
 from scanrack.io_images.amci3601 import RULES
 from scanrack.runtime.modules.amci3601 import Amci3601Options
 

@@ -9,10 +9,9 @@ import pytest
 from bench3601 import BLEND_CW, ENCODER, HOLD, MANUAL_CW, RELATIVE, Bench, configuration
 from blends3601 import C, T, Z, block, header, program, transmit
 from lockstep3601 import Lockstep
+from scanrack.commands import build
 from stories3601 import Setting
 from typer.testing import CliRunner
-
-from scanrack.commands import build
 
 FOLLOW, PROGRAM, TRANSMIT, STORE = 0x0080, 0x0100, 0x0200, 0x0400
 SHAPES = {C: oracle_motion.CONSTANT, T: oracle_motion.TRIANGULAR, Z: oracle_motion.TRAPEZOIDAL}

@@ -13,7 +13,6 @@ import pytest
 from bench3601 import ABSOLUTE, DIAGNOSTIC, ENCODER, HOME_CW, IMMEDIATE_STOP, PRESET_ENCODER, RELATIVE, Bench
 from bench3601 import configuration as configured
 from motions3601 import ENCODER_MOVE
-
 from scanrack.io_images.thousands import split_thousands
 from scanrack.runtime.machine import EncoderSpec
 

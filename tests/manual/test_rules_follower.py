@@ -12,7 +12,6 @@ from fractions import Fraction
 import pytest
 from bench3601 import CONFIGURATION, HOLD, PRESET_ENCODER, RESUME, Bench
 from follower3601 import FOLLOW, MSW, WITH_ENCODER, follow, follower_bench, words
-
 from scanrack.runtime.machine import EncoderSpec
 
 BOTH_PERIODS = pytest.mark.parametrize("scan_ms", [0.25, 2])

@@ -20,7 +20,6 @@ from homing3601 import (
     ROUND_THE_SWITCH,
     Search,
 )
-
 from scanrack.runtime.machine import EncoderSpec
 
 EITHER_WAY = pytest.mark.parametrize("direction", [pytest.param(1, id="cw"), pytest.param(-1, id="ccw")])

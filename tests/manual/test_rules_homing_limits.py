@@ -21,7 +21,6 @@ from homing3601 import (
     USE_LIMIT,
     Search,
 )
-
 from scanrack.runtime.machine import EncoderSpec
 
 EITHER_WAY = pytest.mark.parametrize("direction", [pytest.param(1, id="cw"), pytest.param(-1, id="ccw")])

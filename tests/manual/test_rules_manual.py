@@ -11,7 +11,6 @@ from math import ceil
 
 import pytest
 from bench3601 import ENCODER, MANUAL_CCW, MANUAL_CW, Bench, configuration
-
 from scanrack.io_images.thousands import split_thousands
 
 EVERY_SCAN = pytest.mark.parametrize("scan_ms", [0.25, 2])

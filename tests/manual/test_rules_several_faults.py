@@ -30,7 +30,6 @@ from bench3601 import (
 )
 from blends3601 import program
 from refusals3601 import ERRORS
-
 from scanrack.io_images.amci3601 import RULES
 from scanrack.io_images.amci3601.rules.rule import bit_names
 from scanrack.runtime.modules.amci3601 import refusals

@@ -2,7 +2,6 @@
 
 import pytest
 from charts import BothEngines, marks, program_of, told
-
 from scanrack.ladder import BuildError, LadderFault
 from scanrack.ladder.files import parse_program, program_text
 

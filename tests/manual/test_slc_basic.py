@@ -1,10 +1,9 @@
 """Bits, timers, counters, files and program control of SLC 500 and MicroLogix [1747-RM001, 1766-RM001]."""
 
 import pytest
-from slc_bench import Bench, after, imported
-
 from scanrack.ladder.model.stubs import Stubs, parse_stub
 from scanrack.rockwell.slc import import_text
+from slc_bench import Bench, after, imported
 
 # --- Addressing
 

@@ -1,7 +1,6 @@
 """Chapter 6: the status bits, and chapter 3: the words of configuration mode."""
 
 import pytest
-
 from scanrack.io_images.amci3601 import (
     Configuration,
     ConfigurationStatus,

@@ -1,7 +1,6 @@
 """SCL, HLL, SEL, SNEG, MAXC, MINC, SETD, RESD, DFF, JKFF, UPDN and RLIM [1756-RM006]; both back ends."""
 
 import pytest
-
 from scanrack.ladder import BuildError
 from scanrack.ladder.files import parse_program
 

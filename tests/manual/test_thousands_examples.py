@@ -1,7 +1,6 @@
 """The manual's worked examples of the thousands words."""
 
 import pytest
-
 from scanrack.io_images.thousands import (
     PARAMETER_MAX,
     PARAMETER_MIN,

@@ -15,11 +15,10 @@ from pathlib import Path
 import pytest
 from captured import conversation, pcap
 from logix_clients import pycomm3_client, pylogix_client
-from served_tags import served, write_rack
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces import open_trace
+from served_tags import served, write_rack
+from typer.testing import CliRunner
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")

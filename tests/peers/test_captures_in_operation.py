@@ -14,9 +14,8 @@ from pathlib import Path
 
 import pytest
 from logix_clients import pycomm3_client
-from typer.testing import CliRunner
-
 from scanrack.commands import build
+from typer.testing import CliRunner
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")

@@ -11,12 +11,11 @@ from pathlib import Path
 
 import pytest
 from captured import conversation, modbus_tcp, pcap
-from served_tags import Client, ServedRack, frame, message, unconnected, write_rack
-
 from scanrack.io_images.captures.packets import Capture
 from scanrack.io_images.enip.codes import PORT
 from scanrack.jobs.captures.pairing import ModbusTcpPairing
 from scanrack.jobs.captures.reading import read_capture
+from served_tags import Client, ServedRack, frame, message, unconnected, write_rack
 
 TIMEOUT_S = 120
 TALK = [

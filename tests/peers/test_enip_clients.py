@@ -16,10 +16,9 @@ from aliased_tags import write_aliases
 from listed_layouts import CONTROLLERS, Listed, listed, of_pycomm3, of_pylogix, of_st, rack_at, rack_id
 from logix_clients import pycomm3_client, pylogix_client
 from peers import node
-from served_tags import ServedRack, served, write_rack
-
 from scanrack.jobs.run.servers.tag_formats import FORMATS
 from scanrack.runtime.tag_servers.tag_list import tag_rows
+from served_tags import ServedRack, served, write_rack
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")

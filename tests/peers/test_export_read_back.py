@@ -16,7 +16,6 @@ import numpy as np
 import pytest
 from made_tags import MadeTags
 from made_traces import A3601, PERIOD_NS, idle, record
-
 from scanrack.io_images.amci3601 import StatusView
 from scanrack.traces import Scan, ScanRecorder, SlotInfo, Tag, open_trace
 from scanrack.traces.export import to_pandas, to_polars, write_csv, write_parquet, write_vcd

@@ -15,7 +15,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-
 from scanrack.runtime.kinematics import MILLI, PICO, Motion, Profile, Shape, change_speed, move, run, stop
 
 integrate = pytest.importorskip("scipy.integrate", reason="the quadrature needs scipy")

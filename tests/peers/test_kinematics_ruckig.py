@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 from hypothesis import given, reject
 from hypothesis import strategies as st
-
 from scanrack.runtime.kinematics import MILLI, PICO, Motion, Profile, Shape, change_speed, move, run, stop
 
 ruckig = pytest.importorskip("ruckig", reason="the peer, ruckig, is not installed")

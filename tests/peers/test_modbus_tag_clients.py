@@ -9,9 +9,8 @@ from collections.abc import Iterator
 
 import pytest
 from pymodbus.client import ModbusTcpClient
-from served_tags import ServedRack, served, write_rack
-
 from scanrack.runtime.config.server_table import ModbusTable
+from served_tags import ServedRack, served, write_rack
 
 MAP = ModbusTable.model_validate(
     {

@@ -15,11 +15,10 @@ from urllib.request import Request, urlopen
 
 import pytest
 from peers import PEERS_FOLDER, TIMEOUT_S, node_program, npm_package
-from served_tags import served, write_rack
-from websockets.sync.client import connect
-
 from scanrack.jobs.run.servers.tag_formats import FORMATS
 from scanrack.runtime.tag_servers.tag_list import tag_rows
+from served_tags import served, write_rack
+from websockets.sync.client import connect
 
 NODES = "node-red-contrib-cip-ethernet-ip"
 pytestmark = [pytest.mark.peer("Node-RED"), pytest.mark.slow]

@@ -15,9 +15,8 @@ from collections.abc import Iterator
 
 import pytest
 from pymodbus.client import ModbusTcpClient
-from serving601 import Serving, serving
-
 from scanrack.runtime.machine.contacts import GROUND, OPEN
+from serving601 import Serving, serving
 
 GO, STOP_HARD = 1, 5
 COMMAND, ACCELERATION, BASE_SPEED, DIRECTION, POSITION, TARGET, BUSY = 1, 4, 6, 9, 13, 15, 35

@@ -11,7 +11,6 @@ import pytest
 from chromium import BROWSER, Chromium
 from contrast import contrast
 from made_traces import PERIOD_NS, idle, record
-
 from scanrack.traces import open_trace
 from scanrack.traces.plot import save_page
 

@@ -10,7 +10,6 @@ import pytest
 from chromium import BROWSER, Chromium
 from contrast import contrast
 from made_tags import MadeTags
-
 from scanrack.traces import ScanRecorder, SlotInfo, Tag, open_trace
 from scanrack.traces.plot import save_page
 

@@ -11,12 +11,11 @@ from pathlib import Path
 import pytest
 from pymodbus.client import ModbusTcpClient
 from rerun_orders import rerun, run_while
-from served_tags import write_rack
-
 from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.run.servers.kinds import ServerAddress
 from scanrack.jobs.run.servers.tag_service import TagService
 from scanrack.traces import open_trace
+from served_tags import write_rack
 
 WRITES = 500
 MAP = """

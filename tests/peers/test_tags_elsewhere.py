@@ -10,7 +10,6 @@ import pytest
 from foxglove_peer import decoded_scans
 from made_tags import MadeTags
 from mcap.reader import make_reader
-
 from scanrack.traces import ScanRecorder, SlotInfo, Tag
 
 SCANS = 300

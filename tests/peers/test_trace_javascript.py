@@ -17,7 +17,6 @@ from typing import Any
 import numpy as np
 import pytest
 from made_traces import PERIOD_NS, record
-
 from scanrack.traces import SlotInfo, open_trace
 from scanrack.traces.repair import repair
 

@@ -11,7 +11,6 @@ import zstandard
 from mcap.opcode import Opcode
 from mcap.reader import NonSeekingReader, make_reader
 from mcap.records import ChunkIndex
-
 from scanrack.io_images.image import Image
 from scanrack.traces import ScanRecorder, SlotInfo
 

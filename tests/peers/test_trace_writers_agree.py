@@ -6,10 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from mcap.reader import make_reader
-from stockwriter import StockWriter
-
 from scanrack.traces import Attachment, ScanRecorder, SlotInfo
 from scanrack.traces.write import recorder
+from stockwriter import StockWriter
 
 happenings = st.lists(
     st.one_of(

@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from made_traces import A3601, record
-
 from scanrack.traces import SlotInfo, open_trace
 from scanrack.traces.format.flags import flag_names
 from scanrack.traces.read.changes import ChangeRows, Row

@@ -7,7 +7,6 @@ from amounts import amount
 from charts import BothEngines, charts, inputs_of
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-
 from scanrack.ladder import LadderFault
 from scanrack.ladder.files import parse_program, program_text
 

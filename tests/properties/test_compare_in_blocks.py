@@ -15,7 +15,6 @@ from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from plain_compare import plainly
-
 from scanrack.traces import SlotInfo
 from scanrack.traces.compare import SAME_CLOCK, TimeMap, Tolerance, blocks, compare_parts, findings
 from scanrack.traces.read.columns import Columns

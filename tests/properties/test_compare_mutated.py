@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from scanrack.io_images.thousands import split_reported
 from scanrack.traces import SlotInfo
 from scanrack.traces.compare import EXACT, Tolerance, compare_parts

@@ -3,7 +3,6 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
 from scanrack.io_images.amci3601 import KNOWN, Configuration, Firmware, check
 from scanrack.io_images.image import Image
 

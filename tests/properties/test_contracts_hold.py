@@ -14,8 +14,6 @@ from amounts import amount
 from contracts3601 import Broken, check_of, play, wild
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from stories3601 import scripts
-
 from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw
 from scanrack.io_images.amci3601.contracts import Contract, contracts_of
 from scanrack.io_images.amci3601.contracts import rows as the
@@ -23,6 +21,7 @@ from scanrack.io_images.amci3601.contracts.fact import now, told, was
 from scanrack.runtime.modules.amci3601 import CommandLayer
 from scanrack.runtime.modules.amci3601.latches import STOPPED
 from scanrack.traces import open_trace
+from stories3601 import scripts
 
 SHOWS_A_CUT = 37
 """A seed whose run ends a motion without a ramp."""

@@ -13,7 +13,6 @@ from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from l5x_files import data_type, document, ladder, member, module, program, rung, tag, task, value
-
 from scanrack.rockwell.diff import compare_exports
 
 

@@ -12,7 +12,6 @@ import pytest
 from drive_unit import ENABLE, VALID
 from hypothesis import given
 from hypothesis import strategies as st
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.drives.models import MODELS
 from scanrack.runtime.machine import Jam, Machine, MachineSpec, Slip, Switch

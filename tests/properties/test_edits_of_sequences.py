@@ -11,7 +11,6 @@ import pytest
 from amounts import amount
 from bench3601 import CONFIGURATION
 from edited_sequences import Author, Run, text_of
-
 from scanrack.ladder.python.online.editing import edit_logic
 from scanrack.ladder.python.online.field_plan import EditRefusal
 

@@ -17,7 +17,6 @@ from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from recorded_numbers import BITS, PERIOD_NS, ends, integers, record_numbers
-
 from scanrack.traces import Tag, open_trace
 from scanrack.traces.compare import Tolerance, compare
 from scanrack.traces.export import write_csv, write_vcd

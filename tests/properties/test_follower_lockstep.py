@@ -4,7 +4,6 @@ from fractions import Fraction
 from random import Random
 
 import pytest
-
 from scanrack.io_images.amci3601 import Configuration, Direction, Follower, Idle, InputBit, ResetErrors
 from scanrack.runtime import Amci3601
 from scanrack.runtime.machine import EncoderSpec, Machine, MachineSpec, Switch

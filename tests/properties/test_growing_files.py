@@ -21,10 +21,9 @@ import typer
 from commands_page import commands
 from costs import lines_executed, most_memory
 from large_files import FILES, LARGEST
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces.export.formats import FORMATS
+from typer.testing import CliRunner
 
 if not hasattr(os, "fork"):
     pytest.skip("a command runs in a process that is forked for it", allow_module_level=True)

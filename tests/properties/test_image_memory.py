@@ -3,7 +3,6 @@
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
 from scanrack.io_images.image import WORDS, Image, signed_word
 
 SIGNED = st.integers(-32_768, 32_767)

@@ -12,7 +12,6 @@ import pytest
 from hypothesis import HealthCheck, Phase, find, given, seed, settings
 from hypothesis.database import InMemoryExampleDatabase
 from hypothesis.stateful import run_state_machine_as_test
-
 from scanrack.io_images import Image
 from scanrack.io_images import strategies as images
 from scanrack.io_images.amci3601 import KNOWN, CommandLsw, Firmware, StatusLsw, StatusMsw

@@ -6,7 +6,6 @@ import pytest
 from bench3601 import Bench
 from hypothesis import find, given, settings
 from hypothesis import strategies as st
-
 from scanrack.io_images import Image
 from scanrack.io_images import strategies as images
 from scanrack.io_images.amci3601 import KNOWN, RULES, Configuration, Firmware, check, decode

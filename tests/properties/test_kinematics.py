@@ -11,7 +11,6 @@ from operator import ne
 import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
-
 from scanrack.runtime.kinematics import (
     FOREVER,
     MILLI,

@@ -12,7 +12,6 @@ from math import ceil
 
 from hypothesis import assume, given
 from hypothesis import strategies as st
-
 from scanrack.runtime.kinematics import MILLI, PICO, Profile, Shape, change_speed, move, run, stop
 
 NS = Fraction(1, 10**9)

@@ -30,7 +30,6 @@ from l5x_files import (
     value,
     wire,
 )
-
 from scanrack.jobs.imports.l5x_rack import rack_of
 from scanrack.rockwell.l5x import L5xError
 from scanrack.rockwell.l5x.importer import Importer

@@ -5,7 +5,6 @@ from amounts import amount
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from ladder_lockstep import check_debugged, check_lockstep, check_observed
-
 from scanrack.ladder import Controller, LadderFault
 from scanrack.ladder.files import parse_program, program_text
 from scanrack.ladder.state.memory import same

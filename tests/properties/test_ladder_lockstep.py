@@ -5,7 +5,6 @@ from amounts import amount
 from hypothesis import HealthCheck, given, settings
 from ladder_lockstep import check_lockstep
 from ladder_programs import programs, stimuli
-
 from scanrack.ladder.files import parse_program, program_text
 
 pytestmark = pytest.mark.slow

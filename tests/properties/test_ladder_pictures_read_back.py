@@ -12,7 +12,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from ladder_programs import rungs
-
 from scanrack.ladder.draw import rung_text
 from scanrack.ladder.draw.ruler import SHORTEST, SYMBOLS
 from scanrack.ladder.lowering.text import parse_rung

@@ -6,9 +6,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from ladder_lockstep import check_debugged, check_lockstep
 from ladder_programs import stimuli
-from structured_programs import structured
-
 from scanrack.ladder.files import parse_program, program_text
+from structured_programs import structured
 
 _SLOW = [HealthCheck.too_slow, HealthCheck.data_too_large]
 

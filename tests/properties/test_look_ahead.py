@@ -9,14 +9,13 @@ import pytest
 from ahead3601 import TICK_NS, Rig, World, played, replayed
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from steps3601 import Wait
-from stories3601 import THEMES, scripts
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.runtime import FaultKind, InjectedFault
 from scanrack.runtime.loop import ahead, scans_ahead
 from scanrack.runtime.loop.incidents import TROUBLES
 from scanrack.runtime.machine import Jam, Slip
+from steps3601 import Wait
+from stories3601 import THEMES, scripts
 
 pytestmark = pytest.mark.slow
 

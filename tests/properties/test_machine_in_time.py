@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from hypothesis import given
 from hypothesis import strategies as st
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.runtime.machine import Machine, MachineSpec, Station, Switch, TimelineEntry
 

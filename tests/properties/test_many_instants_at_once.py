@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from scanrack.io_images.thousands import split_reported, split_reported_all
 from scanrack.runtime.kinematics import Profile, Shape, move, series
 from scanrack.runtime.kinematics.series import steps_at_all

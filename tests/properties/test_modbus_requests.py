@@ -17,8 +17,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from modbus_standard import BUSY, ILLEGAL_ADDRESS, ILLEGAL_FUNCTION, ILLEGAL_VALUE, exception
 from pymodbus.pdu import ModbusPDU
-from served_tags import ServedRack, write_rack
-
 from scanrack.io_images.pcl601 import MAP, WORDS, Code, Register
 from scanrack.runtime.config.server_table import ModbusTable
 from scanrack.runtime.line import pcl601_frames as frames
@@ -31,6 +29,7 @@ from scanrack.runtime.tag_servers.database import Database
 from scanrack.runtime.tag_servers.modbus_session import ModbusSession
 from scanrack.runtime.tag_servers.register_map import RegisterMap
 from scanrack.runtime.tag_servers.tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
+from served_tags import ServedRack, write_rack
 
 Maker = Callable[[random.Random], bytes]
 REQUESTS_IN_A_ROW = 40

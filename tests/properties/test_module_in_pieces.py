@@ -12,7 +12,6 @@ from itertools import starmap
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.runtime import Amci3601
 from scanrack.runtime.machine import Machine, MachineSpec, Switch

@@ -14,7 +14,6 @@ from pathlib import Path
 import pytest
 from live_sessions import FEEDER, LiveSession
 from page_model import PERIOD_NS, TAGS, Lanes, Recorded
-
 from scanrack.jobs.record.order_repeater import orders_of
 from scanrack.traces import open_trace
 from scanrack.watch.monitors.monitor import Monitor, SessionFacts

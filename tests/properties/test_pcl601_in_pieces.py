@@ -8,7 +8,6 @@ import pytest
 from bench601 import MS, Bench601
 from hypothesis import example, given
 from hypothesis import strategies as st
-
 from scanrack.io_images.pcl601 import Register
 from scanrack.io_images.pcl601.program import parse_program
 from scanrack.runtime import Contact

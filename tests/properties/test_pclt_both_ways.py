@@ -7,7 +7,6 @@ import re
 import hypothesis.strategies as st
 import pytest
 from hypothesis import given
-
 from scanrack.io_images.pcl601.program import (
     INSTRUCTIONS,
     Program,

@@ -8,7 +8,6 @@ from typing import Any
 from bench006 import MS
 from hypothesis import given
 from hypothesis import strategies as st
-
 from scanrack.io_images.pmc006.frame import Frame, Framer, command, decode, encode
 from scanrack.io_images.pmc006.instructions import INSTRUCTIONS
 from scanrack.io_images.pmc006.program import USER_OPS, UserInstruction, assemble, disassemble

@@ -12,7 +12,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from made_traces import A3601, PERIOD_NS, record
-
 from scanrack.io_images.amci3601 import StatusView
 from scanrack.traces import Scan, SlotInfo, open_trace
 from scanrack.traces.query import query

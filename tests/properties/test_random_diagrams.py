@@ -9,7 +9,6 @@ import random
 import pytest
 from amounts import amount
 from l5x_files import block, document, ladder, program, reference, sheets, tag, task, wire
-
 from scanrack.ladder.model.predefined.process_types import ARRAYS, PROCESS
 from scanrack.ladder.model.types import BOOL
 from scanrack.rockwell.l5x import import_l5x

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from ladder_lockstep import differences, outcome
 from real_mix import real_controller
 from real_rungs import VARIANTS
-
 from scanrack.ladder.state.memory import same
 from scanrack.rockwell.l5x import import_l5x
 

@@ -8,9 +8,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from ladder_programs import programs
 from relation import Relation
-from structured_programs import structured
-
 from scanrack.ladder.files import parse_program
+from structured_programs import structured
 
 pytestmark = pytest.mark.slow
 

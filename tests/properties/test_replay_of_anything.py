@@ -14,7 +14,6 @@ import pytest
 from amounts import amount
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
 from scanrack.io_images import Image
 from scanrack.jobs import build_cpu, build_rack
 from scanrack.jobs.replay.replaying import Replay

@@ -6,11 +6,10 @@ import tomllib
 from pathlib import Path
 
 import pytest
-from slc_files import FUNCTION_FILES, elements, export, forces, image, ladder, slot, texts, words
-
 from scanrack.jobs.imports.slc_rack import rack_of_slc
 from scanrack.ladder import LadderError
 from scanrack.rockwell.slc import export_text, import_text
+from slc_files import FUNCTION_FILES, elements, export, forces, image, ladder, slot, texts, words
 
 TEXT = """PROJECT "feeder"
 SLOT 1 OTHER 3 10 25

@@ -5,7 +5,6 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
 from scanrack.io_images.amci3601 import ConfigurationStatus, Firmware, Status, StatusView, status_names
 from scanrack.io_images.image import Image
 

@@ -9,7 +9,6 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from ladder_lockstep import check_debugged, check_lockstep, check_observed
 from ladder_programs import programs, stimuli
-
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.lowering import storage
 

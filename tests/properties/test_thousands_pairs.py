@@ -3,7 +3,6 @@
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-
 from scanrack.io_images.thousands import (
     PARAMETER_MAX,
     PARAMETER_MIN,

@@ -3,7 +3,6 @@
 from hypothesis import given
 from hypothesis import strategies as st
 from ladder_bench import program_of
-
 from scanrack.ladder.python.sequences import Counter, DownCounter, Fall, OffDelay, OnDelay, Rise
 from scanrack.ladder.python.sequences.parts import Clock
 

@@ -11,12 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from made_traces import record
 from mcap.reader import make_reader
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces import TraceError, open_trace, read_columns
 from scanrack.traces.read.arrays import Columns, extent, scan_at
 from scanrack.traces.repair import repair
+from typer.testing import CliRunner
 
 SCANS = 60
 WORDS = np.arange(SCANS * 16).reshape(SCANS, 16)

@@ -26,7 +26,6 @@ from hypothesis.stateful import (
     rule,
     run_state_machine_as_test,
 )
-
 from scanrack.jobs.record.program_versions import ProgramVersion
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.files import parse_program

@@ -9,9 +9,8 @@ from typing import Any
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from sequence_bench import SequenceBench
-
 from scanrack import Logic, WaitTimeout, all_of, dwell, first_of, sequence, steady, until, within
+from sequence_bench import SequenceBench
 
 SCAN_MS = 2
 

@@ -1,7 +1,6 @@
 """Traffic on the wires: what is called whole is answered, whatever else comes before it."""
 
 from hypothesis import find, given
-
 from scanrack.io_images import strategies as wires
 from scanrack.io_images.pmc006.frame import REPLY, decode
 from scanrack.runtime import LineFormat, SerialBus

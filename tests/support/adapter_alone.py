@@ -15,11 +15,10 @@ from lockstep3601 import describe
 from oracle3601 import TICK_NS, Oracle
 from oracle_bits import HOME
 from oracle_world import World
-from steps3601 import NOTHING
-
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import join_reported
 from scanrack.runtime.modules.adapters.module import SimulatedAdapter
+from steps3601 import NOTHING
 
 MS = 1_000_000
 SCAN_TICKS = 20

@@ -13,7 +13,6 @@ from math import inf
 import oracle_bits as bits
 import oracle_commands as commands
 from oracle_bits import CAPTURE, CCW_LIMIT, CW_LIMIT, ESTOP, EXTERNAL, HOME
-
 from scanrack.io_images.pmc006.instructions import ACCELERATIONS_PPS2
 from scanrack.io_images.thousands import join_reported
 

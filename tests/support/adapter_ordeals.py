@@ -12,7 +12,6 @@ from typing import Any
 
 from adapterbench import CONFIGURE_006, AdapterBench, AdapterBench006, AdapterBenchDrive, move
 from hypothesis import strategies as st
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.thousands import split_thousands
 from scanrack.runtime.machine import Switch

@@ -16,10 +16,9 @@ from adapter_steps import DevicePower, Disturb, Haste, LinkLoss, PutRight
 from dice3601 import BYTES, Dice, any_of, drawn, pick, story
 from hypothesis import strategies as st
 from oracle_bits import CAPTURE, CCW_LIMIT, CW_LIMIT, ESTOP, EXTERNAL, HOME
+from scanrack.io_images import strategies as images
 from scripts3601 import command
 from steps3601 import NOTHING, Out, ToRest
-
-from scanrack.io_images import strategies as images
 
 START = 1000
 

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any
 
 import oracle_bits as bits
-
 from scanrack.io_images.amci3601 import Direction, Idle, InputBit, Manual
 from scanrack.io_images.image import Image
 from scanrack.runtime import Amci3601, Card, Cpu, CpuMode, FaultKind, InjectedFault, Rack

@@ -11,10 +11,9 @@ from collections.abc import Callable
 from typing import Any
 
 from bench3601 import ENCODER, configuration
-from sequence_bench import SETUP, SequenceBench
-
 from scanrack import Axis3601, Configuration, Logic
 from scanrack.io_images.image import Image
+from sequence_bench import SETUP, SequenceBench
 
 Ask = Callable[[Axis3601], Any]
 

@@ -14,7 +14,6 @@ from typing import Any
 from bench3601 import ENCODER, configuration
 from blocks3601 import BlocksBench
 from drive_bench import MODELS, LinkedDrive, drive_words
-
 from scanrack import Axis3601, Configuration, Direction, Logic
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, InputBit
 from scanrack.io_images.image import Image

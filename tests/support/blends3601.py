@@ -12,7 +12,6 @@ from fractions import Fraction
 from itertools import pairwise
 
 from bench3601 import BLEND_CW, Bench
-
 from scanrack.io_images.thousands import split_thousands
 
 PROGRAM, TRANSMIT = 0x0100, 0x0200

@@ -16,7 +16,6 @@ from typing import Any
 
 from bench3601 import CONFIGURATION
 from drive_bench import ESTOP, HOME, MODELS, LinkedDrive, drive_words
-
 from scanrack import Program
 from scanrack.io_images.amci3601 import InputBit, StatusView
 from scanrack.ladder.files import parse_program

@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import Any
 
 from broken3601 import Mistake
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.runtime.kinematics import Shape
 from scanrack.runtime.line import pcl601_frames as frames601

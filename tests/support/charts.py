@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hypothesis import strategies as st
-
 from scanrack.ladder import LadderLogic, Program
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.model.chart import Qualifier

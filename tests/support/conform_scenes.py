@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from simulated_path import SimulatedPath
-
 from scanrack.jobs.conform.moments import PlayedScene, Timing
 from scanrack.jobs.conform.plan import ScenePlan, parse_plan
 from scanrack.jobs.conform.playing import play
 from scanrack.runtime.modules.amci3601.altered import Alteration, Altered3601
 from scanrack.runtime.modules.amci3601.module import Amci3601
+from simulated_path import SimulatedPath
 
 MS = 1_000_000
 CONFIGURED = """

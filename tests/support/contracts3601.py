@@ -11,7 +11,6 @@ from types import SimpleNamespace
 
 import oracle_bits as bits
 from oracle3601 import TICK_NS
-
 from scanrack.io_images.amci3601 import InputBit, status_names
 from scanrack.io_images.amci3601.contracts import CONTRACTS, Contract, Side
 from scanrack.io_images.image import Image

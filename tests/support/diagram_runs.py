@@ -4,7 +4,6 @@ from typing import Any
 
 import pytest
 from l5x_files import block, document, ladder, program, reference, sheets, tag, task, wire
-
 from scanrack.rockwell.l5x import import_l5x
 
 

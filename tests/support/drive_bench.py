@@ -5,13 +5,12 @@ Inputs: 1 is home, 2 emergency stop; an ANF2 has home and both limits. Starting 
 
 from __future__ import annotations
 
-from typing_extensions import override
-
 from scanrack.io_images.drives import models
 from scanrack.io_images.image import Image
 from scanrack.runtime import ModuleFault
 from scanrack.runtime.machine import Machine
 from scanrack.runtime.modules.drives.drive import DriveUnit
+from typing_extensions import override
 
 MODELS, Layout = models.MODELS, models.Layout
 

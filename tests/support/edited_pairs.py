@@ -16,8 +16,6 @@ from typing import Any
 from relation import random_value, same
 from relation_programs import HEAD, TAGS
 from relation_rows import BLOCKS, DATA, GUARD, HAVOCKED, MORE_TAGS, ROUTINES, ROWS, SLC_HAVOCKED, SLC_ROWS
-from slc_bench import imported
-
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.instructions import SPECS
 from scanrack.ladder.model.errors import LadderError, LadderFault
@@ -30,6 +28,7 @@ from scanrack.ladder.prove.difference import Difference, compared
 from scanrack.ladder.prove.differing_runs import FAULT
 from scanrack.ladder.prove.induction import Limits
 from scanrack.ladder.prove.system import RUN_ONLY, shown
+from slc_bench import imported
 
 SYSTEM: dict[str, tuple[str, ...]] = {
     "SSV": ("XIC(B1)SSV(WallClockTime,,DateTime,Arr[0]);",),

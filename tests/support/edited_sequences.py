@@ -12,10 +12,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from sequence_bench import SequenceBench
-
 from scanrack.jobs import load_program
 from scanrack.ladder.python.sequences import fields_of
+from sequence_bench import SequenceBench
 
 HEAD = """\
 from scanrack import *

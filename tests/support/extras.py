@@ -10,7 +10,6 @@ from importlib.metadata import requires
 from importlib.util import find_spec
 
 import pytest
-
 from scanrack.io_images.installing import how_to_install
 
 

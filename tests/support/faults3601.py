@@ -8,12 +8,11 @@ import oracle_bits as bits
 import scripts3601 as one
 from dice3601 import drawn
 from oracle_bits import CCW_LIMIT, CW_LIMIT, EXTERNAL
-from steps3601 import NOTHING, Alter, Input, Out, ToRest
-
 from scanrack.io_images import split_thousands
 from scanrack.io_images import strategies as images
 from scanrack.io_images.amci3601 import Acceleration, BlendHeader, BlendSegment, Firmware
 from scanrack.io_images.amci3601.configuration import INVALID_CONFIGURATIONS
+from steps3601 import NOTHING, Alter, Input, Out, ToRest
 
 RATES = (1000, 1000)
 TYPES = (Acceleration.CONSTANT, Acceleration.CONSTANT)

@@ -1,7 +1,6 @@
 """Hypothesis strategies for ladder programs: every instruction, every type, over one fixed set of tags."""
 
 from hypothesis import strategies as st
-
 from scanrack.ladder.instructions import SPECS
 from scanrack.ladder.model.spec import InstructionKind, Use
 

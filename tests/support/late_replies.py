@@ -12,7 +12,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from adapterbench import CONFIGURE_006, MS, AdapterBench, AdapterBench006, AdapterBenchDrive, move
-
 from scanrack.runtime import Device, LineFormat
 
 RATES = (4, 0, 100, 100)

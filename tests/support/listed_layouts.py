@@ -8,12 +8,11 @@ from math import prod
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from served_tags import write_rack
-
 from scanrack.io_images.enip.codes import TYPE_CODES
 from scanrack.io_images.enip.listing import BOOL, Kind, StructuredKind
 from scanrack.runtime.tag_servers.database import Database
 from scanrack.runtime.tag_servers.templates import SHOWN
+from served_tags import write_rack
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 BENCH = "bench"

@@ -20,7 +20,6 @@ import oracle_bits as bits
 from oracle3601 import TICK_NS, Oracle
 from oracle_calm import FOREVER, calm_ticks
 from oracle_world import World
-
 from scanrack.io_images.amci3601 import CommandMsw, InputBit, status_names
 from scanrack.io_images.amci3601.bits import CommandLsw
 from scanrack.io_images.image import Image

@@ -31,7 +31,6 @@ from noisyline import made_noisy
 from oracle3601 import TICK_NS, Oracle
 from oracle_bits import ESTOP, HOME
 from oracle_world import World
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import join_reported

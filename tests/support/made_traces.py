@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
 from scanrack.traces import ScanRecorder, SlotInfo
 from scanrack.traces.format.layout import block_layout
 from scanrack.traces.read.columns import Columns

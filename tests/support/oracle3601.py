@@ -66,7 +66,6 @@ from oracle_bits import (
     STOPPED,
     TRANSMIT,
 )
-
 from scanrack.io_images.thousands import split_reported
 
 TICK_NS = 250_000

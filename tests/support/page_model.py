@@ -9,7 +9,6 @@ from itertools import pairwise
 from typing import Any
 
 from mcap.reader import make_reader
-
 from scanrack.io_images.amci3601 import WORDS_3601
 
 PERIOD_NS = 2_000_000

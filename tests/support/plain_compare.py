@@ -9,7 +9,6 @@ from bisect import bisect_right
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-
 from scanrack.traces import SlotInfo
 from scanrack.traces.compare import Comparison, Extent, First, TimeMap, Tolerance
 from scanrack.traces.compare.fields import TIME, Field, FieldKind, all_fields

@@ -14,7 +14,6 @@ from tempfile import TemporaryDirectory
 from time import process_time
 
 from planted_programs import Version, invariant_of, version_of
-
 from scanrack.jobs import State, load_job
 from scanrack.jobs.fuzz import Counterexample, Scenario, search
 from scanrack.jobs.fuzz.aim.draws import Draws

@@ -8,7 +8,6 @@ from struct import Struct
 
 from hypothesis import strategies as st
 from made_tags import MadeTags
-
 from scanrack.traces import ScanRecorder, SlotInfo, Tag
 
 PERIOD_NS = 2_000_000

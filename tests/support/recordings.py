@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
 from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.traces import Trace, open_trace
 from scanrack.traces.read import reader

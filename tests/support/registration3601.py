@@ -12,7 +12,6 @@ from __future__ import annotations
 
 import pytest
 from bench3601 import MANUAL_CCW, MANUAL_CW, Bench
-
 from scanrack.io_images.thousands import split_thousands
 
 STORE = 0x0400

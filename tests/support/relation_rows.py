@@ -10,9 +10,8 @@ from random import Random
 from typing import Any
 
 from relation_programs import HEAD, TAGS
-from slc_bench import imported
-
 from scanrack.ladder.files import parse_program
+from slc_bench import imported
 
 Texts = Mapping[str, tuple[str, ...]]
 

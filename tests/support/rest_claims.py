@@ -19,7 +19,6 @@ from typing import Any
 
 from adapterbench import BENCHES, CONFIGURE, CONFIGURE_006
 from late_replies import LateDevice
-
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import CommandMsw, InputBit, StatusMsw
 from scanrack.io_images.thousands import split_thousands

@@ -7,11 +7,10 @@ from functools import cache
 import oracle_bits as bits
 from dice3601 import any_of, drawn, pick
 from oracle_bits import CAPTURE, CCW_LIMIT, CW_LIMIT, ESTOP, EXTERNAL, HOME, PROXIMITY
-from steps3601 import NOTHING, Alter, Input, Marker, Out, Plc, PowerCycle, ToRest, Turn, Wait
-
 from scanrack.io_images import split_thousands
 from scanrack.io_images import strategies as images
 from scanrack.io_images.amci3601 import Firmware
+from steps3601 import NOTHING, Alter, Input, Marker, Out, Plc, PowerCycle, ToRest, Turn, Wait
 
 # ---- values
 

@@ -12,7 +12,6 @@ from __future__ import annotations
 from typing import Any
 
 from bench3601 import CONFIGURATION
-
 from scanrack import Configuration
 from scanrack.io_images.amci3601 import WORDS_3601, InputBit
 from scanrack.io_images.cards import DISCRETE16

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import oracle_bits as bits
 from oracle_bits import CCW_LIMIT, CW_LIMIT, ESTOP, EXTERNAL
-
 from scanrack.io_images import split_thousands
 
 ERRORS = bits.COMMAND_ERROR | bits.INVALID_PROFILE | bits.HOME_INVALID | bits.INPUT_ERROR

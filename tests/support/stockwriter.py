@@ -5,7 +5,6 @@ from __future__ import annotations
 from mcap.data_stream import RecordBuilder
 from mcap.records import Channel, Schema
 from mcap.writer import CompressionType, Writer
-
 from scanrack.traces.write.output import TraceFile
 
 

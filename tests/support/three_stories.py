@@ -11,8 +11,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from three_hardwares import CONFIGURATION, IDLE, PCL601, PMC006, START, Refusal, Step
-
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import (
     Acceleration,
@@ -34,6 +32,7 @@ from scanrack.io_images.amci3601 import (
     RunBlend,
 )
 from scanrack.runtime.machine import Switch
+from three_hardwares import CONFIGURATION, IDLE, PCL601, PMC006, START, Refusal, Step
 
 CW, CCW = Direction.CW, Direction.CCW
 DONE, WRONG = {"MOVE_COMPLETE"}, {"COMMAND_ERROR"}

@@ -11,12 +11,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from served_tags import write_rack
-
 from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.run.servers.kinds import addresses
 from scanrack.jobs.run.servers.tag_service import TagService
 from scanrack.runtime.loop.listeners import QuietListener
+from served_tags import write_rack
 
 TIMEOUT_S = 120
 

@@ -12,11 +12,10 @@ import time
 from contextlib import asynccontextmanager, contextmanager
 from pathlib import Path
 
-from forked import start
-from websockets.asyncio.client import connect
-
 import scanrack.watch.command
 import scanrack.watch.server  # noqa: F401  # each process would import it
+from forked import start
+from websockets.asyncio.client import connect
 
 FEEDER = Path(__file__).parents[2] / "examples" / "feeder" / "feeder.toml"
 PATIENCE_S = 120

@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from bench3601 import Bench
-
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.io_images.image import WORDS
 from scanrack.runtime.loop.module_fault import ModuleFault

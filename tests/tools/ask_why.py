@@ -11,9 +11,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "support"))
 
-from why_questions import QUESTIONS, do, make
-
 from scanrack.ladder.debug.telling import told
+from why_questions import QUESTIONS, do, make
 
 
 def main() -> None:

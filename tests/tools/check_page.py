@@ -5,7 +5,6 @@ from pathlib import Path
 
 from check_planted import OF_THE_RACK, PLANTED, Planted
 from check_sound import SOUND
-
 from scanrack.jobs.check import RULES, Rule
 
 PAGE = Path(__file__).parents[2] / "docs/check-rules.md"

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import typer
-
 from scanrack.commands import build
 
 PAGE = Path(__file__).parents[2] / "docs/commands.md"

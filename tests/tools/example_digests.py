@@ -16,9 +16,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from mcap.reader import make_reader
-from typer.testing import CliRunner
-
 from scanrack.commands import build
+from typer.testing import CliRunner
 
 ROOT = Path(__file__).resolve().parents[2]
 DIGESTS = ROOT / "tests" / "golden" / "examples.txt"

@@ -34,7 +34,6 @@ import instructions_page
 import picture_sources
 import rack_page
 import rule_proofs
-
 from scanrack.runtime.config.rack_schema import rack_schema
 
 ROOT = Path(__file__).parents[2]

@@ -13,7 +13,6 @@ import typer
 from golden_library import INDEX, TEXT, Library, Made, changes, index_of, left_over, load_library, make
 from rich.console import Console
 from rich.progress import track
-
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.status import DONE, NO
 from scanrack.terminal.terminal import say

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
-
 from scanrack.commands.programs.run_job import run_job
 from scanrack.commands.recordings.show import Contents, plain_lines, story
 from scanrack.io_images.amci3601 import StatusView, status_names

@@ -47,7 +47,6 @@ from mutation.trials import (
 )
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
 from scanrack.io_images.amci3601 import RULES
 
 ROOT = Path(__file__).parents[2]

@@ -32,7 +32,6 @@ from relation import Relation
 from relation_corpus import machine_text
 from relation_programs import PROVED_WRONGLY, drawn
 from relation_rows import BLOCKS, ROWS, SLC_ROWS, drawn_rows
-
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove.algebra import meaning, numbers, terms
 from scanrack.ladder.prove.algebra.numbers import add, eq, lt, mul, sub

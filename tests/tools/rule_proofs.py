@@ -13,7 +13,6 @@ from pathlib import Path
 
 import pytest
 from rules_page import page
-
 from scanrack.io_images.amci3601 import RULES
 
 ROOT = Path(__file__).parents[2]

@@ -20,9 +20,8 @@ from contextlib import chdir
 from dataclasses import dataclass
 from pathlib import Path
 
-from typer.testing import CliRunner
-
 from scanrack.commands import build
+from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted((ROOT / "docs" / "tutorial").glob("[1-8]-*.md"))

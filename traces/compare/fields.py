@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
 from scanrack.io_images.number_formats import NumberFormat
 
 from ..format.flags import FLAGS as CPU_FLAGS

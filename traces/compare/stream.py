@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
 from scanrack.io_images.memory_layout import ImagePlaces
 
 from ..format.layout import SlotInfo, block_layout

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import chain, groupby
 
 import numpy as np
-
 from scanrack.io_images.csv_cells import cell
 
 from ..files.guard import beginning

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
 from scanrack.io_images.module_words import INPUT, ModuleWords
 
 from ..signals import decode

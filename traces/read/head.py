@@ -9,7 +9,6 @@ from typing import BinaryIO
 
 from mcap.opcode import Opcode
 from mcap.records import Channel, Header, Metadata, Schema
-
 from scanrack.io_images.memory_layout import MemoryLayout
 from scanrack.io_images.module_words import PLAIN_WORDS
 

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
 from scanrack.io_images.tag_names import element_of
 
 from ..format.tagplan import TagField, TagPlan

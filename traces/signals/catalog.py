@@ -9,7 +9,6 @@ from functools import partial
 from types import MappingProxyType
 
 import numpy as np
-
 from scanrack.io_images.module_words import INPUT, ModuleWords, Quantity
 from scanrack.io_images.tag_names import AmbiguousNameError, normal
 

@@ -6,9 +6,8 @@ from array import array
 from enum import Enum
 from typing import Protocol
 
-from typing_extensions import override
-
 from scanrack.io_images.image import Image
+from typing_extensions import override
 
 from .errors import AxisError, CommandAborted, ErrorId, reasons
 from .kinds import CommandKind

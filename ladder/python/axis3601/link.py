@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Generic, TypeVar
 
-from typing_extensions import override
-
 from scanrack.io_images.times import seconds
+from typing_extensions import override
 
 from ..sequences.parts import Slot
 from ..sequences.waits import Wait

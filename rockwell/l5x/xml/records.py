@@ -12,7 +12,6 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from lxml.etree import _Element
-
 from scanrack.io_images.records import record
 
 from .data import Data

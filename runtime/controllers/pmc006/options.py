@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
-
 from scanrack.io_images.pmc006.instructions import INT32_MAX
 
 from ...loop.options import Options

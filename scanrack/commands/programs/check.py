@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-
 from scanrack.terminal.as_json import JsonOption, say_json
 from scanrack.terminal.status import BAD_INPUT, NO, complain
 from scanrack.terminal.terminal import say

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import typer
-
 from scanrack.lsp.command import lsp_command
 
 from .schema import schema_command

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.text_limits import TextKind

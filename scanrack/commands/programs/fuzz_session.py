@@ -16,7 +16,6 @@ from types import FrameType
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
-
 from scanrack.io_images.amci3601 import Firmware
 from scanrack.jobs.fuzz import Counterexample, Scenario, undisturbed
 from scanrack.jobs.fuzz.campaign.campaign import campaign

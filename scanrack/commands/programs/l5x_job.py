@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-
 from scanrack.jobs.imports.export_start import DOWNLOADED, ExportStart
 from scanrack.jobs.load.exports import begun
 from scanrack.jobs.load.trial import Trial, is_slc, tried

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
 from scanrack.io_images.times import DEFAULT_RUN
 from scanrack.terminal.as_json import JsonOption
 from scanrack.terminal.grouped import grouped

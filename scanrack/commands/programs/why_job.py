@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import typer
-
 from scanrack.io_images.times import seconds
 from scanrack.jobs.bench import Bench, NotReachedError
 from scanrack.jobs.bench.moment import ScanChoice

@@ -8,7 +8,6 @@ from typing import Annotated
 
 import typer
 from rich.table import Table
-
 from scanrack.io_images.times import seconds_column, time_text
 from scanrack.terminal.as_json import JsonOption, say_json
 from scanrack.terminal.complaints import reported_mistakes

@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 
 import typer
-
 from scanrack.jobs.captures.words import is_sampled
 from scanrack.jobs.load.loading import load_job, load_spec
 from scanrack.jobs.replay.replaying import (

@@ -7,7 +7,6 @@ import tempfile
 from pathlib import Path
 
 import typer
-
 from scanrack.jobs.record.order_repeater import is_session, lost_edits, orders_of
 from scanrack.jobs.record.program_versions import versions_of
 from scanrack.jobs.replay.replaying import lost_notes

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
 from scanrack.io_images.pcl601 import Code
 from scanrack.io_images.pcl601.errors import CAUSES
 from scanrack.jobs.serve.line import socket_address

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
 from scanrack.io_images.pmc006.program import UserProgram
 from scanrack.io_images.pmc006.status import Level
 from scanrack.jobs.run.served_units import user_program

@@ -18,7 +18,6 @@ import typer
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
-
 from scanrack.io_images.drives.models import MODELS
 from scanrack.io_images.enip.io_frames import IO_PORT
 from scanrack.jobs.run.served_units import (

@@ -15,7 +15,6 @@ from struct import Struct
 
 from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu.register_message import ReadWriteMultipleRegistersRequest
-
 from scanrack.io_images.image import WORDS
 from scanrack.runtime.line.remote_words import (
     READ_HOLDING,

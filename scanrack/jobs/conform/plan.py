@@ -31,7 +31,6 @@ from pathlib import Path
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.doors import toml_tables
 from scanrack.io_images.image import Image

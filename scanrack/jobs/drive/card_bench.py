@@ -6,7 +6,6 @@ from decimal import Decimal
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
-
 from scanrack.io_images.image import Image
 from scanrack.runtime.loop.module import Module
 from scanrack.runtime.machine import MachineSpec

@@ -6,7 +6,6 @@ from decimal import Decimal
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
-
 from scanrack.io_images.drives.models import Model
 from scanrack.runtime.line.ports.modbustcp import HEADER, NotModbusError, reply_frame, split_frames
 from scanrack.runtime.machine import Switch

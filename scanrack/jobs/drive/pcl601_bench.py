@@ -9,7 +9,6 @@ from functools import partial
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
-
 from scanrack.io_images.pcl601 import NO_ERROR, Register
 from scanrack.io_images.pcl601.program import parse_program
 from scanrack.io_images.pcl601.terminals import INPUTS, OUTPUT_COUNT

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Annotated, Any
 
 from pydantic import Field, field_validator
-
 from scanrack.io_images.pmc006.frame import FACTORY_ADDRESS
 from scanrack.io_images.pmc006.program import assemble
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller

@@ -18,7 +18,6 @@ from decimal import Decimal
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from pydantic import BaseModel, Field, model_validator
-
 from scanrack.runtime.line.wire import ControllerDevice, LineFormat, SerialBus
 from scanrack.runtime.loop.events import JsonValue
 

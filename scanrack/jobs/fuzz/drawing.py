@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from hypothesis import strategies as st
-
 from scanrack.runtime.config.rackspec import RackSpec
 
 from .aim.draws import Draws

@@ -12,7 +12,6 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
-
 from scanrack.io_images.times import DEFAULT_RUN, parse_duration
 from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.stubs import Stub, Stubs

@@ -10,7 +10,6 @@ from contextlib import ExitStack, suppress
 from dataclasses import replace
 
 import numpy as np
-
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.model.tags import Leaf
 from scanrack.ladder.prove.algebra.batch import Array, BatchEvaluator, dtype_of

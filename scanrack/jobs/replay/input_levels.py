@@ -14,7 +14,6 @@ from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
-
 from scanrack.io_images.amci3601 import ALL_INPUTS, InputBit
 from scanrack.io_images.memory_layout import ImagePlaces
 from scanrack.traces.replay import PackedTrace

@@ -15,7 +15,6 @@ from types import TracebackType
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
-
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.drives.models import MODELS
 from scanrack.io_images.input_files import read_input_text

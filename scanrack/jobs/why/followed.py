@@ -12,7 +12,6 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.debug.journal import RecordedPast
 from scanrack.ladder.debug.replay import NO_FORCES, input_leaves

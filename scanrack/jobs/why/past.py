@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-
 from scanrack.io_images.times import seconds
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.event_text import describe

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
 from scanrack.runtime.live.ring import Row, Rows
 from scanrack.traces.format.records import TraceError
 from scanrack.traces.format.tagplan import TagField

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-
 from scanrack.io_images.memory_layout import ImagePlaces
 from scanrack.traces.format.records import TraceError
 

@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live.ring import Row
 

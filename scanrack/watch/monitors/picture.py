@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.io_images.memory_layout import MemoryLayout, memory_layout
 from scanrack.io_images.module_words import INPUT, ModuleWords, Quantity

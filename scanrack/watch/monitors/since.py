@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-
 from scanrack.io_images.addresses import Address
 from scanrack.ladder.state.memory import same
 

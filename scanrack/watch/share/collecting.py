@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.ladder.debug.causes import Causes
 from scanrack.runtime.live.ring import Rows

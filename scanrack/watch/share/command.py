@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import typer
-
 from scanrack.io_images.times import parse_time
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.status import size_of

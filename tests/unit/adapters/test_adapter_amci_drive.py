@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 from adapterbench import MS, AdapterBenchDrive, move
 from rest_claims import violations
-
 from scanrack.io_images.amci3601 import CommandMsw, InputBit
 from scanrack.io_images.drives.bits import CommandBit
 from scanrack.runtime.machine import Switch

@@ -7,7 +7,6 @@ from threading import Event, Thread
 from time import perf_counter_ns
 
 import pytest
-
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import status_names
 from scanrack.io_images.drives.models import SMD23E2

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from adapterbench import MS, AdapterBench, AdapterBench006, AdapterBenchDrive, move
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.thousands import join_reported
 

@@ -6,7 +6,6 @@ from collections.abc import Generator, Iterable
 from typing import Any
 
 import pytest
-
 from scanrack.runtime import LineFormat
 from scanrack.runtime.line.master import LineTiming, Reply, Step
 from scanrack.runtime.modules.adapters.driver import REBIAS_BELOW, Driver

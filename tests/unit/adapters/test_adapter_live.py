@@ -14,8 +14,6 @@ from typing import Any
 
 import forked
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import status_names
@@ -28,6 +26,7 @@ from scanrack.runtime.line.pcl601_ascii import ask_address
 from scanrack.runtime.line.pcl601_frames import write_command
 from scanrack.runtime.modules.adapters.live import LiveAdapter
 from scanrack.runtime.modules.adapters.pcl601.driver import LINE_FORMAT
+from typer.testing import CliRunner
 
 CONFIGURE = (0x843C, 63, 1, 0)
 OPTIONS = {"pcl601-adapter": {}, "pmc006-adapter": {"home_stroke": 100_000}}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from adapterbench import CONFIGURE, AdapterBench, move
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.pcl601 import Register
 from scanrack.runtime.machine import Switch

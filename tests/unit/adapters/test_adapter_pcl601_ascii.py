@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 from adapterbench import AdapterBench, move
 from overheard import Overheard
-
 from scanrack.io_images.pcl601 import Register
 from scanrack.runtime.controllers.pcl601.controller import Protocol
 from scanrack.runtime.line.master import Reply, Verdict

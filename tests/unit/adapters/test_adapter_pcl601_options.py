@@ -10,7 +10,6 @@ from itertools import pairwise
 
 import pytest
 from adapterbench import AdapterBench, move
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.pcl601 import Code, Register
 from scanrack.io_images.pcl601.program import parse_program

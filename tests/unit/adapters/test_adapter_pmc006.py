@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pytest
 from adapterbench import CONFIGURE_006, AdapterBench006, move
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.image import signed_word
 from scanrack.runtime.machine import Switch

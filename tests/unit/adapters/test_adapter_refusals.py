@@ -22,7 +22,6 @@ from adapterbench import (
     move,
 )
 from overheard import Overheard
-
 from scanrack.runtime.modules.adapters.amci_drive import capabilities as amci_drive
 from scanrack.runtime.modules.adapters.amci_drive.driver import IDLE
 from scanrack.runtime.modules.adapters.pcl601 import capabilities as pcl601

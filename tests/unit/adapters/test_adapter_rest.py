@@ -11,7 +11,6 @@ from typing import Any, cast
 
 import pytest
 from adapterbench import CONFIGURE_006, AdapterBench, AdapterBench006, move
-
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.runtime import LineFormat

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from scanrack.io_images import Image
 from scanrack.io_images.addresses import parse_address
 from scanrack.io_images.amci3601 import WORDS_3601, status_names

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 from feeder_story import moves_of
-from witness import Witness
-
 from scanrack.jobs import build_cpu, build_rack, load_job
+from witness import Witness
 
 FEEDER = Path(__file__).parents[3] / "examples" / "feeder"
 MODULE = 'module = "amci3601"\nfirmware = "4.1"'

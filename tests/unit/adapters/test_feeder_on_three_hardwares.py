@@ -11,9 +11,8 @@ from pathlib import Path
 
 import pytest
 from feeder_story import HARDWARES, STORY, moves_of
-from witness import Witness
-
 from scanrack.jobs import build_cpu, build_rack, load_job
+from witness import Witness
 
 FEEDER = Path(__file__).parents[3] / "examples" / "feeder"
 FIRST_RUNG = "XIO(S:FS)OTE(Awake);"

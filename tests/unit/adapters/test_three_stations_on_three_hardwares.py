@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from witness import Witness
-
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import Move, MoveKind, PresetPosition
 from scanrack.jobs import build_cpu, build_rack, load_job
+from witness import Witness
 
 LINE = Path(__file__).parents[3] / "examples" / "three_stations"
 SCANS = 8200  # 16.4 s: a round takes the slowest hardware 15.7 s

@@ -12,11 +12,10 @@ from pathlib import Path
 import pytest
 from made_traces import idle, record
 from mcap.writer import Writer
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces import open_trace, read_columns
 from scanrack.traces.write import recorder
+from typer.testing import CliRunner
 
 COMMANDS = {
     "show": ["show", "TRACE"],

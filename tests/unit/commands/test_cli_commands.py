@@ -5,9 +5,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import COMMANDS, GROUPS, build
+from typer.testing import CliRunner
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -8,10 +8,9 @@ from pathlib import Path
 import made_traces
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
-
 from scanrack.commands import build
 from scanrack.traces import SlotInfo
+from typer.testing import CliRunner, Result
 
 SCANS = 40
 RULE = {

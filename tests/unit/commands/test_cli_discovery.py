@@ -8,8 +8,6 @@ from threading import Thread
 from types import SimpleNamespace
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.commands.wire import discovery
 from scanrack.jobs.run.served_units import Unit, pcl601_units, pmc006_units
@@ -17,6 +15,7 @@ from scanrack.jobs.serve.line import PortChoice, ServedLine, begin
 from scanrack.runtime import Clock, LineFormat
 from scanrack.runtime.line.clients.probing import probe, questions
 from scanrack.runtime.line.ports import Stop, serve_until_interrupted
+from typer.testing import CliRunner
 
 
 @contextmanager

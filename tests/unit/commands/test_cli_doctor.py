@@ -9,12 +9,11 @@ import sys
 from importlib.metadata import metadata
 
 import pytest
-from serial.tools import list_ports
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs.start import doctor
 from scanrack.jobs.start.doctor import GIVES, Diagnosis, Health, examined
+from serial.tools import list_ports
+from typer.testing import CliRunner
 
 
 def report(*words: str) -> tuple[int, str]:

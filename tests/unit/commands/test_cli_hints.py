@@ -3,9 +3,8 @@
 import sys
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
+from typer.testing import CliRunner
 
 RACK = """\
 program = "line.steps"

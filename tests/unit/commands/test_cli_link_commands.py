@@ -7,8 +7,6 @@ import signal
 import pytest
 import typer
 from faultyline import BusLink, Fault
-from typer.testing import CliRunner, Result
-
 from scanrack.commands import build
 from scanrack.commands.wire import link_commands
 from scanrack.commands.wire.link_commands import INTERRUPTED, shown_travel, stopped_by_interrupt
@@ -17,6 +15,7 @@ from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.line.clients.link import LinkError
 from scanrack.runtime.line.clients.pmc006 import Pmc006Client
 from scanrack.runtime.line.clients.watching import MonitoringLostError
+from typer.testing import CliRunner, Result
 
 STOP_AND_LOOK = ["I", "j", "c"]
 

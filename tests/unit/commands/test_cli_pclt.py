@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
-
 from scanrack.commands import build
+from typer.testing import CliRunner, Result
 
 SAMPLES = sorted(Path(__file__).parents[3].glob("examples/pcl601/*.pclt"))
 

@@ -4,7 +4,6 @@ import io
 
 import pytest
 from rich.console import Console
-
 from scanrack.runtime import Cpu, Rack
 from scanrack.terminal.progress import shown_progress
 from scanrack.terminal.progress_bar import CpuProgress

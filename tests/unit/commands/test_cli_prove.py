@@ -8,14 +8,13 @@ from pathlib import Path
 
 import pytest
 from l5x_files import document, ladder, program, rung, tag, task
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.commands.programs import prove as prove_command
 from scanrack.jobs.load.loading import SCENARIO_TRACE
 from scanrack.jobs.prove import checking, proving
 from scanrack.ladder.prove import ProgramSystem
 from scanrack.ladder.prove.questions import Answers, QuestionLimits
+from typer.testing import CliRunner
 
 LINE = """\
 PROGRAM line

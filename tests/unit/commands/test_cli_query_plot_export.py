@@ -8,10 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_traces import idle, record
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces import extras
+from typer.testing import CliRunner
 
 runner = CliRunner()
 

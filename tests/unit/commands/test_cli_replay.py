@@ -14,8 +14,6 @@ from pathlib import Path
 import forked
 import pytest
 from mcap.reader import make_reader
-from typer.testing import CliRunner, Result
-
 from scanrack.commands import build
 from scanrack.jobs import build_cpu, build_rack, load_job
 from scanrack.jobs.record.recording import recorder_for
@@ -23,6 +21,7 @@ from scanrack.jobs.run.running import JobRun, RunOptions
 from scanrack.runtime import Cpu, FreeRun
 from scanrack.runtime.loop.scan import CpuMode, ScanFlag
 from scanrack.traces import ScanRecorder, open_trace
+from typer.testing import CliRunner, Result
 
 pytestmark = pytest.mark.slow  # together they take seconds
 
@@ -336,7 +335,6 @@ def test_rungs_are_rerun_without_further_ado(folder: Path, monkeypatch: pytest.M
 @pytest.mark.parametrize("name", ["../evil.py", "/evil.py", "a/../../evil.py"])
 def test_a_file_that_leads_out_of_its_folder_is_refused(tmp_path: Path, name: str) -> None:
     import made_traces
-
     from scanrack.traces import Attachment
 
     recorder = ScanRecorder(

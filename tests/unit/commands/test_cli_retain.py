@@ -3,14 +3,13 @@
 import json
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack import open_trace
 from scanrack.commands import build
 from scanrack.jobs import load_job
 from scanrack.jobs.run.retained_memory import RetainedMemory
 from scanrack.jobs.trust.extracting import attached_files
 from scanrack.jobs.trust.trust import RunFiles, Use, uses_of
+from typer.testing import CliRunner
 
 RACK = """scan_ms = 10
 program = "line.rung"

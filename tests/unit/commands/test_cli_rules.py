@@ -7,12 +7,11 @@ import re
 
 import pytest
 from drive_unit import MODELS
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.commands.programs import rules as command
 from scanrack.io_images.amci3601 import RULES, Firmware, bit_names
 from scanrack.io_images.drives.rules import rules_of
+from typer.testing import CliRunner
 
 
 def said(*arguments):

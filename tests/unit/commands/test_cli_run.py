@@ -7,13 +7,12 @@ import sys
 
 import forked
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs.record import recording
 from scanrack.runtime import ScanFlag
 from scanrack.traces import ScanRecorder, open_trace
 from scanrack.traces.write.output import TraceFull
+from typer.testing import CliRunner
 
 RACK = """\
 program = "line.py"

@@ -17,8 +17,6 @@ from pathlib import Path
 import forked
 import pytest
 from mcap.reader import make_reader
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.io_images.pmc006.frame import command, reply
 from scanrack.io_images.pmc006.instructions import BY_NAME
@@ -30,6 +28,7 @@ from scanrack.runtime.controllers.pmc006.pins import Pin
 from scanrack.runtime.line.ports.textlines import EndOfTalkError
 from scanrack.runtime.line.rtu import frame
 from scanrack.traces import open_trace
+from typer.testing import CliRunner
 
 READ_POSITION = BY_NAME["read_position"].code
 

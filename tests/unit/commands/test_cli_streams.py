@@ -5,10 +5,9 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import COMMANDS, build
 from scanrack.terminal import status
+from typer.testing import CliRunner
 
 RACK = """\
 program = "line.rung"

@@ -8,9 +8,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-from served_tags import served, write_rack
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.commands.wire import conform
 from scanrack.io_images.amci3601 import InputBit
@@ -20,6 +17,8 @@ from scanrack.jobs.conform.paths.logix_path import LogixPath, ModuleTags
 from scanrack.rockwell.l5x.importer import import_l5x
 from scanrack.rockwell.slc.importer import import_text
 from scanrack.runtime.modules.amci3601.module import Amci3601
+from served_tags import served, write_rack
+from typer.testing import CliRunner
 
 MS = 1_000_000
 MOVE = "RELATIVE_MOVE target 200 speed 2500 acceleration 20 deceleration 20   until MOVE_COMPLETE"

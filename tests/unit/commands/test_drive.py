@@ -8,7 +8,6 @@ import sys
 
 import forked
 import pytest
-
 from scanrack.commands.wire.drive import bench_for, converse
 
 CONFIGURE = [-31682, 63, 1, 0, 0, 0, 0, 0]

@@ -6,7 +6,6 @@ import io
 import json
 
 import pytest
-
 from scanrack.commands.wire.drive import bench_for, converse
 
 IDENT = "01 11 c0 2c"

@@ -7,7 +7,6 @@ import json
 from typing import Any
 
 import pytest
-
 from scanrack.commands.wire.drive import bench_for, converse
 
 

@@ -13,12 +13,11 @@ from types import ModuleType
 import forked
 import pytest
 from mcap.reader import make_reader
-from typer.testing import CliRunner
-
 from scanrack import __main__
 from scanrack.commands import build
 from scanrack.runtime.loop.pace import ending_as_interrupt, interrupted_by
 from scanrack.traces import open_trace
+from typer.testing import CliRunner
 
 ENDING = [signal.SIGTERM, signal.SIGHUP]
 

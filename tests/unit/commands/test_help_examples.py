@@ -11,9 +11,8 @@ from typing import Any
 import pytest
 import typer
 from commands_page import chain, commands
-from typer.testing import CliRunner
-
 from scanrack.commands import build
+from typer.testing import CliRunner
 
 GROUP: Any = typer.main.get_command(build())
 COMMANDS: list[tuple[str, Any]] = list(commands(GROUP))

@@ -5,10 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import RULES
+from typer.testing import CliRunner
 
 RACK = """program = "line.rung"
 run_for_s = 0.2

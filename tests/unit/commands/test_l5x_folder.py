@@ -4,10 +4,9 @@ import json
 
 import pytest
 from l5x_files import block, document, ladder, program, sheets, tag, task
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.commands.programs.l5x_folder import kind_of
+from typer.testing import CliRunner
 
 
 def run(*words):

@@ -7,7 +7,6 @@ import struct
 import pytest
 from drive_scanner import class_1_packet, forward_open
 from drive_unit import Unit
-
 from scanrack.runtime.tag_servers.drive_adapter import DriveAdapter
 
 MS = 1_000_000

@@ -10,14 +10,13 @@ from typing import Any
 
 import pytest
 from l5x_files import data_type, document, ladder, member, program, tag, task
-from typer.main import get_command
-from typer.testing import CliRunner, Result
-
 from scanrack.commands import build
 from scanrack.jobs import open_bench
 from scanrack.ladder.debug import Debugger
 from scanrack.traces import open_trace
 from scanrack.traces.compare import compare, report
+from typer.main import get_command
+from typer.testing import CliRunner, Result
 
 STEPS = ("ADD(Step,1,Step);", "GRT(Step,4)OTE(Go);")
 LOCAL = [tag("Step", "DINT"), tag("Go", "BOOL")]

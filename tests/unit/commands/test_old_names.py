@@ -7,11 +7,10 @@ from typing import Any
 import pytest
 import typer
 from commands_page import chain, commands
-from typer.testing import CliRunner
-
 from scanrack.commands import COMMANDS, build
 from scanrack.commands import renamed as table
 from scanrack.commands.renamed import OPTIONS, OldOption, renewed
+from typer.testing import CliRunner
 
 DROPPED = "; the next release drops the old name\n"
 

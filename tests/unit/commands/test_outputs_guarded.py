@@ -18,11 +18,10 @@ import pytest
 import typer
 from captured import conversation, modbus_tcp, pcap
 from l5x_files import machine
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs.fuzz import folder_lock
 from scanrack.traces.export.formats import FORMATS
+from typer.testing import CliRunner
 
 INPUTS = {
     "run rack", "watch rack", "share trace", "show trace", "query trace", "plot trace", "export trace",

@@ -16,7 +16,6 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-
 from scanrack.commands import COMMANDS
 from scanrack.jobs import ProgramError, load_program
 from scanrack.jobs.trust import launcher

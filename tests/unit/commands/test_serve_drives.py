@@ -14,7 +14,6 @@ from typing import ClassVar
 import pytest
 from drive_served import TIMEOUT_S, ControlLine, serving
 from drive_unit import ENABLE, VALID
-
 from scanrack.io_images.drives.models import MODELS
 from scanrack.jobs.serve.drives import DriveService
 from scanrack.jobs.serve.line import wire

@@ -19,16 +19,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from served_tags import Client, ServedRack, message, symbol
-from typer.testing import CliRunner
-from watching import page_of, watched
-
 from scanrack import open_bench, open_trace
 from scanrack.commands import COMMANDS, build
 from scanrack.jobs import load_job
 from scanrack.runtime import CpuFault, RackFileError
 from scanrack.testing.modules import ContractError, check_module, record_in
 from scanrack.traces.query import query
+from served_tags import Client, ServedRack, message, symbol
+from typer.testing import CliRunner
+from watching import page_of, watched
 
 SUPPORT = Path(__file__).parents[2] / "support"
 SCANS = 50

@@ -8,12 +8,11 @@ from pathlib import Path
 
 import forked
 import pytest
-from typer.testing import CliRunner, Result
-
 from scanrack.commands import build
 from scanrack.jobs.record.order_repeater import lost_edits
 from scanrack.terminal.terminal import LINE_MOST, MESSAGE_LINES, say
 from scanrack.traces import TraceEvent
+from typer.testing import CliRunner, Result
 
 RACK = 'program = "{}"\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
 

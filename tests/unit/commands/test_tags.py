@@ -8,9 +8,8 @@ import shutil
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
-
 from scanrack.commands import build
+from typer.testing import CliRunner, Result
 
 ROOT = Path(__file__).parents[3]
 HMI = str(ROOT / "examples/hmi/feeder.toml")

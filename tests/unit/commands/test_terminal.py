@@ -14,8 +14,6 @@ import made_traces
 import numpy as np
 import pytest
 from rich.console import Console
-from typer.testing import CliRunner, Result
-
 from scanrack import commands as cli
 from scanrack.commands import build
 from scanrack.commands.recordings import show
@@ -23,6 +21,7 @@ from scanrack.commands.wire.link_commands import show_state
 from scanrack.io_images.visible_text import LAYOUT, visible
 from scanrack.terminal.terminal import on_a_line
 from scanrack.traces import SlotInfo
+from typer.testing import CliRunner, Result
 
 ATTACK = "\x1b[2J\x1b]0;owned\x07\x9b31m\r\x7f\u202e\u2066\u2028"
 BAD = {each for each in ATTACK if not each.isprintable()}

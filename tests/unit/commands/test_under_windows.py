@@ -17,13 +17,12 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
+from scanrack.commands import COMMANDS
+from scanrack.traces import ScanRecorder, SlotInfo
 from watching import Watched, page_of
 from windows import PATIENCE_S, Windows, start
 from windows_files import users
 from windows_modules import BREAK
-
-from scanrack.commands import COMMANDS
-from scanrack.traces import ScanRecorder, SlotInfo
 
 ROOT = Path(__file__).parents[3]
 FEEDER = ROOT / "examples/feeder"

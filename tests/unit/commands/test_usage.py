@@ -3,11 +3,10 @@
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import COMMANDS, build
 from scanrack.commands.recordings import session_job
 from scanrack.terminal import status
+from typer.testing import CliRunner
 
 LINES = {
     "run line.toml --tagz": "no such option: --tagz; did you mean --tag? ('scanrack run --help'{})",

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
 from scanrack.runtime.config.rackfile import load_rack_file
 
 RACK = 'name = "bench"\nprogram = "none.py"\n\n[[slot]]\nnumber = 1\nmodule = "{}"\n{}\n'

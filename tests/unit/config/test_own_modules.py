@@ -10,8 +10,6 @@ from pathlib import Path
 from shutil import copytree
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack import open_bench, open_trace
 from scanrack.commands import build
 from scanrack.runtime import RackFileError, load_rack_file
@@ -19,6 +17,7 @@ from scanrack.runtime.config.rack_schema import rack_schema
 from scanrack.runtime.modules import registry
 from scanrack.runtime.modules.registry import MODULES
 from scanrack.watch.monitors.hello import slots_of
+from typer.testing import CliRunner
 
 EXAMPLE = Path(__file__).parents[3] / "examples" / "own_module"
 RAISES = 'raise RuntimeError("executed")\n'

@@ -7,14 +7,13 @@ from pathlib import Path
 
 import l5x_files as files
 import pytest
-from typer.testing import CliRunner
-
 from scanrack import BOOL, DINT, EQU, OTE
 from scanrack.commands import build
 from scanrack.jobs import JobRun, load_job
 from scanrack.jobs.load.loading import load_rack
 from scanrack.ladder import Controller, LadderLogic
 from scanrack.runtime import RackFileError
+from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[3]
 SLOT = '[[slot]]\nnumber = 1\nmodule = "amci3601"\n'

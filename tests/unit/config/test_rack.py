@@ -1,7 +1,6 @@
 """The rack's memory and its slots."""
 
 import pytest
-
 from scanrack.io_images.image import Image
 from scanrack.runtime import Card, Rack
 

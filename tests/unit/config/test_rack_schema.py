@@ -10,12 +10,11 @@ from typing import Any
 
 import pytest
 from jsonschema import Draft4Validator, Draft202012Validator
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.runtime import load_rack_file
 from scanrack.runtime.config.rack_schema import HINT, rack_schema
 from scanrack.runtime.modules.registry import MODULES
+from typer.testing import CliRunner
 
 HOUSE = Path(__file__).parents[3]
 RACKS = sorted([*HOUSE.glob("examples/*/*.toml"), *HOUSE.glob("scanrack/jobs/start/templates/*/*.toml")])

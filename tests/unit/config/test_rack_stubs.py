@@ -3,12 +3,11 @@
 import sys
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import load_job
 from scanrack.runtime import RackFileError
 from scanrack.traces import open_trace
+from typer.testing import CliRunner
 
 RUNGS = "PROGRAM line\nTAG Go : BOOL\nTAG N : DINT\nROUTINE Main\nXIO(Go)XRP(N)ALMD(A,0,0,0,0);\nEND\n"
 PLANT = "def xrp(tags, rung, count):\n    count.value += 1\n"

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 from mcap.reader import make_reader
-from typer.testing import CliRunner, Result
-
 from scanrack.commands import build
+from typer.testing import CliRunner, Result
 
 RACK = """
 program = "logic.py"

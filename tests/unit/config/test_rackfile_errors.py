@@ -3,7 +3,6 @@
 # ruff: noqa: E501 - messages are one line each
 
 import pytest
-
 from scanrack.runtime import RackFileError, load_rack_file
 from scanrack.runtime.config import rackfile
 

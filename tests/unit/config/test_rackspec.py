@@ -6,7 +6,6 @@ from typing import Any, cast
 
 import pytest
 from pydantic import ValidationError
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.jobs import build_cpu, build_rack
 from scanrack.jobs.load.building import slot_seed

@@ -2,12 +2,11 @@
 
 import pytest
 from l5x_files import diagram, document, ladder, program, tag
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import load_job
 from scanrack.ladder import LadderLogic
 from scanrack.runtime import RackFileError
+from typer.testing import CliRunner
 
 RACK = 'program = "line.L5X"\n[stubs]\n{}[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
 EMPTY = 'refused = "empty"\n'

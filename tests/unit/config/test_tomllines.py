@@ -5,7 +5,6 @@ import tomllib
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from scanrack.runtime.config.tomllines import KeyLines
 
 DOCUMENT = '''\

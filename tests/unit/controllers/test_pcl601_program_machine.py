@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
-
 from scanrack.io_images.pcl601.program import parse_program
 from scanrack.runtime.controllers.pcl601.program import ProgramMachine
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from scanrack.io_images.pcl601.program import CAPACITY_BYTES, INSTRUCTIONS, ProgramError, parse_program
 
 MISTAKES = [

@@ -6,9 +6,8 @@ import json
 import re
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
+from typer.testing import CliRunner
 
 pytestmark = pytest.mark.slow
 

@@ -9,7 +9,6 @@ from textwrap import dedent
 
 import pytest
 from planted_programs import version_of
-
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, PresetPosition
 from scanrack.jobs import Kind, State, kinds_for, load_program
 from scanrack.jobs.fuzz import Scenario, SearchReport, TrialBench, search

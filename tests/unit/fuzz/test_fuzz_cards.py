@@ -8,7 +8,6 @@ from typing import Any
 
 import pytest
 from hypothesis import find
-
 from scanrack.jobs import ContactPress, Kind, Scenario, build_cpu, build_rack, possible_kinds
 from scanrack.jobs.fuzz.drawing import scenarios
 from scanrack.jobs.fuzz.invariants.scan_view import Snapshot

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
 from scanrack.jobs import Kind
 from scanrack.jobs.fuzz import STANDARD, Press, Scenario, TrialBench, never, search, undisturbed

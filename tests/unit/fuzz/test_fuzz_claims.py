@@ -6,13 +6,12 @@ import json
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import Scenario
 from scanrack.jobs.fuzz.scenarios.scenario import OperatorAction
 from scanrack.jobs.fuzz.scenarios.words import told
 from scanrack.runtime import Force, Write
+from typer.testing import CliRunner
 
 LINE = """\
 PROGRAM line

@@ -4,7 +4,6 @@ import os
 import signal
 
 import pytest
-
 from scanrack.jobs import Kind, State
 from scanrack.jobs.fuzz.campaign.campaign import campaign
 from scanrack.jobs.fuzz.campaign.executors import executor_of

@@ -1,7 +1,6 @@
 """The law of commands in a search: none is busy while its axis rests for a second and the link is good."""
 
 import pytest
-
 from scanrack.io_images.amci3601 import Configuration, InputBit
 from scanrack.jobs.fuzz import STANDARD, Scenario, TrialBench
 from scanrack.jobs.fuzz.invariants.busy import RestMeter, axes_in

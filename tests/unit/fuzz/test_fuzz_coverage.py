@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from scanrack.jobs import ContactPress, Kind, Scenario, load_job
 from scanrack.jobs.fuzz.explain.coverage import CoveredLine, coverage_of
 from scanrack.jobs.fuzz.explain.coverage_page import save_coverage

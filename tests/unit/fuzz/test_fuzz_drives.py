@@ -1,7 +1,6 @@
 """A search in a rack with a networked drive: its own bits, numbers and rules."""
 
 import pytest
-
 from scanrack.io_images.drives.models import MODELS
 from scanrack.io_images.drives.rules import rules_of
 from scanrack.jobs.fuzz import Scenario, TrialBench, never

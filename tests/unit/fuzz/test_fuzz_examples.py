@@ -8,9 +8,8 @@ import re
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
+from typer.testing import CliRunner
 
 EXAMPLES = Path(__file__).parents[3] / "examples" / "sequences"
 INVARIANTS = {"shared_zone": "zone_must_hold.py", "shared_zone_pmc006": "zone_must_hold.py"}

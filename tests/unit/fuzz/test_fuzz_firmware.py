@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import read_state
+from typer.testing import CliRunner
 
 REGISTERS = """
 from scanrack.io_images.amci3601 import Configuration, Direction, Idle, Manual, StatusView

@@ -8,8 +8,6 @@ import os
 from collections import Counter
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.jobs import State, read_state, write_state
@@ -17,6 +15,7 @@ from scanrack.jobs.fuzz import BrokenInvariant, Counterexample, Press, Scenario,
 from scanrack.jobs.fuzz.campaign.state import CampaignError
 from scanrack.jobs.fuzz.folder_lock import locked
 from scanrack.runtime import FaultKind, InjectedFault
+from typer.testing import CliRunner
 
 PROGRAM = "def logic(scan):\n    pass\n"
 RACK = 'program = "line.py"\nrun_for_s = 0.02\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import pytest
 from inevitable_programs import RACK, pushes
-from typer.testing import CliRunner
-
 from scanrack import maximize, sometimes
 from scanrack.commands import build
 from scanrack.jobs import Kind
 from scanrack.jobs.fuzz import InvariantError, TrialBench, search
 from scanrack.jobs.fuzz.aim.edges import SIZE, STATE, Edges
 from scanrack.jobs.fuzz.aim.probe import Probe
+from typer.testing import CliRunner
 
 LINE = """
 def logic(scan):

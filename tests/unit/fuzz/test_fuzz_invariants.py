@@ -4,7 +4,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import StatusView
 from scanrack.jobs.fuzz import InvariantError, always, eventually, load_invariants, never

@@ -3,7 +3,6 @@
 from random import Random
 
 import pytest
-
 from scanrack.io_images.amci3601 import Configuration, Direction, Follower, InputBit, StatusView
 from scanrack.jobs import Kind
 from scanrack.jobs.fuzz import Scenario, TrialBench

@@ -3,7 +3,6 @@
 from random import Random
 
 import pytest
-
 from scanrack.jobs import Kind
 from scanrack.jobs.fuzz.aim.draws import Draws
 from scanrack.jobs.fuzz.scenarios.parts import parts_of

@@ -9,8 +9,6 @@ from hashlib import sha256
 
 import pytest
 from live_sessions import FEEDER, LiveSession
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.commands.programs import fuzz_session
 from scanrack.io_images.amci3601 import InputBit
@@ -18,6 +16,7 @@ from scanrack.jobs import load_job, read_state
 from scanrack.jobs.fuzz import Press, Scenario
 from scanrack.jobs.fuzz.campaign.memory import MOST_TOLD, Memory
 from scanrack.jobs.fuzz.campaign.recipes import MOST_BYTES, Origin, Recipe, RecipeFolder, read_recipe
+from typer.testing import CliRunner
 
 MS = 1_000_000
 ORIGIN = Origin(50, "0123456789abcdef", "fedcba9876543210", "0.2.0")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from scanrack.io_images.amci3601 import Configuration, Direction, Idle, InputBit, Manual, StatusView
 from scanrack.jobs.fuzz import Scenario, TrialBench, always, eventually, never
 from scanrack.runtime import FaultKind, InjectedFault, RackSpec

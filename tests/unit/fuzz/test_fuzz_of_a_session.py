@@ -1,7 +1,6 @@
 """A session that somebody clicked, as the scenario that `scanrack fuzz` varies."""
 
 from live_sessions import FEEDER, LiveSession
-
 from scanrack.jobs.fuzz.learning import learn
 from scanrack.runtime import FaultKind
 

@@ -6,11 +6,10 @@ import re
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import StatusView
 from scanrack.jobs import Kind
+from typer.testing import CliRunner
 
 DOCS = Path(__file__).parents[3] / "docs"
 TEXT = (DOCS / "fuzzing.md").read_text(encoding="utf-8")

@@ -8,7 +8,6 @@ from __future__ import annotations
 from random import Random
 
 import pytest
-
 from scanrack.jobs import Kind, Scenario
 from scanrack.jobs.fuzz import search
 from scanrack.jobs.fuzz.aim.corpus import cut

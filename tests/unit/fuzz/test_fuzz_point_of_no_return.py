@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 from inevitable_programs import failures
-
 from scanrack.jobs.fuzz import Counterexample, Scenario, job
 from scanrack.jobs.fuzz.explain.futures import PointOfNoReturn, find_point_of_no_return
 from scanrack.jobs.fuzz.run import BrokenInvariant

@@ -12,11 +12,10 @@ from pathlib import Path
 
 import forked
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.commands.programs.fuzz_session import noting_ctrl_c
 from scanrack.jobs import State, read_state
+from typer.testing import CliRunner
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="looks for processes in /proc")
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.commands.programs.run_job import run_job
 from scanrack.io_images.amci3601 import InputBit
@@ -17,6 +15,7 @@ from scanrack.jobs.fuzz.scenarios.scenario import entries_of
 from scanrack.jobs.run.playback import Stimulus
 from scanrack.runtime import RackSpec
 from scanrack.runtime.machine import MachineSpec, Station, Switch
+from typer.testing import CliRunner
 
 CAPTURE, HOME, ESTOP = InputBit.CAPTURE, InputBit.HOME, InputBit.ESTOP
 PROGRAM = """

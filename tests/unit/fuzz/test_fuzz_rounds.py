@@ -6,7 +6,6 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-
 from scanrack.commands.programs import fuzz_budget
 from scanrack.commands.programs.fuzz_budget import Budget, Spending
 from scanrack.io_images.amci3601 import InputBit

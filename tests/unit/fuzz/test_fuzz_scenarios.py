@@ -7,7 +7,6 @@ from dataclasses import replace
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.jobs import Kind, LostSteps, SwitchOffset, kinds_for
 from scanrack.jobs.fuzz import Press, Scenario

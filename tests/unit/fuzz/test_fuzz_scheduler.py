@@ -8,7 +8,6 @@ import time
 from typing import Any
 
 import pytest
-
 from scanrack.jobs import read_state
 
 pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")

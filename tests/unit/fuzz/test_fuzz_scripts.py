@@ -7,14 +7,13 @@ from functools import partial
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView
 from scanrack.jobs import SwitchOffset
 from scanrack.jobs.fuzz import Press, Scenario, TrialBench
 from scanrack.jobs.fuzz.scenarios.drivescript import DriveScript, obstacle
 from scanrack.runtime import FaultKind, InjectedFault, RackSpec
+from typer.testing import CliRunner
 
 MS = 1_000_000
 USED = InputBit.HOME | InputBit.ESTOP | InputBit.CW_LIMIT | InputBit.CCW_LIMIT

@@ -7,14 +7,13 @@ from multiprocessing import get_context
 
 import pytest
 from campaign_work import DiesOnce, dies
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import State, read_state, write_state
 from scanrack.jobs.fuzz import Counterexample, Scenario
 from scanrack.jobs.fuzz.campaign.campaign import campaign
 from scanrack.jobs.fuzz.campaign.state import CampaignError
 from scanrack.jobs.fuzz.run import BrokenInvariant
+from typer.testing import CliRunner
 
 CONFIGURES = """
 from scanrack.io_images.amci3601 import Configuration, Idle, InputBit, Move, MoveKind, StatusView

@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import pytest
-
 from scanrack.io_images.amci3601 import Configuration, InputBit
 from scanrack.jobs.fuzz import Press, Scenario, TrialBench, never
 from scanrack.jobs.fuzz.steady import NondeterminismSources

@@ -5,10 +5,9 @@ from __future__ import annotations
 import json
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import read_state
+from typer.testing import CliRunner
 
 WATCHES = """
 from scanrack.io_images.amci3601 import Configuration, Idle, StatusView

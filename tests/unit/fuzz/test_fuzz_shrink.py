@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.jobs import LostSteps, SwitchOffset
 from scanrack.jobs.fuzz import BrokenInvariant, Counterexample, Press, Scenario

@@ -9,8 +9,6 @@ from typing import Any
 
 import pytest
 from hypothesis import find
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import Kind, Scenario, build_cpu, build_rack, possible_kinds
 from scanrack.jobs.fuzz.drawing import scenarios
@@ -20,6 +18,7 @@ from scanrack.jobs.fuzz.scenarios.scenario import Signal
 from scanrack.jobs.fuzz.scenarios.words import told
 from scanrack.jobs.fuzz.shrink import parts_of, scenario_of, simpler_parts
 from scanrack.runtime import RackSpec, SlotSpec, parse_rack_file
+from typer.testing import CliRunner
 
 MS = 1_000_000
 OPTIONS: Any = {

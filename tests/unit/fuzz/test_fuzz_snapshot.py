@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import pytest
-
 from scanrack.io_images.amci3601 import Configuration, InputBit, Move, MoveKind, StatusView
 from scanrack.jobs import LostSteps
 from scanrack.jobs.fuzz import Scenario, TrialBench, never

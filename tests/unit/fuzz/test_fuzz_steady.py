@@ -7,10 +7,9 @@ import subprocess
 import sys
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs.fuzz.steady import CHANCE, CLOCK, PROCESS, THREADS, NondeterminismSources
+from typer.testing import CliRunner
 
 RACK = """program = "line.py"
 run_for_s = 0.05

@@ -4,7 +4,6 @@ import json
 from pathlib import Path
 
 import pytest
-
 from scanrack.jobs import Kind
 from scanrack.jobs.fuzz import Scenario, search
 from scanrack.jobs.fuzz.job import Setup, bench_of

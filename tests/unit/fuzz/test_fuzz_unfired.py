@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, ConfigMsw, Firmware, InputBit
 from scanrack.jobs.fuzz.explain.unfired import NEEDS, WORDS, GivenWords, UnfiredReason, error_rules, unfired
 

@@ -7,13 +7,12 @@ import subprocess
 import sys
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import ContactPress, Kind, Scenario, load_job
 from scanrack.jobs.fuzz.job import Setup, bench_of
 from scanrack.jobs.fuzz.written_tests import play, write_tests
 from scanrack.traces.files.guard import OwnedError
+from typer.testing import CliRunner
 
 RUNGS = """PROGRAM Line
 TAG Lamp : BOOL

@@ -2,7 +2,6 @@
 
 import pytest
 from planted_programs import NAMES, invariant_of, scenario_of, version_of
-
 from scanrack.jobs.fuzz import Scenario
 
 

@@ -6,7 +6,6 @@ import subprocess
 import sys
 
 import pytest
-
 from scanrack import open_bench, pytest_plugin
 from scanrack.jobs.bench.opening import OBSERVER
 from scanrack.jobs.fuzz.explain.bench_coverage import BenchCoverage

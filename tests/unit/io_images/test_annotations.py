@@ -5,7 +5,6 @@ import sys
 import types
 
 import pytest
-
 from scanrack.io_images.annotations import declared, signature_of
 
 BODY = """\

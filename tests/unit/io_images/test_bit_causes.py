@@ -1,7 +1,6 @@
 """Each status bit of a 3601 has a row that says what makes it, beside the rules of the manual."""
 
 import pytest
-
 from scanrack.io_images.amci3601 import RULES
 from scanrack.io_images.amci3601.bits import StatusLsw, StatusMsw
 from scanrack.io_images.amci3601.rules.causes import ROWS, cause_of

@@ -10,7 +10,6 @@ import pytest
 from captured import SERVER, SYN, Frame, block, ethernet, pcap, pcapng, segment
 from hypothesis import given
 from hypothesis import strategies as st
-
 from scanrack.io_images.captures.packets import Capture, CaptureError, Packet
 from scanrack.io_images.captures.segments import segment_in
 from scanrack.io_images.captures.streams import Chunk, Streams

@@ -1,7 +1,6 @@
 """What `decode` says about words that no command has."""
 
 import pytest
-
 from scanrack.io_images.amci3601 import LIMITS_3601, Parameters, decode, target_in_range
 from scanrack.io_images.image import Image
 

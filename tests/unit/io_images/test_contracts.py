@@ -7,7 +7,6 @@ from random import Random
 import pytest
 from bench3601 import HOME_CW, Bench, configuration
 from contracts3601 import check_of
-
 from scanrack.io_images.amci3601 import RULES
 from scanrack.io_images.amci3601.contracts import CONTRACTS, Side, broken, contracts_of
 from scanrack.runtime.modules.amci3601.options import Amci3601Options

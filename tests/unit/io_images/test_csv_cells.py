@@ -9,10 +9,9 @@ from pathlib import Path
 
 import pytest
 from house import ROOMS
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.io_images.csv_cells import FORMULA
+from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[3]
 

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-
 from scanrack.io_images.amci3601 import RULES, WORDS_3601
 from scanrack.io_images.amci3601.configuration import INVALID_CONFIGURATIONS
 from scanrack.io_images.amci3601.rules.rule import COMMAND_ERROR, CONFIG_ERROR, INVALID_PROFILE

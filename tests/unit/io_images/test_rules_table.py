@@ -4,7 +4,6 @@ import re
 from pathlib import Path
 
 import pytest
-
 from scanrack.io_images.amci3601 import KNOWN, RULES, Firmware, StatusLsw, StatusMsw, bit_names
 from scanrack.io_images.amci3601 import rules as table
 from scanrack.io_images.amci3601.configuration import INVALID_CONFIGURATIONS

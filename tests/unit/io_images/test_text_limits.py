@@ -16,7 +16,6 @@ from pathlib import Path
 
 import pytest
 from costs import lines_executed, most_memory
-
 from scanrack.io_images import doors
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.text_limits import LIMITS, TextKind, TextLimitError, check_text

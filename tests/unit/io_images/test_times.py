@@ -13,7 +13,6 @@ from pathlib import Path
 import pytest
 from hypothesis import given as each_of
 from hypothesis import strategies as st
-
 from scanrack.io_images.times import (
     LONGEST_NS,
     UNITS_NS,

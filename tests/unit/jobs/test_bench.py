@@ -4,12 +4,11 @@ import doctest
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack import open_bench
 from scanrack.commands import build
 from scanrack.jobs.bench import NotReachedError
 from scanrack.runtime.loop.faults import CpuFault
+from typer.testing import CliRunner
 
 pytestmark = pytest.mark.slow  # together they take seconds
 

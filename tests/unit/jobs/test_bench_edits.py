@@ -3,8 +3,6 @@
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack import open_trace
 from scanrack.commands import build
 from scanrack.jobs import open_bench
@@ -12,6 +10,7 @@ from scanrack.jobs.record.program_versions import edits_of
 from scanrack.ladder.files import parse_program
 from scanrack.runtime import Edit
 from scanrack.traces import TraceEvent
+from typer.testing import CliRunner
 
 RACK = """scan_ms = 10
 program = "line.rung"

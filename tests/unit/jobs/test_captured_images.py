@@ -7,11 +7,10 @@ from struct import pack
 
 import pytest
 from captured import conversation, pcap
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs.captures.cip_pairing import CipPairing, _parts
 from scanrack.traces import open_trace
+from typer.testing import CliRunner
 
 MS = 1_000_000
 DATA = bytes.fromhex("91 04") + b"Data"

@@ -16,14 +16,13 @@ from pathlib import Path
 from struct import unpack_from
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs.conform.hypotheses import search
 from scanrack.jobs.conform.moments import KnownState, Timing
 from scanrack.jobs.conform.paths.captured import scenes_of
 from scanrack.jobs.replay.resumed import configuration_words
 from scanrack.runtime.modules.amci3601.module import Amci3601
+from typer.testing import CliRunner
 
 CAPTURES = Path(__file__).parents[2] / "captures"
 PORT = 34841

@@ -8,8 +8,6 @@ from typing import Any
 
 import pytest
 from captured import Frame, conversation, modbus_tcp, pcap, pcapng
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.io_images.pmc006.frame import command, reply
 from scanrack.io_images.pmc006.instructions import BY_NAME
@@ -19,6 +17,7 @@ from scanrack.jobs.captures.reading import read_capture
 from scanrack.jobs.captures.recording import said_by
 from scanrack.runtime.line.rtu import frame
 from scanrack.traces import open_trace, read_columns
+from typer.testing import CliRunner
 
 MS = 1_000_000
 READ_BASE = bytes.fromhex("03 0005 0001")

@@ -9,13 +9,12 @@ import os
 
 import pytest
 from chain_text import text_of
-from typer.testing import CliRunner
-
 from scanrack import open_bench
 from scanrack.commands import build
 from scanrack.jobs import load_job
 from scanrack.jobs.bench.opening import loading
 from scanrack.jobs.why.chains.of_run import chain_of
+from typer.testing import CliRunner
 
 pytestmark = pytest.mark.slow  # together they take seconds
 

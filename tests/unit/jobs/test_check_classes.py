@@ -7,7 +7,6 @@ from pathlib import Path
 import pytest
 from check_classes import ALWAYS_ON, CASES_BY_RULE, CLASSES, Case
 from check_programs import RACK, check
-
 from scanrack.jobs.check import CheckReport, check_rack, load_any
 
 

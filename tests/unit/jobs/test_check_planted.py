@@ -5,7 +5,6 @@ from check_planted import OF_THE_RACK, PLANTED, text_of
 from check_programs import SOUND as BASIC
 from check_programs import check
 from check_sound import SOUND
-
 from scanrack.jobs.check import BY_ID
 
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
+from typer.testing import CliRunner
 
 RACK = 'program = "{}"\nscan_ms = 2\n[[slot]]\nnumber = 1\nmodule = "amci3601"\n'
 RUNGS = """PROGRAM line

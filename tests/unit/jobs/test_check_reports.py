@@ -8,10 +8,9 @@ from pathlib import Path
 import pytest
 import slc_files as slc
 from check_programs import BLOCKS, RACK, SEQUENCE, check
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs.check import RULES, FileLine, ProofFinding, check_rack, load_any
+from typer.testing import CliRunner
 
 pytestmark = pytest.mark.slow  # together they take seconds
 

@@ -7,9 +7,8 @@ import shutil
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
+from typer.testing import CliRunner
 
 EXPORT = Path(__file__).parents[3] / "examples" / "l5x"
 HOME = '    { input = "home", first = -1500, last = -1300 },\n'

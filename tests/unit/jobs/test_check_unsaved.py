@@ -1,7 +1,6 @@
 """`check_texts`, which editors ask: without leave nothing in Python runs. It needs no extra."""
 
 import pytest
-
 from scanrack.jobs.check.texts import check_texts
 
 MARKS = """from pathlib import Path

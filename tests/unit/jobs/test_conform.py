@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 from conform_scenes import MOVE, STOPPED_MOVE, played
-
 from scanrack.io_images.amci3601 import RULES
 from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.conform.branch import explained

@@ -11,7 +11,6 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-
 from scanrack.io_images.amci3601 import InputBit, StatusMsw
 from scanrack.io_images.image import WORDS
 from scanrack.jobs import JobRun, RunOptions, load_job

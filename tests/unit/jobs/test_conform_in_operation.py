@@ -10,7 +10,6 @@ import random
 from pathlib import Path
 
 import pytest
-
 from scanrack import run
 from scanrack.jobs.conform.hypotheses import search
 from scanrack.jobs.conform.moments import KnownState, PlayedScene, Timing

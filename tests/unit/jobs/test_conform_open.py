@@ -6,13 +6,12 @@ from dataclasses import replace
 
 import pytest
 from conform_scenes import MOVE, MS, STOPPED_MOVE, plan_of, played
-from simulated_path import SimulatedPath
-
 from scanrack.jobs.conform.findings import ConformVerdict, SceneVerdict
 from scanrack.jobs.conform.moments import Moment, PlayedScene, SeenImage, Timing, Transmission, Window
 from scanrack.jobs.conform.playing import play
 from scanrack.jobs.conform.verdicts import Judge
 from scanrack.runtime.modules.amci3601.module import Amci3601
+from simulated_path import SimulatedPath
 
 CONFIGURATION = (-31684, 60, 0, 500, 0, 0, 0, 0)
 MOVING = (2, 0, 0, 300, 2, 500, 20, 20)

@@ -7,7 +7,6 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
-
 from scanrack.io_images.amci3601 import RULES
 from scanrack.jobs.conform.findings import ConformVerdict, Difference, SceneVerdict
 from scanrack.jobs.conform.moments import PlayedScene, Timing

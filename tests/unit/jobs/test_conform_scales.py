@@ -15,8 +15,6 @@ from unittest import mock
 
 import pytest
 from conform_scenes import MS, plan_of
-from simulated_path import SimulatedPath
-
 from scanrack.jobs.conform.findings import ConformVerdict, SceneVerdict
 from scanrack.jobs.conform.hypotheses import search
 from scanrack.jobs.conform.moments import PlayedScene, Timing
@@ -28,6 +26,7 @@ from scanrack.jobs.conform.verdicts import Judge
 from scanrack.runtime.modules.amci3601 import step_generator
 from scanrack.runtime.modules.amci3601.altered import Altered3601
 from scanrack.runtime.modules.amci3601.module import Amci3601
+from simulated_path import SimulatedPath
 
 STEPS = """
 RELATIVE_MOVE target 1500 speed 2500 acceleration 5 deceleration 4 until MOVE_COMPLETE

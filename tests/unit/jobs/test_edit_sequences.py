@@ -10,13 +10,12 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.record.program_versions import ProgramVersions, version_of
 from scanrack.runtime import Edit
 from scanrack.traces import TraceEvent, open_trace
+from typer.testing import CliRunner
 
 RACK = """\
 program = "line.py"

@@ -1,7 +1,6 @@
 """A field of a Python program that a test forces: on record, and in `why` and the chain of what follows."""
 
 import pytest
-
 from scanrack import open_bench, open_trace
 from scanrack.traces import TraceEvent
 

@@ -6,7 +6,6 @@ import sys
 import types
 
 import pytest
-
 from scanrack.jobs.trust import launcher
 from scanrack.runtime.live.shared_memory import SharedMemory
 

@@ -5,11 +5,10 @@ round trips of 10 ms.
 """
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack import open_trace
 from scanrack.commands import build
 from scanrack.traces.read.sequence_steps import sequence_steps
+from typer.testing import CliRunner
 
 PROGRAM = """from scanrack import Axis3601, AxisError, Configuration, InputBit, Logic, dwell, sequence
 

@@ -9,11 +9,10 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack import open_bench
 from scanrack.commands import build
 from scanrack.jobs.start import LOGICS, ProjectError, example_names, new_project
+from typer.testing import CliRunner
 
 pytestmark = pytest.mark.slow  # together they take seconds
 

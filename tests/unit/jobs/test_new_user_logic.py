@@ -1,8 +1,6 @@
 """Mistakes that people make in their first program: each gets a message of ours, at their own line."""
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack import open_bench
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import (
@@ -21,6 +19,7 @@ from scanrack.io_images.amci3601 import (
 from scanrack.io_images.image import Image
 from scanrack.runtime import CpuFault
 from scanrack.runtime.loop.faults import Cause
+from typer.testing import CliRunner
 
 RACK = """\
 program = "line.py"

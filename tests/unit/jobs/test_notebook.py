@@ -7,7 +7,6 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
-
 from scanrack import Image, StatusView, Trace, load_rack, open_bench, open_trace, run
 from scanrack.ladder.files import parse_program
 

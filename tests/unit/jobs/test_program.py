@@ -5,7 +5,6 @@ import re
 import sys
 
 import pytest
-
 from scanrack.jobs import ProgramError, load_program
 from scanrack.jobs.load import program as loaded_program
 from scanrack.jobs.load.program import load_function

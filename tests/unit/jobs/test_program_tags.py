@@ -10,8 +10,6 @@ from typing import Any
 import numpy as np
 import pytest
 from costs import lines_executed
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import open_bench
 from scanrack.jobs.record import tag_source
@@ -22,6 +20,7 @@ from scanrack.ladder.debug.tag_values import tag_values
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.lowering.runnable import LadderLogic
 from scanrack.traces import open_trace, read_columns
+from typer.testing import CliRunner
 
 LADDER = r"""
 PROGRAM line

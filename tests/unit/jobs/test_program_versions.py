@@ -6,14 +6,13 @@ Broken on purpose: an edited class that is not attached first, the old one's seq
 from contextlib import ExitStack
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.record.program_versions import ProgramVersions, version_of
 from scanrack.jobs.trust.attachments import attached_files
 from scanrack.runtime import Edit
 from scanrack.traces import open_trace
+from typer.testing import CliRunner
 
 RACK = 'program = "cycle.py"\nscan_ms = 2\n[[slot]]\nnumber = 1\nmodule = "amci3601"\nfirmware = "4.1"\n'
 PROGRAM = """\

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import pytest
 from amounts import amount
-
 from scanrack import load_rack, run
 from scanrack.io_images.image import Image
 from scanrack.jobs.replay.replaying import Replay, forced_rows, score_of, with_stimuli

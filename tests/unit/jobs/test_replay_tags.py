@@ -7,13 +7,12 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import JobRun, RunOptions, load_job, open_bench
 from scanrack.jobs.bench import Bench
 from scanrack.runtime import Force, Write
 from scanrack.runtime.live.actions import Action, Unforce
+from typer.testing import CliRunner
 
 LADDER = """
 PROGRAM line

@@ -1,12 +1,11 @@
 """A program with sequences, seen from outside: recording, bench, why; run again, replayed and compared."""
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack import open_bench, open_trace
 from scanrack.commands import build
 from scanrack.jobs.bench import NotReachedError
 from scanrack.traces.read.sequence_steps import sequence_steps
+from typer.testing import CliRunner
 
 pytestmark = pytest.mark.slow  # together they take seconds
 

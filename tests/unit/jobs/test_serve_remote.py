@@ -8,7 +8,6 @@ from pathlib import Path
 from struct import pack, unpack
 
 import pytest
-
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.jobs import JobRun, RunOptions
 from scanrack.jobs.serve.remote import ExternalPlc, remote_job

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
 from scanrack.io_images.amci3601 import Move, MoveKind, PresetPosition, StoreMinimumRegistration
 from scanrack.io_images.image import Image
 from scanrack.jobs import ProgramError, load_program

@@ -5,10 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces import open_trace, read_columns
+from typer.testing import CliRunner
 
 WIDE = """
 PROGRAM wide

@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import open_bench
 from scanrack.jobs.bench import Bench
@@ -16,6 +14,7 @@ from scanrack.ladder import LadderError
 from scanrack.ladder.debug.tag_values import tag_values
 from scanrack.ladder.files import parse_program
 from scanrack.traces import open_trace, read_columns
+from typer.testing import CliRunner
 
 PACKED = """
 PROGRAM line

@@ -9,8 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import open_bench
 from scanrack.jobs.bench import Bench
@@ -18,6 +16,7 @@ from scanrack.ladder.files import parse_program
 from scanrack.runtime.loop.faults import CpuFault
 from scanrack.traces import open_trace, read_columns
 from scanrack.traces.plot import Envelope, read_chart
+from typer.testing import CliRunner
 
 BIT = 1 << 7
 FAULT = 1 << 6

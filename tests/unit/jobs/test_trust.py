@@ -1,7 +1,6 @@
 """What a run does with which files of a trace, decided from the rack file in it."""
 
 import pytest
-
 from scanrack.jobs.trust.trust import RunFiles, Use, uses_of
 
 RACK = b"""program = "line.rung"

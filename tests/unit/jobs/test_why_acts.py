@@ -5,13 +5,12 @@ from __future__ import annotations
 import os
 
 import pytest
-from typer.testing import CliRunner
-from why_questions import do, make
-
 from scanrack.commands import build
 from scanrack.jobs.why.acts import acts_for, every_act
 from scanrack.runtime.live.actions import action_of
 from scanrack.runtime.live.operator_actions import OperatorActions
+from typer.testing import CliRunner
+from why_questions import do, make
 
 pytestmark = [
     pytest.mark.slow,  # together they take seconds

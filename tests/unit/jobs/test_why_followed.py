@@ -5,8 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from why_questions import do, make
-
 from scanrack.jobs import load_job
 from scanrack.jobs.replay.replaying import score_of
 from scanrack.jobs.replay.tag_orders import TagOrders
@@ -14,6 +12,7 @@ from scanrack.jobs.why.followed import can_follow, follow
 from scanrack.jobs.why.input_replay import InputReplay
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger
+from why_questions import do, make
 
 pytestmark = pytest.mark.slow  # together they take seconds
 

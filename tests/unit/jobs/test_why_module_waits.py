@@ -1,11 +1,10 @@
 """What a 3601 waits for, as the bench tells it: the manual's states, one after the other."""
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack import open_bench
 from scanrack.commands import build
 from scanrack.traces import ScanRecorder, SlotInfo
+from typer.testing import CliRunner
 
 PROGRAM = """from scanrack import (
     Configuration, Direction, Hold, Idle, InputBit, Manual, Move, MoveKind, PresetPosition, ResetErrors

@@ -3,11 +3,10 @@
 import sys
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack import open_bench
 from scanrack.commands import build
 from scanrack.traces import open_trace
+from typer.testing import CliRunner
 
 PROGRAM = """from helper import write
 

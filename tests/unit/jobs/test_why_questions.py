@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from why_questions import QUESTIONS, Question, do, make
-
 from scanrack.ladder.debug.telling import LONGEST, MOST_LINES, told
+from why_questions import QUESTIONS, Question, do, make
 
 pytestmark = pytest.mark.slow  # together they take seconds
 

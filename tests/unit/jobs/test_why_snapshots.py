@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 import zstandard
-
 from scanrack import open_bench
 from scanrack.jobs.bench import of_trace
 from scanrack.jobs.bench.moment import ScanChoice

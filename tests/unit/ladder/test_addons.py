@@ -2,7 +2,6 @@
 
 import pytest
 from ladder_bench import Named
-
 from scanrack.ladder import BOOL, DINT, OTE, BuildError, LadderError, Program, RungTextError, Structure
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program, program_text

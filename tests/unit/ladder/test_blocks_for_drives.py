@@ -4,7 +4,6 @@ from pathlib import Path
 
 import pytest
 from drive_bench import MODELS
-
 from scanrack import open_bench
 from scanrack.io_images.amci3601.words import WORDS_3601
 from scanrack.jobs.check import check_rack, check_replacement, load_any

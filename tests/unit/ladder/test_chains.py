@@ -8,7 +8,6 @@ causes that were all needed, `|` those of which each would have done.
 import pytest
 from chain_text import after as program_after
 from chain_text import text_of
-
 from scanrack.jobs.why.chains.partners import _named
 from scanrack.ladder.debug.chains import DEEPEST
 from scanrack.ladder.debug.links import CauseLink, linked

@@ -9,7 +9,6 @@ import pytest
 from chain_text import after, text_of
 from charts import BATCH
 from charts import program_of as chart_of
-
 from scanrack.ladder.files import parse_program
 
 TEXT = """CONTROLLER c

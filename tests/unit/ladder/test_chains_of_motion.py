@@ -5,7 +5,6 @@
 
 import pytest
 from chain_text import after, text_of
-
 from scanrack.ladder.files import parse_program
 
 TAGS = """PROGRAM p

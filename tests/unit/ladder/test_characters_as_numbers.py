@@ -1,7 +1,6 @@
 """Characters where a number is needed are that number in ASCII, the first one its highest byte."""
 
 import pytest
-
 from scanrack.ladder import BuildError
 from scanrack.ladder.files import parse_program
 

@@ -4,7 +4,6 @@ import re
 
 from charts import BATCH, program_of
 from lxml import etree
-
 from scanrack.ladder.draw import live_chart, routine_text, routines_svg
 from scanrack.ladder.model.chart_layout import layout_of
 from scanrack.watch.history.catalog import Catalog

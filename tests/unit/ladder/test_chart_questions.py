@@ -1,7 +1,6 @@
 """Questions about a chart: why a step is active, who uses a tag, which steps nothing reaches."""
 
 from charts import BATCH, program_of
-
 from scanrack.ladder.debug import cross_reference
 from scanrack.ladder.debug.debugger import Debugger
 from scanrack.ladder.model.chart_checks import unreached

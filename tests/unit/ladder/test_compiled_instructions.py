@@ -4,7 +4,6 @@ from typing import Any
 
 import pytest
 from ladder_lockstep import differences, outcome
-
 from scanrack.ladder.compiler import source_of
 from scanrack.ladder.files import parse_program
 

@@ -3,7 +3,6 @@
 from types import CodeType
 
 import pytest
-
 from scanrack.ladder import ADD, BOOL, DINT, LadderError, Program
 from scanrack.ladder.compiler import writer
 from scanrack.ladder.compiler.positions import relocated

@@ -2,7 +2,6 @@
 
 import pytest
 from ladder_bench import Named
-
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.lowering.text import parse_rung
 from scanrack.ladder.model.errors import BuildError

@@ -1,13 +1,12 @@
 """A controller: scopes of names, tasks in virtual time, fault routines, and its text."""
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.ladder import BOOL, DINT, BuildError, Controller, LadderError, LadderFault, RungTextError
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program, program_text
 from scanrack.ladder.model.schedule import Task, TaskKind
+from typer.testing import CliRunner
 
 TWO_PROGRAMS = """CONTROLLER plant
 TAG Run : BOOL

@@ -1,7 +1,6 @@
 """Fault routines that may clear a major fault, event tasks, and the attributes of GSV and SSV."""
 
 import pytest
-
 from scanrack.ladder import BuildError, LadderFault
 from scanrack.ladder.files import parse_program, program_text
 

@@ -7,7 +7,6 @@ gap that is left out at the end of a leg.
 from pathlib import Path
 
 import pytest
-
 from scanrack.ladder import LadderError
 from scanrack.ladder.draw.live import live_rung
 from scanrack.ladder.files.rewriting import rewritten

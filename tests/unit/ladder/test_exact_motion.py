@@ -1,7 +1,6 @@
 """Ideal axes and their positions: where moves end, and what MAW sees of them, linear and rotary."""
 
 import pytest
-
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.instructions.motion.axes import MotionData
 

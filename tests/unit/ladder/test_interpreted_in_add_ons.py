@@ -1,7 +1,6 @@
 """Instructions that the interpreter executes for the compiled program work inside of add-on instructions."""
 
 import pytest
-
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.state.memory import same
 

@@ -1,7 +1,6 @@
 """The debugger: breakpoints, forces, truth, cross reference, and why a tag is as it is."""
 
 import pytest
-
 from scanrack.ladder import LadderError
 from scanrack.ladder.debug import Debugger, cross_reference
 from scanrack.ladder.debug.journal import EVERY

@@ -3,7 +3,6 @@
 import json
 
 import pytest
-
 from scanrack.ladder import Controller, LadderError
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program

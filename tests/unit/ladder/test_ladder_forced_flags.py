@@ -1,7 +1,6 @@
 """S:Z and S:N are those of the result, whatever the destination is forced to; both back ends agree."""
 
 import pytest
-
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program
 

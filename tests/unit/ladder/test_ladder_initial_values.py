@@ -1,7 +1,6 @@
 """Initial values with a radix: the bits of the type that they stand in."""
 
 import pytest
-
 from scanrack.jobs import load_program
 from scanrack.ladder import LadderError, Program
 from scanrack.ladder.files import parse_program, program_text

@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import scanrack.ladder
 from instructions_page import PAGE, REMEDY, missing, written
 from ladder_programs import without_strategy
-
-import scanrack.ladder
 from scanrack.ladder import (
     BOOL,
     COUNTER,

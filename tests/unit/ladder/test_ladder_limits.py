@@ -2,7 +2,6 @@
 
 import pytest
 from ladder_bench import both, program_of
-
 from scanrack.ladder import DINT, MOV, BuildError, LadderError, LadderFault, Program, RungTextError
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from ladder_programs import rungs
-
 from scanrack.ladder.draw import live_rung, power, rung_text
 from scanrack.ladder.lowering.text import parse_rung
 from scanrack.ladder.model.tree import Address, Branch, Instruction, Number, Rung, instructions_of

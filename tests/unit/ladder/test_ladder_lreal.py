@@ -7,7 +7,6 @@ import math
 
 import pytest
 from ladder_bench import Named
-
 from scanrack.ladder.files import parse_program
 
 TAGS = """\

@@ -2,7 +2,6 @@
 
 import pytest
 from ladder_bench import both, program_of
-
 from scanrack.io_images.addresses import Address, parse_address
 from scanrack.io_images.amci3601 import WORDS_3601
 from scanrack.io_images.amci3601.bits import StatusMsw

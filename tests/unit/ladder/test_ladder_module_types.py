@@ -2,7 +2,6 @@
 
 import pytest
 from ladder_bench import both, program_of
-
 from scanrack.ladder import BuildError
 from scanrack.ladder.files import parse_program, program_text
 from scanrack.runtime import Amci3601, Card, Cpu, Rack

@@ -3,7 +3,6 @@
 from itertools import product
 
 import pytest
-
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program
 

@@ -1,7 +1,6 @@
 """Forces, breakpoints and the power of rungs need no interpreted scan."""
 
 import pytest
-
 from scanrack.ladder import LadderFault
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program

@@ -4,14 +4,13 @@ from dataclasses import replace
 from xml.etree import ElementTree
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import load_program
 from scanrack.ladder import Program
 from scanrack.ladder.draw import captions_of, routine_text, routines_svg, rung_text
 from scanrack.ladder.lowering.text import parse_rung
 from scanrack.ladder.model.routine import Routine
+from typer.testing import CliRunner
 
 SEAL_IN = "[XIC(Start),XIC(Run)]XIO(Stop)OTE(Run);"
 SVG = "{http://www.w3.org/2000/svg}"

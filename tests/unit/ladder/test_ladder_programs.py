@@ -3,7 +3,6 @@
 from types import SimpleNamespace
 
 import pytest
-
 from scanrack.io_images.image import Image
 from scanrack.jobs import ProgramError, load_program
 from scanrack.ladder import (

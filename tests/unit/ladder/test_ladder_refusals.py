@@ -2,7 +2,6 @@
 
 import pytest
 from ladder_bench import program_of
-
 from scanrack.ladder import BOOL, DINT, OTE, REAL, TIMER, TON, BuildError, LadderError, Program, RungTextError
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.lowering.python_rungs import make

@@ -4,7 +4,6 @@ import math
 
 import pytest
 from ladder_bench import Named
-
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.model.errors import BuildError
 

@@ -4,7 +4,6 @@ import math
 
 import pytest
 from ladder_bench import both, program_of
-
 from scanrack.io_images.image import Image
 from scanrack.ladder import LadderFault, RungTextError
 from scanrack.ladder.compiler.services import regions_of, services

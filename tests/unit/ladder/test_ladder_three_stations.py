@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import pytest
-
 from scanrack.jobs import build_cpu, build_rack, load_job
 
 EXAMPLES = Path(__file__).parents[3] / "examples"

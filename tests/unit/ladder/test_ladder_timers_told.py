@@ -2,10 +2,9 @@
 
 import pytest
 from ladder_bench import program_of
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.ladder.debug import Debugger
+from typer.testing import CliRunner
 
 TAGS = """TAG Run : BOOL
 TAG Late : BOOL

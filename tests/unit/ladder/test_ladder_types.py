@@ -2,7 +2,6 @@
 
 import pytest
 from ladder_bench import Named
-
 from scanrack.ladder.files import parse_program, program_text
 
 TAGS = """\

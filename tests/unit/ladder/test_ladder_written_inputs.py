@@ -5,13 +5,12 @@ exchanges of a CompactLogix go red), a replay that takes them in every scan (so 
 """
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack import open_trace
 from scanrack.commands import build
 from scanrack.jobs import open_bench
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program
+from typer.testing import CliRunner
 
 RACK = """scan_ms = 1
 controller = "{controller}"

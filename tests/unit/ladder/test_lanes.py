@@ -8,7 +8,6 @@ from amounts import amount
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from ladder_programs import programs
-
 from scanrack.ladder import LadderFault
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.debug.cells import Cell

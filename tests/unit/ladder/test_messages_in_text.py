@@ -1,7 +1,6 @@
 """MSG in structured text: a call begins a message, which ends after a scan of its own accord."""
 
 import pytest
-
 from scanrack.ladder.files import parse_program
 
 ONCE = """PROGRAM p

@@ -1,7 +1,6 @@
 """`missing_tags = "declare"`: tags without a declaration get the type that their uses ask for."""
 
 import pytest
-
 from scanrack.ladder import BuildError, Controller
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.lowering.runnable import declared

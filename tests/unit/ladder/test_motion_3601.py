@@ -4,7 +4,6 @@ from contextlib import ExitStack
 from dataclasses import replace
 
 import pytest
-
 from scanrack.jobs import JobRun, load_job
 from scanrack.ladder import LadderLogic
 from scanrack.runtime import RackFileError

@@ -2,7 +2,6 @@
 
 import pytest
 from ladder_bench import both
-
 from scanrack.ladder.files import parse_program
 
 pytestmark = pytest.mark.slow  # together they take seconds

@@ -2,7 +2,6 @@
 
 import pytest
 from ladder_bench import both
-
 from scanrack.ladder import BuildError, RungTextError
 from scanrack.ladder.files import parse_program, program_text
 

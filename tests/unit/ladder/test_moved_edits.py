@@ -8,7 +8,6 @@ is not counted.
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.lowering.edited import BEFORE_FIRST, RungEdit
 from scanrack.ladder.lowering.rebase import moved

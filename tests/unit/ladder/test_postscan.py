@@ -1,7 +1,6 @@
 """Postscan: the last scan of an SFC action with automatic reset [1756-PM006, 1756-RM003N, 1756-PM010]."""
 
 import pytest
-
 from scanrack.ladder import LadderFault, Program
 from scanrack.ladder.debug.watching import WatchedEngine
 from scanrack.ladder.debug.why import cause

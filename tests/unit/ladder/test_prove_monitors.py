@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
 from scanrack.io_images.amci3601 import CommandMsw
 from scanrack.io_images.amci3601.bits import StatusLsw
 from scanrack.ladder import LadderError, read_program

@@ -5,7 +5,6 @@ that leaves the engine at another scan than it says: a test turns red.
 """
 
 import pytest
-
 from scanrack.ladder.debug.replay import Replayer, Source
 from scanrack.ladder.debug.stretch import ScanInputs
 from scanrack.ladder.debug.watching import WatchedEngine

@@ -5,7 +5,6 @@ from weakref import ref
 
 import pytest
 from ladder_lockstep import differences, outcome
-
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.model.collector import COLLECTED, LARGE, collector_paused

@@ -2,7 +2,6 @@
 
 import pytest
 from ladder_lockstep import differences, outcome
-
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program
 

@@ -3,7 +3,6 @@
 import math
 
 import pytest
-
 from scanrack.jobs import ProgramError, load_program
 from scanrack.ladder import (
     BOOL,

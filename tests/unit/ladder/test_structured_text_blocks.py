@@ -1,7 +1,6 @@
 """TONR, TOFR, RTOR, CTUD, OSRI and OSFI of structured text, on both back ends [1756-RM003N]."""
 
 import pytest
-
 from scanrack.ladder import BuildError
 from scanrack.ladder.files import parse_program, parse_structured
 

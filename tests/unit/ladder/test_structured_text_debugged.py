@@ -1,7 +1,6 @@
 """Structured text under the debugger: why and cross reference by line, breakpoints, pictures."""
 
 import pytest
-
 from scanrack.jobs import build_cpu, build_rack, load_job
 from scanrack.ladder import LadderError, LadderLogic
 from scanrack.ladder.debug import Debugger

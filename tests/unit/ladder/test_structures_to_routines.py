@@ -1,7 +1,6 @@
 """Structures, strings and arrays go to a routine and back by value [1756-RM003N, JSR]."""
 
 import pytest
-
 from scanrack.ladder import BuildError, Program
 from scanrack.ladder.files import parse_program
 

@@ -2,7 +2,6 @@
 
 import pytest
 from ladder_bench import both
-
 from scanrack.jobs import ProgramError, load_program
 from scanrack.jobs.load.program import load_stubs
 from scanrack.ladder import BOOL, DINT, OTE, XIC, Controller, LadderError, Program

@@ -1,7 +1,6 @@
 """What stops a program from outside names task, routine and rung or line, in both back ends."""
 
 import pytest
-
 from scanrack.ladder import Controller
 from scanrack.ladder.files import parse_program
 from scanrack.runtime import Cpu, CpuFault, Rack

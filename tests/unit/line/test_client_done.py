@@ -6,8 +6,6 @@ from collections.abc import Callable
 
 import pytest
 from faultyline import BusLink, Fault, FaultyDevice
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.commands.wire import link_commands
 from scanrack.io_images.pcl601 import Code, Error, Register
@@ -20,6 +18,7 @@ from scanrack.runtime.line.clients.link import LinkError, RefusedError, StoppedE
 from scanrack.runtime.line.clients.modbus import RtuLine
 from scanrack.runtime.line.clients.pcl601 import Pcl601Client
 from scanrack.runtime.line.clients.pmc006 import Pmc006Client
+from typer.testing import CliRunner
 
 MS = 1_000_000
 

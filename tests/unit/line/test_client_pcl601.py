@@ -11,8 +11,6 @@ import pytest
 from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
 from modbus_standard import rtu
 from pymodbus.pdu.register_message import WriteSingleRegisterRequest
-from typer.testing import CliRunner, Result
-
 from scanrack.commands import build
 from scanrack.io_images.pcl601 import Code, Error
 from scanrack.io_images.pcl601.registers import firmware_text
@@ -34,6 +32,7 @@ from scanrack.runtime.line.clients.watching import MonitoringLostError
 from scanrack.runtime.line.modbus_pdus import REQUESTS
 from scanrack.runtime.line.ports import ModbusTcpPort, PduServer
 from scanrack.runtime.machine.contacts import GROUND
+from typer.testing import CliRunner, Result
 
 GO = bytes.fromhex("06 00 00 00 01")
 

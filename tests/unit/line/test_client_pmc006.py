@@ -7,8 +7,6 @@ from typing import Any
 
 import pytest
 from faultyline import BusLink, Fault, FaultyDevice, dropped, served_on_pty
-from typer.testing import CliRunner, Result
-
 from scanrack.commands import build
 from scanrack.io_images.pmc006.instructions import BY_CODE, BY_NAME, Kind
 from scanrack.io_images.pmc006.status import Status1, Status2
@@ -27,6 +25,7 @@ from scanrack.runtime.line.clients.link import (
 from scanrack.runtime.line.clients.pmc006 import BY_ZERO, SETTABLE, Pmc006Client
 from scanrack.runtime.line.clients.watching import MonitoringLostError
 from scanrack.runtime.line.pmc006_frames import LINE_FORMAT
+from typer.testing import CliRunner, Result
 
 STEP = 0x73
 

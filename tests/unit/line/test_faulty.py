@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 
 import pytest
-
 from scanrack.io_images.pmc006.frame import command, reply
 from scanrack.io_images.pmc006.instructions import BY_NAME
 from scanrack.runtime import Device

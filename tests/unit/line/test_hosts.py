@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from scanrack.runtime.line.clients.link import LinkError, TcpLink
 from scanrack.runtime.line.hosts import join_address, split_address
 from scanrack.runtime.line.ports.sockets import Listener

@@ -22,7 +22,6 @@ from pymodbus.pdu.register_message import (
     WriteMultipleRegistersRequest,
     WriteSingleRegisterRequest,
 )
-
 from scanrack.runtime.line.clients.link import BadResponseError, LinkError, NoAnswerError
 from scanrack.runtime.line.clients.modbus import ModbusExceptionError
 from scanrack.runtime.line.clients.modbus_tcp import ModbusTcpLine

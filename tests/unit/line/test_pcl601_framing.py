@@ -6,7 +6,6 @@ from random import Random
 
 import pytest
 from bench601 import Bench601, hexed
-
 from scanrack.io_images.pcl601 import Register
 from scanrack.runtime import SerialBus
 from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, SERIAL_TIMING, Pcl601

@@ -6,7 +6,6 @@ import socket
 from contextlib import suppress
 
 import pytest
-
 from scanrack.runtime.line.ports import places
 from scanrack.runtime.line.ports.modbustcp import ModbusTcpPort
 from scanrack.runtime.line.ports.places import make_place

@@ -13,7 +13,6 @@ from typing import Any
 
 import pytest
 import serial
-
 from scanrack.runtime import Clock, LineFormat
 from scanrack.runtime.controllers.pcl601.line import PORT_TIMING, Pcl601
 from scanrack.runtime.line.ports import (

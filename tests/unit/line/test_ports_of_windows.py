@@ -5,12 +5,11 @@ from pathlib import Path
 
 import pytest
 import serial
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.runtime import LineFormat
 from scanrack.runtime.line import serialport
 from scanrack.runtime.line.clients.link import LinkError, SerialLink
+from typer.testing import CliRunner
 
 NAMES = ["COM3", "COM10", r"\\.\COM10"]
 BUSY = "PermissionError(13, 'Access is denied.', None, 5)"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from struct import pack
 
 import pytest
-
 from scanrack.runtime.line.remote_words import RemoteWords
 
 INPUTS = list(range(101, 109))

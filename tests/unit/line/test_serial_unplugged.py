@@ -11,7 +11,6 @@ from threading import enumerate as running_threads
 
 import pytest
 import serial
-
 from scanrack.io_images import Image
 from scanrack.runtime import LineFormat
 from scanrack.runtime.line.clients.link import LinkError, SerialLink

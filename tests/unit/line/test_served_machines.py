@@ -8,7 +8,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
 from scanrack.io_images.pcl601 import Code
 from scanrack.jobs.run.served_units import Unit, pcl601_units, pmc006_units
 from scanrack.jobs.serve.machines import on_machines

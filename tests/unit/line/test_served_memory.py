@@ -16,14 +16,13 @@ from pathlib import Path
 import forked
 import pytest
 from pymodbus.client import ModbusTcpClient
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.io_images.pcl601 import Code
 from scanrack.io_images.pmc006.frame import command
 from scanrack.io_images.pmc006.instructions import BY_NAME
 from scanrack.jobs.run.served_units import Unit, pcl601_units, pmc006_units
 from scanrack.jobs.serve.memory_file import ControllerMemory
+from typer.testing import CliRunner
 
 MS = 1_000_000
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from scanrack.runtime import LineFormat, SerialBus
 
 

@@ -3,7 +3,6 @@
 import json
 
 import pytest
-
 from scanrack.runtime import Force, Write
 from scanrack.runtime.live.actions import (
     ACTIONS,

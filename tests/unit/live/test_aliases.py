@@ -6,14 +6,13 @@ from typing import Any, cast
 import pytest
 from live_sessions import LiveSession
 from recordings import opened
-from typer.testing import CliRunner
-
 from scanrack import open_bench
 from scanrack.commands import build
 from scanrack.jobs import load_job
 from scanrack.ladder import LadderLogic
 from scanrack.watch.history.catalog import Catalog, tag_hits
 from scanrack.watch.monitors.questions import ask
+from typer.testing import CliRunner
 
 PANEL = Path(__file__).parents[3] / "examples" / "three_stations_panel" / "line.toml"
 

@@ -5,7 +5,6 @@ from types import SimpleNamespace
 from typing import Any
 
 from live_sessions import FEEDER, LiveSession
-
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.io_images.amci3601.words import WORDS_3601
 from scanrack.io_images.image import Image, signed_word

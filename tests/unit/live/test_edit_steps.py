@@ -15,7 +15,6 @@ from typing import Any
 
 import pytest
 from live_sessions import LiveSession
-
 from scanrack.jobs import load_job
 from scanrack.jobs.record.program_versions import ProgramVersions, version_of
 from scanrack.runtime.live.actions import Online, Source

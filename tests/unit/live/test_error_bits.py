@@ -5,7 +5,6 @@ Broken on purpose: the first row of a batch left out, a configuration's mirror r
 
 import numpy as np
 import pytest
-
 from scanrack.io_images.amci3601 import WORDS_3601
 from scanrack.io_images.module_words import BitPlace, ModuleWords, numbered
 from scanrack.watch.monitors.troubles import ErrorWatch

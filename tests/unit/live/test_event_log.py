@@ -1,7 +1,6 @@
 """The events of a session: what is kept, and what stood in a scan."""
 
 import pytest
-
 from scanrack.runtime.live.actions import RECORDED, Store, action_of, parsed, text_of
 from scanrack.runtime.live.operator_actions import sentence
 from scanrack.runtime.loop.faults import Cause, Fault

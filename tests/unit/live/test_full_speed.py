@@ -9,7 +9,6 @@ from contextlib import ExitStack
 import numpy as np
 import pytest
 from live_sessions import FEEDER, LiveSession
-
 from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import Debugger

@@ -4,12 +4,11 @@ import json
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs.run.servers import kinds, tag_service
 from scanrack.runtime.tag_servers.setup import ETHERNET_IP
 from scanrack.watch import monitor_supervisor
+from typer.testing import CliRunner
 
 FEEDER = Path(__file__).parents[3] / "examples" / "feeder" / "feeder.toml"
 pytestmark = pytest.mark.slow

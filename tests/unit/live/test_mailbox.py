@@ -7,7 +7,6 @@ from contextlib import suppress
 from typing import Any
 
 import pytest
-
 from scanrack.runtime.live.mailbox import wake
 
 

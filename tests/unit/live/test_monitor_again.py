@@ -10,7 +10,6 @@ from multiprocessing.connection import Connection
 import pytest
 from live_sessions import FEEDER, LiveSession
 from recordings import chunks_read
-
 from scanrack.watch.monitors.monitor import SessionFacts
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.session_monitor import SessionMonitor, Setup

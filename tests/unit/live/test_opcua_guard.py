@@ -7,7 +7,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-
 from scanrack.runtime.live.opcua_guard import UaGuard
 
 pytestmark = pytest.mark.extra("opcua")

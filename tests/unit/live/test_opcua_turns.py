@@ -5,7 +5,6 @@ import socket
 import threading
 
 import pytest
-
 from scanrack.runtime.live.opcua_server import OpcUaServer
 from scanrack.runtime.live.tag_server import ScanProcess
 

@@ -6,7 +6,6 @@ import asyncio
 from typing import Any
 
 import pytest
-
 from scanrack.runtime.live import opcua_server
 from scanrack.runtime.live.opcua_server import CHUNK_MOST, _bounded, _impatient
 

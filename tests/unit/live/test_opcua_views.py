@@ -6,7 +6,6 @@ import asyncio
 from typing import Any
 
 import pytest
-
 from scanrack.runtime.live.opcua_services import accept_unknown_values
 from scanrack.runtime.live.opcua_views import Browsing, Views
 

@@ -19,8 +19,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from live_sessions import FEEDER, LiveSession
 from recordings import opened
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import load_job
 from scanrack.jobs.trust.attachments import files_beside
@@ -37,6 +35,7 @@ from scanrack.watch.monitors.session_monitor import SessionMonitor, SessionProgr
 from scanrack.watch.panels import bindings
 from scanrack.watch.panels.kept_panel import KeptPanel
 from scanrack.watch.panels.panel_file import COLORS, COLUMNS, KINDS, Panel, panel_text, parse_panel, refusals
+from typer.testing import CliRunner
 
 LAMP = {"name": "Even", "kind": "lamp", "tag": "Even", "at": [0, 0], "size": [2, 2]}
 GAUGE = {**LAMP, "name": "Count", "kind": "gauge", "tag": "Count", "at": [2, 0], "least": 0, "most": 20}

@@ -5,7 +5,6 @@ The machine was looked at some scans before it.
 
 import numpy as np
 import pytest
-
 from scanrack.io_images.amci3601 import WORDS_3601, StatusLsw
 from scanrack.runtime.live.ring import row_type
 from scanrack.traces.read.number_formats import NumberFormats

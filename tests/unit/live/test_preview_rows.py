@@ -3,7 +3,6 @@
 from pathlib import Path
 
 import pytest
-
 from scanrack.io_images.site import Site, SiteError
 from scanrack.ladder import LadderError
 from scanrack.ladder.files import parse_program

@@ -4,7 +4,6 @@ import tracemalloc
 from errno import ENOSPC
 
 import pytest
-
 from scanrack.runtime.live.ring import row_type
 from scanrack.watch.history.lanes import ValueHistory
 from scanrack.watch.history.program_replica import MOST_INPUTS, SnapshotStore

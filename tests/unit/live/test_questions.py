@@ -5,8 +5,6 @@ from typing import Any
 
 import pytest
 from recordings import opened, recorded
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import load_job
 from scanrack.watch.monitors.comparison import recordings
@@ -15,6 +13,7 @@ from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.questions import ask
 from scanrack.watch.play import Play
 from scanrack.watch.typed_text import effects_between
+from typer.testing import CliRunner
 
 
 @pytest.fixture(scope="module")

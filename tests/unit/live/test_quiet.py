@@ -6,7 +6,6 @@ import subprocess
 import sys
 
 import pytest
-
 from scanrack.runtime.live.quiet import CLIENT_LOGS
 
 RECORDS = """

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from scanrack.watch.history.recent import RecentRows
 
 ROW = np.dtype([("scan", np.int64), ("wall_ns", np.int64)])

@@ -7,7 +7,6 @@ values of another scan shown meanwhile, forces of a later scan: a test turns red
 import pytest
 from made_traces import idle, record
 from recordings import chunks_read, opened, recorded
-
 from scanrack.traces import open_trace
 from scanrack.watch.history.event_log import EventLog
 from scanrack.watch.history.program_replica import MOST_REPEATED

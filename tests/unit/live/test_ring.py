@@ -4,7 +4,6 @@ import os
 
 import numpy as np
 import pytest
-
 from scanrack.runtime.live.ring import MESSAGE_BYTES, Records, Ring, row_type
 from scanrack.runtime.live.shared_memory import SharedMemory
 

@@ -8,12 +8,11 @@ import random
 
 import pytest
 from live_sessions import FEEDER, LiveSession
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.runtime import CpuFault
 from scanrack.runtime.live.actions import Online, action_of
 from scanrack.traces import open_trace, read_columns
+from typer.testing import CliRunner
 
 
 def scans_of(path):

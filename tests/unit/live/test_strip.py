@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from scanrack.io_images.amci3601 import WORDS_3601
 from scanrack.runtime.live.ring import row_type
 from scanrack.watch.history.strip import MOST_EDGES, piece_of, signals_of

@@ -11,11 +11,10 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 import pytest
-from served_tags import ServedRack, batch, frame, message, served, symbol, unconnected, write_rack
-
 from scanrack.runtime.line.ports import places
 from scanrack.runtime.live import tag_client
 from scanrack.runtime.live.tag_server import TagServer
+from served_tags import ServedRack, batch, frame, message, served, symbol, unconnected, write_rack
 
 READ = message(0x4C, symbol("Scan"), b"\1\0")
 NOP = 0

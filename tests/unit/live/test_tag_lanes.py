@@ -1,7 +1,6 @@
 """Lanes of tags: points show every change; what is run again is what ran."""
 
 import pytest
-
 from scanrack.watch.history.lanes import MOST_POINTS, UNKNOWN, ValueHistory, points_of
 
 TIMES = list(range(0, 20, 2))

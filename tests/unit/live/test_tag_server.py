@@ -12,14 +12,13 @@ from pathlib import Path
 
 import pytest
 from rerun_orders import rerun, run_while
-from served_tags import frame, message, symbol, unconnected, write_rack
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.run.servers import tag_service
 from scanrack.jobs.run.servers.kinds import ServerAddress
 from scanrack.jobs.run.servers.tag_service import TagService
+from served_tags import frame, message, symbol, unconnected, write_rack
+from typer.testing import CliRunner
 
 
 def take(where: socket.socket) -> bytes:

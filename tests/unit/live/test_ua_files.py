@@ -8,14 +8,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from served_tags import write_rack
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs.run.servers import ua_files
 from scanrack.jobs.run.servers.kinds import ServerAddress, addresses
 from scanrack.jobs.run.servers.ua_files import thumbprint, ua_security
 from scanrack.runtime.tag_servers.ua_security import UaSecurity, users_of
+from served_tags import write_rack
+from typer.testing import CliRunner
 
 LOCAL = "127.0.0.1"
 FIRST = next((Path(__file__).parents[3] / "examples" / "first").glob("*.toml"))

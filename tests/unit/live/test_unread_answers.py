@@ -7,7 +7,6 @@ import socket
 from collections.abc import Callable
 
 import pytest
-
 from scanrack.runtime.live import opcua_server
 from scanrack.runtime.live.opcua_server import _impatient
 

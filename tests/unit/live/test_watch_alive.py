@@ -10,11 +10,10 @@ from contextlib import AsyncExitStack
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-from watching import FEEDER, page_of, watched
-
 from scanrack.commands import build
 from scanrack.traces import open_trace, read_columns
+from typer.testing import CliRunner
+from watching import FEEDER, page_of, watched
 
 
 @pytest.fixture(scope="module")

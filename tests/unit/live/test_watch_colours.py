@@ -4,7 +4,6 @@ Broken on purpose: letters in place of UTF-16 units, the lines between of a long
 """
 
 import pytest
-
 from scanrack.watch.history.python_source import spans_of
 
 LINES = [

@@ -17,7 +17,6 @@ from typing import Any
 
 import pytest
 from recordings import Opened, opened, recorded
-
 from scanrack.watch.monitors.questions import ask
 from scanrack.watch.recorded_session import open_beside
 

@@ -7,9 +7,8 @@ import asyncio
 import shutil
 
 import pytest
-from watching import FEEDER, PATIENCE_S, page_of, watched
-
 from scanrack.traces import open_trace
+from watching import FEEDER, PATIENCE_S, page_of, watched
 
 pytestmark = pytest.mark.slow
 

@@ -14,12 +14,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scanrack.commands import build
+from scanrack.traces import open_trace, read_columns
 from typer.testing import CliRunner
 from watching import FEEDER, page_of, watched
 from websockets.exceptions import ConnectionClosed
-
-from scanrack.commands import build
-from scanrack.traces import open_trace, read_columns
 
 pytestmark = pytest.mark.slow
 

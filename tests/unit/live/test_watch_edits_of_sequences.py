@@ -9,11 +9,10 @@ import sys
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-from watching import PATIENCE_S, page_of, watched
-
 from scanrack.commands import build
 from scanrack.traces import open_trace, read_columns
+from typer.testing import CliRunner
+from watching import PATIENCE_S, page_of, watched
 
 pytestmark = pytest.mark.slow
 

@@ -4,8 +4,6 @@ import time
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces import open_trace
 from scanrack.traces.read.arrays import column_chunks
@@ -13,6 +11,7 @@ from scanrack.traces.read.columns import Columns, join
 from scanrack.watch.monitors import question_process
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.monitors.question_process import QuestionProcesses
+from typer.testing import CliRunner
 
 SCANS = 1500
 

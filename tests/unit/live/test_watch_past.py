@@ -7,12 +7,11 @@ import asyncio
 import json
 
 import pytest
-from typer.testing import CliRunner
-from watching import FEEDER, page_of, watched
-
 from scanrack.commands import build
 from scanrack.jobs import open_bench
 from scanrack.traces import open_trace, read_columns
+from typer.testing import CliRunner
+from watching import FEEDER, page_of, watched
 
 
 def run(path, *options):

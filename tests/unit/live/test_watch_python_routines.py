@@ -6,10 +6,9 @@ Broken on purpose: power that is not noted, a recording that says nothing.
 import asyncio
 
 import pytest
+from scanrack.commands import build
 from typer.testing import CliRunner
 from watching import page_of, watched
-
-from scanrack.commands import build
 
 RACK = 'program = "mixed.py"\nscan_ms = 2\n[[slot]]\nnumber = 1\nmodule = "amci3601"\nfirmware = "4.1"\n'
 PROGRAM = """\

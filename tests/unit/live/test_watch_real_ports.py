@@ -9,11 +9,10 @@ import sys
 
 import forked
 import pytest
-from typer.testing import CliRunner
-from watching import page_of, watched
-
 from scanrack.commands import build
 from scanrack.io_images.amci3601 import status_names
+from typer.testing import CliRunner
+from watching import page_of, watched
 
 PROGRAM = "def logic(scan):\n    pass\n"
 RACK = """\

@@ -11,15 +11,14 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
-from watching import page_of, watched
-from websockets.asyncio.client import connect
-from websockets.exceptions import ConnectionClosed
-
 from scanrack.commands import build
 from scanrack.traces import open_trace
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.server import OUTBOX_MOST, Server
+from typer.testing import CliRunner
+from watching import page_of, watched
+from websockets.asyncio.client import connect
+from websockets.exceptions import ConnectionClosed
 
 
 @pytest.fixture(scope="module")

@@ -6,9 +6,8 @@ Broken on purpose: the scan before the change, the value after it: a test turns 
 import asyncio
 
 import pytest
-from watching import FEEDER, page_of, watched
-
 from scanrack.jobs import open_bench
+from watching import FEEDER, page_of, watched
 
 pytestmark = pytest.mark.slow
 

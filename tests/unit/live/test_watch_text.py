@@ -4,7 +4,6 @@ from io import StringIO
 
 from live_sessions import LiveSession
 from rich.console import Console
-
 from scanrack.runtime.loop.pace import AdjustablePace
 from scanrack.watch.text import TextView
 

@@ -14,13 +14,12 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import pytest
-from typer.testing import CliRunner
-from watching import FEEDER, page_of, watched
-from windows_files import users
-
 from scanrack.commands import build
 from scanrack.traces import open_trace, read_columns
 from scanrack.watch import play
+from typer.testing import CliRunner
+from watching import FEEDER, page_of, watched
+from windows_files import users
 
 RACK = """\
 program = "program.py"

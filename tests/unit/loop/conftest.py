@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import pytest
-
 from scanrack.io_images.amci3601 import WORDS_3601
 from scanrack.io_images.image import Image
 from scanrack.runtime import Card, Rack

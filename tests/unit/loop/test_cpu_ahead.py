@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 
 import pytest
-
 from scanrack.io_images.amci3601 import Configuration, Direction, Idle, InputBit, Manual
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import join_reported

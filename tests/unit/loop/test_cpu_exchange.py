@@ -1,7 +1,6 @@
 """When images cross the backplane: at the scan's ends, or every RPI whatever the scan does."""
 
 import pytest
-
 from scanrack.runtime import Cpu
 from scanrack.runtime.loop.exchange import EndOfScan, EveryRpi
 

@@ -6,7 +6,6 @@ import signal
 from typing import Any
 
 import pytest
-
 from scanrack.runtime import Cpu, CpuFault, CpuMode, ScanFlag
 from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.faults import Cause

@@ -3,7 +3,6 @@
 import re
 
 import pytest
-
 from scanrack.runtime import Cpu, CpuMode, ScanFlag
 
 MS = 1_000_000

@@ -8,7 +8,6 @@ import threading
 from typing import Any
 
 import pytest
-
 from scanrack.runtime import Cpu
 
 

@@ -1,7 +1,6 @@
 """Program, run, test and single-scan mode, and what the modules are told of them."""
 
 import pytest
-
 from scanrack.runtime import Cpu, CpuMode, ScanFlag
 from scanrack.runtime.loop.exchange import EveryRpi
 

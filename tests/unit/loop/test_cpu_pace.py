@@ -1,7 +1,6 @@
 """Pacing by a scripted wall clock."""
 
 import pytest
-
 from scanrack.runtime import Cpu, FreeRun, ScanFlag
 from scanrack.runtime.loop import pace
 from scanrack.runtime.loop.pace import RealTime

@@ -1,7 +1,6 @@
 """A scan, phase by phase."""
 
 import pytest
-
 from scanrack.runtime import Card, Cpu, Rack, ScanFlag
 from scanrack.runtime.loop.cpu import PHASES
 from scanrack.runtime.loop.events import Event

@@ -8,7 +8,6 @@ import sys
 import threading
 
 import pytest
-
 from scanrack.runtime import Cpu, CpuFault, ScanFlag
 from scanrack.runtime.loop import pace
 from scanrack.runtime.loop.faults import Cause

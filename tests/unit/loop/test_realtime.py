@@ -14,8 +14,6 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.commands.programs.summary import summary
 from scanrack.jobs.run.result import RunResult
@@ -23,6 +21,7 @@ from scanrack.runtime import FreeRun
 from scanrack.runtime.loop import realtime
 from scanrack.runtime.loop.pace import RealTime
 from scanrack.runtime.loop.realtime import REQUESTS, Outcome, SystemRequest, frozen_collector, real_time
+from typer.testing import CliRunner
 
 LINUX_ONLY = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="Linux's scheduler and mlockall")
 

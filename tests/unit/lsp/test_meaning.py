@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from scanrack.ladder.files.rungreader import LIBRARIES, load_library
 from scanrack.ladder.lowering.dialects import DIALECTS, LOGIX
 from scanrack.lsp import rungs

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
 from scanrack.runtime.config.rack_schema import rack_schema
 
 HOUSE = Path(__file__).parents[3]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.runtime.machine import Machine, MachineSpec, Station, Switch, TimelineEntry, press
 

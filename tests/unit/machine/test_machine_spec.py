@@ -7,7 +7,6 @@ from fractions import Fraction
 from typing import Any
 
 import pytest
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.runtime.machine import (
     EncoderSpec,

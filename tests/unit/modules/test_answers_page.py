@@ -2,7 +2,6 @@
 
 from answers_page import PAGE, REMEDY, written
 from bench3601 import Bench
-
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.runtime.loop.module_fault import ModuleFault
 from scanrack.runtime.modules.amci3601.trouble import ANSWERS

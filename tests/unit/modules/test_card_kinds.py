@@ -10,7 +10,6 @@ from typing import Any
 import cards_page
 import pytest
 from cards_page import PAGE, REMEDY, missing, written
-
 from scanrack import Configuration, InputBit, Move, MoveKind, PresetPosition
 from scanrack.io_images.addresses import Address, parse_address
 from scanrack.io_images.cards import KINDS, CardKind, RangeBits

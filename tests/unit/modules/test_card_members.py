@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 import pytest
-
 from scanrack.io_images.addresses import parse_address
 from scanrack.io_images.cards import KINDS, MEMBERS, CardKind, member_of
 from scanrack.jobs import open_bench

@@ -8,8 +8,6 @@ from typing import Any
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.io_images.cards import KINDS
 from scanrack.io_images.image import Image
@@ -17,6 +15,7 @@ from scanrack.io_images.signal_ranges import FORMATS, RANGES, Channel
 from scanrack.jobs import open_bench
 from scanrack.runtime.modules.cards.module import GenericCard
 from scanrack.runtime.modules.cards.options import CardOptions
+from typer.testing import CliRunner
 
 
 def card(kind: str, **options: Any) -> GenericCard:

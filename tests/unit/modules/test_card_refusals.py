@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 import pytest
-
 from scanrack.runtime import RackFileError, load_rack_file
 
 STEPPER = (

@@ -13,8 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack import open_bench
 from scanrack.commands import build
 from scanrack.commands.wire.drive import bench_for, converse
@@ -23,6 +21,7 @@ from scanrack.runtime import RackFileError, parse_rack_file
 from scanrack.runtime.modules.cards.module import GenericCard
 from scanrack.runtime.modules.cards.options import CardOptions
 from scanrack.traces import open_trace
+from typer.testing import CliRunner
 
 MS = 1_000_000
 OPTIONS = """

@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 from drive_unit import ENABLE, VALID, Unit
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.image import Image, signed_word
 from scanrack.io_images.site import SettingError

@@ -10,8 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack import open_trace
 from scanrack.commands import build
 from scanrack.io_images import Image, signed_word
@@ -20,6 +18,7 @@ from scanrack.modules import ImageForm, ModuleRecord
 from scanrack.runtime.machine import MachineSpec
 from scanrack.runtime.modules.amci3601.record import RECORD as AMCI3601
 from scanrack.testing.modules import check_module, record_in
+from typer.testing import CliRunner
 
 FAMILY = Path(__file__).parents[3] / "examples" / "family"
 MS = 1_000_000

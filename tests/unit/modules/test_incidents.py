@@ -3,7 +3,6 @@
 import re
 
 import pytest
-
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.io_images.image import Image
 from scanrack.jobs import build_cpu, build_rack

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from scanrack.runtime import Amci3601
 from scanrack.runtime.controllers.pmc006.options import Pmc006ControllerOptions
 from scanrack.runtime.modules.adapters.pcl601.options import Pcl601Options

@@ -11,8 +11,6 @@ from typing import Any, cast
 
 import amci3602
 import pytest
-from typer.testing import CliRunner
-
 from scanrack import CpuFault, open_bench, open_trace
 from scanrack.commands import build
 from scanrack.io_images import Image
@@ -23,6 +21,7 @@ from scanrack.modules import RULES, WORDS_3601, BitPlace, Rule
 from scanrack.runtime.modules.amci3601.module import Amci3601
 from scanrack.testing.modules import check_module
 from scanrack.watch.monitors.hello import slots_of
+from typer.testing import CliRunner
 
 PROFILE = cast(Profile, amci3602.RECORD.words({}))
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
 from scanrack.runtime.modules.registry import MODULES
 
 PAGE = Path(__file__).parents[3] / "docs" / "adapter-tables.md"

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
 import scanrack
 from scanrack import pytest_plugin
 from scanrack.jobs import bench as bench_package

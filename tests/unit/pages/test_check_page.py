@@ -1,7 +1,6 @@
 """docs/check-rules.md has every rule of `scanrack check`."""
 
 from check_page import PAGE, REMEDY, page
-
 from scanrack.jobs.check import RULES
 
 

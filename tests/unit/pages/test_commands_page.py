@@ -10,7 +10,6 @@ from pathlib import Path
 
 import typer
 from commands_page import PAGE, REMEDY, commands, missing, page
-
 from scanrack.commands import COMMANDS, build
 
 TESTS = Path(__file__).parents[2]

@@ -9,7 +9,6 @@ from pathlib import Path
 import pytest
 from house import ROOMS
 from install_lines import MENTION, ROOT, installed_as_today, pages
-
 from scanrack.io_images import installing
 
 OTHER_FORM = re.compile(

@@ -6,9 +6,8 @@ import shutil
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
+from typer.testing import CliRunner
 
 HERE = Path(__file__).parents[3]
 PAGE = (HERE / "docs" / "tutorial" / "4-panel.md").read_text(encoding="utf-8")

@@ -6,7 +6,6 @@ import doctest
 from pathlib import Path
 
 import pytest
-
 from scanrack.io_images.pmc006.page import instruction_table, option_table, user_table
 
 DOCS = Path(__file__).parents[3] / "docs"

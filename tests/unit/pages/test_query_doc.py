@@ -7,12 +7,11 @@ import shlex
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces import SlotInfo
 from scanrack.traces.query.language import parse
 from scanrack.traces.signals import Catalog
+from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[3]
 TEXT = (ROOT / "docs" / "query.md").read_text(encoding="utf-8")

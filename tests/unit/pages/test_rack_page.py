@@ -1,7 +1,6 @@
 """docs/rack-file.md has every table and every key of a rack file, as the schema has them."""
 
 from rack_page import PAGE, REMEDY, page
-
 from scanrack.runtime.config.rack_schema import rack_schema
 
 

@@ -8,9 +8,8 @@ import shutil
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
+from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[3]
 TEXT = (ROOT / "docs" / "replay.md").read_text(encoding="utf-8")

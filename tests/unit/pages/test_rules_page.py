@@ -6,7 +6,6 @@ import re
 
 from rule_proofs import PAGE, REMEDY
 from rules_page import heading_of, page, row
-
 from scanrack.io_images.amci3601 import RULES, Firmware
 from scanrack.io_images.amci3601.rules import Rule
 

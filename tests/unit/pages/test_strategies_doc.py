@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 from amounts import amount
 from hypothesis import settings
-
 from scanrack.io_images import strategies as images
 
 TEXT = (Path(__file__).parents[3] / "docs" / "strategies.md").read_text(encoding="utf-8")

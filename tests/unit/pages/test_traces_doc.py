@@ -9,9 +9,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
+from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[3]
 TEXT = (ROOT / "docs" / "traces.md").read_text(encoding="utf-8")

@@ -7,7 +7,6 @@ import re
 from pathlib import Path
 
 import pytest
-
 from scanrack.io_images.amci3601 import CommandMsw
 from scanrack.io_images.thousands import split_thousands
 

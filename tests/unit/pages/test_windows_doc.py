@@ -10,7 +10,6 @@ from typing import Any
 import pytest
 import typer
 from commands_page import chain
-
 from scanrack.commands import build
 from scanrack.io_images.installing import install_line
 from scanrack.runtime import load_rack_file

@@ -13,7 +13,6 @@ import pytest
 import typer
 from commands_page import commands
 from house import ROOMS
-
 from scanrack.commands import build
 
 ROOT = Path(__file__).parents[3]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.jobs import load_job
 from scanrack.jobs.load.loading import LoadedRack

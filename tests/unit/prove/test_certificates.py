@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 from amounts import amount
 from proofs import LIMITS, claims, program_text
-
 from scanrack.commands.programs.prove import status_of
 from scanrack.jobs.prove import checking
 from scanrack.jobs.prove.checking import Opinion, Solver, check, questions, solvers

@@ -1,7 +1,6 @@
 """LEN of a CONTROL bounds the loops of file instructions where nothing can write it, and only there."""
 
 import pytest
-
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.files import parse_program
 

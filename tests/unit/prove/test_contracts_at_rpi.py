@@ -8,7 +8,6 @@ from struct import unpack
 from typing import Any
 
 import pytest
-
 from scanrack.io_images.amci3601 import CommandMsw
 from scanrack.io_images.amci3601.contracts import contracts_of
 from scanrack.jobs import JobRun, RunOptions, load_job

@@ -5,7 +5,6 @@ from __future__ import annotations
 from random import Random
 
 import pytest
-
 from scanrack.io_images.amci3601.contracts import CONTRACTS, contracts_of
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove import ProgramSystem

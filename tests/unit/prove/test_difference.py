@@ -7,7 +7,6 @@ from random import Random
 import pytest
 from amounts import amount
 from proofs import program_text
-
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.model.errors import LadderFault
 from scanrack.ladder.prove.difference import Difference, compare

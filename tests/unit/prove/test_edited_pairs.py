@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 from edited_pairs import EDITS, PROCESS, RUNGS, UNPAIRED, Judged, names
 from relation_rows import BLOCKS, SLC_HAVOCKED, SLC_OUT, SLC_ROWS
-
 from scanrack.ladder.instructions import NAMES, SPECS
 from scanrack.ladder.instructions.slc.rows import SLC_SPECS
 

@@ -1,7 +1,6 @@
 """What an edit can change, for every input: by hand from the rungs."""
 
 import pytest
-
 from scanrack.jobs.prove.serving import effects
 from scanrack.jobs.prove.serving.effects import effects_of
 from scanrack.ladder.files import parse_program

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from slc_bench import imported
-
 from scanrack.ladder.files import parse_program
+from slc_bench import imported
 
 pytestmark = pytest.mark.extra("prove")
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove import ProgramSystem
 from scanrack.ladder.prove.answers import ask

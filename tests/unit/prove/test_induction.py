@@ -5,7 +5,6 @@ from __future__ import annotations
 from importlib.metadata import version
 
 import pytest
-
 from scanrack.ladder import LadderError
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove import ProgramSystem, ScanBounds

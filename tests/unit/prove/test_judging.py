@@ -3,7 +3,6 @@
 import pytest
 from check_programs import check
 from check_sound import SOUND
-
 from scanrack.jobs.prove.serving import judging
 from scanrack.jobs.prove.serving.judging import verdicts
 

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import pytest
-
 from scanrack.ladder.files import parse_program
 
 pytestmark = [pytest.mark.extra("prove"), pytest.mark.slow]

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.ladder import Program
 from scanrack.ladder.files import parse_program
+from typer.testing import CliRunner
 
 
 def made(*rungs: str) -> Program:

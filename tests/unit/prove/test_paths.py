@@ -4,7 +4,6 @@ from random import Random
 
 import pytest
 from relation import Relation
-
 from scanrack.ladder.files.rungfile import parse_program
 from scanrack.ladder.prove.algebra.meaning import BOOL
 from scanrack.ladder.prove.algebra.terms import T, and_, var

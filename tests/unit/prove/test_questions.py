@@ -6,7 +6,6 @@ from dataclasses import replace
 from typing import Any
 
 import pytest
-
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove import ProgramSystem, ScanBounds
 from scanrack.ladder.prove.induction import VerdictKind

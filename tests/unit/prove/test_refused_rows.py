@@ -15,7 +15,6 @@ import pytest
 from relation import Relation
 from relation_programs import SHORT, nested
 from relation_rows import BLOCKS, ROWS, SLC_ROWS, groups, logix, slc, texts
-
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove.algebra.terms import TRUE, and_, ite
 from scanrack.ladder.prove.relation.machine import ScanMachine

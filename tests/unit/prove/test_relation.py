@@ -9,13 +9,12 @@ import pytest
 from amounts import amount
 from relation import Relation
 from relation_programs import drawn
-from slc_bench import imported
-
 from scanrack.ladder import instructions
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove.algebra.evaluation import evaluate
 from scanrack.ladder.prove.algebra.terms import FALSE, forget
 from scanrack.ladder.prove.relation.machine import ScanMachine
+from slc_bench import imported
 
 HEAD = """PROGRAM small
 TAG A : BOOL

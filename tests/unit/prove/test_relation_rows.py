@@ -22,7 +22,6 @@ from relation_rows import (
     slc,
     texts,
 )
-
 from scanrack.ladder.instructions import NAMES, SPECS
 from scanrack.ladder.instructions.slc.rows import SLC_SPECS
 from scanrack.ladder.prove.relation.machine import ScanMachine

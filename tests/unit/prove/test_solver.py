@@ -11,7 +11,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_terms import bench
-
 from scanrack.ladder.prove.algebra import numbers
 from scanrack.ladder.prove.algebra import terms as t
 from scanrack.ladder.prove.algebra.evaluation import evaluate

@@ -8,7 +8,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
 from scanrack.jobs import ContactPress, Kind, Scenario, State, load_job
 from scanrack.jobs.fuzz import search
 from scanrack.jobs.fuzz.aim.corpus import STEP_WORTH

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_terms import bench
-
 from scanrack.ladder.prove.algebra import numbers
 from scanrack.ladder.prove.algebra import terms as t
 from scanrack.ladder.prove.algebra.batch import BatchEvaluator

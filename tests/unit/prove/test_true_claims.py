@@ -10,7 +10,6 @@ from __future__ import annotations
 import re
 
 import pytest
-
 from scanrack.ladder.files import parse_program
 
 pytestmark = [pytest.mark.extra("prove"), pytest.mark.slow]

@@ -12,7 +12,6 @@ from amounts import amount
 from relation import Relation
 from relation_programs import drawn
 from relation_rows import BLOCKS, HAVOCKED, ROWS, SLC_ROWS, groups, logix, slc, texts
-
 from scanrack.ladder import LadderFault
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove.system.happenings import KEPT, LEFT_OUT, PROGRAM_MODE, Happenings

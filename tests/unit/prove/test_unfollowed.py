@@ -7,7 +7,6 @@ from random import Random
 import pytest
 from relation import Relation
 from relation_programs import COPIES, DEEPEST, SHORT, nested
-
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove.algebra.evaluation import evaluate
 from scanrack.ladder.prove.algebra.meaning import INT

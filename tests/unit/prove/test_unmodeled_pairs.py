@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import pytest
-from slc_bench import imported
-
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove import ScanBounds
 from scanrack.ladder.prove.difference import Difference, compare
+from slc_bench import imported
 
 pytestmark = pytest.mark.extra("prove")
 

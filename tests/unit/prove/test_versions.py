@@ -11,7 +11,6 @@ from random import Random
 
 import pytest
 from proofs import LIMITS, claims, program_text
-
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.prove import ProgramSystem, ScanBounds
 from scanrack.ladder.prove.induction import prove

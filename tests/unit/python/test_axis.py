@@ -6,12 +6,11 @@ Starting speed 1000, speed 5000, rates 20 up and 10 down: 0.2 s and 600 steps up
 import pytest
 from axis_hand import Geared, Hand, OneAxis, configured
 from bench3601 import BACKPLANE_PROXIMITY
-from sequence_bench import RATES, SETUP, SLOW
-
 from scanrack import Axis3601, AxisError, CommandAborted, Direction, ErrorId, State, dwell, sequence, until
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, InputBit
 from scanrack.ladder.files.rungreader import load_library
 from scanrack.ladder.python.axis3601 import kinds
+from sequence_bench import RATES, SETUP, SLOW
 
 SEGMENTS = [BlendSegment(3_000, 5_000, 20), BlendSegment(2_200, 2_000, 10)]
 

@@ -10,10 +10,9 @@ from pathlib import Path
 
 import pytest
 from feeder_story import HARDWARES, STORY, moves_of
-from witness import Witness
-
 from scanrack.jobs import build_cpu, build_rack, load_job
 from scanrack.jobs.load.loading import load_spec
+from witness import Witness
 
 FEEDER = Path(__file__).parents[3] / "examples" / "feeder" / "feeder.toml"
 SCANS = 10_000  # 20 s

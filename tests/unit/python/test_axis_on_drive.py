@@ -5,7 +5,6 @@ from typing import Any
 import pytest
 from bench3601 import CONFIGURATION
 from drive_bench import BINARY_LOW, CAPTURE, ESTOP, HOME, STOP_JOG, LinkedDrive, drive_words
-
 from scanrack import (
     Axis3601,
     AxisError,

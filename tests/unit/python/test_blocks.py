@@ -1,10 +1,9 @@
 """Timers, edges and counters: the timing diagrams of IEC 61131-3, tables 44 to 46."""
 
 import pytest
-from sequence_bench import SequenceBench
-
 from scanrack import Counter, DownCounter, Fall, Input, Logic, OffDelay, OnDelay, Output, Pulse, Rise
 from scanrack.ladder.python.sequences.parts import Clock
+from sequence_bench import SequenceBench
 
 
 def played(block, inputs, ms=10):

@@ -3,8 +3,6 @@
 from typing import Any
 
 import pytest
-from sequence_bench import SETUP, SLOW, SequenceBench
-
 import scanrack
 from scanrack import (
     Axis3601,
@@ -22,6 +20,7 @@ from scanrack import (
     within,
 )
 from scanrack.runtime import CpuFault
+from sequence_bench import SETUP, SLOW, SequenceBench
 
 
 class Playing(Logic):

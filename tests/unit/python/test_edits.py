@@ -10,14 +10,13 @@ from pathlib import Path
 
 import pytest
 from bench3601 import CONFIGURATION
-from sequence_bench import SequenceBench
-
 from scanrack import open_bench
 from scanrack.jobs import load_job, load_program
 from scanrack.jobs.trust.attachments import forget_imported
 from scanrack.ladder.python.online.editing import edit_logic
 from scanrack.ladder.python.online.field_plan import EditRefusal
 from scanrack.ladder.python.online.fields import Fields
+from sequence_bench import SequenceBench
 
 EXAMPLES = Path(__file__).parents[3] / "examples/sequences"
 

@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 from axis_lockstep import LateAxis
-
 from scanrack import sequence, until
 from scanrack.jobs import build_cpu, build_rack, load_job
 from scanrack.ladder.files import parse_program

@@ -5,11 +5,10 @@ from threading import Thread
 from typing import Any
 
 import pytest
-from sequence_bench import SETUP, SLOW, SequenceBench
-
 from scanrack import Abort, Axis3601, Input, Logic, Output, dwell, sequence, until
 from scanrack.ladder.python.sequences import fields_of, parts_of
 from scanrack.runtime import CpuFault
+from sequence_bench import SETUP, SLOW, SequenceBench
 
 
 class Ordered(Logic):

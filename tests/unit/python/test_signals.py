@@ -1,14 +1,13 @@
 """Inputs and outputs by address, by meaning and by name: the same bit whatever it is called."""
 
 import pytest
-from sequence_bench import CARD_WORDS, SETUP, SequenceBench
-
 from scanrack import Axis3601, Input, InputWord, Logic, Output, OutputWord, State, sequence
 from scanrack.io_images.amci3601 import WORDS_3601
 from scanrack.io_images.cards import KINDS
 from scanrack.io_images.module_words import PLAIN_WORDS
 from scanrack.ladder.python.sequences.places import find_bit, find_word
 from scanrack.runtime.modules.cards.options import CardOptions
+from sequence_bench import CARD_WORDS, SETUP, SequenceBench
 
 ANALOG = CardOptions(inputs={"level": 0}).words(KINDS["1769-IF4"])
 RACK = {1: WORDS_3601, 2: CARD_WORDS, 3: ANALOG, 4: PLAIN_WORDS}

@@ -5,7 +5,6 @@ from collections.abc import Generator
 from contextlib import contextmanager, nullcontext, suppress
 
 import pytest
-
 from scanrack.ladder.python.online.suspended import Hold, UnknownStackError, suspended
 
 

@@ -1,7 +1,6 @@
 """An input or output of a card at which there is no terminal is refused before the first scan."""
 
 import pytest
-
 from scanrack.jobs import build_cpu, build_rack
 from scanrack.ladder.python.sequences import Input, Logic, Output
 from scanrack.runtime import RackSpec, SlotSpec

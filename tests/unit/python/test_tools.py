@@ -3,13 +3,12 @@
 import os
 
 import pytest
-from sequence_bench import SequenceBench
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import ProgramError, load_job, load_program
 from scanrack.jobs.fuzz.job import logic_maker
 from scanrack.ladder.python.sequences import Logic
+from sequence_bench import SequenceBench
+from typer.testing import CliRunner
 
 PROGRAM = """\
 from scanrack import Axis3601, Configuration, Input, Logic, Output, dwell, sequence

@@ -9,7 +9,6 @@ from typing import Any
 
 import pytest
 from bench3601 import ENCODER, configuration
-
 from scanrack import Axis3601, Configuration, Direction, Logic, dwell, sequence, until
 from scanrack.io_images.amci3601 import Acceleration, BlendSegment, CommandMsw, InputBit
 from scanrack.io_images.image import Image

@@ -5,8 +5,6 @@ import textwrap
 from typing import Any
 
 import pytest
-from sequence_bench import SETUP, SLOW, SequenceBench
-
 from scanrack import (
     Abort,
     Axis3601,
@@ -26,6 +24,7 @@ from scanrack import (
 from scanrack.jobs import ProgramError, load_program
 from scanrack.ladder.python.sequences import fresh
 from scanrack.runtime import CpuFault
+from sequence_bench import SETUP, SLOW, SequenceBench
 
 
 def load(tmp_path, body, name="line.py"):

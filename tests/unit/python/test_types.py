@@ -3,8 +3,6 @@
 from typing import assert_type
 
 from bench3601 import configuration
-from sequence_bench import SequenceBench
-
 from scanrack import (
     Axis3601,
     Configuration,
@@ -21,6 +19,7 @@ from scanrack import (
 )
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.image import Image
+from sequence_bench import SequenceBench
 
 
 class Typed(Logic):

@@ -3,9 +3,8 @@
 from typing import Any
 
 import pytest
-from sequence_bench import SequenceBench
-
 from scanrack import Input, Logic, Wait, dwell, sequence, steady, until
+from sequence_bench import SequenceBench
 
 
 class Waiting(Logic):

@@ -1,7 +1,6 @@
 """Imports documents that a test has put together."""
 
 import pytest
-
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.trial import run_trial
 

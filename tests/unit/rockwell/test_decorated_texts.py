@@ -2,7 +2,6 @@
 
 import pytest
 from lxml import etree
-
 from scanrack.rockwell.l5x.xml.data import _MARKS, _of_element, _read
 
 HEAD, TAIL = '<Data Format="Decorated">', "</Data>"

@@ -16,7 +16,6 @@ from l5x_files import (
     wire,
 )
 from lxml import etree
-
 from scanrack.ladder.draw import routines_svg
 from scanrack.watch.history.catalog import Catalog
 

@@ -19,8 +19,6 @@ from l5x_files import (
     task,
     wire,
 )
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.files import parse_program
@@ -32,6 +30,7 @@ from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.diagrams.blocks import BLOCKS
 from scanrack.rockwell.l5x.export import export_l5x
 from scanrack.rockwell.l5x.xml.document import read_document
+from typer.testing import CliRunner
 
 PAGE = Path(__file__).parents[3] / "docs" / "l5x-format.md"
 KINDS = {

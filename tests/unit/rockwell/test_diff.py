@@ -19,12 +19,11 @@ from l5x_files import (
     task,
     value,
 )
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.ladder.model.errors import LadderError
 from scanrack.rockwell.diff import compare_exports, page_of, text_of_export
 from scanrack.rockwell.diff.alignment import aligned
+from typer.testing import CliRunner
 
 
 @pytest.fixture

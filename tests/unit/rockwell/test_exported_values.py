@@ -8,7 +8,6 @@ from typing import Any
 import pytest
 from l5x_files import add_on, data_type, document, ladder, machine, member, module, parameter, program, tag
 from plain_l5x import Document
-
 from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.rockwell.l5x import import_l5x
 

@@ -4,11 +4,10 @@ import json
 
 import l5x_files as files
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import load_job
 from scanrack.jobs.load.loading import is_export, runs
+from typer.testing import CliRunner
 
 TAGS = (
     files.tag("Step", "DINT"),

@@ -5,11 +5,10 @@ from typing import Any
 
 import pytest
 from l5x_files import data_type, document, ladder, member, module, program, tag
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.jobs.load.loading import forces_to_hold
+from typer.testing import CliRunner
 
 WORDS = data_type("Words", member("A", "INT"), member("B", "INT"))
 PACKED = data_type(

@@ -20,7 +20,6 @@ from l5x_files import (
     task,
     value,
 )
-
 from scanrack.ladder.model.stubs import Stubs
 from scanrack.rockwell.l5x import import_l5x
 

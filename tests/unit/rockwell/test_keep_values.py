@@ -5,13 +5,12 @@ from typing import Any
 
 import pytest
 from l5x_files import machine, tag
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import load_job
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.model.errors import LadderError
 from scanrack.rockwell.l5x import import_l5x
+from typer.testing import CliRunner
 
 
 def controller_of(path: Path) -> Any:

@@ -13,10 +13,6 @@ import pytest
 from l5x_files import HEAD, cdata, data_type, document, ladder, machine, member, program, rung, tag
 from parsed_rungs import parse_rung
 from real_mix import real_controller
-from slc_files import FUNCTION_FILES, elements, export, forces, texts, words
-from slc_files import ladder as slc_ladder
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.ladder import LadderError
 from scanrack.ladder.instructions.slc import SLC_SPECS
@@ -27,6 +23,9 @@ from scanrack.rockwell.l5x.rewriting import rewritten_l5x
 from scanrack.rockwell.l5x.xml.document import parse_document
 from scanrack.rockwell.slc import export_text, import_slc, import_text
 from scanrack.rockwell.slc.rewriting import rewritten_slc
+from slc_files import FUNCTION_FILES, elements, export, forces, texts, words
+from slc_files import ladder as slc_ladder
+from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[3]
 FILES = sorted(

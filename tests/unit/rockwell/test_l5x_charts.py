@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 from l5x_files import cdata, document, ladder, program, tag, task
-
 from scanrack.ladder.files import parse_program, program_text
 from scanrack.ladder.model.chart import ExecutionControl, LastScan, RestartPosition
 from scanrack.rockwell.diff import compare_exports

@@ -4,11 +4,10 @@ import json
 
 import pytest
 from l5x_files import machine, tag
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import ProgramError, load_program
 from scanrack.ladder import LadderLogic
+from typer.testing import CliRunner
 
 
 def run(*arguments):

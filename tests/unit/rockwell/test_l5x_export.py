@@ -4,14 +4,13 @@ import re
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.ladder import LadderError, read_program
 from scanrack.ladder.files import parse_program
 from scanrack.ladder.lowering.controller import Controller
 from scanrack.rockwell.l5x import import_l5x
 from scanrack.rockwell.l5x.export import export_l5x
+from typer.testing import CliRunner
 
 EXAMPLES = Path(__file__).parents[3] / "examples"
 

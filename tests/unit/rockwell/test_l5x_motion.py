@@ -5,10 +5,9 @@ import sys
 
 import l5x_files as files
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.rockwell.l5x import import_l5x
+from typer.testing import CliRunner
 
 TAGS = (
     files.tag("Go", "BOOL"),

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import pytest
 from l5x_files import diagram, document, ladder, module, program, task
-
 from scanrack.jobs.imports.l5x_rack import rack_of
 from scanrack.jobs.imports.slc_rack import rack_of_slc
 from scanrack.jobs.imports.toml_text import comment, key, text

@@ -8,7 +8,6 @@ from decimal import Decimal
 
 import pytest
 from l5x_files import document, ladder, module, program, tag, task
-
 from scanrack.io_images.amci3601 import Configuration, InputBit, Move, MoveKind, PresetPosition
 from scanrack.jobs import build_cpu, build_rack, load_program
 from scanrack.runtime import RackSpec, SlotSpec

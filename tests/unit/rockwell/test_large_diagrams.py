@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import pytest
 from l5x_files import block, connector, document, program, reference, sheets, wire
-
 from scanrack.ladder.draw import live_diagram
 from scanrack.ladder.model.types import DINT
 from scanrack.rockwell.l5x.diagrams.lowering import lowered

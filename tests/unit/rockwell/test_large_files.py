@@ -2,7 +2,6 @@
 
 import pytest
 from l5x_files import after, document, ladder, program, tag
-
 from scanrack.rockwell.l5x.xml import parsing as reading
 
 MANY = 300

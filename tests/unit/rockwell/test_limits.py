@@ -2,7 +2,6 @@
 
 import pytest
 from l5x_files import document, ladder, machine, program, structured, tag, task
-
 from scanrack.ladder.compiler import writer
 from scanrack.rockwell.l5x import L5xError, trial
 from scanrack.rockwell.l5x.xml import limits

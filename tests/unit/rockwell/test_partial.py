@@ -5,7 +5,6 @@ from typing import Any
 
 import pytest
 from l5x_files import add_on, after, document, ladder, parameter, program, structured, tag
-
 from scanrack.rockwell.l5x.routines import instruction_names
 
 

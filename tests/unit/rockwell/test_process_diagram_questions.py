@@ -4,11 +4,10 @@ import json
 
 import pytest
 from l5x_files import block, document, ladder, program, reference, sheets, tag, task, wire
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.ladder.debug import Debugger
 from scanrack.rockwell.l5x import import_l5x
+from typer.testing import CliRunner
 
 KINDS = {
     "REAL": "Raw",

@@ -5,15 +5,14 @@ from typing import Any
 
 import pytest
 from l5x_files import add_on, diagram, document, ladder, module, program, tag, task
-from slc_files import export, slot
-from slc_files import ladder as slc_ladder
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import load_job
 from scanrack.jobs.imports.export_slots import ExportSlot, differences, slot_tables
 from scanrack.ladder import Controller
 from scanrack.rockwell.l5x import import_l5x
+from slc_files import export, slot
+from slc_files import ladder as slc_ladder
+from typer.testing import CliRunner
 
 
 def run(*arguments):

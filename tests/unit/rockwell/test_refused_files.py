@@ -18,7 +18,6 @@ from l5x_files import (
     tag,
     task,
 )
-
 from scanrack.ladder import LadderError
 from scanrack.ladder.model.tree import LEVELS
 from scanrack.rockwell.l5x import L5xError, import_l5x

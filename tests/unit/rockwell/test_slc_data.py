@@ -1,13 +1,12 @@
 """Data files of RSLogix 500 as it saves them: every kind, each value at its place; what is lost is told."""
 
 import pytest
-from slc_files import FUNCTION_FILES, elements, export, forces, image, ladder, slot, texts, words
-
 from scanrack.ladder import BuildError, Program
 from scanrack.ladder.compiler import writer
 from scanrack.ladder.model.errors import Problem
 from scanrack.rockwell.slc import export_text, import_slc, import_text
 from scanrack.rockwell.slc.trial import run_trial
+from slc_files import FUNCTION_FILES, elements, export, forces, image, ladder, slot, texts, words
 
 TIMERS = [("0XA200", 60, 60), *[("0X0200", 60 + place, 0) for place in range(1, 60)]]
 

@@ -4,8 +4,6 @@ import json
 import sys
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import ProgramError, load_program
 from scanrack.ladder.debug.crossref import cross_reference
@@ -13,6 +11,7 @@ from scanrack.ladder.files import parse_program, program_text
 from scanrack.ladder.model.stubs import Power, Stubs, parse_stub
 from scanrack.rockwell.slc import SlcError, export_text, import_slc, import_text
 from scanrack.rockwell.slc.document import parse_document
+from typer.testing import CliRunner
 
 MACHINE = """PROJECT "feeder"
 PROCESSOR "1766-L32BXB Series C"

@@ -7,7 +7,6 @@ another one of its line with it, a division that becomes an OR.
 
 import pytest
 from parsed_rungs import parse_rung
-
 from scanrack.ladder import LadderError
 from scanrack.ladder.instructions.slc import SLC_SPECS
 from scanrack.ladder.lowering.edited import BEFORE_FIRST, NewTag, RungEdit

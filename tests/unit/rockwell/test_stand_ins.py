@@ -5,11 +5,10 @@ from typing import Any
 
 import pytest
 from l5x_files import data_type, document, ladder, member, program, tag, task
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs.load.program import load_program
 from scanrack.ladder.model.stubs import Stubs
+from typer.testing import CliRunner
 
 RUNGS = {
     "XIC(Gone)OTE(Lamp);": {"Gone": "BOOL"},

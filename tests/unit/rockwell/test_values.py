@@ -18,9 +18,8 @@ from l5x_files import (
     task,
     value,
 )
-from typer.testing import CliRunner
-
 from scanrack.commands import build
+from typer.testing import CliRunner
 
 
 def raw(name, kind, data, dims="", more=""):

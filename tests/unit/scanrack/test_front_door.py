@@ -10,11 +10,10 @@ from importlib.metadata import version
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 import scanrack
 from scanrack.commands import build
 from scanrack.io_images.front_door import homes_in
+from typer.testing import CliRunner
 
 
 def test_every_name_is_there_and_is_shown():

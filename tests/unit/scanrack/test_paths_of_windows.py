@@ -9,8 +9,6 @@ from types import SimpleNamespace
 
 import pytest
 from house import ROOMS
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import State
 from scanrack.jobs.fuzz.run import BrokenInvariant
@@ -19,6 +17,7 @@ from scanrack.jobs.trust.extracting import checked_name
 from scanrack.testing.folder import file_name
 from scanrack.traces.files import portable
 from scanrack.traces.files.portable import no_device, relative
+from typer.testing import CliRunner
 
 ROOT = Path(__file__).parents[3]
 SMALL = "PROGRAM small\nTAG A : BOOL\nTAG B : BOOL\nROUTINE Main\n{}(A)OTE(B);\nEND\n"

@@ -5,7 +5,6 @@ from __future__ import annotations
 from importlib import import_module
 
 import pytest
-
 from scanrack.io_images.renamed import RENAMED, OldName
 
 

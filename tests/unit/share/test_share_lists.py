@@ -18,7 +18,6 @@ from types import SimpleNamespace
 
 import pytest
 from recordings import opened
-
 from scanrack.jobs import JobRun, RunOptions, load_job
 from scanrack.watch.monitors.page import Page
 from scanrack.watch.share.collecting import SharedStretch, collect

@@ -13,12 +13,11 @@ from typing import Any
 
 import pytest
 from recordings import recorded
-from typer.testing import CliRunner, Result
-
 from scanrack.commands import build
 from scanrack.watch.share import page_file
 from scanrack.watch.share.command import ShareOptions
 from scanrack.watch.share.page_file import GENERATOR, recording_beside
+from typer.testing import CliRunner, Result
 
 HOSTILE = "</script><img src=x onerror=alert(1)><!--"
 PROGRAM = f"""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
-
 from scanrack.runtime.tag_servers.index_ranges import NoDataError, parse_ranges, part_of, runs
 
 GRID = [[1, 2, 3, 4], [5, 6, 7, 8], [9, 10, 11, 12]]

@@ -14,11 +14,10 @@ from pathlib import Path
 
 import pytest
 from amounts import amount
-from served_tags import ServedRack, write_rack
-
 from scanrack.runtime.config.server_table import ModbusTable
 from scanrack.runtime.tag_servers.setup import MODBUS_TCP, SESSIONS
 from scanrack.runtime.tag_servers.tag_snapshot import BrokenClientError, Instant
+from served_tags import ServedRack, write_rack
 
 MAP = ModbusTable.model_validate(
     {

@@ -12,14 +12,13 @@ from contextlib import ExitStack
 from typing import Any
 
 import pytest
-from served_tags import Client, ServedRack, batch, frame, message, symbol, unconnected, write_rack
-
 from scanrack.io_images.enip.codes import LISTING, CipRefusedError
 from scanrack.io_images.enip.listing import PLAIN, Part, StructuredKind
 from scanrack.io_images.enip.paths import Path as PathParts
 from scanrack.runtime.tag_servers.database import Writable
 from scanrack.runtime.tag_servers.objects import Lister, attributes_in
 from scanrack.runtime.tag_servers.router import refused
+from served_tags import Client, ServedRack, batch, frame, message, symbol, unconnected, write_rack
 
 READ, WRITE, MODIFY, READ_PART, WRITE_PART = 0x4C, 0x4D, 0x4E, 0x52, 0x53
 COUNTED = {"Scan", "C1", "C2"}

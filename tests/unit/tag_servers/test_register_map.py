@@ -8,14 +8,13 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from served_tags import ServedRack, write_rack
-
 from scanrack.runtime.config.server_table import ModbusTable
 from scanrack.runtime.live.actions import Store
 from scanrack.runtime.tag_servers.database import Database
 from scanrack.runtime.tag_servers.modbus_session import ModbusSession
 from scanrack.runtime.tag_servers.register_map import RegisterMap
 from scanrack.runtime.tag_servers.tag_snapshot import BrokenClientError, Instant
+from served_tags import ServedRack, write_rack
 
 MAP = {
     "coils": (

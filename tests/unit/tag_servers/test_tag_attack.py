@@ -9,9 +9,8 @@ from pathlib import Path
 
 import pytest
 from amounts import amount
-from served_tags import Client, ServedRack, batch, frame, message, symbol, unconnected, write_rack
-
 from scanrack.runtime.tag_servers.tag_snapshot import BrokenClientError
+from served_tags import Client, ServedRack, batch, frame, message, symbol, unconnected, write_rack
 
 ONE = struct.pack("<H", 1)
 READ = message(0x4C, symbol("Scan"), ONE)

@@ -12,8 +12,6 @@ from typing import Any
 
 import pytest
 from aliased_tags import write_aliases
-from served_tags import ServedRack, write_rack
-
 from scanrack.io_images.enip.paths import steps_of
 from scanrack.jobs.run.servers.tag_formats import FORMATS
 from scanrack.runtime.config.server_table import ModbusTable
@@ -23,6 +21,7 @@ from scanrack.runtime.tag_servers.register_map import RegisterMap
 from scanrack.runtime.tag_servers.tag_list import TagRow, first_map, tag_rows
 from scanrack.runtime.tag_servers.tag_paths import target_of
 from scanrack.runtime.tag_servers.variables import ELEMENTS_MOST
+from served_tags import ServedRack, write_rack
 
 
 def database_of(rack: Path) -> Database:

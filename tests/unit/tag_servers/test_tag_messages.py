@@ -8,10 +8,9 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
-from served_tags import Client, ServedRack, batch, frame, message, symbol, unconnected, write_rack
-
 from scanrack.runtime.live.actions import Store
 from scanrack.runtime.tag_servers.tag_snapshot import BrokenClientError
+from served_tags import Client, ServedRack, batch, frame, message, symbol, unconnected, write_rack
 
 READ, WRITE, MODIFY, READ_PART, WRITE_PART = 0x4C, 0x4D, 0x4E, 0x52, 0x53
 ONE = struct.pack("<H", 1)

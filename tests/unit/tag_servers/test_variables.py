@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from served_tags import ServedRack, write_rack
-
 from scanrack.io_images.enip.listing import DINT, ListedTag, Listing, Part, StructuredKind, part_at
 from scanrack.runtime.tag_servers.database import Database
 from scanrack.runtime.tag_servers.variables import (
@@ -21,6 +19,7 @@ from scanrack.runtime.tag_servers.variables import (
     Variable,
     variables_of,
 )
+from served_tags import ServedRack, write_rack
 
 
 def listed(count: int) -> ListedTag:

@@ -1,7 +1,6 @@
 """The folders of tests: safe names, and nothing of others is removed."""
 
 import pytest
-
 from scanrack.testing.folder import DIGEST, LONGEST, MARK, PASSED, ArtefactFolder, folder_names, remove_base
 from scanrack.traces.files.guard import OwnedError
 from scanrack.traces.files.locking import could_lock

@@ -7,7 +7,6 @@ from random import Random
 from typing import Any
 
 import pytest
-
 from scanrack.runtime.modules.record import Trait
 from scanrack.runtime.modules.registry import OWN
 from scanrack.testing.modules import ContractError, any_script, check_module, record_in

@@ -13,9 +13,8 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
-from tested_racks import TWO, WITHOUT_PAGES, left, write_rack
-
 from scanrack.traces import open_trace
+from tested_racks import TWO, WITHOUT_PAGES, left, write_rack
 
 pytestmark = pytest.mark.slow
 

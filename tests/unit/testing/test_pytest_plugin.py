@@ -5,12 +5,11 @@ import sys
 from pathlib import Path
 
 import pytest
-from tested_racks import RACK, TWO, left, write_rack
-
 from scanrack import open_bench, open_trace
 from scanrack.testing import artefacts, page
 from scanrack.watch.share.command import ShareOptions, shared
 from scanrack.watch.share.failure import Failure
+from tested_racks import RACK, TWO, left, write_rack
 
 pytestmark = pytest.mark.slow  # together they take seconds
 

@@ -3,7 +3,6 @@
 import re
 
 import pytest
-
 from scanrack import open_trace
 from scanrack.ladder import Controller, LadderError
 from scanrack.ladder.files import parse_program

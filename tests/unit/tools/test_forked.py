@@ -8,7 +8,6 @@ import sys
 
 import pytest
 from forked import Python, run, start
-
 from scanrack.jobs.trust import launcher
 
 CODE = "import sys; print(sys.stdin.read() + sys.argv[1], end='')"

@@ -7,7 +7,6 @@ from pathlib import Path
 import generate
 import pytest
 import rule_proofs
-
 from scanrack.io_images.amci3601 import RULES
 
 PROVED = {rule.id: ["test_a.py::test_x"] for rule in RULES.values() if rule.testable}

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import house
 import pytest
-
 from scanrack.io_images.amci3601 import RULES
 
 ROOT = Path(__file__).parents[3]

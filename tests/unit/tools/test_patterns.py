@@ -18,9 +18,8 @@ from re import _parser as parser
 from typing import Any
 
 import pytest
-from house import ROOMS
-
 import scanrack
+from house import ROOMS
 
 ROOT = Path(__file__).parents[3]
 OF_ONE_CHARACTER = {kinds.LITERAL, kinds.NOT_LITERAL, kinds.ANY, kinds.IN}

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import pytest
 from l5x_files import machine, tag
-
 from scanrack import open_bench
 from scanrack.io_images.amci3601 import RULES
 from scanrack.jobs import load_job

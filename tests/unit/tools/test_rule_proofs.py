@@ -14,7 +14,6 @@ from pathlib import Path
 import pytest
 import rule_proofs
 from rule_proofs import mistakes
-
 from scanrack.io_images.amci3601 import RULES
 
 SUITE = """\

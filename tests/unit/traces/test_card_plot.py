@@ -8,13 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces import open_trace
 from scanrack.traces.plot import Chart, Curve, Envelope, read_chart
 from scanrack.traces.signals import Catalog
 from scanrack.traces.signals.catalog import UnknownSignalError
+from typer.testing import CliRunner
 
 RACK = """
 program = "lamp.py"

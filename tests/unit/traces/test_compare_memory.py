@@ -12,7 +12,6 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from made_traces import A3601, idle
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.jobs.replay.input_levels import recorded_levels
 from scanrack.traces.compare import EXACT, Tolerance, compare_parts

@@ -14,7 +14,6 @@ from pathlib import Path
 
 import forked
 import pytest
-
 from scanrack.runtime.loop import pace
 from scanrack.traces import Attachment, Scan, ScanRecorder, SlotInfo, Trace, open_trace
 from scanrack.traces.files.locking import could_lock

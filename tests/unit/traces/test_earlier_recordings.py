@@ -8,14 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces.files import keeping as keeping_module
 from scanrack.traces.files.guard import OwnedError
 from scanrack.traces.files.keeping import RecordingKeeper
 from scanrack.traces.format.records import MAGIC
 from scanrack.traces.write.output import open_trace_file
+from typer.testing import CliRunner
 
 
 def recorded(path: Path, text: str, most: int = 3, beside: dict[Path, str] | None = None) -> None:

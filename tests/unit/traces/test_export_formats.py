@@ -11,8 +11,6 @@ import formats_page
 import numpy as np
 import pytest
 from made_traces import idle, record
-from typer.testing import CliRunner
-
 from scanrack import commands
 from scanrack.commands import build
 from scanrack.traces import open_trace
@@ -21,6 +19,7 @@ from scanrack.traces.export.format import ExportFormat
 from scanrack.traces.files.guard import beginning
 from scanrack.traces.files.newfile import new_file
 from scanrack.traces.signals import Selection
+from typer.testing import CliRunner
 
 
 @pytest.fixture(scope="module")

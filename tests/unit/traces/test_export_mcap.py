@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 from made_tags import MadeTags
 from made_traces import A3601, cut_blocks, idle, record
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces import Attachment, ScanRecorder, SlotInfo, Tag, TraceError, open_trace, read_columns
 from scanrack.traces.compare import Tolerance, compare
@@ -21,6 +19,7 @@ from scanrack.traces.format.schema import ScanSchema, layout_of, rest_bytes, sca
 from scanrack.traces.format.tagplan import plan_of
 from scanrack.traces.read.arrays import Selection
 from scanrack.traces.repair import repair
+from typer.testing import CliRunner
 
 SCANS = 300
 

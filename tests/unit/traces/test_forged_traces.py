@@ -20,10 +20,9 @@ import forked
 import made_traces
 import pytest
 from golden import app as golden_app
-from typer.testing import CliRunner, Result
-
 from scanrack.commands import build
 from scanrack.traces import Attachment, ScanRecorder
+from typer.testing import CliRunner, Result
 
 PYC = importlib.util.cache_from_source("helper.py")  # __pycache__/helper.cpython-3xx.pyc
 SECRET = "the word is swordfish"

@@ -11,8 +11,6 @@ from typing import Any
 
 import pytest
 from mcap.reader import make_reader
-from sized import SIZES, Repeater, words_of
-
 from scanrack.io_images import Image
 from scanrack.io_images.memory_layout import ALIGNED_TO, memory_layout
 from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
@@ -24,6 +22,7 @@ from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.format.tagplan import Tag, plan_of
 from scanrack.traces.read.arrays import read_columns
 from scanrack.traces.write.recorder import ScanRecorder
+from sized import SIZES, Repeater, words_of
 
 MS = 1_000_000
 SLOTS = {1: "small", 2: "large", 3: "mixed"}

@@ -10,7 +10,6 @@ from pathlib import Path
 
 import forked
 import pytest
-
 from scanrack.traces.files.presence import HEAD_BYTES
 from scanrack.traces.write.output import TraceFile, open_trace_file
 

@@ -10,8 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.io_images.amci3601.image_form import ImageForm
 from scanrack.io_images.amci3601.words import WORDS_3601
@@ -23,6 +21,7 @@ from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.image_text import module_text
 from scanrack.traces.read.number_formats import NumberFormats
 from scanrack.traces.signals import Catalog, blocks
+from typer.testing import CliRunner
 
 RACK = """
 program = "logic.py"

@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 from made_traces import idle, record
-
 from scanrack.traces import open_trace
 from scanrack.traces.export.csvfile import CSV
 from scanrack.traces.export.formats import FORMATS

@@ -6,8 +6,6 @@ import sys
 
 import pytest
 from made_traces import idle, record
-from typer.testing import CliRunner
-
 from scanrack import open_bench
 from scanrack.commands import build
 from scanrack.jobs import load_program
@@ -19,6 +17,7 @@ from scanrack.traces.plot import Envelope, read_chart, save_figure, save_page
 from scanrack.traces.read.reader import open_records
 from scanrack.traces.repair import repair
 from scanrack.traces.write.line import LineRecorder, UnitColumns
+from typer.testing import CliRunner
 
 
 @pytest.fixture

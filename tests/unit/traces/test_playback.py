@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from scanrack.io_images import Image
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.jobs import build_rack

@@ -10,7 +10,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from made_traces import A3601, PERIOD_NS, Event, idle, record
-
 from scanrack.traces import SlotInfo, open_trace
 from scanrack.traces.plot import Chart, Curve, Envelope, NothingToPlotError, read_chart, save_figure
 from scanrack.traces.plot import envelope as envelope_module

@@ -1,7 +1,6 @@
 """Labels of marks: what happened, and that it is over."""
 
 import pytest
-
 from scanrack.traces import TraceEvent
 from scanrack.traces.plot.marks import marks
 

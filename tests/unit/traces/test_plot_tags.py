@@ -16,13 +16,12 @@ import numpy as np
 import pytest
 from made_tags import MadeTags, no_texts
 from made_traces import cut_blocks
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces import ScanRecorder, SlotInfo, Tag, open_trace
 from scanrack.traces.plot import Chart, Curve, Envelope, Panel, read_chart, save_figure, save_page
 from scanrack.traces.signals import Selection
 from scanrack.traces.signals.catalog import UnknownSignalError
+from typer.testing import CliRunner
 
 SCANS = 300
 TOY = SlotInfo(5, "a toy")

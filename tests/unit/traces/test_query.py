@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_traces import PERIOD_NS, idle, record
-
 from scanrack.traces import open_trace
 from scanrack.traces.query import Occurrence, QueryError, query
 

@@ -7,10 +7,9 @@ from pathlib import Path
 import pytest
 from made_traces import idle, record
 from mcap.opcode import Opcode
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces import open_trace, read_columns
+from typer.testing import CliRunner
 
 
 def doubled(path: Path, chunk: int, *, with_indexes: bool, at_end: bool) -> tuple[Path, int]:

@@ -17,8 +17,6 @@ from typing import Any
 
 import pytest
 from made_traces import idle, record
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.jobs import State, load_job, write_state
 from scanrack.jobs.fuzz.folder_lock import write_text
@@ -31,6 +29,7 @@ from scanrack.traces.files.guard import OwnedError
 from scanrack.traces.files.newfile import new_file
 from scanrack.traces.format.records import MAGIC
 from scanrack.traces.plot import save_page
+from typer.testing import CliRunner
 
 
 class Calls:

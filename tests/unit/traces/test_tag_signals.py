@@ -12,8 +12,6 @@ import numpy as np
 import pytest
 from made_tags import MadeTags
 from recorded_numbers import record_numbers
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces import ScanRecorder, SlotInfo, Tag, open_trace
 from scanrack.traces.compare import Tolerance, compare, report
@@ -25,6 +23,7 @@ from scanrack.traces.read.changes import ChangeRows
 from scanrack.traces.read.tag_text import TagText
 from scanrack.traces.signals import Catalog
 from scanrack.traces.signals.catalog import UnknownSignalError
+from typer.testing import CliRunner
 
 SCANS = 300
 SLOTS = [SlotInfo(1, "amci3601", "4.1")]
@@ -139,7 +138,6 @@ def test_csv_has_names_for_codes(trace: Path, tmp_path: Path) -> None:
 @pytest.mark.extra("parquet")
 def test_parquet_has_names_for_codes(trace: Path, tmp_path: Path) -> None:
     from pyarrow import parquet
-
     from scanrack.traces.export import write_parquet
 
     with open_trace(trace) as opened:

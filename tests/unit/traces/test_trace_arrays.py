@@ -13,7 +13,6 @@ import pytest
 from made_traces import PERIOD_NS, record
 from mcap.opcode import Opcode
 from mcap.writer import CompressionType, Writer
-
 from scanrack.traces import ScanRecorder, SlotInfo, Trace, open_trace, read_columns
 from scanrack.traces.format.schema import CDR_PREFIX, SCAN_HEAD, scan_schema
 from scanrack.traces.read import reader

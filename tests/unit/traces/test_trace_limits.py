@@ -12,12 +12,11 @@ import pytest
 import zstandard
 from made_traces import idle, record
 from mcap.opcode import Opcode
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces import open_trace
 from scanrack.traces.format.limits import Limits, limited
 from scanrack.traces.format.records import RECORD_HEAD, TraceLimitError
+from typer.testing import CliRunner
 
 MIB = 1024 * 1024
 EMPTY = RECORD_HEAD.pack(0x90, 0)

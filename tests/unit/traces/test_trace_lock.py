@@ -7,14 +7,13 @@ from pathlib import Path
 
 import forked
 import pytest
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces import ScanRecorder, SlotInfo, open_trace
 from scanrack.traces.files.locking import is_being_recorded
 from scanrack.traces.repair import repair
 from scanrack.traces.write.line import LineRecorder, UnitColumns
 from scanrack.traces.write.output import open_trace_file
+from typer.testing import CliRunner
 
 REFUSED = "is being recorded: choose another file to write to, or wait for its end"
 

@@ -7,12 +7,11 @@ from pathlib import Path
 
 import pytest
 from mcap.opcode import Opcode
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces import Trace, TraceError, open_trace
 from scanrack.traces.read import reader
 from scanrack.traces.read.finding import DATA_DAMAGE
+from typer.testing import CliRunner
 
 RACK = """
 name = "lamp"

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 
 import pytest
-
 from scanrack.io_images.amci3601 import WORDS_3601
 from scanrack.io_images.module_words import BitPlace, ModuleWords
 from scanrack.traces import SlotInfo

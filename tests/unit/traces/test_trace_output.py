@@ -12,7 +12,6 @@ from pathlib import Path
 import pytest
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
-
 from scanrack.traces import Attachment, ScanRecorder, SlotInfo, open_trace
 from scanrack.traces.format.records import MAGIC
 from scanrack.traces.read.finding import UNDER_WAY, find_records

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_traces import A3601, idle, record
-
 from scanrack.traces import open_trace
 from scanrack.traces.compare import compare_parts
 from scanrack.traces.read import packed

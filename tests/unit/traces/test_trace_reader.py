@@ -12,7 +12,6 @@ import forked
 import pytest
 from mcap.opcode import Opcode
 from mcap.writer import Writer
-
 from scanrack.io_images.times import seconds_column
 from scanrack.traces import ScanRecorder, SlotInfo, TraceError, open_trace
 from scanrack.traces.format.schema import IMAGE_FIELDS, scan_schema

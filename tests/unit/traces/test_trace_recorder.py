@@ -15,7 +15,6 @@ from mcap.reader import make_reader
 from mcap.records import Attachment as AttachmentRecord
 from mcap.records import Channel, Chunk, Header, Metadata, Schema
 from mcap.stream_reader import StreamReader
-
 from scanrack.runtime.loop.listeners import ScanListener
 from scanrack.traces import Attachment, Scan, ScanRecorder, SlotInfo, open_trace
 from scanrack.traces.format.schema import scan_schema

@@ -16,14 +16,13 @@ from made_traces import record
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
-from typer.testing import CliRunner
-
 from scanrack.commands import build
 from scanrack.traces import SlotInfo, TraceError, open_trace, read_columns
 from scanrack.traces.format.schema import CDR_PREFIX, SCAN_HEAD, scan_schema
 from scanrack.traces.read.finding import find_records
 from scanrack.traces.repair import repair
 from scanrack.traces.write.line import LineRecorder, UnitColumns
+from typer.testing import CliRunner
 
 SLOTS = [SlotInfo(1, "amci3601", "4.1")]
 SCANS = 100

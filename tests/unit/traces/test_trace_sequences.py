@@ -4,7 +4,6 @@ import csv
 from pathlib import Path
 
 import pytest
-
 from scanrack.traces import ScanRecorder, SlotInfo, open_trace
 from scanrack.traces.export import write_csv, write_mcap
 from scanrack.traces.plot.chart import read_chart

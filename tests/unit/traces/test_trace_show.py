@@ -8,13 +8,12 @@ from typing import Any
 
 import pytest
 import typer
-from typer.testing import CliRunner
-
 from scanrack.commands.recordings.show import register
 from scanrack.io_images.image import Image
 from scanrack.io_images.times import seconds_column
 from scanrack.terminal.trace_options import parse_range
 from scanrack.traces import Attachment, ScanRecorder, SlotInfo
+from typer.testing import CliRunner
 
 PERIOD = 2_000_000
 NOTHING: list[int] = []

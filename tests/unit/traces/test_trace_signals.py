@@ -13,7 +13,6 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from made_traces import A3601, PERIOD_NS, cut_blocks, idle, record
-
 from scanrack.io_images.thousands import join_reported, join_reported_all
 from scanrack.traces import SlotInfo, open_trace
 from scanrack.traces.export import write_csv, write_vcd

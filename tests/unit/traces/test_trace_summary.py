@@ -12,7 +12,6 @@ from made_traces import record
 from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.records import Channel, Chunk, ChunkIndex, Footer, Schema, Statistics, SummaryOffset
-
 from scanrack.traces import open_trace, read_columns
 from scanrack.traces.format.records import Span, read_record
 from scanrack.traces.format.summary import encoded

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from made_traces import A3601, idle, record
-
 from scanrack.traces import open_trace
 from scanrack.traces.compare.findings import rules_in
 from scanrack.traces.format import flags, limits

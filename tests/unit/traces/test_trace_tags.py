@@ -11,7 +11,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
 from scanrack.traces import ScanRecorder, SlotInfo, Tag, TraceError, open_trace, read_columns
 from scanrack.traces.format.schema import scan_schema
 from scanrack.traces.format.tagplan import ROW_BYTES_MAX, VALUES_MAX, TagPlan, plan_of, read_plan

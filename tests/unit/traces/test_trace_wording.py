@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-
 from scanrack.traces import Scan, SlotInfo
 from scanrack.traces.format.layout import block_layout
 from scanrack.traces.read.changes import ChangeRows

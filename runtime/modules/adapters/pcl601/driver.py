@@ -9,9 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator
 
-from typing_extensions import override
-
 from scanrack.io_images.pcl601 import CAUSES, NO_ERROR, Code, Error, Register
+from typing_extensions import override
 
 from ....kinematics import Shape, change_speed, creep, move, register, run
 from ....kinematics import stop as plan_stop

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from typing_extensions import override
-
 from scanrack.io_images.amci3601 import CommandMsw
+from typing_extensions import override
 
 from ....kinematics import Profile
 from ..capabilities import Feature
