@@ -34,7 +34,7 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ...io_images.tag_names import element_of, without_ranges
+from scanrack.io_images.tag_names import element_of, without_ranges
 from .named_words import SEPARATOR
 
 VALUES_MAX = 10_000
