@@ -21,6 +21,7 @@ from typing import Any
 
 from scanrack.traces.files.guard import TRACE, FileKind
 from scanrack.traces.files.newfile import new_file
+
 from ..page_files import SCRIPT, SOURCE_OF_SHARED_PAGES, STYLE_LINK
 
 MOST_BYTES = 10_000_000
