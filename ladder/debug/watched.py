@@ -9,7 +9,7 @@ from typing import Any
 
 from typing_extensions import override
 
-from ...io_images.site import Site
+from scanrack.io_images.site import Site
 from ..interpreter import Interpreter
 from ..model.errors import LadderFault
 from ..model.operands import Calculation, Place

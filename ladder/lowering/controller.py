@@ -29,7 +29,7 @@ from typing import Any, Self
 
 from typing_extensions import override
 
-from ...io_images.times import exact_ns
+from scanrack.io_images.times import exact_ns
 from ..model.errors import LadderError, Problem
 from ..model.routine import Routine
 from ..model.schedule import Task, TaskKind, schedule_of

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, model_validator
 
-from ...io_images.site import SettingError
+from scanrack.io_images.site import SettingError
 from .machine_tables import Table
 from .quantities import Number, between
 

@@ -11,7 +11,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from ...io_images.text_limits import EXPORT_MIB, EXPORT_MIB_MOST
+from scanrack.io_images.text_limits import EXPORT_MIB, EXPORT_MIB_MOST
 from .machine_tables import Table
 
 

@@ -17,8 +17,8 @@ from typing import Annotated, Any, Self
 
 from pydantic import Field, PlainValidator, model_validator
 
-from ...io_images.site import SettingError
-from ...io_images.times import exact_ns
+from scanrack.io_images.site import SettingError
+from scanrack.io_images.times import exact_ns
 from .machine_tables import Table
 from .quantities import Milliseconds, Number, Seconds, between
 

@@ -17,7 +17,7 @@ from typing import TypeVar
 
 from typing_extensions import override
 
-from ...io_images.site import SettingError
+from scanrack.io_images.site import SettingError
 from .adapter_line import Line
 from .clients.link import Link, LinkError, SerialLink, TcpLink
 from .hosts import split_address

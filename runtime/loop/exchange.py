@@ -30,7 +30,7 @@ from typing import Protocol, TypeAlias
 
 from typing_extensions import override
 
-from ...io_images.image import Image
+from scanrack.io_images.image import Image
 from .ahead import Block, RackPrediction
 from .rack import Rack
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 from typing_extensions import override
 
-from ...io_images.image import Image
+from scanrack.io_images.image import Image
 from .events import Event, JsonValue
 from .exchange import RPI_NS
 from .incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind, InjectedFault

@@ -15,8 +15,8 @@ from enum import Enum
 
 from pydantic import ConfigDict, StrictInt
 
-from ...io_images.image import WORDS_MAX
-from ...io_images.site import SettingError
+from scanrack.io_images.image import WORDS_MAX
+from scanrack.io_images.site import SettingError
 from .module_fault import ModuleFault
 
 

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from ...io_images.site import SettingError
+from scanrack.io_images.site import SettingError
 from .events import JsonValue
 
 

@@ -7,7 +7,7 @@ from itertools import chain, groupby
 
 import numpy as np
 
-from ...io_images.csv_cells import cell
+from scanrack.io_images.csv_cells import cell
 from ..files.guard import beginning
 from ..files.newfile import Target, new_file
 from ..read.reader import Trace

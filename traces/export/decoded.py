@@ -30,7 +30,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ...io_images.amci3601.words import WORDS_3601
+from scanrack.io_images.amci3601.words import WORDS_3601
 from ..format.cdr import leaves
 from ..format.layout import SlotInfo
 from ..format.schema import IMAGE_FIELDS

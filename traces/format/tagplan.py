@@ -32,7 +32,7 @@ from functools import cached_property
 from keyword import kwlist
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-from ...io_images.tag_names import element_of, without_ranges
+from scanrack.io_images.tag_names import element_of, without_ranges
 from .named_words import SEPARATOR
 
 if TYPE_CHECKING:

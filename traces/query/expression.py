@@ -10,7 +10,7 @@ from typing import Any
 
 from lark import Token
 
-from ...io_images.times import parse_time
+from scanrack.io_images.times import parse_time
 from ..signals import Signal
 from .columns import Scans
 

@@ -20,7 +20,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
-from ...io_images.times import seconds_column
+from scanrack.io_images.times import seconds_column
 from ..format.message_layout import message_layout
 from ..format.records import (
     BROKEN,

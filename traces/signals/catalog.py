@@ -10,8 +10,8 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ...io_images.module_words import INPUT, ModuleWords, Quantity
-from ...io_images.tag_names import AmbiguousNameError, normal
+from scanrack.io_images.module_words import INPUT, ModuleWords, Quantity
+from scanrack.io_images.tag_names import AmbiguousNameError, normal
 from ..format.layout import SlotInfo
 from ..format.tagplan import TagPlan
 from ..read.number_formats import NumberFormats

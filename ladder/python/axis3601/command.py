@@ -8,7 +8,7 @@ from typing import Protocol
 
 from typing_extensions import override
 
-from ....io_images.image import Image
+from scanrack.io_images.image import Image
 from .errors import AxisError, CommandAborted, ErrorId, reasons
 from .kinds import CommandKind
 from .link import LinkedWait

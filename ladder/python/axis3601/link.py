@@ -6,7 +6,7 @@ from typing import Any, Generic, TypeVar
 
 from typing_extensions import override
 
-from ....io_images.times import seconds
+from scanrack.io_images.times import seconds
 from ..sequences.parts import Slot
 from ..sequences.waits import Wait
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from typing_extensions import override
 
-from ....io_images.amci3601.bits import CommandLsw, StatusLsw
+from scanrack.io_images.amci3601.bits import CommandLsw, StatusLsw
 from .command import Command, Handshake
 from .kinds import GEAR, HOME, REGISTRATION, VELOCITY
 

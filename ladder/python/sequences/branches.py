@@ -15,7 +15,7 @@ from typing import Any, Generic, TypeVar, overload
 
 from typing_extensions import override
 
-from ....io_images.times import parse_time
+from scanrack.io_images.times import parse_time
 from .coroutine import Sequence
 from .waits import Wait
 

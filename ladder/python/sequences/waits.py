@@ -19,7 +19,7 @@ from typing import Any, Generic, NoReturn, TypeVar
 
 from typing_extensions import override
 
-from ....io_images.times import parse_time
+from scanrack.io_images.times import parse_time
 
 T_co = TypeVar("T_co", covariant=True)
 

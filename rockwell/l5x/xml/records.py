@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 from lxml.etree import _Element
 
-from ....io_images.records import record
+from scanrack.io_images.records import record
 from .data import Data
 
 Element: TypeAlias = _Element

@@ -6,7 +6,7 @@ from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-from ....io_images.pmc006.program import assemble
+from scanrack.io_images.pmc006.program import assemble
 from .controller import Pmc006Controller
 from .memory import Memory
 

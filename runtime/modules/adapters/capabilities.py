@@ -15,7 +15,7 @@ from typing import Any, Generic, TypeVar
 
 from typing_extensions import override
 
-from ....io_images.amci3601 import Configuration, StatusMsw
+from scanrack.io_images.amci3601 import Configuration, StatusMsw
 from ..amci3601 import AxisRequest, Capabilities, Feature, Refusal
 
 CONFIG_ERROR = StatusMsw.CONFIG_ERROR.value

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ....io_images.amci3601 import (
+from scanrack.io_images.amci3601 import (
     CommandLsw,
     CommandMsw,
     InputBit,

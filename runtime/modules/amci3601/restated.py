@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from typing_extensions import override
 
-from ....io_images.amci3601.image_form import ImageForm
-from ....io_images.image import Image
-from ....io_images.number_formats import NumberFormat
+from scanrack.io_images.amci3601.image_form import ImageForm
+from scanrack.io_images.image import Image
+from scanrack.io_images.number_formats import NumberFormat
 from .module import Amci3601
 
 if TYPE_CHECKING:

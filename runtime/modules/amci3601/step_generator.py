@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from ....io_images.image import Image
+    from scanrack.io_images.image import Image
     from ...loop.module import Words
 
 NEVER = FOREVER

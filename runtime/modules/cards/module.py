@@ -18,8 +18,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from typing_extensions import override
 
-from ....io_images.cards import DISCRETE16, WORD_BITS, CardKind
-from ....io_images.image import Image, signed_word
+from scanrack.io_images.cards import DISCRETE16, WORD_BITS, CardKind
+from scanrack.io_images.image import Image, signed_word
 from ...loop.events import Event
 from ...loop.module import Module, unnoticed
 from ...machine.shaft import FAR

@@ -13,9 +13,9 @@ from typing import ClassVar, Protocol, cast
 
 from typing_extensions import override
 
-from ....io_images.amci3601 import InputBit
-from ....io_images.drives.bits import CommandBit, StatusBit
-from ....io_images.drives.command import DriveCommand
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.drives.bits import CommandBit, StatusBit
+from scanrack.io_images.drives.command import DriveCommand
 from ...kinematics import AnyShape, BlendLeg, Jerk, Profile, Shape, check_blend
 from ..amci3601.axis_protocol import BlendProgram
 from ..amci3601.operation import Host

@@ -18,7 +18,7 @@ from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu import bit_message as bits
 from pymodbus.pdu import register_message as words
 
-from ....io_images.drives.models import WORDS
+from scanrack.io_images.drives.models import WORDS
 from ...line.modbus_pdus import (
     ILLEGAL_ADDRESS,
     ModbusRefusedError,

@@ -6,8 +6,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field
 
-from .....io_images.amci3601 import InputBit
-from .....io_images.drives.models import MODELS, SMD23E2, Model
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.drives.models import MODELS, SMD23E2, Model
 from ....loop.options import Options
 
 InputName = Literal["none", "capture", "external", "home", "estop", "cw_limit", "ccw_limit"]

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing_extensions import override
 
-from .....io_images.amci3601 import Configuration
+from scanrack.io_images.amci3601 import Configuration
 from ....line.adapter_line import FaultyDevice, SimulatedLine
 from ....line.ports.modbustcp import reply_to
 from ....line.segments import SegmentBus

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from typing_extensions import override
 
-from .....io_images.amci3601 import Configuration, HomingKind, InputBit
+from scanrack.io_images.amci3601 import Configuration, HomingKind, InputBit
 from ....kinematics import MILLI, PICO, Shape, stopping_distance
 from ...amci3601 import AxisHoming, AxisRequest, Feature
 from ..capabilities import (

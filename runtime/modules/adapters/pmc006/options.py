@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import BeforeValidator
 
-from .....io_images.pmc006.instructions import BY_NAME, InstructionRow
+from scanrack.io_images.pmc006.instructions import BY_NAME, InstructionRow
 from ....loop.options import Options
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from typing_extensions import override
 
-from .....io_images.amci3601 import Configuration, InputBit
+from scanrack.io_images.amci3601 import Configuration, InputBit
 from ....controllers.pmc006.controller import Pmc006Controller
 from ....controllers.pmc006.line import Pmc006
 from ....controllers.pmc006.pins import Pin

@@ -12,8 +12,8 @@ from typing import ClassVar
 
 from typing_extensions import override
 
-from .....io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw
-from .....io_images.thousands import is_legal_pair, join_thousands
+from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw
+from scanrack.io_images.thousands import is_legal_pair, join_thousands
 from ....kinematics import Shape
 from ..axis_protocol import BlendProgram
 from ..blend_session import BlendSession

@@ -19,7 +19,7 @@ from typing import ClassVar
 
 from typing_extensions import override
 
-from .....io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw
+from scanrack.io_images.amci3601 import CommandLsw, CommandMsw, StatusLsw
 from ....kinematics import MILLI, PICO
 from ..capabilities import Feature
 from ..command_words import CommandWords

@@ -37,7 +37,7 @@ from typing import ClassVar
 
 from typing_extensions import override
 
-from .....io_images.amci3601 import HomingKind, InputBit
+from scanrack.io_images.amci3601 import HomingKind, InputBit
 from ....kinematics import Profile
 from ..command_words import CommandWords
 from ..latches import AT_HOME, POSITION_INVALID

@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from typing_extensions import override
 
-from .....io_images.amci3601 import CommandMsw
+from scanrack.io_images.amci3601 import CommandMsw
 from ....kinematics import Profile
 from ..capabilities import Feature
 from ..command_words import CommandWords
