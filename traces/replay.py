@@ -17,6 +17,7 @@ from functools import cached_property
 
 from scanrack.io_images.memory_layout import MemoryLayout
 from scanrack.io_images.renamed import renamed
+
 from .compare import EXACT, Comparison, Tolerance, compare_parts
 from .format.layout import SlotInfo, block_layout
 from .read.arrays import column_chunks, extent

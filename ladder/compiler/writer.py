@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from scanrack.io_images.site import Site
+
 from ..model.errors import TooLongError
 from ..model.stretches import Spot
 from ..model.tags import BASE, FRAME, OWN, FrameLayout, Layout, Leaf

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from scanrack.io_images.site import Site
 from scanrack.io_images.times import time_text
+
 from ..model.resolver import Resolver
 from ..model.schedule import TaskKind
 from ..state.lowered import LoweredProgram

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from scanrack.io_images.site import Site
+
 from ..model.operand_checks import WRITTEN
 from ..model.operands import Calculation, Constant, Group, Place, Resolved, constant, first_leaf
 from ..model.resolver import Resolver

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from scanrack.io_images.times import seconds
+
 from ..compiler.observed import LineKey
 from ..lowering.runnable import LadderLogic
 from ..model.errors import LadderError, LadderFault

@@ -14,6 +14,7 @@ from typing import Any
 
 from scanrack.io_images.site import NOWHERE, Site
 from scanrack.io_images.times import seconds
+
 from ..state.memory import Value
 
 ROOTS = (

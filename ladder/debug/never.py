@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from scanrack.io_images.times import seconds
+
 from ..state.lowered import (
     ADD_ON,
 )

@@ -13,6 +13,7 @@ from collections.abc import Iterator
 from textwrap import wrap
 
 from scanrack.io_images.times import seconds
+
 from .links import CauseLink
 from .watched import shown
 

@@ -29,6 +29,7 @@ from collections.abc import Mapping
 from typing import NoReturn
 
 from scanrack.io_images.site import Site
+
 from ..model.chart import PRESETS, Action, Chart, ChartStep, Qualifier, Transition
 from ..model.errors import RungTextError
 from ..model.expressions import parse_address

@@ -17,6 +17,7 @@ from typing import NoReturn
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.site import Site
 from scanrack.io_images.times import TIME, parse_time
+
 from ..lowering.addon import ROUTINES, AddOn, Parameter, ParameterMode, specs_of
 from ..lowering.calls import model_number
 from ..lowering.controller import Controller

@@ -21,6 +21,7 @@ from typing import NamedTuple
 from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.site import Site
 from scanrack.io_images.text_limits import TextKind
+
 from ..lowering.controller import Controller
 from ..lowering.program import Program
 from ..lowering.runnable import LadderLogic

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from scanrack.io_images.site import Site
+
 from ..instructions.motion.axes import AxisSettings, MotionData
 from ..instructions.motion.axis_3601 import Axis, BoundAxis, show
 from ..instructions.motion.ideal_axis import IdealAxis, update_axes

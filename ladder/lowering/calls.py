@@ -8,6 +8,7 @@ from dataclasses import replace
 from scanrack.io_images.drives.models import Layout
 from scanrack.io_images.drives.translation import model_of
 from scanrack.io_images.module_words import ModuleWords
+
 from ..model.operand_checks import OperandError, described
 from ..model.operands import Constant, Group, Place, first_leaf
 from ..model.resolver import AddressError, Resolver

@@ -19,6 +19,7 @@ import sys
 from collections.abc import Mapping, Sequence
 
 from scanrack.io_images.site import Site
+
 from ..instructions import BY_NAME
 from ..model.errors import LadderError
 from ..model.spec import Spec

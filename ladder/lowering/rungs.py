@@ -9,6 +9,7 @@ from types import MappingProxyType
 from typing import Any
 
 from scanrack.io_images.site import NOWHERE, Site
+
 from ..instructions import BY_NAME
 from ..instructions.addons import ADD_ON_CALL, ADD_ON_OFF_CALL, OFF
 from ..instructions.statements import CONDITION

@@ -11,6 +11,7 @@ from copy import copy
 from typing import Any, Self
 
 from scanrack.io_images.module_words import ModuleWords
+
 from ..compiler import Scanner, scanner_of, source_of
 from ..instructions.motion.axes import MotionData
 from ..instructions.system.messages import ends_of_messages

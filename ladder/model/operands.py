@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 from scanrack.io_images.records import record
+
 from .operators import BITWISE, FUNCTIONS, RELATIONS
 from .tags import Layout, Leaf
 from .types import BOOL, DINT, HIDDEN, LINT, LREAL, REAL, UDINT, ULINT, DataType, Elementary, leaves_of

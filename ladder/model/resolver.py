@@ -31,6 +31,7 @@ from scanrack.io_images.image import WORDS
 from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
 from scanrack.io_images.site import Site, sites_of
 from scanrack.io_images.tag_names import AmbiguousNameError, in_scope, normal
+
 from .errors import LadderError
 from .expressions import parse_address
 from .operands import (

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from scanrack.io_images.site import Site
+
 from .chart import Chart, body_name
 from .drawing import Drawing
 from .errors import LadderError

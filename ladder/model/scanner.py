@@ -6,6 +6,7 @@ import re
 from typing import NoReturn
 
 from scanrack.io_images.site import Site
+
 from .errors import RungTextError
 
 _SPACE = re.compile(r"\s*")

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 from scanrack.io_images.records import record
+
 from .types import BOOL, HIDDEN, DataType, Elementary, Structure, count_of, members_at, size_of
 
 

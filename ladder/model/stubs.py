@@ -25,6 +25,7 @@ from typing import Any, NamedTuple, Protocol
 
 from scanrack.io_images.module_words import ModuleWords
 from scanrack.io_images.times import TIME, parse_time, time_text
+
 from .errors import LadderError
 
 ALL_MESSAGES = "MSG"

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 from scanrack.io_images.enip.listing import ExternalAccess
 from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
 from scanrack.io_images.records import record
+
 from .expressions import parse_address
 from .operators import CALLED
 from .stretches import Spot, spot_of, stretch_of

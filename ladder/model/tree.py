@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from scanrack.io_images.records import record
+
 from . import hooks
 from .quoting import quoted
 

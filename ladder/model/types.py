@@ -21,6 +21,7 @@ from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 
 from scanrack.io_images.records import record
+
 from .errors import LadderError
 
 MAX_DIMENSIONS = 3

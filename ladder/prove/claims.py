@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 from scanrack.io_images.site import NOWHERE, Site
+
 from ..model.errors import LadderError
 from ..model.tags import program_of
 from ..state.lowered import LoweredLine, LoweredProgram, LoweredRoutine

@@ -26,6 +26,7 @@ from typing import Protocol
 
 from scanrack.io_images.amci3601.bits import StatusMsw
 from scanrack.io_images.amci3601.contracts import TYPICAL, Contract, Reading, Side
+
 from ..run.engine import Engine
 from ..state.lowered import LoweredProgram
 from .algebra.meaning import BOOL, INT

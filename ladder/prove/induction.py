@@ -17,6 +17,7 @@ from itertools import pairwise
 from typing import Any
 
 from scanrack.io_images.site import Site
+
 from .algebra.meaning import BOOL, INT
 from .algebra.terms import FALSE, TRUE, T
 from .certificate import Certificate

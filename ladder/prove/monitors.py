@@ -30,6 +30,7 @@ from typing import Any
 
 from scanrack.io_images.site import Site
 from scanrack.io_images.tag_names import normal
+
 from ..instructions import BY_NAME
 from ..lowering.checks import calls_of
 from ..lowering.rungs import Lowering

@@ -17,6 +17,7 @@ from typing import Any
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.text_limits import TextKind
 from scanrack.io_images.times import seconds
+
 from ..model.errors import LadderError
 from ..model.schedule import Schedule
 from ..model.tags import Layout, Leaf, Tag, tag_in

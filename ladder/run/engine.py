@@ -12,6 +12,7 @@ from typing import Any
 
 from scanrack.io_images.annotations import signature_of
 from scanrack.io_images.site import Site
+
 from ..interpreter import Interpreter
 from ..model.errors import STACK_CODE, LadderFault, MinorFault, ScanEndedError
 from ..model.tags import program_of, scoped

@@ -15,6 +15,7 @@ from itertools import pairwise
 from typing import Any, NoReturn, cast
 
 from scanrack.io_images.site import Site
+
 from ..instructions import BY_NAME
 from ..model.errors import RungTextError
 from ..model.spec import BYTE_ORDERS, Spec, Use

@@ -19,6 +19,7 @@ from scanrack.io_images.enip.listing import (
     Part,
     StructuredKind,
 )
+
 from ..model.tags import Alias, Layout, Tag, program_of
 from ..model.tree import Address
 from ..model.types import BOOL, DataType, Elementary, Member, Structure, fields_of, members_at, size_of

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from scanrack.io_images.records import record
 from scanrack.io_images.site import Site
+
 from ..model.chart import DEFAULT_OPTIONS, ChartOptions, Qualifier
 from ..model.operands import Constant, Group, Place, Resolved
 from ..model.schedule import Schedule

@@ -14,6 +14,7 @@ from typing import Any, Protocol
 
 from scanrack.io_images.image import Image
 from scanrack.io_images.site import Site
+
 from ..model.arithmetic import real
 from ..model.errors import LadderError
 from ..model.stretches import Spot

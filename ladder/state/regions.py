@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import field, replace
 
 from scanrack.io_images.records import record
+
 from ..model.arithmetic import real, whole, wrap
 from ..model.operands import Constant, Group, Place, Resolved
 from ..model.tags import OWN, Leaf

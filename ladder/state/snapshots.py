@@ -11,6 +11,7 @@ from operator import attrgetter
 from typing import Any
 
 from scanrack.io_images.doors import json_value
+
 from .memory import Memory
 from .tag_bytes import TagBytes
 

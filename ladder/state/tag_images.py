@@ -7,6 +7,7 @@ from collections.abc import Callable
 from functools import cached_property
 
 from scanrack.io_images.enip.listing import Listing, patched
+
 from ..model.tags import Leaf, Tag
 from ..model.types import BOOL, Elementary, count_of, fields_of, size_of
 from .listing import listing_of, string_rooms

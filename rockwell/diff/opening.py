@@ -6,6 +6,7 @@ from pathlib import Path
 
 from scanrack.io_images.input_files import open_input
 from scanrack.ladder.model.errors import LadderError
+
 from ..l5x.xml.parsing import MOST_BYTES
 from .comparison import Comparison, compared
 from .l5x import outline, outlines

@@ -20,6 +20,7 @@ from scanrack.ladder.lowering.text import parse_rung
 from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.spec import InstructionKind, Spec, Use
 from scanrack.ladder.model.tree import Rung, instructions_of
+
 from ..slc.rungs import RungReader
 from .alignment import aligned
 from .outline import Step

@@ -15,6 +15,7 @@ from scanrack.ladder.model.routine import Routine
 from scanrack.ladder.model.spec import Spec, Use
 from scanrack.ladder.model.tags import Tag
 from scanrack.ladder.model.types import MAX_DIMENSIONS, Structure
+
 from .assembly import without
 from .report import Refusal, Report
 from .routines import RoutineReader

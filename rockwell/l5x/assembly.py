@@ -19,6 +19,7 @@ from scanrack.ladder.model.stubs import Remote, Stub, Stubs
 from scanrack.ladder.model.tags import OPEN, Alias, Declaration, Tag
 from scanrack.ladder.model.tree import Address, Instruction, Operand, Rung, SubscriptStep, number
 from scanrack.ladder.model.types import DINT, DataType, Elementary, count_of
+
 from .report import Report
 
 CALLS = "scanrack_calls"

@@ -12,6 +12,7 @@ from scanrack.ladder.lowering.controller import Controller
 from scanrack.ladder.model.errors import BuildError, LadderError, Problem
 from scanrack.ladder.model.routine import Routine
 from scanrack.ladder.model.tags import Tag, program_of
+
 from .assembly import Parts, does_nothing, owner_of, without
 from .report import Report
 from .routines import RoutineReader

@@ -23,6 +23,7 @@ from scanrack.ladder.model.expressions import parse_address
 from scanrack.ladder.model.spec import Spec
 from scanrack.ladder.model.tree import Block, Instruction, Operand, Origin, number
 from scanrack.ladder.st import parse_statements
+
 from .xml.records import ElementRecord, lines_of
 
 NAMES: Mapping[Qualifier, str] = {

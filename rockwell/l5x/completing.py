@@ -14,6 +14,7 @@ from scanrack.ladder.model.routine import Routine
 from scanrack.ladder.model.schedule import Task, TaskKind
 from scanrack.ladder.model.tags import STATUS_FLAGS, TRUTHS, Alias, Declaration, Tag, program_of
 from scanrack.ladder.model.tree import Address, Instruction, Rung, Step
+
 from .assembly import CALLS, Parts, ProgramPart, call_of, does_nothing, implicit_task
 from .modules import is_bound
 from .report import Report

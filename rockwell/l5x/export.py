@@ -11,7 +11,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 from lxml import etree
-
 from scanrack.ladder.lowering.addon import (
     ENABLES,
     OTHERWISE,
@@ -30,6 +29,7 @@ from scanrack.ladder.model.routine import Routine
 from scanrack.ladder.model.statements import block_lines
 from scanrack.ladder.model.tags import Alias, Declaration, SlotAlias, Tag
 from scanrack.ladder.model.types import DataType, Elementary, Member, Structure
+
 from .chart_export import write_chart
 from .mnemonics import OWN
 from .xml.records import ElementRecord

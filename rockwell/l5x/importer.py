@@ -17,6 +17,7 @@ from scanrack.ladder.model.spec import Spec
 from scanrack.ladder.model.stubs import ALL_MESSAGES, NO_STUBS, Power, Stubs, parse_stub
 from scanrack.ladder.model.tree import Address
 from scanrack.ladder.model.types import Structure
+
 from .addons import AddOns, arguments_of
 from .assembly import Parts, ProgramPart, does_nothing, harness_of
 from .building import DECLARE, STAND_IN, Builder

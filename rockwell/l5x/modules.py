@@ -23,6 +23,7 @@ from scanrack.ladder.model.tags import Alias, Declaration, Tag
 from scanrack.ladder.model.types import DINT, INT, SINT, DataType, Member, Structure
 from scanrack.ladder.state.initials import load_bytes
 from scanrack.ladder.state.tag_bytes import TagBytes
+
 from .report import Report
 from .scopes import note_forces
 from .values.datatypes import NAME, Types

@@ -10,6 +10,7 @@ from scanrack.ladder.model.expressions import parse_address
 from scanrack.ladder.model.tags import Declaration, Tag
 from scanrack.ladder.model.tree import Address
 from scanrack.ladder.model.types import DataType
+
 from .assembly import owner_of
 from .values.datatypes import Types
 from .xml.records import L5xDocument, TagRecord

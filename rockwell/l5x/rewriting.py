@@ -12,6 +12,7 @@ from html import escape
 from scanrack.ladder.lowering.edited import BEFORE_FIRST, FileChange, NewTag, Rewritten, RungEdit
 from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.tags import program_of
+
 from .edits import NORMAL
 from .xml.records import number_of
 from .xml.spans import L5xText, Span, Splice, defined

@@ -19,6 +19,7 @@ from scanrack.ladder.model.statements import Empty, Region, statements_in
 from scanrack.ladder.model.tags import Tag
 from scanrack.ladder.model.tree import Block, Origin, Rung
 from scanrack.ladder.st import parse_statements
+
 from .charts import ChartBuilder, ChartRefusedError
 from .diagrams.lowering import DiagramText, lowered
 from .diagrams.sheets import DiagramError

@@ -11,6 +11,7 @@ from scanrack.io_images.times import exact_ns
 from scanrack.ladder.model.chart import ChartOptions, ExecutionControl, LastScan, RestartPosition
 from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.schedule import PRIORITIES, Task, TaskKind
+
 from .report import Report
 from .xml.records import L5xDocument, TaskRecord, number_of
 

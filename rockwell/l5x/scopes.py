@@ -16,6 +16,7 @@ from scanrack.ladder.model.predefined.motion_types import AXIS_TYPES
 from scanrack.ladder.model.stubs import Remote
 from scanrack.ladder.model.tags import Alias, Declaration, Tag
 from scanrack.ladder.model.types import MAX_DIMENSIONS, DataType
+
 from .report import Report
 from .values.datatypes import Types
 from .values.force_values import forces_of

@@ -22,6 +22,7 @@ from scanrack.ladder.model.schedule import Task
 from scanrack.ladder.run.engine import Engine
 from scanrack.ladder.state.memory import same
 from scanrack.ladder.state.tag_bytes import TagBytes
+
 from .assembly import Parts, does_nothing, harness_of, implicit_task, owner_of, trial_tasks
 from .importer import L5xImport
 

@@ -21,6 +21,7 @@ from scanrack.ladder.model.routine import Routine
 from scanrack.ladder.model.spec import Spec
 from scanrack.ladder.model.tree import Address, MemberStep, Step, SubscriptStep
 from scanrack.ladder.model.types import DINT, DataType, Member, Structure
+
 from .addons import arguments_of
 from .names import Names
 from .scopes import type_of

@@ -14,6 +14,7 @@ from scanrack.ladder.model.spec import Spec
 from scanrack.ladder.model.tags import Declaration, Tag
 from scanrack.ladder.model.tree import Address, MemberStep, Step, SubscriptStep
 from scanrack.ladder.model.types import DataType, Member, Structure
+
 from .assembly import Parts
 from .report import Report
 

@@ -30,6 +30,7 @@ from scanrack.ladder.model.tree import (
     instructions_of,
 )
 from scanrack.ladder.model.types import BOOL, DINT, INT, MESSAGE, REAL, STRING, DataType, Member, Structure
+
 from .addresses import IMAGES, STRUCTURED
 from .datavalues import joined, value_of
 from .records import DataRecord

@@ -18,6 +18,7 @@ from dataclasses import replace
 from typing import Any
 
 from scanrack.ladder.model.arithmetic import real
+
 from .addresses import STRUCTURED
 from .addresses import WORDS as INNER
 from .records import DataRow

@@ -39,6 +39,7 @@ from pathlib import Path
 from scanrack.io_images.input_files import open_input
 from scanrack.io_images.site import Site
 from scanrack.ladder.model.errors import LadderError
+
 from .lines import WORD, Line, lines_of
 from .records import DataRecord, DataRow, LadderRecord, Other, SlcDocument, SlcRungRecord, SlotRecord
 

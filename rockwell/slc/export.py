@@ -12,6 +12,7 @@ from scanrack.ladder.lowering.program import Program
 from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.tags import Tag
 from scanrack.ladder.model.tree import Rung
+
 from .addresses import STRUCTURED
 from .addresses import WORDS as INNER
 from .datafiles import letters_of

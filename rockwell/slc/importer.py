@@ -15,6 +15,7 @@ from scanrack.ladder.model.errors import BuildError, LadderError, Problem
 from scanrack.ladder.model.routine import Routine
 from scanrack.ladder.model.stubs import ALL_MESSAGES, NO_STUBS, Stubs, parse_stub
 from scanrack.ladder.model.tree import Origin, Rung, Series
+
 from ..l5x.report import Refusal, Report
 from .datafiles import DataFiles
 from .document import parse_document, read_document

@@ -21,6 +21,7 @@ from scanrack.ladder.lowering.edited import BEFORE_FIRST, NewTag, Rewritten, Run
 from scanrack.ladder.lowering.text import parse_rung
 from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.spec import Spec, Use
+
 from .addresses import is_address, parse
 from .document import DESCRIPTION, parse_document
 from .lines import lines_of

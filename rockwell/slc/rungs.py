@@ -26,6 +26,7 @@ from scanrack.ladder.model.tree import (
     Unknown,
     number,
 )
+
 from .addresses import AddressTextError, is_address, parse, text_of
 
 BEGIN, NEXT, END = "BST", "NXB", "BND"

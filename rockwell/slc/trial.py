@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from scanrack.ladder.model.errors import TooLongError
+
 from ..l5x.trial import SCANS, Work, lockstep
 from .importer import SlcImport
 

@@ -14,6 +14,7 @@ from scanrack.io_images.pmc006.frame import (
     decode,
 )
 from scanrack.io_images.pmc006.instructions import BY_NAME, Kind
+
 from .master import LineRequest, Reply, Verdict
 from .wire import LineFormat
 

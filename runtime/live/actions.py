@@ -16,6 +16,7 @@ from typing import Any, NoReturn, TypeGuard
 
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.image import WORDS_MAX
+
 from ..loop.incidents import FaultKind
 from .speeds import MAX, SPEED_LEAST, SPEED_MOST
 

@@ -19,6 +19,7 @@ from scanrack.io_images.addresses import parse_address
 from scanrack.io_images.enip.listing import patched
 from scanrack.io_images.module_words import ModuleWords
 from scanrack.io_images.times import exact_ns
+
 from ..loop.cpu import Cpu
 from ..loop.events import Event
 from ..loop.exposed import ExposedModule

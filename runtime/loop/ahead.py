@@ -22,6 +22,7 @@ from itertools import repeat
 from typing import TYPE_CHECKING, NamedTuple
 
 from scanrack.io_images.image import Image
+
 from .module import ForeseeingModule
 from .rack import Rack
 

@@ -13,6 +13,7 @@ from types import TracebackType
 from typing import NoReturn, Self
 
 from scanrack.io_images.site import NOWHERE, sites_of
+
 from .events import Event, JsonValue
 from .exchange import EndOfScan, Exchange
 from .faults import Cause, CpuFault, Fault, ends_the_run, place_of, words_of

@@ -15,6 +15,7 @@ from pathlib import Path
 from scanrack.io_images.site import NOWHERE, Site
 from scanrack.io_images.text_limits import shortened
 from scanrack.io_images.times import seconds
+
 from .events import JsonValue
 
 

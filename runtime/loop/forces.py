@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 from scanrack.io_images.addresses import Address, parse_address
 from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN
+
 from .rack import Rack
 
 WORD_MASK = 0xFFFF

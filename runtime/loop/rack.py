@@ -16,6 +16,7 @@ from typing import TypeVar
 from scanrack.io_images.image import Image
 from scanrack.io_images.memory_layout import ImagePlaces, MemoryLayout, memory_layout
 from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
+
 from .module import Module
 
 

@@ -15,6 +15,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from scanrack.io_images.amci3601.bits import InputBit
+
 from ..loop.events import Event
 from ..loop.module import unnoticed
 from .encoder import HandTurning, ShaftEncoder

@@ -26,7 +26,6 @@ from pydantic import (
     WithJsonSchema,
 )
 from pydantic_core import PydanticCustomError
-
 from scanrack.io_images.addresses import allowed
 from scanrack.io_images.amci3601.bits import InputBit
 from scanrack.io_images.site import SettingError

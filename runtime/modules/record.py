@@ -12,6 +12,7 @@ from scanrack.io_images.image import Image
 from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
 from scanrack.io_images.number_formats import NumberFormat
 from scanrack.io_images.site import SettingError
+
 from ..loop.events import JsonValue
 from ..loop.exposed import Conditions
 from ..loop.module import Module

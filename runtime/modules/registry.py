@@ -8,6 +8,7 @@ from importlib.metadata import EntryPoint, entry_points
 
 from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
 from scanrack.io_images.site import SettingError
+
 from .adapters.record import RECORDS as ADAPTERS
 from .amci3601.record import RECORD as AMCI3601
 from .cards.record import RECORDS as CARDS

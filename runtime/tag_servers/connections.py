@@ -25,6 +25,7 @@ from scanrack.io_images.enip.codes import (
     CipRefusedError,
 )
 from scanrack.io_images.enip.paths import Path, parse_path
+
 from .router import OWN_ROUTE, refused
 
 CONNECTIONS_MOST = 16

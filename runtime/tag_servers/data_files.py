@@ -16,6 +16,7 @@ import struct
 from collections.abc import Mapping
 
 from scanrack.io_images.enip.codes import NO_PRIVILEGE, TOO_SHORT, CipRefusedError
+
 from .database import Database, Symbol, Target
 from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
 

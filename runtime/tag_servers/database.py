@@ -28,6 +28,7 @@ from scanrack.io_images.enip.listing import (
     StructuredKind,
 )
 from scanrack.io_images.enip.paths import PROGRAM, Instance, PathStep, steps_of
+
 from .templates import Templates
 
 READ_WRITE, READ_ONLY = 0, 2

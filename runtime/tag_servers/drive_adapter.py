@@ -16,8 +16,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import count
 
-from typing_extensions import override
-
 from scanrack.io_images.drives.models import WORDS
 from scanrack.io_images.enip.codes import (
     ASSEMBLY,
@@ -51,6 +49,8 @@ from scanrack.io_images.enip.codes import (
 from scanrack.io_images.enip.frames import body_of, items_in
 from scanrack.io_images.enip.io_frames import IoPacket, io_packet, io_path, port_in, socket_item
 from scanrack.io_images.enip.paths import Path, parse_path
+from typing_extensions import override
+
 from ..modules.drives.drive import DriveUnit
 from .connections import Connections, Triad
 from .objects import INTERFACES, LOOPBACK, answer_identity, answer_interface, identity

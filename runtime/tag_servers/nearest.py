@@ -8,6 +8,7 @@ from itertools import islice
 
 from scanrack.io_images.enip.listing import Kind, PlainKind
 from scanrack.io_images.enip.paths import PROGRAM
+
 from .database import Database, Writable
 
 NAMES_MOST, NEAREST_MOST = 20_000, 3

@@ -32,6 +32,7 @@ from scanrack.io_images.enip.codes import (
     CipRefusedError,
 )
 from scanrack.io_images.enip.paths import PROGRAM, Instance, Path
+
 from .database import Database, Row
 from .tag_services import HEAD_BYTES, Answer
 from .tag_snapshot import TagSnapshot

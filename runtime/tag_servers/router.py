@@ -32,6 +32,7 @@ from scanrack.io_images.enip.codes import (
     CipRefusedError,
 )
 from scanrack.io_images.enip.paths import Path, parse_path
+
 from .data_files import DataFiles
 from .database import Database
 from .objects import (

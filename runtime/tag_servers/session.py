@@ -35,6 +35,7 @@ from scanrack.io_images.enip.frames import (
     body_of,
     items_in,
 )
+
 from .connections import Connections
 from .objects import LOOPBACK
 from .tag_snapshot import BrokenClientError, Plan, TagSnapshot

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 from scanrack.io_images.enip.codes import LIST_IDENTITY
 from scanrack.io_images.enip.frames import HEAD
 from scanrack.io_images.enip.listing import Listing
+
 from ..config.server_table import ModbusTable
 from .database import Database
 from .modbus_session import ModbusSession

@@ -8,6 +8,7 @@ from dataclasses import replace
 from scanrack.io_images.enip.codes import CipRefusedError
 from scanrack.io_images.enip.listing import DWORD
 from scanrack.io_images.enip.paths import PathStep, steps_of
+
 from .database import Database, Target
 from .nearest import nearest
 

@@ -26,6 +26,7 @@ from scanrack.io_images.enip.codes import (
     CipRefusedError,
 )
 from scanrack.io_images.enip.listing import PlainKind
+
 from .database import Database, Target
 from .tag_snapshot import ReadBytes, TagSnapshot, WriteBytes
 

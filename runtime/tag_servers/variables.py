@@ -12,6 +12,7 @@ from typing import Any
 
 from scanrack.io_images.enip.listing import BOOL, Kind, ListedTag, StructuredKind
 from scanrack.io_images.enip.paths import PROGRAM
+
 from .database import Database
 from .index_ranges import MismatchError, NoDataError, runs
 from .tag_snapshot import ReadBytes, WriteBytes

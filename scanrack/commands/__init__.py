@@ -15,14 +15,14 @@ from importlib import import_module
 from typing import Any, NamedTuple
 
 import typer
-from typer.core import TyperGroup
-
 from scanrack.runtime.loop.pace import ending_as_interrupt, interrupted_by
 from scanrack.terminal.ending import end_in_time
 from scanrack.terminal.limiting import limit_traces
 from scanrack.terminal.status import BAD_INPUT, INTERRUPTED, PIPE_CLOSED, complain, reason
 from scanrack.terminal.streams import LostOutput, closed_streams_plugged, guarded_output
 from scanrack.terminal.terminal import say
+from typer.core import TyperGroup
+
 from .renamed import renewed
 
 __all__ = ["build", "main"]

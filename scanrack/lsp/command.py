@@ -5,7 +5,6 @@ from __future__ import annotations
 from importlib.util import find_spec
 
 import typer
-
 from scanrack.io_images.installing import how_to_install
 from scanrack.terminal.status import BAD_INPUT, complain
 

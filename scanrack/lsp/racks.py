@@ -8,6 +8,7 @@ from functools import cache
 from typing import Any
 
 from scanrack.runtime.config.rack_schema import rack_schema
+
 from .rungs import Offer
 
 _HEADER = re.compile(r"^\s*\[\[?\s*([\w.\-\"]+)\s*\]\]?")

@@ -14,9 +14,9 @@ from typing import Any
 from lsprotocol import types
 from pygls.lsp.server import LanguageServer
 from pygls.uris import from_fs_path, to_fs_path
-
 from scanrack.jobs.check.texts import CHECKED, RACK, LineRemark
 from scanrack.ladder.files.suffixes import STRUCTURED_SUFFIX, SUFFIX
+
 from . import racks, rungs
 from .findings import findings
 

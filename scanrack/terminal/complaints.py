@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import typer
-
 from scanrack.traces.format.records import TraceLimitError
+
 from .status import BAD_INPUT, CANNOT_WRITE, complain, reason
 
 RAISED_BY = {"chunk_bytes": "--max-chunk", "records": "--max-records"}

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Annotated
 
 import typer
-
 from scanrack.traces.format.limits import CHUNK_BYTES, RECORDS, Limits, limited
+
 from .terminal import say
 
 MIB = 1024 * 1024

@@ -6,7 +6,6 @@ from collections.abc import Iterable
 
 from rich.console import Console, RenderableType
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
 from scanrack.runtime.loop.cpu import Cpu
 
 

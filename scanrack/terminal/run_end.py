@@ -7,6 +7,7 @@ from collections.abc import Callable
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.faults import Cause, CpuFault
 from scanrack.runtime.loop.pace import interrupted_by
+
 from .status import CANNOT_WRITE, DONE, INTERRUPTED, NO, complain, reason
 
 

@@ -19,6 +19,7 @@ from contextlib import contextmanager
 from typing import IO, TYPE_CHECKING, Any
 
 from scanrack.runtime.loop.faults import Ending
+
 from .status import CANNOT_WRITE, PIPE_CLOSED
 
 if TYPE_CHECKING:

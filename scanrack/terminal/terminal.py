@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 
 import typer
-
 from scanrack.io_images.text_limits import SHOWN, shortened
 from scanrack.io_images.visible_text import visible
 

@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Protocol
 
 import typer
-
 from scanrack.io_images.text_limits import EXPORT_MIB, EXPORT_MIB_MOST
+
 from .terminal import on_a_line, say
 
 if TYPE_CHECKING:  # options import no recordings
@@ -153,7 +153,6 @@ def reading(
     # a run, which has one of these options, does without
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
     from scanrack.traces.signals import ALL, count
 
     console = Console(stderr=True)

@@ -17,6 +17,7 @@ from scanrack.jobs.bench.opening import open_bench
 from scanrack.ladder.model.errors import LadderFault
 from scanrack.runtime.loop.faults import CpuFault
 from scanrack.traces.files.portable import relative
+
 from .folder import ArtefactFolder, file_name
 from .page import FailedTest, page_line
 

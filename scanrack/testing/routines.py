@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
-
 from scanrack.jobs.bench import Bench
 from scanrack.jobs.bench.opening import bench_of
 from scanrack.jobs.load.tested import load_test

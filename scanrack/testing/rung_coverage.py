@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
 from scanrack.jobs.bench.opening import OBSERVER
 from scanrack.jobs.fuzz.explain.bench_coverage import BenchCoverage
 from scanrack.jobs.fuzz.explain.coverage_page import coverage_line, save_programs

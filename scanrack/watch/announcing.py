@@ -11,6 +11,7 @@ from scanrack.jobs.run.editing import ProgramEdit
 from scanrack.jobs.run.running import JobRun
 from scanrack.runtime.live.actions import Edit
 from scanrack.runtime.live.ring import Ring
+
 from .monitor_supervisor import MonitorSupervisor
 from .monitors.stretched import SessionProgram
 

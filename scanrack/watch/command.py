@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import typer
-
 from scanrack.runtime.live.speeds import MAX, SPEED_LEAST, SPEED_MOST
 from scanrack.terminal.grouped import grouped
 from scanrack.terminal.status import BAD_INPUT, complain
+
 from .options import WatchArguments, WatchOptions
 
 
@@ -72,6 +72,7 @@ def _watch_command(
     from scanrack.jobs.run.build import check_ports
     from scanrack.jobs.run.servers.kinds import addresses
     from scanrack.jobs.trust.owned import check_recording
+
     from .play import watch_job
 
     try:

@@ -13,6 +13,7 @@ from scanrack.jobs.trust.attachments import load_files, program_name
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.python.sequences import Logic
 from scanrack.runtime.live.actions import ALL, names_in
+
 from .history.program_file import digest, save, write
 from .preview import Json, findings_of
 

@@ -26,6 +26,7 @@ from scanrack.jobs.record.program_versions import ProgramVersion, ProgramVersion
 from scanrack.jobs.run.running import JobRun
 from scanrack.runtime.live.actions import Draft, Edit, Online, Source, ToEditor, names_in
 from scanrack.runtime.live.session import Reply
+
 from .edited_programs import EditedPrograms
 from .history.program_file import digest, why_not
 from .online import OnlineEdit

@@ -13,6 +13,7 @@ from scanrack.jobs.trust.launcher import TimeoutExpired, launch
 from scanrack.runtime.live.ring import Ring
 from scanrack.runtime.live.tap import PipeInbox
 from scanrack.runtime.loop.pace import wall_ns
+
 from .monitors.session_monitor import Setup
 from .monitors.stretched import SessionProgram
 

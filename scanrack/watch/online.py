@@ -27,6 +27,7 @@ from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.record.program_versions import ProgramVersion
 from scanrack.ladder.lowering.edited import FileChange, NewTag, normalized
 from scanrack.runtime.live.actions import Online
+
 from .edited_programs import EditedPrograms
 from .history.program_file import digest, read_edit, rewrite, why_not
 

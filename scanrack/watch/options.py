@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-
 from scanrack.runtime.live.speeds import MAX, SPEED_LEAST, SPEED_MOST
 from scanrack.terminal.trace_options import (
     ForcesOption,

@@ -32,6 +32,7 @@ from scanrack.runtime.loop.realtime import frozen_collector, real_time
 from scanrack.terminal.run_end import complain_of_fault, run_to_end
 from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, NO_HELPER, complain, reason
 from scanrack.terminal.terminal import say
+
 from .announcing import Announcer, programs_of
 from .editor import EditManner, Editor, Takeover
 from .gate import HOST, KEY_BYTES, listen

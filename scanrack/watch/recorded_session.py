@@ -28,6 +28,7 @@ from scanrack.traces.format.topics import ORDERS
 from scanrack.traces.read.arrays import extent, read_columns
 from scanrack.traces.read.columns import Selection
 from scanrack.traces.read.reader import Trace, open_trace
+
 from .gate import HOST, KEY_BYTES, Gate, listen
 from .monitors.comparison import OpenedBeside
 from .monitors.monitor import SessionFacts

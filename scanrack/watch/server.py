@@ -11,13 +11,13 @@ from http import HTTPStatus
 from multiprocessing.connection import Connection
 from typing import Any
 
+from scanrack.runtime.live.actions import parsed
+from scanrack.runtime.live.quiet import CLIENT_LOGS, quiet
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.datastructures import Headers
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 
-from scanrack.runtime.live.actions import parsed
-from scanrack.runtime.live.quiet import CLIENT_LOGS, quiet
 from .gate import Gate
 from .monitors.monitor import Monitor
 from .monitors.page import Page

@@ -10,6 +10,7 @@ from multiprocessing.connection import Connection
 from scanrack.runtime.live.ring import Ring
 from scanrack.runtime.live.shared_memory import SharedMemory
 from scanrack.runtime.loop.realtime import give_up_priority
+
 from .gate import Gate
 from .monitors.session_monitor import SessionMonitor, Setup
 from .recorded_session import open_beside

@@ -9,7 +9,6 @@ from rich.console import Console, Group, RenderableType
 from rich.live import Live
 from rich.table import Table
 from rich.text import Text
-
 from scanrack.runtime.live.session import Session
 from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.loop.pace import AdjustablePace

@@ -11,6 +11,7 @@ from scanrack.jobs.prove.serving.effects import Group, effects_of
 from scanrack.jobs.run.running import JobRun
 from scanrack.ladder import LadderLogic
 from scanrack.runtime.live.actions import DRAFT_MOST, Draft, names_in
+
 from .edited_programs import EditedPrograms
 from .history.program_file import digest
 from .preview import Json, findings_of, mistakes_of, new_findings, preview_of

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from scanrack.io_images.times import seconds_column, time_text
+
 from ..read.changes import Row
 from .comparison import Comparison
 from .findings import Detail, Extent, First

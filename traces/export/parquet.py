@@ -7,6 +7,7 @@ from itertools import chain
 from typing import Any
 
 from scanrack.io_images.installing import install_line
+
 from ..extras import need
 from ..files.guard import beginning
 from ..files.newfile import Target, new_file

@@ -33,6 +33,7 @@ from keyword import kwlist
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from scanrack.io_images.tag_names import element_of, without_ranges
+
 from .named_words import SEPARATOR
 
 if TYPE_CHECKING:

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 
 from scanrack.io_images.amci3601.bits import ConfigMsw, InputBit
 from scanrack.io_images.module_words import ModuleWords
+
 from .layout import SlotInfo
 
 _CONFIGURATION = (ConfigMsw, InputBit)

@@ -10,6 +10,7 @@ from scanrack.io_images.amci3601.words import WORDS_3601, Profile, is_stepper
 from scanrack.io_images.module_words import ModuleWords, Quantity
 from scanrack.io_images.number_formats import NumberFormat
 from scanrack.io_images.thousands import is_legal_pair, join_reported, join_thousands
+
 from ..format.layout import SlotInfo
 
 Words = Sequence[int]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from scanrack.io_images.static_html import card, curve, line, rows
 from scanrack.io_images.times import seconds
+
 from ..format.layout import SlotInfo
 from .event_text import describe
 from .number_formats import NumberFormats

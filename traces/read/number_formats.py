@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
-
 from scanrack.io_images.module_words import INPUT, ModuleWords, Quantity
 from scanrack.io_images.number_formats import NumberFormat
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from scanrack.io_images.times import seconds
+
 from ..format.topics import SEQUENCES
 
 if TYPE_CHECKING:  # a run reads no recording

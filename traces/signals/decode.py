@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
 from scanrack.io_images.module_words import ModuleWords
 
 Words = NDArray[np.int16]

@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from scanrack.io_images.amci3601.parameters import LIMITS_3601, Limits
+
 from ...model.errors import LadderError
 
 WORDS = 8

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 from scanrack.io_images.thousands import PARAMETER_MAX
+
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
 from ...model.arithmetic import wrap

@@ -17,6 +17,7 @@ import datetime
 from typing import Any
 
 from scanrack.io_images.site import Site
+
 from ...model.errors import LadderFault
 from .status import MINOR, STATUS, Status
 

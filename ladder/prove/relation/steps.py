@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from scanrack.io_images.site import Site
+
 from ...instructions.slc.processor import before_scan, has_status
 from ...instructions.slc.status import STATUS
 from ...model.operands import Calculation, Constant, Group, Place, StringConstant, can_fault, leaves_in

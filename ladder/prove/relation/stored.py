@@ -14,6 +14,7 @@ from types import MappingProxyType
 from typing import Any
 
 from scanrack.io_images.site import Site
+
 from ...interpreter import Interpreter
 from ...model.operands import Place, Resolved
 from ...model.tags import Leaf

@@ -15,6 +15,7 @@ from importlib.util import find_spec
 from typing import Any
 
 from scanrack.io_images.installing import how_to_install
+
 from ..algebra.meaning import BOOL, F32, INT
 from ..algebra.terms import T
 from .smtlib import pattern_of

@@ -9,6 +9,7 @@ from scanrack.io_images.amci3601.configuration import Configuration
 from scanrack.io_images.drives.bits import CommandBit, Modifier
 from scanrack.io_images.drives.configuration import broken_rules
 from scanrack.io_images.drives.models import WORDS, Model
+
 from .blending import BlendProgramming
 from .command import Command
 from .kinds import GEAR, MINIMUM, PROGRAM_BLEND, REGISTRATION, RUN_BLEND

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from scanrack.io_images.amci3601.bits import StatusLsw, StatusMsw
+
 from .kinds import ABSOLUTE, GEAR, HOME, PRESET, RELATIVE, RUN_BLEND, CommandKind
 
 HOME_REST_NS = 3_000_000_000

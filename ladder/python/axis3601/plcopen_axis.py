@@ -12,8 +12,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import NoReturn, TypeVar, overload
 
-from typing_extensions import override
-
 from scanrack.io_images.amci3601.bits import CommandLsw, StatusMsw
 from scanrack.io_images.amci3601.blend import Acceleration, BlendHeader, BlendSegment
 from scanrack.io_images.amci3601.command import PresetPosition, ResetErrors, StoreMinimumRegistration
@@ -27,6 +25,8 @@ from scanrack.io_images.drives.status import status_view
 from scanrack.io_images.drives.translation import DriveTranslation, model_of
 from scanrack.io_images.image import Image, signed_word
 from scanrack.io_images.module_words import ModuleWords
+from typing_extensions import override
+
 from ..sequences.parts import Clock, DeclarationError, Device, Slot, Slots, Turn, words_of
 from .blending import BlendProgramming
 from .command import Command, Outcome

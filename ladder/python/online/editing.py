@@ -22,6 +22,7 @@ from typing import Any
 
 from scanrack.io_images.site import sites_of
 from scanrack.io_images.times import seconds
+
 from ..sequences.coroutine import Sequence
 from ..sequences.logic import Logic
 from ..sequences.parts import Part

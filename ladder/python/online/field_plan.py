@@ -8,6 +8,7 @@ from enum import Enum
 from typing import Any
 
 from scanrack.io_images.site import SiteError
+
 from ..sequences.coroutine import Sequence
 from ..sequences.logic import Field, Logic
 from ..sequences.parts import Part

@@ -20,6 +20,7 @@ from types import CodeType, FunctionType, GeneratorType, MethodType
 from typing import Any, TypeVar
 
 from scanrack.io_images.site import Site, SiteError
+
 from ..sequences.coroutine import Sequence
 from ..sequences.parts import Part
 from ..sequences.waits import Wait, stepping

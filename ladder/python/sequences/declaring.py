@@ -7,6 +7,7 @@ from collections.abc import Callable, Coroutine
 from typing import Any, overload
 
 from scanrack.io_images.annotations import signature_of
+
 from .coroutine import Sequence
 from .parts import Part
 

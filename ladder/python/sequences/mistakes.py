@@ -26,6 +26,7 @@ from typing import Any, NamedTuple
 
 from scanrack.io_images.annotations import declared
 from scanrack.io_images.site import Site
+
 from .declaring import SequenceMethod
 from .parts import Part
 from .signals import Input

@@ -32,6 +32,7 @@ from scanrack.ladder.model.predefined.process_types import MAX_REAL
 from scanrack.ladder.model.tags import Tag
 from scanrack.ladder.model.tree import Address
 from scanrack.ladder.model.types import REAL, Elementary
+
 from ..xml.records import ElementRecord
 from .blocks import BlockForm, canonical
 from .picture import drawn

@@ -20,6 +20,7 @@ from heapq import heapify, heappop, heappush
 
 from scanrack.io_images.site import Site
 from scanrack.ladder.model.errors import LadderError
+
 from ..xml.records import ElementRecord, number_of
 
 RUN = ("Block", "Function", "AddOnInstruction", "JSR", "SBR", "RET")

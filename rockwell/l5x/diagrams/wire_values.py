@@ -14,6 +14,7 @@ from scanrack.ladder.model.expressions import parse_expression
 from scanrack.ladder.model.tags import Tag
 from scanrack.ladder.model.tree import Address, Number, Operand
 from scanrack.ladder.model.types import BOOL, DINT, LINT, LREAL, REAL, DataType, Elementary
+
 from ..xml.records import TagRecord
 from .blocks import BLOCKS, FUNCTION, BlockForm, canonical
 from .sheets import Diagram, Node, Pin

@@ -23,6 +23,7 @@ from scanrack.ladder.model.types import (
     Structure,
     count_of,
 )
+
 from ..xml.records import DataTypeRecord, Element, MemberRecord, number_of
 from .layouts import Layouts
 from .module_bits import in_words

@@ -19,6 +19,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from scanrack.ladder.model.types import BOOL, REAL, DataType, Elementary, Structure, count_of
+
 from ..xml.data import Data
 from ..xml.records import Element
 from .datatypes import Types

@@ -29,6 +29,7 @@ from typing import Any, NamedTuple
 
 from scanrack.ladder.model.types import BOOL, DataType, Elementary, Member, Structure, count_of
 from scanrack.ladder.state.named_parts import meant_by
+
 from ..xml.data import Data, DecoratedValue
 from ..xml.records import Element
 from .agreement import first_difference, value_at

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from scanrack.ladder.model.types import DataType, Elementary
+
 from .layouts import Layouts
 from .value_texts import unsaid, value_of
 

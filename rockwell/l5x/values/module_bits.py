@@ -16,6 +16,7 @@ from dataclasses import replace
 from itertools import pairwise
 
 from scanrack.ladder.model.types import BOOL, Elementary, Member
+
 from .value_texts import ValueTextError, value_of
 
 FAULT = "FAULT"

@@ -16,6 +16,7 @@ import struct
 from typing import Any
 
 from scanrack.ladder.model.types import BOOL, DataType, Structure, count_of
+
 from ..xml.records import Element
 from .initials import nested
 from .layouts import Layouts

@@ -8,6 +8,7 @@ from typing import Any
 
 from scanrack.io_images.input_files import open_input
 from scanrack.ladder.lowering.addon import ROUTINES
+
 from ..edits import chosen_text
 from .data import Data, cut_out
 from .elements import (

@@ -16,7 +16,6 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from lxml import etree
-
 from scanrack.io_images.site import Site
 from scanrack.ladder.model.errors import LadderError
 

@@ -24,6 +24,7 @@ from scanrack.io_images.pcl601.talk import (
     Command,
 )
 from scanrack.io_images.pcl601.terminals import GENERAL_INPUTS, OUTPUT_COUNT
+
 from .controller import Pcl601Controller, Protocol
 
 START, END = ord("@"), ord("\r")

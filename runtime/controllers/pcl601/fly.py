@@ -13,6 +13,7 @@ from collections import deque
 
 from scanrack.io_images.pcl601 import Register
 from scanrack.io_images.pcl601.terminals import ON_FLY_PULSE_NS
+
 from .register_values import Values
 
 REMEMBERED = 100_000

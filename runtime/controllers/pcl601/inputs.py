@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from scanrack.io_images.pcl601 import Error, Register
 from scanrack.io_images.pcl601.terminals import HARD_LIMIT_BIT, SOFT_LIMIT_BIT
+
 from .motor import Motor
 from .pins import FULL_SCALE_VOLTS, Pcl601Pins
 from .register_values import Values

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from scanrack.io_images.pcl601 import Register
 from scanrack.io_images.site import SettingError
+
 from ...line import pcl601_ascii, pcl601_frames
 from ...line.rtu import Framer, Timing, frame
 from ...line.wire import LineFormat

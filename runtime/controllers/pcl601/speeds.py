@@ -5,6 +5,7 @@ from __future__ import annotations
 from fractions import Fraction
 
 from scanrack.io_images.pcl601 import Register
+
 from ...kinematics import Motion, Profile, Shape, change_speed, creep, stop
 from .register_values import Values
 

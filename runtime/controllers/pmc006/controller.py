@@ -15,6 +15,7 @@ from scanrack.io_images.pmc006.instructions import ATTENUATION_PERCENT, BY_CODE,
 from scanrack.io_images.pmc006.program import UserProgram
 from scanrack.io_images.pmc006.status import GPIO_EFFECTIVE, Gpio, Level, Status1, Status2
 from scanrack.io_images.site import SettingError
+
 from ...machine.contacts import Contact
 from .interpreter import Interpreter
 from .memory import Memory

@@ -19,6 +19,7 @@ from typing import Protocol
 
 from scanrack.io_images.pmc006.program import UserInstruction
 from scanrack.io_images.pmc006.status import Gpio, Level, Status1
+
 from ...kinematics import FOREVER
 from .memory import Memory
 from .pins import Pin, Pmc006Pins

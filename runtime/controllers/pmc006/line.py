@@ -9,6 +9,7 @@ fragment cannot swallow the begin of the next frame.
 from __future__ import annotations
 
 from scanrack.io_images.pmc006.frame import Framer, reply
+
 from ...kinematics import FOREVER
 from ...line.pmc006_frames import LINE_FORMAT
 from .controller import Pmc006Controller

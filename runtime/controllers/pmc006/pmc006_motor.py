@@ -16,6 +16,7 @@ from __future__ import annotations
 from enum import Enum, auto
 
 from scanrack.io_images.pmc006.status import Status1
+
 from ...kinematics import FOREVER, Motion
 from .memory import Memory
 from .pins import Pin, Pmc006Pins

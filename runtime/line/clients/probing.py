@@ -14,6 +14,7 @@ from dataclasses import dataclass
 
 from scanrack.io_images.pmc006.frame import FACTORY_ADDRESS
 from scanrack.io_images.renamed import renamed
+
 from .. import pcl601_ascii as ascii
 from .. import pcl601_frames as rtu
 from .. import pmc006_frames as pmc006

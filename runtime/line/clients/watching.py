@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from typing import ClassVar, Generic, TypeVar
 
 from scanrack.io_images.renamed import renamed
+
 from .link import (
     POLL_S,
     TRIES,

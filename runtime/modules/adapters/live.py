@@ -15,10 +15,10 @@ from dataclasses import replace
 from functools import partial
 from threading import Event as Signal
 
-from typing_extensions import override
-
 from scanrack.io_images.amci3601 import Configuration
 from scanrack.io_images.image import Image
+from typing_extensions import override
+
 from ...line.clients.link import LinkError
 from ...line.liveport import LiveLine, open_port
 from ...loop.pace import Clock

@@ -25,6 +25,7 @@ from typing import Any, Generic
 
 from scanrack.io_images.amci3601 import CommandLsw, Firmware, InputBit, StatusMsw
 from scanrack.io_images.image import Image, signed_word
+
 from ...line.clients.link import Link
 from ...line.wire import LineFormat
 from ...loop.events import Event

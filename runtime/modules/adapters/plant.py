@@ -7,6 +7,7 @@ from typing import Protocol
 
 from scanrack.io_images.amci3601 import Configuration, InputBit
 from scanrack.io_images.site import SettingError
+
 from ...line.adapter_line import FaultyDevice, Line, SimulatedLine
 from ...line.wire import ControllerDevice
 from ...machine import Machine, Switch

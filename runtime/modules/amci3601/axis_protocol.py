@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from scanrack.io_images.amci3601 import Configuration
+
 from ...kinematics import AnyShape, BlendLeg, Profile, Rate
 from .capabilities import Capabilities
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from scanrack.io_images.thousands import PARAMETER_MAX
+
 from ...kinematics import MILLI, PICO, BlendLeg, Shape, check_blend, ramp_distance
 from .axis_protocol import BlendProgram
 

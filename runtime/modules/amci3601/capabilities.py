@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from scanrack.io_images.amci3601 import Configuration, HomingKind
+
 from .command_words import CommandWords
 
 

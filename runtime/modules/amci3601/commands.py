@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from scanrack.io_images.amci3601 import CommandLsw, CommandMsw
+
 from . import refusals
 from .capabilities import Feature
 from .command_words import COMMAND_BITS, CommandWords

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from scanrack.io_images.amci3601 import ALL_INPUTS, InputBit
+
 from .operation import CCW_LIMIT, CW_LIMIT, EITHER_LIMIT, Host, Limits, limit_in
 
 CAPTURE = InputBit.CAPTURE.value

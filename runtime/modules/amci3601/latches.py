@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.io_images.amci3601.words import WORDS_3601, Profile
+
 from ...loop.events import Event, JsonValue
 
 MODE_CONFIG = StatusMsw.MODE_CONFIG.value

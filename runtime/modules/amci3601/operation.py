@@ -16,6 +16,7 @@ from typing import ClassVar, Protocol
 
 from scanrack.io_images.amci3601 import Firmware, InputBit
 from scanrack.io_images.amci3601.words import Profile
+
 from .axis_protocol import Axis
 from .capabilities import Feature, Refusal
 from .command_words import CommandWords

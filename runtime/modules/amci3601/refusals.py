@@ -18,6 +18,7 @@ from scanrack.io_images.amci3601 import (
     InputBit,
     target_in_range,
 )
+
 from ...kinematics import MILLI, PICO, stopping_distance
 from .command_words import COMMAND_BITS, S_CURVE, CommandWords
 from .latches import POSITION_INVALID, BrokenRule

@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from scanrack.io_images.amci3601 import CommandLsw, Configuration, InputBit
+
 from .axis_protocol import BlendProgram
 from .blend_session import BlendSession
 from .command_words import CommandWords

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.io_images.image import WORDS
+
 from ...loop.module_fault import ModuleFault
 from .indicators import ASIC_LOST, DIAGNOSTICS_FAILED, UNPOWERED, Indicators
 

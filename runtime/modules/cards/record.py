@@ -8,6 +8,7 @@ from scanrack.io_images.cards import KINDS, CardKind
 from scanrack.io_images.image import Image
 from scanrack.io_images.module_words import BitPlace, ModuleWords
 from scanrack.io_images.site import SettingError
+
 from ...loop.module import Module
 from ...machine import MachineSpec
 from ..record import ModuleRecord, Options

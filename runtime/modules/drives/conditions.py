@@ -20,6 +20,7 @@ from functools import partial
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.drives.bits import StatusBit
 from scanrack.io_images.site import SettingError
+
 from ...controllers.pcl601.pinstates import range_of
 from ...machine import Switch
 from .drive import DriveUnit

@@ -27,6 +27,7 @@ from scanrack.io_images.drives.configuration import (
 from scanrack.io_images.drives.models import WORDS, Layout, Model
 from scanrack.io_images.drives.rules import RULES
 from scanrack.io_images.number_formats import NumberFormat
+
 from ...kinematics import PICO, stopping_distance
 from ...loop.events import Event, JsonValue
 from ...machine import EncoderSpec

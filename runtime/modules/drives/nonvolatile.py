@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field
-
 from scanrack.io_images.drives.models import WORDS
 
 FLASH_WRITES = 10_000

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from scanrack.io_images.drives.models import MODELS, Model
 from scanrack.io_images.site import SettingError
+
 from ...loop.exposed import Conditions
 from ...loop.module import Module
 from ...machine import Machine, MachineSpec

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-
 from scanrack.terminal.as_json import JsonOption, say_json
 from scanrack.terminal.status import BAD_INPUT, NO, complain
 from scanrack.terminal.terminal import say
@@ -109,6 +108,7 @@ def _is_stored(file: str) -> bool:
 def _stored(files: list[str]) -> list[str]:
     """Return a line per stored program of the PCL601; ValueError for one that can't be stored."""
     from scanrack.runtime.controllers.pcl601.program import read_program
+
     from ..wire.pclt import summary
 
     other = next((each for each in files if not _is_stored(each)), None)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import typer
-
 from scanrack.terminal.as_json import JsonOption, say_json
 from scanrack.terminal.status import NO
 from scanrack.terminal.terminal import say

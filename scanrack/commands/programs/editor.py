@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import typer
-
 from scanrack.lsp.command import lsp_command
+
 from .schema import schema_command
 
 app = typer.Typer(

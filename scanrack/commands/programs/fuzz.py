@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.text_limits import TextKind
@@ -29,6 +28,7 @@ from scanrack.terminal.grouped import grouped
 from scanrack.terminal.status import DONE, NO
 from scanrack.terminal.terminal import say
 from scanrack.terminal.trace_options import tell_notes
+
 from .fuzz_budget import Budget
 from .fuzz_session import Session
 from .fuzz_summary import failure, failure_row

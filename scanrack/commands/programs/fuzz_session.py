@@ -16,7 +16,6 @@ from types import FrameType
 
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
-
 from scanrack.io_images.amci3601 import Firmware
 from scanrack.jobs.fuzz import Counterexample, Scenario, undisturbed
 from scanrack.jobs.fuzz.campaign.campaign import campaign
@@ -44,6 +43,7 @@ from scanrack.terminal.as_json import say_json
 from scanrack.terminal.status import DONE, INTERRUPTED, NO, NOT_SEEN, complain
 from scanrack.terminal.terminal import on_a_line, say
 from scanrack.traces.files.portable import relative
+
 from .fuzz_budget import Budget, Spending
 from .fuzz_summary import (
     closing,

@@ -21,6 +21,7 @@ from scanrack.jobs.load.loading import LoadedRack
 from scanrack.jobs.prove.serving.stuck import PATIENCE, SolverStep
 from scanrack.ladder import LadderLogic
 from scanrack.terminal.status import reason
+
 from .fuzz_budget import Spending
 
 WIDTH = 100

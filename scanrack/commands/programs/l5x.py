@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
 from scanrack.terminal.grouped import grouped
+
 from .l5x_options import L5xOptions
 
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-
 from scanrack.jobs.imports.export_start import DOWNLOADED, ExportStart
 from scanrack.jobs.load.exports import begun
 from scanrack.jobs.load.trial import Trial, is_slc, tried
@@ -28,6 +27,7 @@ from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, NO, complain
 from scanrack.terminal.terminal import say, say_file
 from scanrack.traces.files.guard import EXPORT, PAGE, OwnedError
 from scanrack.traces.files.newfile import new_file
+
 from .l5x_options import L5xOptions
 
 if TYPE_CHECKING:

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
 from scanrack.terminal.as_json import JsonOption
 from scanrack.terminal.trace_options import KeepValuesOption, MemoryOption
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
 from scanrack.io_images.times import parse_time
 from scanrack.jobs.bench import Bench
 from scanrack.jobs.bench.opening import open_bench

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
 from scanrack.jobs.start import LOGICS, ProjectError, new_project
 from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
 from scanrack.terminal.terminal import say

@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
 from scanrack.io_images.installing import how_to_install
 from scanrack.jobs.load.program import split_address
 from scanrack.jobs.prove.checking import Solver, solvers

@@ -11,7 +11,6 @@ from textwrap import wrap
 from typing import Annotated
 
 import typer
-
 from scanrack.io_images.amci3601 import RULES, Firmware, StatusLsw, StatusMsw
 from scanrack.io_images.amci3601.rules import Rule
 from scanrack.io_images.drives.bits import StatusBit

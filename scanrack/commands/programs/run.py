@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
 from scanrack.io_images.times import DEFAULT_RUN
 from scanrack.terminal.as_json import JsonOption
 from scanrack.terminal.grouped import grouped
@@ -99,6 +98,7 @@ def _run_command(
     from scanrack.jobs.run.build import check_ports
     from scanrack.jobs.run.running import RunOptions
     from scanrack.runtime.loop.pace import RealTime
+
     from .run_job import retained_memory, run_job, run_retained, servers_at, trace_path
 
     try:

@@ -29,6 +29,7 @@ from scanrack.terminal.status import (
     reason,
 )
 from scanrack.terminal.terminal import say
+
 from .summary import summary, summary_row
 
 if TYPE_CHECKING:  # most runs serve and retain no tags, in virtual time

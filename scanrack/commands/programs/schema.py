@@ -6,7 +6,6 @@ import json
 from typing import Annotated
 
 import typer
-
 from scanrack.terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
 from scanrack.terminal.terminal import say
 

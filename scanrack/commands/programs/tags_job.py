@@ -15,6 +15,7 @@ from scanrack.runtime.tag_servers.tag_list import TagRow, first_map, tag_rows
 from scanrack.terminal.as_json import say_json
 from scanrack.terminal.status import BAD_INPUT, DONE, NO, complain
 from scanrack.terminal.terminal import say
+
 from ..recordings.show import new_table, print_block
 
 COLUMNS = ("name", "type", "access", "Modbus", "OPC UA", "EtherNet/IP", "description")

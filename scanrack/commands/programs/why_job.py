@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import typer
-
 from scanrack.io_images.times import seconds
 from scanrack.jobs.bench import Bench, NotReachedError
 from scanrack.jobs.bench.moment import ScanChoice
@@ -27,6 +26,7 @@ from scanrack.terminal.status import BAD_INPUT, NO, complain, reason
 from scanrack.terminal.terminal import say
 from scanrack.terminal.trace_options import tell_notes
 from scanrack.traces.read.reader import open_trace
+
 from .ladder import load_rungs
 
 

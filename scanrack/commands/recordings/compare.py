@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import typer
-
 from scanrack.terminal.grouped import grouped
+
 from .options import CompareOptions
 
 

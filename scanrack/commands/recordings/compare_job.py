@@ -6,7 +6,6 @@ from dataclasses import asdict
 from pathlib import Path
 
 import typer
-
 from scanrack.io_images.times import parse_time
 from scanrack.terminal.as_json import say_json
 from scanrack.terminal.complaints import reported_mistakes
@@ -24,6 +23,7 @@ from scanrack.traces.compare import (
     report,
 )
 from scanrack.traces.read.reader import Trace, open_trace
+
 from .options import CompareOptions
 
 

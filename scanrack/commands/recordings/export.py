@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.grouped import grouped
 from scanrack.terminal.status import size_of

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
 from scanrack.io_images.enip.codes import PORT
 from scanrack.jobs.captures.cip_words import cip_scans
 from scanrack.jobs.captures.modelling import simulated

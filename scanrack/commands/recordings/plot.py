@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import typer
-
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.status import size_of
 from scanrack.terminal.terminal import say

@@ -8,7 +8,6 @@ from typing import Annotated
 
 import typer
 from rich.table import Table
-
 from scanrack.io_images.times import seconds_column, time_text
 from scanrack.terminal.as_json import JsonOption, say_json
 from scanrack.terminal.complaints import reported_mistakes
@@ -17,6 +16,7 @@ from scanrack.terminal.terminal import say
 from scanrack.terminal.trace_options import QuietOption, reading, tell_notes
 from scanrack.traces.query import Answer, Occurrence, query
 from scanrack.traces.read.reader import open_trace
+
 from .show import new_table, print_block
 
 _EXAMPLES = """

@@ -10,7 +10,6 @@ from typing import Annotated
 import typer
 from rich.console import Console
 from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn, TimeRemainingColumn
-
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.status import DONE, NO, size_of
 from scanrack.terminal.terminal import say

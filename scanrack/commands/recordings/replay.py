@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import typer
-
 from scanrack.jobs.replay.targets import ReplayTarget
 from scanrack.terminal.grouped import grouped
 from scanrack.terminal.status import BAD_INPUT, complain
+
 from .options import ReplayOptions
 
 

@@ -9,7 +9,6 @@ from functools import partial
 from pathlib import Path
 
 import typer
-
 from scanrack.jobs.captures.words import is_sampled
 from scanrack.jobs.load.loading import load_job, load_spec
 from scanrack.jobs.replay.replaying import (
@@ -34,6 +33,7 @@ from scanrack.traces.files.keeping import RecordingKeeper, check_recordings
 from scanrack.traces.read.reader import Trace, open_trace
 from scanrack.traces.replay import PackedTrace
 from scanrack.traces.write.recorder import ScanRecorder
+
 from .compare_job import tell, tolerance
 from .options import ReplayOptions
 

@@ -7,7 +7,6 @@ import tempfile
 from pathlib import Path
 
 import typer
-
 from scanrack.jobs.record.order_repeater import is_session, lost_edits, orders_of
 from scanrack.jobs.record.program_versions import versions_of
 from scanrack.jobs.replay.replaying import lost_notes
@@ -21,6 +20,7 @@ from scanrack.terminal.trace_options import itself, reading, tell_notes
 from scanrack.traces.compare import compare
 from scanrack.traces.read.arrays import extent
 from scanrack.traces.read.reader import Trace, open_trace
+
 from ..programs.run_job import run_job
 from .compare_job import tell
 from .options import ReplayOptions

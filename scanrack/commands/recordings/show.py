@@ -13,7 +13,6 @@ import typer
 from rich.console import Console
 from rich.measure import Measurement
 from rich.table import Table
-
 from scanrack.io_images.times import seconds_column
 from scanrack.jobs.trust.extracting import attached_files, extract
 from scanrack.terminal.as_json import JsonOption, say_json

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
 from scanrack.io_images.times import parse_time
 from scanrack.jobs.conform.findings import ConformResult
 from scanrack.jobs.conform.moments import Timing

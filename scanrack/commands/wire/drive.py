@@ -8,7 +8,6 @@ from collections.abc import Iterable
 from typing import Annotated, TextIO
 
 import typer
-
 from scanrack.io_images.addresses import allowed
 from scanrack.jobs.drive.requests import RequestError
 from scanrack.jobs.drive.targets import BENCHES, Answer

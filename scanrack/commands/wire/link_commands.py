@@ -12,7 +12,6 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, TextColumn
 from rich.progress import Progress as Bar
-
 from scanrack.jobs.serve.line import socket_address
 from scanrack.runtime.line.clients.link import (
     ANSWER_RANGE_S,

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
 from scanrack.io_images.pcl601 import Code
 from scanrack.io_images.pcl601.errors import CAUSES
 from scanrack.jobs.serve.line import socket_address
@@ -23,6 +22,7 @@ from scanrack.runtime.line.clients.pcl601 import READABLE, Pcl601Client
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.terminal import say
 from scanrack.terminal.trace_options import QuietOption
+
 from .link_commands import (
     TIMEOUT_S,
     LinkPlace,

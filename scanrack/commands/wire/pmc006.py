@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-
 from scanrack.io_images.pmc006.program import UserProgram
 from scanrack.io_images.pmc006.status import Level
 from scanrack.jobs.run.served_units import user_program
@@ -19,6 +18,7 @@ from scanrack.runtime.line.pmc006_frames import LINE_FORMAT
 from scanrack.terminal.status import complain
 from scanrack.terminal.terminal import say
 from scanrack.terminal.trace_options import QuietOption
+
 from .link_commands import (
     TIMEOUT_S,
     LinkPlace,

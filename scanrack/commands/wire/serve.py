@@ -18,7 +18,6 @@ import typer
 from rich.console import Console
 from rich.live import Live
 from rich.table import Table
-
 from scanrack.io_images.drives.models import MODELS
 from scanrack.io_images.enip.io_frames import IO_PORT
 from scanrack.jobs.run.served_units import (
@@ -47,6 +46,7 @@ from scanrack.terminal.terminal import say
 from scanrack.terminal.trace_options import QuietOption, ReplaceOption
 from scanrack.traces.files.keeping import RecordingKeeper, check_recordings
 from scanrack.traces.write.line import LineRecorder, UnitColumns
+
 from .serve_remote import RemoteOptions, serve_remote
 
 LOOKED_EVERY_S = 0.01

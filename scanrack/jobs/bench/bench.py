@@ -23,6 +23,7 @@ from scanrack.runtime.loop.listeners import ScanListener
 from scanrack.runtime.loop.pace import Watchdog
 from scanrack.runtime.loop.rack import Rack, Slots
 from scanrack.runtime.loop.scan import CpuMode, ScanLogic
+
 from ..load.building import build_cpu, build_rack
 from ..load.loading import load_job
 from ..record.program_versions import ProgramVersions, version_of

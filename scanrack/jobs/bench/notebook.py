@@ -9,6 +9,7 @@ from scanrack.io_images.static_html import card, line, rows
 
 if TYPE_CHECKING:
     from scanrack.io_images.module_words import ModuleWords
+
     from .slot import SlotBench
 
 EVENTS = 5

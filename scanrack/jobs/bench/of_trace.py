@@ -13,6 +13,7 @@ from scanrack.traces.read.columns import Columns
 from scanrack.traces.read.reader import Trace
 from scanrack.traces.read.snapshots import snapshots_of
 from scanrack.traces.replay import PackedTrace
+
 from ..load.loading import LoadedRack
 from ..record.order_repeater import orders_of
 from ..record.program_versions import versions_of

@@ -13,6 +13,7 @@ from scanrack.ladder.debug import Debugger
 from scanrack.runtime.loop.listeners import ScanListener
 from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import ScanLogic
+
 from ..load.loading import LoadedRack, load_job
 from ..record.program_versions import ProgramVersions, version_of
 from ..record.recording import recorder_for

@@ -14,8 +14,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
-from typing_extensions import override
-
 from scanrack.io_images.enip.codes import (
     BATCH,
     DONE,
@@ -37,6 +35,8 @@ from scanrack.io_images.enip.frames import COMMAND_MOST, HEAD, items_in
 from scanrack.io_images.enip.paths import Instance, Path, parse_path
 from scanrack.io_images.image import WORDS
 from scanrack.runtime.tag_servers.images import ImagePlace, image_place
+from typing_extensions import override
+
 from .pairing import OPEN_MAX, PairedExchange, Pairing
 
 DEEPEST = 2

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 
 from scanrack.io_images.enip.listing import patched
 from scanrack.io_images.image import WORDS
+
 from .cip_pairing import ImageExchange
 from .pairing import PairedExchange
 from .words import WordScan

@@ -10,6 +10,7 @@ from scanrack.io_images.pmc006.instructions import BY_CODE, Kind
 from scanrack.runtime.line import pcl601_pdus as pdus
 from scanrack.runtime.line.modbus_pdus import number_of
 from scanrack.traces.format.tagplan import Tag
+
 from .pairing import PairedExchange, decoded
 
 Values = dict[str, int]

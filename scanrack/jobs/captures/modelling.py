@@ -20,6 +20,7 @@ from scanrack.runtime.controllers.pcl601.line import Pcl601
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
 from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.line import pcl601_pdus as pdus
+
 from .device_values import SAYS, Values
 from .pairing import PairedExchange
 from .recording import Statement

@@ -8,13 +8,12 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from pymodbus.pdu import ModbusPDU
-from typing_extensions import override
-
 from scanrack.io_images.pmc006 import frame as pmc
 from scanrack.runtime.line.modbus_pdus import EXCEPTION, REQUESTS, mismatch
 from scanrack.runtime.line.pcl601_pdus import ANSWERS
 from scanrack.runtime.line.ports.modbustcp import HEADER, NotModbusError, split_frames
 from scanrack.runtime.line.rtu import LONGEST, Framer, Timing, is_frame
+from typing_extensions import override
 
 OPEN_MAX = 256
 """Requests of a connection that wait for their replies; the oldest one is unanswered then."""

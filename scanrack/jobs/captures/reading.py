@@ -12,6 +12,7 @@ from scanrack.io_images.captures.packets import PCAP_MAGICS, SECTION, Capture, C
 from scanrack.io_images.captures.segments import Segment, segment_in
 from scanrack.io_images.captures.streams import CONNECTIONS_MAX, Streams
 from scanrack.io_images.input_files import open_input
+
 from .cip_pairing import CipPairing
 from .pairing import ModbusTcpPairing, PairedExchange, Pairing, PmcPairing, RtuPairing
 from .textlog import LINE_MAX, TextLog

@@ -11,6 +11,7 @@ from struct import Struct
 from scanrack.traces.format.layout import SlotInfo, block_layout
 from scanrack.traces.format.tagplan import TagPlan, plan_of
 from scanrack.traces.write.recorder import ScanRecorder
+
 from .device_values import ALWAYS, SAYS, Values, tag_of
 from .pairing import PairedExchange
 

@@ -15,7 +15,6 @@ from struct import Struct
 
 from pymodbus.pdu import ModbusPDU
 from pymodbus.pdu.register_message import ReadWriteMultipleRegistersRequest
-
 from scanrack.io_images.image import WORDS
 from scanrack.runtime.line.remote_words import (
     READ_HOLDING,
@@ -25,6 +24,7 @@ from scanrack.runtime.line.remote_words import (
 )
 from scanrack.traces.format.layout import SlotInfo, block_layout
 from scanrack.traces.write.recorder import ScanRecorder
+
 from .pairing import PairedExchange, decoded
 from .recording import RUN_MODE, SCAN_PERIOD_NS
 

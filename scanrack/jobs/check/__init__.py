@@ -14,6 +14,7 @@ check.py           a whole check
 from __future__ import annotations
 
 from scanrack.io_images.renamed import renamed
+
 from .alone import load_any
 from .check import CheckReport, Finding, ProofFinding, Prover, check_rack, check_replacement, refused
 from .facts import FileLine

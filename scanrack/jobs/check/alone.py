@@ -6,6 +6,7 @@ from pathlib import Path
 
 from scanrack.ladder.files.suffixes import STRUCTURED_SUFFIX, SUFFIX
 from scanrack.runtime.config.rackspec import RackSpec
+
 from ..load.loading import LoadedRack, is_export, load_job
 from ..load.program import load_program
 

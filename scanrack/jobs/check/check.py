@@ -12,6 +12,7 @@ from scanrack.ladder import LadderLogic
 from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.python.sequences import Logic
 from scanrack.runtime.config.rackfile import load_rack_file
+
 from ..load.loading import LoadedRack, rack_form
 from ..load.program import Form
 from .facts import Facts, FileLine

@@ -21,6 +21,7 @@ from enum import Enum, auto
 from typing import NamedTuple
 
 from scanrack.io_images.site import Site
+
 from .logic import TRUE, UNKNOWN, Bit, Condition
 from .ranges import ANY, Range
 from .written import FileLine as FileLine

@@ -16,6 +16,7 @@ from scanrack.io_images.drives.models import Model
 from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.text_limits import TextKind
 from scanrack.ladder import LadderLogic
+
 from .facts import Access, Facts, FileLine, Touch
 from .module_kinds import MODE_CONFIG
 from .python.images import Images

@@ -11,6 +11,7 @@ from pathlib import Path
 from scanrack.io_images.amci3601 import CommandLsw
 from scanrack.io_images.image import WORDS, WORDS_MAX, Image
 from scanrack.ladder.files.steps import Step, Steps
+
 from .facts import Command, Facts, FileLine, SentCommand, StepAction
 from .module_kinds import KINDS, MODE_CONFIG, MOVING, OFF_AT_END, SEARCHES, kinds_of
 from .written import WordValue, WordWrite

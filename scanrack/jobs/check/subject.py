@@ -12,6 +12,7 @@ from scanrack.io_images.amci3601.words import Profile, is_stepper
 from scanrack.io_images.image import Image
 from scanrack.runtime.config.rackspec import SlotSpec, profile_in
 from scanrack.runtime.config.tomllines import KeyLines, KeyPath
+
 from ..load.loading import LoadedRack
 from .facts import Access, Command, Facts, FileLine, SentCommand, Variable
 from .words import SentImage, sent_images

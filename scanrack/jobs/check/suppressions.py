@@ -18,6 +18,7 @@ from pathlib import Path
 from scanrack.io_images.input_files import read_input
 from scanrack.io_images.text_limits import LIMITS, TextKind
 from scanrack.ladder import LadderLogic
+
 from ..load.loading import LoadedRack
 from .facts import FileLine
 

@@ -24,6 +24,7 @@ from scanrack.ladder.files.testfile import read_test_file
 from scanrack.ladder.model.errors import BuildError
 from scanrack.runtime.config.rackfile import RackFileError, load_rack_file, parse_toml
 from scanrack.runtime.config.rackspec import RackSpec
+
 from ..load.program import is_python, load_program, split_address
 from ..load.tested import load_test
 from .alone import load_any

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from scanrack.io_images.image import WORDS
+
 from .facts import StepAction
 from .logic import TRUE, AllOf, Condition, never
 from .written import UNKNOWN_WORD, FileLine, Step, WordValue, WordWrite

@@ -11,6 +11,7 @@ from scanrack.io_images.image import Image
 from scanrack.runtime.kinematics import PICO, Motion
 from scanrack.runtime.modules.amci3601.module import Amci3601
 from scanrack.runtime.modules.amci3601.operation import Operation
+
 from .moments import ImageWords, KnownState, SeenImage, Timing, Transmission
 
 GRID_NS = 500_000

@@ -19,6 +19,7 @@ from itertools import takewhile
 from typing import Any
 
 from scanrack.runtime.modules.amci3601.module import Amci3601
+
 from .branch import GRID_NS, MODE_CONFIG, SAMPLE_NS, Branch
 from .moments import ImageWords, KnownState, Moment, SeenImage, Timing, Transmission, Window
 

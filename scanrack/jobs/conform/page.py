@@ -9,6 +9,7 @@ from pathlib import Path
 from scanrack.io_images.amci3601 import RULES
 from scanrack.traces.files.guard import PAGE, Used
 from scanrack.traces.files.newfile import new_file
+
 from .findings import ConformResult, ConformVerdict, SceneVerdict
 from .report import PlayedPlan, counted, difference_lines, factor_sentences, next_steps
 from .rules_apart.scales import either

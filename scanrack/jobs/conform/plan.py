@@ -31,7 +31,6 @@ from pathlib import Path
 from typing import Annotated
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
-
 from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.doors import toml_tables
 from scanrack.io_images.image import Image
@@ -39,6 +38,7 @@ from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.text_limits import TextKind, TextLimitError
 from scanrack.io_images.times import exact_ns
 from scanrack.ladder.files.steps import Step, StepsError, parse_steps
+
 from .moments import Timing
 
 BUILT_IN = ("hour", "quick")

@@ -8,6 +8,7 @@ from typing import Protocol
 from scanrack.io_images.amci3601 import CommandMsw
 from scanrack.io_images.image import Image
 from scanrack.io_images.times import time_text
+
 from .moments import ImageWords, PlayedScene, SeenImage, Transmission, Window
 from .plan import PlannedScene, ScenePlan, SceneStep
 

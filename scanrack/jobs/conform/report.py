@@ -12,6 +12,7 @@ from scanrack.io_images.amci3601 import RULES, status_names
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.text_limits import TextKind
+
 from .findings import UNDECIDED, ConformResult, ConformVerdict, Difference
 from .moments import ImageWords, PlayedScene, Timing, from_rows, to_rows, words_text
 from .plan import BUILT_IN, ScenePlan, load_plan

@@ -19,6 +19,7 @@ from operator import or_
 from scanrack.io_images.amci3601 import RULES, Firmware, StatusMsw
 from scanrack.runtime.modules.amci3601.altered import Alteration, Altered3601
 from scanrack.runtime.modules.amci3601.module import Amci3601
+
 from .findings import UNDECIDED, ConformResult, ConformVerdict, Difference, RuleFinding, SceneVerdict
 from .hypotheses import MOST, Search, search
 from .moments import ImageWords, PlayedScene, SeenImage, Timing, Transmission, words_text

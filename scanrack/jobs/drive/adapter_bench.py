@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
-
 from scanrack.runtime.modules.adapters.module import SimulatedAdapter
+
 from .image_bench import ImageBench
 from .requests import TABLES, Request, Strict, Tables, read
 

@@ -6,11 +6,11 @@ from decimal import Decimal
 from typing import Annotated, Any, Literal
 
 from pydantic import Field
-
 from scanrack.io_images.image import Image
 from scanrack.runtime.loop.module import Module
 from scanrack.runtime.machine import MachineSpec
 from scanrack.runtime.modules.record import ModuleRecord, NamedInputs
+
 from .image_bench import NS_PER_MS, time_ms
 from .requests import Level, Milliseconds, RequestError, Strict, Tables, Word, read
 

@@ -6,12 +6,12 @@ from decimal import Decimal
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
-
 from scanrack.io_images.drives.models import Model
 from scanrack.runtime.line.ports.modbustcp import HEADER, NotModbusError, reply_frame, split_frames
 from scanrack.runtime.machine import Switch
 from scanrack.runtime.modules.drives.drive import DriveUnit
 from scanrack.runtime.modules.drives.registers import DriveRegisters
+
 from .image_bench import NS_PER_MS, time_ms
 from .requests import Milliseconds, RequestError, Steps, Strict, Tables, read
 

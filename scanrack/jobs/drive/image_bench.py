@@ -18,6 +18,7 @@ from scanrack.runtime.loop.events import Event, JsonValue
 from scanrack.runtime.loop.module import Module
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
 from scanrack.runtime.modules.record import ModuleRecord, Trait
+
 from .requests import Encoder, ImageBenchOptions, Request, RequestError, Until
 
 NS_PER_MS = 1_000_000

@@ -9,7 +9,6 @@ from functools import partial
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
-
 from scanrack.io_images.pcl601 import NO_ERROR, Register
 from scanrack.io_images.pcl601.program import parse_program
 from scanrack.io_images.pcl601.terminals import INPUTS, OUTPUT_COUNT
@@ -21,6 +20,7 @@ from scanrack.runtime.controllers.pcl601.program import load
 from scanrack.runtime.controllers.pcl601.wiring import Wiring
 from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.machine.contacts import GROUND, OPEN, Contact
+
 from .requests import Strict
 from .wire_bench import WireBench, WireTarget, pin_state
 

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Annotated, Any
 
 from pydantic import Field, field_validator
-
 from scanrack.io_images.pmc006.frame import FACTORY_ADDRESS
 from scanrack.io_images.pmc006.program import assemble
 from scanrack.runtime.controllers.pmc006.controller import Pmc006Controller
@@ -14,6 +13,7 @@ from scanrack.runtime.controllers.pmc006.line import Pmc006
 from scanrack.runtime.controllers.pmc006.pins import Pin
 from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.machine.contacts import Contact
+
 from .requests import Strict
 from .wire_bench import WireBench, WireTarget, pin_state
 

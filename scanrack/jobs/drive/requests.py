@@ -19,7 +19,6 @@ from pydantic import (
     field_validator,
     model_validator,
 )
-
 from scanrack.io_images.amci3601.words import WORDS_3601, Profile
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS

@@ -10,6 +10,7 @@ from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.io_images.drives.models import MODELS, Model
 from scanrack.runtime.modules.record import ModuleRecord, Trait
 from scanrack.runtime.modules.registry import OWN
+
 from .adapter_bench import AdapterBench
 from .card_bench import CardBench
 from .drive_bench import DriveBench

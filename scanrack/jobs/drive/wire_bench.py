@@ -18,9 +18,9 @@ from decimal import Decimal
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from pydantic import BaseModel, Field, model_validator
-
 from scanrack.runtime.line.wire import ControllerDevice, LineFormat, SerialBus
 from scanrack.runtime.loop.events import JsonValue
+
 from .image_bench import NS_PER_MS, time_ms
 from .requests import Milliseconds, RequestError, Strict, Tables, read
 

@@ -19,6 +19,7 @@ from scanrack.ladder.state.memory import Value
 from scanrack.rockwell.l5x import L5xImport
 from scanrack.rockwell.slc import SlcImport
 from scanrack.runtime.loop.faults import CpuFault
+
 from ..bench.bench import Bench
 from ..bench.opening import bench_of
 from ..imports.export_slots import ExportSlot

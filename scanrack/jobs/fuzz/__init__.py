@@ -17,6 +17,7 @@ and the rack is built again; what breaks an invariant is made small by `shrink`.
 """
 
 from scanrack.io_images.renamed import renamed
+
 from .invariants.goals import maximize, sometimes
 from .invariants.invariants import Invariant, InvariantError, always, eventually, load_invariants, never
 from .invariants.scan_view import SlotSnapshot, Snapshot

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from hypothesis import strategies as st
-
 from scanrack.runtime.config.rackspec import RackSpec
+
 from .aim.draws import Draws
 from .scenarios.kinds import Kind
 from .scenarios.scenario import Scenario

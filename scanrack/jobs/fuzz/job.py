@@ -24,6 +24,7 @@ from scanrack.runtime.machine.spec import input_name
 from scanrack.traces.plot import Mark, save_page
 from scanrack.traces.read.reader import open_trace
 from scanrack.traces.replay import PackedTrace
+
 from ..load.claims import has_claims, with_monitors
 from ..load.loading import LoadedRack, load_job
 from ..load.program import load_program

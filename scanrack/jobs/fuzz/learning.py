@@ -14,6 +14,7 @@ from scanrack.runtime.machine import MachineSpec
 from scanrack.traces.files.portable import relative
 from scanrack.traces.read.reader import open_trace
 from scanrack.traces.replay import PackedTrace
+
 from ..record.order_repeater import is_session, orders_of
 from ..replay.input_levels import recorded_levels
 from ..replay.replaying import recorded_stimuli

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from scanrack.io_images.times import seconds
+
 from .explain.futures import PointOfNoReturn
 from .folder_lock import write_text
 from .scenarios.words import told

@@ -10,8 +10,6 @@ from io import TextIOBase
 from pathlib import Path
 from typing import Any
 
-from typing_extensions import override
-
 from scanrack.io_images.amci3601.words import profile_of
 from scanrack.io_images.times import seconds
 from scanrack.ladder import Engine
@@ -25,6 +23,8 @@ from scanrack.runtime.loop.listeners import QuietListener, ScanListener
 from scanrack.runtime.loop.pace import wall_ns
 from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import ScanLogic
+from typing_extensions import override
+
 from ..load.building import build_cpu, build_rack
 from ..record.logic_wrapper import LogicWrapper, unwrapped
 from ..record.order_repeater import OrderRepeater

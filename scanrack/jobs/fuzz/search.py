@@ -17,6 +17,7 @@ from random import Random
 from typing import Any
 
 from scanrack.runtime.loop.pace import wall_ns
+
 from .aim.chooser import Chooser
 from .aim.corpus import Corpus
 from .aim.draws import Draws

@@ -24,6 +24,7 @@ from typing import Any
 from scanrack.io_images.amci3601.bits import InputBit
 from scanrack.io_images.amci3601.firmware import KNOWN
 from scanrack.runtime.loop.incidents import InjectedFault
+
 from .run import BrokenInvariant
 from .scenarios.parts import Lasting, Part, Timed, parts_of, scenario_of
 from .scenarios.scenario import LostSteps, Press, Scenario, Signal, SwitchOffset, Turn

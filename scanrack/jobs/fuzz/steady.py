@@ -25,6 +25,7 @@ from typing import Any
 
 from scanrack.runtime.loop.faults import is_the_users
 from scanrack.runtime.loop.scan import ScanLogic
+
 from ..record.logic_wrapper import LogicWrapper, unwrapped
 from .run import TrialBench
 

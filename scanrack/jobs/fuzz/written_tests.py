@@ -16,6 +16,7 @@ from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.text_limits import TextKind
 from scanrack.traces.files.guard import OwnedError
 from scanrack.traces.files.portable import relative
+
 from ..load.loading import LoadedRack, load_job
 from .explain.coverage import places_in
 from .folder_lock import write_text

@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from scanrack.io_images.cards import KINDS
 from scanrack.runtime.modules.record import Trait
 from scanrack.runtime.modules.registry import OWN
+
 from .toml_text import comment, text
 
 STEPPER = "amci3601"

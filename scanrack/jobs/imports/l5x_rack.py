@@ -18,6 +18,7 @@ from scanrack.rockwell.l5x.modules import GENERIC, prefix_of, slot_of
 from scanrack.rockwell.l5x.report import Refusal
 from scanrack.rockwell.l5x.xml.records import ModuleRecord
 from scanrack.runtime.config.rackspec import DECLARE, EMPTY, MISSING_TAGS, REFUSED
+
 from .export_slots import STEPPER, ExportSlot, simulated, slot_tables, with_steppers
 from .export_start import DOWNLOADED, ExportStart
 from .toml_text import comment, key, text

@@ -10,6 +10,7 @@ from scanrack.rockwell.l5x.report import Report
 from scanrack.rockwell.slc import SlcImport
 from scanrack.rockwell.slc.records import SlotRecord
 from scanrack.runtime.config.rackspec import EMPTY, REFUSED
+
 from .export_slots import STEPPER, ExportSlot, simulated, slot_tables, with_steppers
 from .toml_text import comment, text
 

@@ -6,6 +6,7 @@ from scanrack.ladder import LadderLogic
 from scanrack.ladder.prove.claims import Claim, ClaimKind, claims_in
 from scanrack.ladder.prove.monitors import MonitoredProgram, monitored, never_routines
 from scanrack.runtime.config.rackspec import RackSpec
+
 from .loading import LoadedRack
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from scanrack.io_images.text_limits import TextLimitError
 from scanrack.ladder.model.errors import LadderError
+
 from ..imports.export_start import DOWNLOADED, ExportStart
 from .program import EXPORT_SUFFIXES, SLC_SUFFIXES, ProgramError
 
@@ -53,6 +54,7 @@ def rack_of_export(
 
 def _l5x_text(program: Path, imported: Any, export: ExportStart) -> str:
     from scanrack.rockwell.l5x import import_l5x  # lxml takes time to import
+
     from ..imports.l5x_rack import rack_of
 
     found = imported or import_l5x(program, trial=True, memory_mib=export.memory_mib)
@@ -63,6 +65,7 @@ def _l5x_text(program: Path, imported: Any, export: ExportStart) -> str:
 
 def _slc_text(program: Path, imported: Any) -> str:
     from scanrack.rockwell.slc import import_slc
+
     from ..imports.slc_rack import rack_of_slc
 
     return rack_of_slc(imported or import_slc(program, trial=True), program)

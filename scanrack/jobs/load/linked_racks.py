@@ -23,6 +23,7 @@ from scanrack.runtime.config.stub_tables import StubTable
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.faults import CpuFault
 from scanrack.runtime.loop.scan import CpuMode, ScanLogic
+
 from .building import build_cpu, build_rack
 from .rungs import is_rungs
 

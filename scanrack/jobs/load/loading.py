@@ -12,7 +12,6 @@ from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
-
 from scanrack.io_images.times import DEFAULT_RUN, parse_duration
 from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.stubs import Stub, Stubs
@@ -20,6 +19,7 @@ from scanrack.runtime.config.rackfile import RackFile, RackFileError, explained,
 from scanrack.runtime.config.rackspec import MISSING_TAGS, REFUSED, STUB_SETTINGS, RackSpec, profile_in
 from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.files.portable import no_device
+
 from ..imports.export_start import DOWNLOADED, ExportStart
 from .exports import rack_of_export
 from .linked_racks import RackGroup, stub_of_table

@@ -31,6 +31,7 @@ from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.model.stubs import NO_STUBS, InPython, Stub, Stubs, check_stubbed, parse_stub
 from scanrack.ladder.python.sequences.logic import Logic
 from scanrack.runtime.modules import record as module_records
+
 from ..imports.export_start import DOWNLOADED, ExportStart
 from .modules_beside import find_beside, shadowed
 from .rungs import is_rungs

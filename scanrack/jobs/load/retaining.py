@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from scanrack.ladder.model.errors import LadderError
+
 from .loading import LoadedRack
 from .rungs import is_rungs
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 from scanrack.ladder.files.testfile import TestFile, with_test
 from scanrack.ladder.model.errors import LadderError
+
 from .loading import LoadedRack, load_rack
 from .rungs import is_rungs
 

@@ -15,6 +15,7 @@ from scanrack.rockwell.l5x.report import Report
 from scanrack.rockwell.l5x.trial import SCANS, run_trial
 from scanrack.rockwell.slc import import_slc
 from scanrack.rockwell.slc.trial import run_trial as run_slc_trial
+
 from .program import SLC_SUFFIXES
 
 if TYPE_CHECKING:

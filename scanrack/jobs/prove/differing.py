@@ -19,6 +19,7 @@ from scanrack.ladder.prove.monitors import Key
 from scanrack.ladder.prove.relation.stored import MOST_OPEN
 from scanrack.ladder.prove.system import ScanBounds
 from scanrack.ladder.prove.system.happenings import LEFT_OUT
+
 from ..check.alone import load_any
 from ..load.loading import LoadedRack
 from .on_rack import OnRack, difference_on_rack

@@ -24,6 +24,7 @@ from scanrack.ladder.state.lowered import LoweredProgram
 from scanrack.runtime.live.operator_actions import AppliedAction
 from scanrack.runtime.loop.faults import CpuFault
 from scanrack.runtime.loop.listeners import QuietListener
+
 from ..load.loading import LoadedRack
 from ..run.running import JobRun, RunOptions
 from .scenario import RackScenario, on_scans_of

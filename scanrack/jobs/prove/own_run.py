@@ -10,7 +10,6 @@ from contextlib import ExitStack, suppress
 from dataclasses import replace
 
 import numpy as np
-
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.model.tags import Leaf
 from scanrack.ladder.prove.algebra.batch import Array, BatchEvaluator, dtype_of
@@ -19,6 +18,7 @@ from scanrack.ladder.prove.system import CLOCK, DT, FIRST_SCAN
 from scanrack.ladder.run.engine import Engine
 from scanrack.runtime.loop.faults import CpuFault
 from scanrack.runtime.loop.listeners import QuietListener
+
 from ..run.running import JobRun, RunOptions
 from .subject import ProofSubject
 

@@ -16,6 +16,7 @@ from scanrack.ladder.prove.monitors import WatchedClaim
 from scanrack.ladder.prove.replaying import ScanOf
 from scanrack.traces.files.guard import PAGE, Used
 from scanrack.traces.files.newfile import new_file
+
 from .differing import EditedSubject
 from .differing import lines_of as lines_of_edit
 from .proving import Questions, Result

@@ -8,6 +8,7 @@ from typing import Any
 from scanrack.io_images.times import time_text
 from scanrack.ladder.prove.answers import ScenarioStep
 from scanrack.ladder.prove.induction import VerdictKind
+
 from .checking import Opinion
 from .proving import FoundAnswer, Questions, Result
 from .scenario import told

@@ -22,6 +22,7 @@ from scanrack.ladder.prove.monitors import Key
 from scanrack.ladder.prove.replaying import ScanOf
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live.actions import Action, Force, Mode, Write
+
 from ..fuzz.scenarios.scenario import OperatorAction, Scenario
 
 

@@ -12,6 +12,7 @@ from scanrack.ladder.prove.contracts import KeptBy
 from scanrack.ladder.prove.monitors import MonitoredProgram
 from scanrack.ladder.prove.system import Contract, Happenings, ProgramSystem, ScanBounds
 from scanrack.runtime.modules.record import Trait
+
 from ..check.alone import load_any
 from ..load.claims import with_monitors
 from ..load.loading import LoadedRack

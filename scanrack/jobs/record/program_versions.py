@@ -21,6 +21,7 @@ from scanrack.runtime.live.operator_actions import AppliedAction
 from scanrack.traces.format.topics import ORDERS
 from scanrack.traces.read.reader import Trace
 from scanrack.traces.write.recorder import Attachment
+
 from ..load.loading import LoadedRack, load_job
 from ..load.retaining import retaining
 from ..trust.attachments import (

@@ -12,6 +12,7 @@ from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.write.recorder import ScanRecorder
 from scanrack.traces.write.snapshots import SnapshotLog
+
 from ..load.loading import LoadedRack
 from ..load.rungs import is_rungs
 from ..trust.attachments import attachment, files_beside, made_by, program_name, retained_tags

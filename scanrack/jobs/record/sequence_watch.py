@@ -18,6 +18,7 @@ from scanrack.runtime.loop.listeners import ScanListener
 from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.format.topics import SEQUENCES
 from scanrack.traces.read.sequence_steps import Step
+
 from .logic_wrapper import unwrapped
 
 

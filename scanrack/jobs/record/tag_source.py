@@ -25,6 +25,7 @@ from scanrack.ladder.model.errors import LadderError
 from scanrack.ladder.run.engine import Engine
 from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.format.tagplan import LAST_CODE, Tag, TagPlan, plan_of
+
 from .tag_names import named_values, namespace_of
 
 Pending = list[tuple[str, Mapping[str, str | int]]]

@@ -14,11 +14,11 @@ from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
-
 from scanrack.io_images.amci3601 import ALL_INPUTS, InputBit
 from scanrack.io_images.memory_layout import ImagePlaces
 from scanrack.traces.replay import PackedTrace
 from scanrack.traces.signals.decode import in_command_mode
+
 from ..run.playback import Stimulus
 
 

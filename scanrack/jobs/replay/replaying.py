@@ -17,6 +17,7 @@ from scanrack.runtime.loop.scan import CpuMode, ScanLogic
 from scanrack.traces.compare import Tolerance
 from scanrack.traces.read.reader import TraceEvent
 from scanrack.traces.replay import Follower, Image, PackedTrace
+
 from ..load.building import build_rack, round_trip_ms
 from ..record.link_losses import link_changes
 from ..record.order_repeater import is_edit

@@ -9,6 +9,7 @@ from scanrack.io_images.image import Image
 from scanrack.runtime.loop.module import Module
 from scanrack.runtime.modules.amci3601.module import Amci3601
 from scanrack.traces.replay import PackedTrace
+
 from .resumed import ResumedModule, Words, configuration_in, words_of
 
 

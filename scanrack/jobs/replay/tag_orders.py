@@ -20,6 +20,7 @@ from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import ScanFlag, ScanLogic
 from scanrack.traces.format.topics import ORDERS
 from scanrack.traces.read.reader import TraceEvent
+
 from ..record.logic_wrapper import unwrapped
 from ..record.order_repeater import OrderRepeater, is_edit, orders_of
 from ..run.playback import ReplayPlan

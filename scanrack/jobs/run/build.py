@@ -12,6 +12,7 @@ from scanrack.runtime.loop.listeners import ScanListener
 from scanrack.runtime.loop.pace import Watchdog
 from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import ScanLogic
+
 from ..load.building import exchange_of
 
 if TYPE_CHECKING:  # a run repeats no recording

@@ -18,6 +18,7 @@ from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import AttachedLogic, ScanLogic
 from scanrack.traces.format.topics import ORDERS
 from scanrack.traces.write.recorder import ScanRecorder
+
 from ..load.loading import LoadedRack
 from ..load.rungs import is_rungs
 from ..record.sequence_watch import WatchesSequences, sequences_in
@@ -26,6 +27,7 @@ if TYPE_CHECKING:  # most runs are neither operated nor edited
     from scanrack.ladder.debug import Debugger
     from scanrack.runtime.live.actions import Edit
     from scanrack.runtime.live.operator_actions import OperatorActions, WritableTags
+
     from ..record.program_versions import ProgramVersions
 
 NO_TAGS: Mapping[str, list[str]] = MappingProxyType({"new": [], "changed": [], "dropped": []})
@@ -254,6 +256,7 @@ class RecordsEdits:
     def event(self, scan: int, now_ns: int, topic: str, fields: Mapping[str, JsonValue]) -> None:
         """Record an event."""
         from scanrack.runtime.live.actions import NAMES, Edit
+
         from ..record.order_repeater import is_edit_with_files
 
         is_order = topic == ORDERS.name and fields["name"] == NAMES[Edit]

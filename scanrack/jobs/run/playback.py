@@ -25,6 +25,7 @@ from scanrack.runtime.loop.phases import IDLE_PHASES
 from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, LogicScan, ScanFlag, ScanLogic
 from scanrack.runtime.machine import MachineSpec, TimelineEntry
+
 from ..record.link_losses import LinkChange
 
 

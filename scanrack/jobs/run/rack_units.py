@@ -9,6 +9,7 @@ from scanrack.runtime.controllers.pcl601.line import Pcl601
 from scanrack.runtime.line.ports import BusSegment
 from scanrack.runtime.loop.listeners import QuietListener
 from scanrack.traces.write.line import LineRecorder, UnitColumns
+
 from ..trust.owned import line_path
 from .served_units import pcl601_values
 

@@ -12,6 +12,7 @@ from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.loop.listeners import QuietListener
 from scanrack.runtime.loop.rack import Rack
 from scanrack.traces.read.event_text import OF_ADAPTERS, describe
+
 from ..load.loading import LoadedRack, load_rack, scans_to_run
 from .build import check_ports
 from .running import JobRun, RunOptions

@@ -12,6 +12,7 @@ from scanrack.io_images.text_limits import LIMITS, TextKind
 from scanrack.traces.files.guard import TAGS, check_output
 from scanrack.traces.files.locking import beside, held
 from scanrack.traces.files.newfile import naming, new_file
+
 from ..load.loading import LoadedRack
 from ..load.retaining import retaining
 from ..load.rungs import is_rungs

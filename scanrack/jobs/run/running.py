@@ -19,6 +19,7 @@ from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.listeners import ScanListener
 from scanrack.runtime.loop.pace import FreeRun, Pacer
 from scanrack.traces.write.recorder import ScanRecorder
+
 from ..load.building import build_cpu, build_rack
 from ..load.loading import LoadedRack
 from ..record.recording import recorder_for
@@ -31,6 +32,7 @@ if TYPE_CHECKING:  # imported late: the controllers of units take time to import
     from scanrack.runtime.controllers.pcl601.line import Pcl601
     from scanrack.runtime.live.actions import Force
     from scanrack.runtime.live.operator_actions import OperatorActions
+
     from ..record.order_repeater import OrderRepeater, RecordedOrder
     from ..record.program_versions import ProgramVersions
     from .rack_units import UnitsBeside

@@ -20,6 +20,7 @@ from scanrack.io_images.doors import json_value
 from scanrack.io_images.text_limits import shortened
 from scanrack.runtime.line.ports.textlines import EndOfTalkError, TextLinePort
 from scanrack.runtime.loop.pace import Clock
+
 from .line import LOOPBACK, LineService, wire
 
 KEY_BYTES = 16

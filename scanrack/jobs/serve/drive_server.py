@@ -7,8 +7,6 @@ import socket
 from collections.abc import Callable
 from contextlib import suppress
 
-from typing_extensions import override
-
 from scanrack.io_images.enip.codes import LIST_IDENTITY
 from scanrack.io_images.enip.frames import HEAD
 from scanrack.runtime.line.ports import LineListener, ModbusTcpPort, PortError, Server
@@ -18,6 +16,7 @@ from scanrack.runtime.loop.pace import Clock, wall_ns
 from scanrack.runtime.tag_servers.drive_adapter import DriveAdapter, DriveSession
 from scanrack.runtime.tag_servers.session import Frame
 from scanrack.runtime.tag_servers.tag_snapshot import BrokenClientError, Instant
+from typing_extensions import override
 
 NS_PER_S = 1_000_000_000
 DATAGRAM = 2048

@@ -12,8 +12,6 @@ from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 
-from typing_extensions import override
-
 from scanrack.io_images.drives.configuration import broken_rules
 from scanrack.io_images.drives.models import MODELS, Model
 from scanrack.runtime.config.rackspec import SlotSpec
@@ -26,6 +24,8 @@ from scanrack.runtime.modules.drives.nonvolatile import DriveMemory
 from scanrack.runtime.modules.drives.options import options_of
 from scanrack.runtime.modules.drives.registers import DriveRegisters
 from scanrack.runtime.tag_servers.drive_adapter import DriveAdapter
+from typing_extensions import override
+
 from ..run.served_units import ServedUnit
 from .drive_server import DriveServer, EnipPort, LineTap
 from .line import LineService, PortChoice, socket_address

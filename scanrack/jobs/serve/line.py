@@ -6,8 +6,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from typing_extensions import override
-
 from scanrack.io_images.pcl601 import Code
 from scanrack.io_images.times import exact_ns
 from scanrack.runtime.line.faulty import FaultInjector
@@ -30,6 +28,8 @@ from scanrack.runtime.line.ports import (
 from scanrack.runtime.line.timed import TimedLine
 from scanrack.runtime.line.wire import Device
 from scanrack.runtime.loop.pace import Clock
+from typing_extensions import override
+
 from ..run.served_units import NO_PROGRAM, ServedUnit, Unit
 
 LOOPBACK = "127.0.0.1"

@@ -12,8 +12,6 @@ from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from typing_extensions import override
-
 from scanrack.io_images.amci3601 import ALL_INPUTS, Configuration, InputBit
 from scanrack.io_images.site import SettingError
 from scanrack.runtime.config.rackfile import load_rack_file
@@ -26,6 +24,8 @@ from scanrack.runtime.modules.adapters.pcl601.options import Pcl601Options
 from scanrack.runtime.modules.adapters.pcl601.simulated import SimulatedPcl601
 from scanrack.runtime.modules.adapters.plant import Plant
 from scanrack.runtime.modules.adapters.pmc006.simulated import SimulatedPmc006
+from typing_extensions import override
+
 from ..run.served_units import Unit
 
 BARE = Pcl601Options(registration="polled")

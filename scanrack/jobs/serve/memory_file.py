@@ -15,7 +15,6 @@ from types import TracebackType
 from typing import Annotated, Any, Generic, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
-
 from scanrack.io_images.doors import json_value
 from scanrack.io_images.drives.models import MODELS
 from scanrack.io_images.input_files import read_input_text
@@ -29,6 +28,7 @@ from scanrack.runtime.modules.drives.nonvolatile import DriveMemory
 from scanrack.traces.files.guard import MEMORY, Used, check_output
 from scanrack.traces.files.locking import beside, held
 from scanrack.traces.files.newfile import naming, new_file
+
 from ..run.served_units import Unit
 
 FORMAT = "scanrack memory 1"

@@ -15,8 +15,6 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from typing_extensions import override
-
 from scanrack.io_images.module_words import ModuleWords
 from scanrack.io_images.times import exact_ns
 from scanrack.runtime.line.ports import ModbusTcpPort
@@ -26,6 +24,8 @@ from scanrack.runtime.loop.events import Event
 from scanrack.runtime.loop.listeners import QuietListener
 from scanrack.runtime.loop.pace import RealTime
 from scanrack.runtime.loop.scan import CpuMode, LogicScan
+from typing_extensions import override
+
 from ..load.loading import LoadedRack, load_rack
 
 CATALOG = "amci3601"

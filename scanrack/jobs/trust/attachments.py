@@ -30,6 +30,7 @@ from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.traces.files.portable import relative
 from scanrack.traces.format.snapshots import SNAPSHOTS
 from scanrack.traces.write.recorder import Attachment
+
 from ..load.loading import LoadedRack, load_job, load_spec, rack_form
 from ..load.panels import panel_name
 from ..load.program import Form

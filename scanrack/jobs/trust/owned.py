@@ -6,6 +6,7 @@ from pathlib import Path
 
 from scanrack.traces.files.guard import NOTHING, Used
 from scanrack.traces.files.keeping import RecordingKeeper, check_recordings
+
 from ..load.loading import LoadedRack
 from .attachments import files_beside
 

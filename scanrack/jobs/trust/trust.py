@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 from scanrack.runtime.config.rackfile import RackFileError, parse_rack_file
 from scanrack.runtime.config.rackspec import RackSpec
+
 from ..load.loading import rack_form, racks_beside, stub_files
 from ..load.panels import panel_name
 from ..load.program import Form, program_form, split_address

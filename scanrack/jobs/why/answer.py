@@ -19,6 +19,7 @@ from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.image_text import module_text
 from scanrack.traces.read.number_formats import NumberFormats
 from scanrack.traces.replay import PackedTrace
+
 from .chain import Bits, RackChain, shows_input
 from .chains.program import ProgramChain
 from .chains.waiting import of_axis

@@ -22,6 +22,7 @@ from scanrack.runtime.loop.scan import MODE_MASK, CpuMode
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.reader import TraceEvent
 from scanrack.traces.replay import PackedTrace
+
 from ..load.loading import LoadedRack
 from .chains.axis_blocks import AxisBlocks
 from .chains.partners import chain_of_partner

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from scanrack.io_images.module_words import CONFIGURES, BitPlace
 from scanrack.traces.read.number_formats import NumberFormats
+
 from .past import SlotPast, event_text
 
 MOVES = frozenset(

@@ -12,7 +12,6 @@ from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
-
 from scanrack.ladder.debug import Debugger
 from scanrack.ladder.debug.journal import RecordedPast
 from scanrack.ladder.debug.replay import NO_FORCES, input_leaves
@@ -24,6 +23,7 @@ from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag
 from scanrack.traces.read.columns import Columns
 from scanrack.traces.read.packed import CHUNK_SCANS, memory_blocks
 from scanrack.traces.replay import PackedTrace
+
 from ..record.link_losses import link_changes
 from ..record.order_repeater import is_edit
 

@@ -11,6 +11,7 @@ from scanrack.runtime.loop.listeners import QuietListener
 from scanrack.runtime.loop.pace import Watchdog
 from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.replay import PackedTrace
+
 from ..replay.replaying import recorded_rack, score_of
 from ..replay.tag_orders import TagOrders
 from ..run.build import build_playback

@@ -15,6 +15,7 @@ from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.reader import TraceEvent
 from scanrack.traces.replay import PackedTrace
+
 from ..record.link_losses import link_changes
 from ..replay.replaying import image_forces
 from ..replay.tag_orders import forced_in

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-
 from scanrack.io_images.times import seconds
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.event_text import describe
@@ -15,6 +14,7 @@ from scanrack.traces.read.packed import CHUNK_SCANS
 from scanrack.traces.read.reader import TraceEvent
 from scanrack.traces.read.sequence_steps import Step, steps_of
 from scanrack.traces.replay import PackedTrace
+
 from ..replay.replaying import image_forces
 from ..replay.tag_orders import Forced, forced_in
 

@@ -16,6 +16,7 @@ from pathlib import Path
 from scanrack.io_images.module_words import CONFIGURES
 from scanrack.traces.format.layout import SlotInfo
 from scanrack.traces.read.image_text import in_thousands
+
 from .source.conditions import source_line
 from .source.lines import Line
 from .source.senders import Sender

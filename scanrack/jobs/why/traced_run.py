@@ -25,6 +25,7 @@ from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.rack import Slot
 from scanrack.runtime.loop.scan import LogicScan, ScanLogic
 from scanrack.traces.replay import PackedTrace
+
 from ..record.logic_wrapper import LogicWrapper
 from ..replay.replaying import score_of
 from ..replay.tag_orders import TagOrders

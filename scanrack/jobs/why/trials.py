@@ -29,6 +29,7 @@ from scanrack.runtime.loop.rack import Slot
 from scanrack.runtime.loop.scan import LogicScan, ScanLogic
 from scanrack.traces.read.packed import PackedScans
 from scanrack.traces.replay import PackedTrace
+
 from ..record.logic_wrapper import LogicWrapper
 from .chain import Bits
 from .input_replay import InputReplay

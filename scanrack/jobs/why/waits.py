@@ -29,6 +29,7 @@ from scanrack.io_images.amci3601 import (
 from scanrack.io_images.amci3601.words import Profile, may_be_stepper, profile_of
 from scanrack.io_images.thousands import join_reported
 from scanrack.io_images.times import seconds
+
 from ..record.link_losses import link_changes
 from .drive_waits import drive_waits
 from .past import SlotPast, event_text

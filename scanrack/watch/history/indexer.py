@@ -18,6 +18,7 @@ from scanrack.runtime.live.actions import ALL, Action
 from scanrack.runtime.live.ring import Rows
 from scanrack.runtime.loop.rack import Card, Rack
 from scanrack.runtime.loop.scan import LogicScan
+
 from .event_log import LAST_SCAN
 from .program_replica import Row, scans_in
 from .recorded_events import RecordedEvents

@@ -21,6 +21,7 @@ from typing import Any
 from scanrack.io_images.addresses import Address
 from scanrack.io_images.memory_layout import NO_MEMORY, MemoryLayout
 from scanrack.ladder.state.memory import same
+
 from .catalog import shown_value, value_of
 from .program_replica import ProgramReplica
 from .strip import values_at

@@ -21,8 +21,6 @@ from weakref import finalize
 
 import numpy as np
 import zstandard
-from typing_extensions import override
-
 from scanrack.io_images.memory_layout import MemoryLayout
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug.executed import TracedEngine
@@ -33,6 +31,8 @@ from scanrack.ladder.state.snapshots import restore, snapshot
 from scanrack.runtime.live.ring import Rows
 from scanrack.runtime.loop.phases import IDLE_PHASES
 from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag
+from typing_extensions import override
+
 from .recent import RecentRows
 from .timeline import Timeline
 from .watched_program import Inputs, Values

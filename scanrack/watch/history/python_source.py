@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from scanrack.runtime.loop.faults import Fault
+
 from .catalog import Json, PageRoutine
 
 Span = tuple[int, int, str]

@@ -17,6 +17,7 @@ from scanrack.runtime.loop.faults import Fault
 from scanrack.traces.format.topics import ORDERS
 from scanrack.traces.read.number_formats import NumberFormats
 from scanrack.traces.read.reader import Trace, TraceEvent
+
 from .event_log import FIRST, FORCES, LAST_SCAN, EventLog
 
 Json = dict[str, Any]

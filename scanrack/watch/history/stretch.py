@@ -24,6 +24,7 @@ from scanrack.ladder.python.online.fields import Fields
 from scanrack.ladder.python.sequences import Logic
 from scanrack.runtime.loop.faults import Fault
 from scanrack.runtime.loop.scan import ScanLogic
+
 from .catalog import Catalog
 from .event_log import LAST_SCAN
 from .lanes import TagLanes, ValueHistory

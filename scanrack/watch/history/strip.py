@@ -20,7 +20,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-
 from scanrack.io_images.addresses import Address
 from scanrack.io_images.memory_layout import MemoryLayout, memory_layout
 from scanrack.io_images.module_words import ModuleWords, Quantity

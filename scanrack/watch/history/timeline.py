@@ -13,13 +13,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
 from scanrack.runtime.live.ring import Row, Rows
 from scanrack.traces.format.records import TraceError
 from scanrack.traces.format.tagplan import TagField
 from scanrack.traces.read.arrays import extent, read_columns
 from scanrack.traces.read.columns import Columns, Selection
 from scanrack.traces.read.reader import Trace, open_trace
+
 from .recent import RecentRows
 
 WINDOWS = 4

@@ -15,6 +15,7 @@ from scanrack.traces.format.layout import SlotInfo, block_layout
 from scanrack.traces.read.packed import PackedScans
 from scanrack.traces.read.reader import TraceEvent
 from scanrack.traces.replay import PackedTrace
+
 from ..history.timeline import columns_of
 from .monitor import BACK, Json, Monitor
 

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-
 from scanrack.io_images.memory_layout import ImagePlaces
 from scanrack.traces.format.records import TraceError
+
 from ..history.catalog import NOTHING_SHOWN
 from .asked import Said, strip_in
 from .monitor import Json, Monitor

@@ -13,6 +13,7 @@ from scanrack.ladder.lowering.rebase import moved
 from scanrack.ladder.model.spec import Use
 from scanrack.ladder.model.tags import scoped
 from scanrack.runtime.live.actions import Online, action_of
+
 from ..history.catalog import COLUMNS, Catalog
 from ..history.program_file import declares_tags, read_edit, why_not
 from ..history.stretch import Stretch

@@ -24,6 +24,7 @@ from scanrack.ladder.run.edit import carry_over
 from scanrack.ladder.state.memory import Memory, same
 from scanrack.ladder.state.snapshots import restore, snapshot
 from scanrack.ladder.state.tag_bytes import TagBytes
+
 from ..history.program_file import read_edit, rewrite
 from ..history.program_replica import ProgramReplica, SnapshotStore
 from ..history.recent import RecentRows

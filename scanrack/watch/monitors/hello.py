@@ -12,6 +12,7 @@ from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.loop.incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind
 from scanrack.runtime.machine.spec import INPUT_NAMES, MachineSpec, input_name
 from scanrack.runtime.modules.record import Trait
+
 from .picture import said_values
 
 Json = dict[str, Any]

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live.ring import Row
+
 from ..history.catalog import NOTHING_SHOWN, shown_value, value_of
 from ..history.event_log import States
 from ..history.lanes import ValueHistory

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 from scanrack.runtime.live.ring import Row
 from scanrack.runtime.loop.pace import wall_ns
+
 from ..history.catalog import NOTHING_SHOWN, PageRoutine
 from ..history.stretch import Stretch
 

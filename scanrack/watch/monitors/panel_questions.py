@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 from scanrack.runtime.live.actions import ACTIONS, action_of
 from scanrack.runtime.loop.pace import wall_ns
+
 from ..panels.kept_panel import drafted
 from .asked import Said
 from .monitor import Json, Monitor

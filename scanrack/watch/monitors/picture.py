@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.io_images.memory_layout import MemoryLayout, memory_layout
 from scanrack.io_images.module_words import INPUT, ModuleWords, Quantity
@@ -16,6 +15,7 @@ from scanrack.runtime.live.ring import Row, Rows
 from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, mode_name
 from scanrack.runtime.machine.spec import INPUT_NAMES
 from scanrack.traces.read.number_formats import NumberFormats
+
 from ..history.watched_machines import PER_SLOT
 
 Json = dict[str, Any]

@@ -12,6 +12,7 @@ from typing import IO, Any
 from scanrack.jobs.trust.launcher import Helper, launch
 from scanrack.runtime.loop.pace import wall_ns
 from scanrack.traces.read.columns import Columns
+
 from .page import Page
 from .stretched import ReplayPackage
 

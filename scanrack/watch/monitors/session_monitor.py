@@ -10,8 +10,6 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from typing_extensions import override
-
 from scanrack.jobs.load.loading import LoadedRack, load_job
 from scanrack.jobs.record.program_versions import folders_of, forget
 from scanrack.jobs.trust.attachments import load_files
@@ -20,6 +18,8 @@ from scanrack.runtime.live.ring import Ring, RingShape, Rows
 from scanrack.runtime.live.session import GIVEN
 from scanrack.runtime.loop.pace import wall_ns
 from scanrack.runtime.loop.scan import ScanFlag
+from typing_extensions import override
+
 from ..history.event_log import EventLog
 from ..history.indexer import SLICE, Indexer, indexable
 from ..history.recorded_events import RecordedEvents

@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-
 from scanrack.io_images.addresses import Address
 from scanrack.ladder.state.memory import same
+
 from ..history.catalog import shown_value, value_of
 from ..history.program_replica import ProgramReplica
 from ..history.strip import values_at

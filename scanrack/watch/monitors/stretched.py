@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from scanrack.io_images.memory_layout import MemoryLayout
 from scanrack.ladder.debug.forces import Forces
 from scanrack.runtime.live.ring import Rows
+
 from ..history.watched_program import Inputs
 
 

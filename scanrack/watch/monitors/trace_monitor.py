@@ -6,8 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from typing_extensions import override
-
 from scanrack.jobs.load.panels import panel_name
 from scanrack.jobs.trust.trust import address_name
 from scanrack.ladder import LadderLogic
@@ -17,6 +15,8 @@ from scanrack.runtime.live.ring import row_type
 from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.runtime.modules.record import Trait
 from scanrack.traces.read.reader import Trace
+from typing_extensions import override
+
 from ..history.event_log import LAST_SCAN
 from ..history.indexer import SLICE, Indexer, indexable
 from ..history.recorded_events import RecordedEvents

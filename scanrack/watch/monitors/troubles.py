@@ -10,7 +10,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-
 from scanrack.io_images.memory_layout import memory_layout
 from scanrack.io_images.module_words import BitPlace, ModuleWords
 from scanrack.runtime.live.ring import Rows

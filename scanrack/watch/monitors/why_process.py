@@ -16,6 +16,7 @@ from scanrack.jobs.trust.trust import UntrustedError
 from scanrack.traces.format.records import TraceError
 from scanrack.traces.read.columns import Columns
 from scanrack.traces.read.reader import open_trace
+
 from .chain_answer import links_of
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from scanrack.ladder.debug import told
 from scanrack.ladder.debug.causes import Causes
 from scanrack.ladder.debug.inquiry import Inquiry
+
 from ..history.timeline import columns_of
 from .asked import Said, own_name, text_in
 from .monitor import BACK, Json, Monitor

@@ -11,6 +11,7 @@ from scanrack.io_images.input_files import read_input
 from scanrack.jobs.load.panels import panel_name
 from scanrack.traces.files.guard import FileKind
 from scanrack.traces.files.newfile import new_file
+
 from .bindings import Bindings
 from .panel_file import ALWAYS, COLUMNS, FIELDS, KINDS, Panel, panel_text, parse_panel, refusals
 

@@ -13,9 +13,9 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-
 from scanrack.io_images.memory_layout import MemoryLayout
 from scanrack.runtime.live.ring import Rows
+
 from ..history.catalog import shown_value
 from ..history.timeline import Timeline
 

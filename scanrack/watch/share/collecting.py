@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.ladder.debug.causes import Causes
 from scanrack.runtime.live.ring import Rows
 from scanrack.runtime.machine.spec import INPUT_NAMES
+
 from ..history.stretch import Stretch
 from ..monitors.monitor import SPEED_SCANS
 from ..monitors.page import Page

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
 import typer
-
 from scanrack.io_images.times import parse_time
 from scanrack.terminal.complaints import reported_mistakes
 from scanrack.terminal.status import size_of
@@ -18,6 +17,7 @@ from scanrack.terminal.trace_options import itself, tell_notes
 from scanrack.traces.files.guard import check_output
 from scanrack.traces.files.newfile import new_file
 from scanrack.traces.read.reader import Trace
+
 from ..panels.kept_panel import KeptPanel
 from ..recorded_session import open_to_read
 from .collecting import OTHER_ANSWERS, SharedStretch, collect

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from scanrack.io_images.memory_layout import MemoryLayout
+
 from ..monitors.trace_monitor import TraceMonitor
 from .changes import ChangeLists
 from .collecting import SharedStretch, gathered

@@ -19,6 +19,7 @@ from scanrack.ladder.model.operands import Constant, Group, Place, can_fault, le
 from scanrack.ladder.model.types import BOOL, Elementary, count_of
 from scanrack.ladder.state.memory import Memory, column_in
 from scanrack.ladder.state.tag_bytes import TagBytes
+
 from ..history.catalog import PageRoutine, shown_value, value_of
 from ..history.program_replica import ProgramReplica
 from .changes import ChangeLists

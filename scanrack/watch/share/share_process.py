@@ -8,6 +8,7 @@ from typing import Any
 
 from scanrack.jobs.trust.trust import UntrustedError
 from scanrack.traces.format.records import TraceError
+
 from .command import ShareOptions, shared
 
 

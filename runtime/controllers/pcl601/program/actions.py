@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 
 from scanrack.io_images.pcl601.program import Step
 from scanrack.io_images.pcl601.registers import Register
+
 from ..stored import Axis601
 
 Action = Callable[[Axis601, Step], bool]

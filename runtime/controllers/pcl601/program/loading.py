@@ -7,6 +7,7 @@ from pathlib import Path
 from scanrack.io_images.input_files import read_checked
 from scanrack.io_images.pcl601.program import Program, ProgramError, parse_program
 from scanrack.io_images.text_limits import TextKind, TextLimitError
+
 from ..controller import Pcl601Controller
 from .machine import ProgramMachine
 

@@ -16,6 +16,7 @@ from collections.abc import Callable, Mapping
 
 from scanrack.io_images.pcl601 import Error
 from scanrack.io_images.pcl601.program import Program, Step
+
 from ..stored import Axis601
 from .actions import ACTIONS
 

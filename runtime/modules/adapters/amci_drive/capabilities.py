@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from scanrack.io_images.amci3601 import Configuration, InputBit
 from scanrack.io_images.drives.command import TARGET_MAX
+
 from ...amci3601 import AxisHoming, AxisRequest, Feature
 from ..capabilities import (
     BLOCK,

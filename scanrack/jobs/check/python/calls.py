@@ -20,6 +20,7 @@ from scanrack.io_images.times import parse_time
 from scanrack.ladder.python.axis3601 import Axis3601, Command, ErrorId
 from scanrack.ladder.python.sequences import dwell, steady, until, within
 from scanrack.ladder.python.sequences.signals import Signal
+
 from ..facts import FileLine, LocalFinding
 from .reader import Reader, UnknownError, variants
 

@@ -12,6 +12,7 @@ from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.text_limits import TextKind
 from scanrack.runtime.config.rackspec import RackSpec
+
 from ..facts import Facts, FileLine, LocalFinding, SentCommand
 from .attributes import note_names
 from .counting import note_counting

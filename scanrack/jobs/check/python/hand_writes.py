@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from scanrack.io_images.amci3601 import CommandMsw
 from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN, WORDS, signed_word
+
 from ..facts import FileLine, LocalFinding, OutputWrite, StepAction
 from ..logic import FALSE, TRUE, UNKNOWN, AllOf, Bit, Condition, leaves, negated
 from ..written import UNKNOWN_WORD, WordValue, WordWrite

@@ -13,6 +13,7 @@ from scanrack.io_images.image import WORDS, Image
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.rack import Slot
 from scanrack.runtime.loop.scan import LogicScan
+
 from ..facts import Facts, FileLine
 from .reader import Function, Reader, UnknownError, functions_in
 from .scans import missing

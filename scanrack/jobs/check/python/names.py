@@ -9,6 +9,7 @@ from dataclasses import replace
 from scanrack.ladder.python.sequences import Input, InputWord, Logic, Output, OutputWord, parts_of
 from scanrack.ladder.python.sequences.blocks import Block
 from scanrack.ladder.python.sequences.logic import fields_of
+
 from ..facts import Access, Facts, FileLine, OutputWrite, Role, Touch, Variable
 from ..logic import INPUT, TRUE, AllOf, AnyOf, Bit, Condition, all_of, needed, negated
 from .conditions import ConditionNames, condition

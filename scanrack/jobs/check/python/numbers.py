@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from scanrack.io_images.amci3601 import BlendSegment
+
 from ..ranges import ANY, OPERATIONS, Range, exactly, joined
 from .options import Options
 from .reader import Function, Reader, UnknownError

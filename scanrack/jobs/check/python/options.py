@@ -19,6 +19,7 @@ from typing import Any, cast
 from scanrack.io_images import amci3601
 from scanrack.io_images.image import Image
 from scanrack.io_images.thousands import split_thousands
+
 from .reader import Function, Reader, UnknownError
 
 DEPTH = 8

@@ -20,6 +20,7 @@ from typing import Any
 
 from scanrack.io_images import amci3601
 from scanrack.io_images.amci3601 import Acceleration, Direction, MoveKind
+
 from ..facts import FileLine, LocalFinding, UsesBit
 
 NEUTRAL: Mapping[str, object] = {

@@ -9,6 +9,7 @@ from typing import Any
 
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.runtime.config.rackspec import RackSpec
+
 from ..facts import Command, Facts, FileLine, LocalFinding
 from ..ranges import ANY, Range, exactly
 from .reader import Reader

@@ -13,6 +13,7 @@ from typing import Any
 
 from scanrack.io_images.amci3601 import BlendSegment
 from scanrack.ladder.python.axis3601 import Axis3601
+
 from ..facts import Command, Facts, FileLine
 from ..ranges import ANY, Range, exactly, joined
 from .locks import Locks

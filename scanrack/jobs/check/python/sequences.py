@@ -40,6 +40,7 @@ from scanrack.ladder.python.sequences.logic import fields_of
 from scanrack.ladder.python.sequences.parts import DeclarationError
 from scanrack.ladder.python.sequences.signals import Signal
 from scanrack.runtime.config.rackspec import RackSpec
+
 from ...load.bare_slots import bare_slots
 from ..facts import Facts, FileLine, LocalFinding, Role, SentCommand, UsesBit, Variable
 from ..rungs.accesses import declaration_lines

@@ -14,6 +14,7 @@ from dataclasses import replace
 from functools import cached_property
 
 from scanrack.io_images.amci3601 import CommandMsw, StatusMsw
+
 from ..facts import FileLine, Step, StepAction, StepUse
 from ..logic import (
     TRUE,

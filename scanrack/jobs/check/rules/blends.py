@@ -11,6 +11,7 @@ from scanrack.io_images.amci3601.rules import RULES
 from scanrack.io_images.thousands import PARAMETER_MAX
 from scanrack.runtime.kinematics import MILLI, PICO
 from scanrack.runtime.kinematics.shape import Shape, ramp_distance
+
 from ..facts import Command, FileLine, Step, StepAction
 from ..logic import AllOf, Bit, Condition, all_of, needed, negated, never
 from ..ranges import Range

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from itertools import combinations
 
 from scanrack.io_images.amci3601.rules import RULES
+
 from ..facts import OutputWrite
 from ..logic import INPUT, Bit, Condition, Term, alternatives, is_impossible
 from ..subject import Subject, Violation

@@ -15,6 +15,7 @@ from scanrack.runtime.kinematics import MILLI, PICO
 from scanrack.runtime.kinematics.shape import Shape, stopping_distance
 from scanrack.runtime.machine import MachineSpec
 from scanrack.runtime.machine.spec import input_name
+
 from ..facts import Command, Role, Touch
 from ..ranges import Range
 from ..subject import Subject, Violation

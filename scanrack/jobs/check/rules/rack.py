@@ -9,6 +9,7 @@ from scanrack.io_images.module_words import BitPlace
 from scanrack.runtime.config.rackspec import SlotSpec
 from scanrack.runtime.machine import MachineSpec
 from scanrack.runtime.machine.spec import Switch, input_name
+
 from ...record.tag_source import tags_of
 from ...run.hints import not_configured, wired_inputs
 from ..facts import FileLine

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from scanrack.io_images.amci3601 import CommandMsw, Configuration, Firmware
+
 from ..facts import FileLine
 from ..module_kinds import MODE_CONFIG
 from ..module_refusals import RANGES, WAYS_ON, Breach, broken, wrong_configuration

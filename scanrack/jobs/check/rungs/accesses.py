@@ -15,6 +15,7 @@ from scanrack.ladder.model.spec import Use
 from scanrack.ladder.model.tags import OWN, Leaf, Tag, program_of, tag_in
 from scanrack.ladder.model.types import Elementary
 from scanrack.ladder.state.lowered import ADD_ON, AddOnCall, LoweredProgram, LoweredStep
+
 from ...load.program import EXPORT_SUFFIXES
 from ..facts import Access, FileLine, Role, Touch, Variable
 from ..logic import TRUE, Bit, Condition, leaves, needed

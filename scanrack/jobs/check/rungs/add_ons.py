@@ -10,6 +10,7 @@ from scanrack.ladder.model.operands import first_leaf
 from scanrack.ladder.model.tags import OWN
 from scanrack.ladder.model.types import Elementary
 from scanrack.ladder.state.lowered import LoweredProgram
+
 from ..facts import Access, Facts, FileLine, Role, Touch, Variable
 from .accesses import gives_zero
 from .conditions import part_of

@@ -10,6 +10,7 @@ from scanrack.ladder.model.operands import Constant, Group, Place
 from scanrack.ladder.model.spec import Use
 from scanrack.ladder.model.tags import Tag, tag_in
 from scanrack.ladder.state.lowered import AddOnCall
+
 from ..facts import Facts, FileLine, LocalFinding
 from ..logic import AllOf, never
 from .blocks import OWNER, BlockCall

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from scanrack.ladder.model.operands import Calculation, Constant, Group, Place, Resolved, first_leaf
 from scanrack.ladder.model.tags import program_of
 from scanrack.ladder.state.lowered import ADD_ON, AddOnCall, LoweredStep, Node, steps_of
+
 from ..facts import Command, FileLine
 from ..ranges import Range, exactly
 from .conditions import key_of

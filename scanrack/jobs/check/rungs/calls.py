@@ -9,6 +9,7 @@ from typing import NamedTuple
 from scanrack.ladder.model.operands import Constant, Group, Place
 from scanrack.ladder.model.spec import Use
 from scanrack.ladder.state.lowered import Call, LoweredRoutine, LoweredStep
+
 from ..facts import Facts, FileLine, LocalFinding
 from ..logic import TRUE, AllOf, Condition, never, plain
 from .conditions import key_of

@@ -13,6 +13,7 @@ from scanrack.ladder.debug.crossref import TARGETS
 from scanrack.ladder.model.operands import Calculation, Constant, Group, Place, Resolved
 from scanrack.ladder.model.operators import RELATIONS
 from scanrack.ladder.state.lowered import ADD_ON, LoweredStep
+
 from ..logic import (
     FALSE,
     MIRRORED,

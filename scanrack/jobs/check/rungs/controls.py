@@ -8,6 +8,7 @@ from scanrack.ladder.debug.crossref import Mention
 from scanrack.ladder.model.operands import Constant, Group, Place
 from scanrack.ladder.model.spec import Use
 from scanrack.ladder.state.lowered import LoweredStep
+
 from ..facts import Facts, FileLine
 from .conditions import key_of
 from .output_writes import path_of

@@ -15,6 +15,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from scanrack.ladder.model.operands import Calculation, Constant, Group, Place, Resolved
 from scanrack.ladder.model.spec import Use
 from scanrack.ladder.state.lowered import AddOnCall, Call
+
 from ..facts import Access, Facts, FileLine, Variable, overlap
 from ..logic import TRUE, Bit, Compare, base_of, leaves
 from .accesses import FIRST_SCAN

@@ -8,6 +8,7 @@ from scanrack.io_images.amci3601 import Limits
 from scanrack.io_images.drives.bits import CommandBit, Modifier
 from scanrack.io_images.drives.configuration import broken_rules
 from scanrack.io_images.drives.models import WORDS, Model
+
 from ..facts import LocalFinding
 from .blocks import BlockCall
 

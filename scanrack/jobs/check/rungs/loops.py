@@ -17,6 +17,7 @@ from scanrack.ladder.state.lowered import (
     LoweredStep,
     Selection,
 )
+
 from ..facts import Facts, FileLine
 from ..ranges import Range
 

@@ -9,6 +9,7 @@ from scanrack.ladder.model.operands import Calculation, Constant, Group, Place, 
 from scanrack.ladder.model.spec import InstructionKind
 from scanrack.ladder.model.types import FBD_TIMER, TIMER
 from scanrack.ladder.state.lowered import ADD_ON, LoweredLine, LoweredProgram, LoweredStep, Node, Parallel
+
 from ..facts import Access, Facts, FileLine, overlap
 from ..logic import (
     TRUE,

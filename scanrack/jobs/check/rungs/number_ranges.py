@@ -17,6 +17,7 @@ from scanrack.ladder.model.predefined.slc_types import SLC_COUNTER, SLC_TIMER
 from scanrack.ladder.model.tags import Tag, tag_in
 from scanrack.ladder.model.types import COUNTER, FBD_COUNTER, FBD_TIMER, TIMER, Elementary
 from scanrack.ladder.state.lowered import LoweredStep
+
 from ..ranges import ANY, OPERATIONS, Range, exactly, joined
 
 RESULTS = {"ADD": "+", "SUB": "-", "MUL": "*", "DIV": "/", "MOD": "MOD", "NEG": "NEG", "ABS": "ABS"}

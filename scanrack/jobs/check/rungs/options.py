@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from scanrack.io_images.image import WORD_MAX, WORD_MIN
 from scanrack.ladder.model.operands import Calculation, Constant, Place, Resolved
+
 from ..written import UNKNOWN_WORD, WordValue
 from .number_ranges import Values, is_whole
 

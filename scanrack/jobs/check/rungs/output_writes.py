@@ -30,6 +30,7 @@ from scanrack.ladder.debug.crossref import TARGETS, Mention
 from scanrack.ladder.model.operands import Constant, Group, Place, first_leaf
 from scanrack.ladder.model.types import count_of
 from scanrack.ladder.state.lowered import AddOnCall, LoweredLine, LoweredProgram, LoweredStep, steps_of
+
 from ..facts import FileLine
 from ..ranges import ANY, Range
 from ..written import UNKNOWN_WORD, WordValue

@@ -9,6 +9,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 
 from scanrack.io_images.amci3601 import CommandMsw
 from scanrack.ladder.model.operands import Constant, Place
+
 from ..facts import FileLine, OutputWrite
 from ..logic import FALSE, INPUT, TRUE, AllOf, AnyOf, Bit, Compare, Condition, base_of, negated, plain
 from .conditions import key_of

@@ -19,6 +19,7 @@ from scanrack.ladder.model.operands import Place
 from scanrack.ladder.model.tags import tag_in
 from scanrack.ladder.state.lowered import LoweredLine, LoweredProgram, LoweredStep, steps_of
 from scanrack.runtime.config.rackspec import RackSpec, profile_in
+
 from ...load.program import EXPORT_SUFFIXES, SLC_SUFFIXES
 from ..facts import Facts, FileLine, LocalFinding, SentCommand
 from .accesses import Variables, accesses_of, declaration_lines

@@ -15,6 +15,7 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 
 from scanrack.ladder.model.operands import Calculation, Constant, Group, Place, Resolved
 from scanrack.ladder.state.lowered import LoweredStep
+
 from ..facts import Facts, FileLine
 from .conditions import COMPARISONS, key_of
 from .number_ranges import RESULTS, Values, target_of, written_value

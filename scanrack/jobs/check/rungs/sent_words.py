@@ -10,6 +10,7 @@ from scanrack.io_images.amci3601.configuration import check
 from scanrack.io_images.thousands import PARAMETER_MAX, PARAMETER_MIN, join_thousands
 from scanrack.ladder.state.lowered import AddOnCall, LoweredLine, steps_of
 from scanrack.runtime.config.rackspec import SlotSpec, profile_in
+
 from ..facts import Command, FileLine, LocalFinding, SentCommand
 from ..module_kinds import MODE_CONFIG, MOVES, SEARCHES, kinds_of
 from ..ranges import Range, exactly

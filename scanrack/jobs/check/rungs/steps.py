@@ -14,6 +14,7 @@ from functools import cached_property
 from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.ladder.model.operands import Constant, Place
 from scanrack.ladder.state.lowered import ADD_ON, Call, LoweredStep
+
 from ..facts import Command, FileLine, Step, StepAction, StepUse
 from ..logic import (
     TRUE,

@@ -26,6 +26,7 @@ from scanrack.ladder.state.lowered import (
     Selection,
     steps_of,
 )
+
 from ..facts import Facts, FileLine
 from .loops import bodies_of
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 from scanrack.ladder.model.operands import Calculation, Constant, Group, Place, Resolved
+
 from ..facts import Facts, FileLine
 from ..logic import AllOf, Compare, leaves, never
 from ..ranges import Range

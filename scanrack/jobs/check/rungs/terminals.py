@@ -13,6 +13,7 @@ from scanrack.ladder.model.resolver import MEANINGS
 from scanrack.ladder.model.tags import SlotAlias
 from scanrack.ladder.state.lowered import LoweredLine, LoweredProgram, steps_of
 from scanrack.runtime.config.rackspec import RackSpec
+
 from ...load.program import EXPORT_SUFFIXES
 from ..facts import FileLine, LocalFinding, UsesBit
 from .blocks import OWNER, BlockCall

@@ -14,6 +14,7 @@ from scanrack.ladder.debug.crossref import Mention
 from scanrack.ladder.model.operands import Constant, Group, Place
 from scanrack.ladder.model.tags import Tag
 from scanrack.ladder.state.lowered import LoweredStep
+
 from ..facts import Facts, FileLine
 from ..logic import TRUE, needed
 from .conditions import EDGE

@@ -24,6 +24,7 @@ from scanrack.ladder.state.lowered import (
     Parallel,
     Selection,
 )
+
 from ..logic import TRUE, UNKNOWN, AnyOf, Condition, all_of, negated, never, of_any_number
 from .conditions import Conditions
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 
 from scanrack.ladder.state.lowered import LoweredProgram
+
 from ..facts import FileLine
 from ..written import WordWrite
 from .output_writes import Write

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from scanrack.io_images.amci3601 import CommandMsw, Limits
 from scanrack.runtime.config.rackspec import SlotSpec, profile_in
+
 from ..facts import LocalFinding
 from ..module_kinds import MODE_CONFIG
 from .output_writes import Write

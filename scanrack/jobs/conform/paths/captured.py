@@ -18,6 +18,7 @@ from scanrack.io_images.image import WORDS, Image, signed_word
 from scanrack.runtime.modules.amci3601.module import Amci3601
 from scanrack.traces.read.reader import open_trace
 from scanrack.traces.replay import PackedTrace
+
 from ...captures.words import CAPTURED_AT, SAMPLED, is_sampled
 from ...replay.replaying import forced_rows, score_of
 from ...replay.resumed import ResumedModule, configuration_in, words_of

@@ -14,6 +14,7 @@ from scanrack.io_images.amci3601 import InputBit
 from scanrack.io_images.image import WORDS
 from scanrack.io_images.installing import how_to_install
 from scanrack.io_images.times import exact_ns
+
 from ..moments import ImageWords, SeenImage, Window
 
 PATH = re.compile(r"(?P<host>[^,\s/]+?)(:(?P<port>\d{1,5}))?(,(?P<slot>\d{1,2}))?")

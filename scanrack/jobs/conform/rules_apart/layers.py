@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from typing_extensions import override
-
 from scanrack.runtime.modules.amci3601.altered import AlteredLayer
 from scanrack.runtime.modules.amci3601.command_words import CommandWords
 from scanrack.runtime.modules.amci3601.commands import COMMANDS
@@ -17,6 +15,8 @@ from scanrack.runtime.modules.amci3601.latches import (
     BrokenRule,
 )
 from scanrack.runtime.modules.amci3601.operation import Limits, Operation
+from typing_extensions import override
+
 from .departures import HOLD, RELATIVE, RESUME, STOP
 
 

@@ -9,6 +9,7 @@ from scanrack.io_images.thousands import split_thousands
 from scanrack.runtime.loop.events import JsonValue
 from scanrack.runtime.modules.amci3601.altered import Alteration
 from scanrack.runtime.modules.amci3601.refusals import RefusalRule
+
 from . import departures as d
 from . import layers
 from .departures import AT_PRESET, AT_RESET, AT_START, overlook, refuse, ruled, silent

@@ -17,6 +17,7 @@ from itertools import pairwise
 
 from scanrack.runtime.modules.amci3601.altered import Alteration
 from scanrack.runtime.modules.amci3601.scaled_axis import AxisScales
+
 from ..hypotheses import Search
 
 UNIT = 1000

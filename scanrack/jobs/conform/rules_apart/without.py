@@ -12,6 +12,7 @@ from scanrack.io_images.amci3601 import RULES, StatusLsw, StatusMsw
 from scanrack.io_images.amci3601.words import WORDS_3601
 from scanrack.runtime.modules.amci3601.altered import Alteration, ImageWords
 from scanrack.runtime.modules.amci3601.latches import bits_of
+
 from . import departures as d
 from . import layers
 from .departures import AT_PRESET, AT_RESET, AT_START, hear, hide, ruled, with_words

@@ -7,6 +7,7 @@ from random import Random
 
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.modules.record import Trait
+
 from ..scenarios.kinds import Kind, buttons, card_buttons, sensors
 from ..scenarios.scenario import ContactPress, Press
 

@@ -21,6 +21,7 @@ from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live.actions import Write
 from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
 from scanrack.runtime.modules.record import Trait
+
 from ..scenarios.kinds import (
     Kind,
     card_signals,

@@ -10,6 +10,7 @@ from collections.abc import Callable
 
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.cpu import Cpu
+
 from ..scenarios.parts import Lasting, Timed, parts_of, timed_parts
 from ..scenarios.scenario import Scenario
 from .probe import Probe

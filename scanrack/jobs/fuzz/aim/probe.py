@@ -31,6 +31,7 @@ from scanrack.ladder.state.lowered import LoweredProgram
 from scanrack.runtime.loop.listeners import QuietListener
 from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import ScanLogic
+
 from ...record.logic_wrapper import unwrapped
 from ...record.sequence_watch import sequences_in
 from .branches import NAME

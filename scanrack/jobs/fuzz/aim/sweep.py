@@ -14,6 +14,7 @@ from random import Random
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
 from scanrack.runtime.modules.record import Trait
+
 from ..scenarios.kinds import Kind, buttons, card_buttons, sensors, with_trait
 from ..scenarios.parts import Timed, with_part
 from ..scenarios.scenario import ContactPress, Press, Scenario, TornUpdate

@@ -16,6 +16,7 @@ from typing import Any
 from scanrack.io_images.times import parse_duration
 from scanrack.ladder.run.engine import Engine
 from scanrack.runtime.loop.scan import ScanLogic
+
 from ...record.logic_wrapper import unwrapped
 from .python_state import namespace_of
 

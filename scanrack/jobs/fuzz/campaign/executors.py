@@ -12,6 +12,7 @@ from typing import Any
 from scanrack.io_images.installing import how_to_install
 from scanrack.runtime.live.quiet import quiet
 from scanrack.runtime.loop.pace import wall_ns
+
 from .fresh import Worker
 from .state import CampaignError
 

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 
 from scanrack.runtime.config.rackspec import RackSpec
+
 from ..learning import scenario_of
 from ..scenarios.scenario import Scenario
 from ..search import Counterexample

@@ -23,6 +23,7 @@ from scanrack.io_images.text_limits import TextKind
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.traces.files.guard import beginning
 from scanrack.traces.files.newfile import new_file
+
 from ...load.loading import LoadedRack
 from ..scenarios.scenario import Scenario
 

@@ -18,6 +18,7 @@ from scanrack.runtime.config.rackspec import RackSpec, profile_in
 from scanrack.traces.files.guard import beginning
 from scanrack.traces.files.newfile import new_file
 from scanrack.traces.files.portable import no_device
+
 from ..aim.corpus import PAIR_WORTH, Corpus, worth_of
 from ..run import BrokenInvariant, TrialBench
 from ..scenarios.scenario import Scenario

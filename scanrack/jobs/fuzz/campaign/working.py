@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 from scanrack.runtime.loop.pace import wall_ns
+
 from .. import Counterexample, SearchReport, search
 from ..job import Setup, bench_of
 from .campaign import Task

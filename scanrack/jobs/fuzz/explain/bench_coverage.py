@@ -13,6 +13,7 @@ from scanrack.ladder.compiler.observed import lines_of
 from scanrack.ladder.debug import Debugger
 from scanrack.runtime.loop.listeners import QuietListener, ScanListener
 from scanrack.runtime.loop.scan import ScanLogic
+
 from ...bench.opening import BenchObserver
 from ...load.loading import LoadedRack, load_job
 from ...record.logic_wrapper import unwrapped

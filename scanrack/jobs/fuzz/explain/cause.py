@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from scanrack.io_images.addresses import Address
 from scanrack.ladder.debug import told
 from scanrack.traces.replay import PackedTrace
+
 from ...bench.opening import loading
 from ...load.loading import LoadedRack
 from ...why.chains.of_run import chain_of

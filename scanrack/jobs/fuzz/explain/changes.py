@@ -8,6 +8,7 @@ from scanrack.io_images.amci3601.words import may_be_stepper, profile_of
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.listeners import QuietListener
 from scanrack.runtime.loop.rack import Rack
+
 from ..invariants.scan_view import SlotSnapshot
 from ..run import TrialBench
 from ..scenarios.parts import Lasting, parts_of, scenario_of

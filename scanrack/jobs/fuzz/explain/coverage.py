@@ -17,6 +17,7 @@ from scanrack.ladder.run.engine import Engine
 from scanrack.ladder.state.lowered import LoweredLine, LoweredProgram, LoweredRoutine
 from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import ScanLogic
+
 from ...check.rungs.structure import own_routines
 from ...load.loading import LoadedRack
 from ..aim.branches import branch_lines

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from scanrack.traces.files.guard import PAGE
 from scanrack.traces.files.newfile import new_file
+
 from ..folder_lock import write_text
 from .coverage import CoveredLine
 from .unfired import UnfiredRule

@@ -18,6 +18,7 @@ from random import Random
 from typing import Any
 
 from scanrack.io_images.times import seconds
+
 from ..aim.draws import Draws
 from ..run import BrokenInvariant, TrialBench
 from ..scenarios.kinds import Kind

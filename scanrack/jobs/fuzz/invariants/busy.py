@@ -19,6 +19,7 @@ from scanrack.ladder.python.axis3601.kinds import GEAR, HOME
 from scanrack.ladder.python.sequences import Logic, parts_of
 from scanrack.ladder.run.engine import Engine
 from scanrack.runtime.loop.scan import ScanLogic
+
 from ...record.logic_wrapper import unwrapped
 
 

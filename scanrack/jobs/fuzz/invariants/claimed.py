@@ -7,6 +7,7 @@ from functools import partial
 
 from scanrack.ladder.prove.claims import ClaimKind
 from scanrack.ladder.prove.monitors import MonitoredProgram, WatchedClaim
+
 from .invariants import Invariant, Watch
 from .scan_view import Snapshot
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from scanrack.io_images.annotations import signature_of
 from scanrack.io_images.times import parse_duration, time_text
+
 from ...load.modules_beside import find_beside
 from .scan_view import Snapshot
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from scanrack.runtime.loop.rack import Rack
 from scanrack.runtime.loop.scan import ScanLogic
+
 from ...record.logic_wrapper import LogicWrapper
 from ...why.source.lines import Line, Lines
 

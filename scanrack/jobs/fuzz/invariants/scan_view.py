@@ -14,6 +14,7 @@ from scanrack.runtime.loop.module import Module
 from scanrack.runtime.loop.rack import Rack, Slot
 from scanrack.runtime.loop.scan import MODE_MASK, CpuMode, mode_name
 from scanrack.runtime.modules.record import ModuleWithFigures, ModuleWithFormats
+
 from .busy import Question
 
 NO_WORDS = Image().words

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 from typing import Any
 
-from typing_extensions import override
-
 from scanrack.io_images.amci3601.bits import InputBit
 from scanrack.io_images.amci3601.words import is_stepper
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
@@ -17,6 +15,7 @@ from scanrack.runtime.loop.rack import Slot
 from scanrack.runtime.machine import Machine, MachineSpec, Switch
 from scanrack.runtime.machine.spec import input_name
 from scanrack.runtime.modules.record import Trait
+from typing_extensions import override
 
 BENCH_TICK_NS = 250_000
 """The bench exchanges images at multiples of the module's 250 µs."""

@@ -13,6 +13,7 @@ from dataclasses import replace
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.live.actions import InjectFault, Mode, Press
 from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
+
 from ...record.order_repeater import RecordedOrder
 from .scenario import ContactPress, Scenario
 

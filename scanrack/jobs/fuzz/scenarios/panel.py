@@ -16,6 +16,7 @@ from scanrack.ladder.model.operands import Constant, Place, first_leaf
 from scanrack.ladder.model.tags import Leaf
 from scanrack.ladder.state.lowered import LoweredProgram, LoweredStep, steps_of
 from scanrack.runtime.config.rackspec import RackSpec
+
 from ...check.rungs.number_ranges import BY_PEOPLE
 
 MOST_SETTINGS, MOST_VALUES = 200, 24

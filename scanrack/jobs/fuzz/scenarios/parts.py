@@ -7,6 +7,7 @@ from dataclasses import fields, replace
 from typing import Any
 
 from scanrack.runtime.loop.incidents import InjectedFault
+
 from .scenario import ContactPress, OperatorAction, Press, Scenario, Signal, TornUpdate, Turn
 
 Part = tuple[str, Any]

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import tomli_w
-
 from scanrack.io_images.input_files import read_input_text
 from scanrack.io_images.text_limits import TextKind
 from scanrack.runtime.config.rackfile import parse_toml
@@ -17,6 +16,7 @@ from scanrack.runtime.loop.incidents import InjectedFault
 from scanrack.runtime.machine import MasterTurn, TimelineEntry
 from scanrack.runtime.machine.spec import input_name
 from scanrack.traces.files.portable import relative
+
 from ...load.program import is_python
 from .scenario import ContactPress, Scenario, entries_of, in_succession, signal_entries
 

@@ -23,7 +23,6 @@ from pydantic import (
     TypeAdapter,
     ValidationError,
 )
-
 from scanrack.io_images.amci3601.firmware import Firmware
 from scanrack.runtime.config.rackspec import InjectedFaultSpec, RackSpec, SlotSpec
 from scanrack.runtime.live.actions import Action, Force, Mode, Unforce, Write, action_of, said_of

@@ -11,8 +11,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from typing_extensions import override
-
 from scanrack.ladder.debug.crossref import mentions_of
 from scanrack.ladder.interpreter.between import PausingInterpreter
 from scanrack.ladder.model.operands import Group, Place, first_leaf
@@ -27,6 +25,8 @@ from scanrack.ladder.state.lowered import (
 )
 from scanrack.runtime.loop.cpu import Cpu
 from scanrack.runtime.loop.scan import LogicScan, ScanLogic
+from typing_extensions import override
+
 from ...record.logic_wrapper import LogicWrapper, unwrapped
 from .scenario import TornUpdate
 

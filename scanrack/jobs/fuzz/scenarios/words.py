@@ -8,6 +8,7 @@ from scanrack.io_images.times import seconds, time_text
 from scanrack.runtime.live.actions import Action, Force, Mode, Unforce, Write
 from scanrack.runtime.loop.incidents import FaultKind, InjectedFault
 from scanrack.runtime.machine.spec import input_name
+
 from .scenario import ContactPress, Press, Scenario, Signal, TornUpdate, Turn
 
 HAPPENS = {

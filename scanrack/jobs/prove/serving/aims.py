@@ -23,6 +23,7 @@ from scanrack.ladder.prove.system import RUN_ONLY, ProgramSystem, ScanBounds
 from scanrack.ladder.run.engine import Engine
 from scanrack.runtime.config.rackspec import RackSpec, SlotSpec
 from scanrack.runtime.live.actions import Force, Write
+
 from ...check.check import facts_of
 from ...fuzz.scenarios.scenario import ContactPress, OperatorAction, Press, Scenario
 from ...load.loading import LoadedRack

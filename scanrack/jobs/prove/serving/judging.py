@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.model.errors import LadderError
+
 from ...check import FileLine, ProofFinding
 from ...check.facts import Facts, Touch
 from ...check.rungs.number_ranges import BY_PEOPLE

@@ -20,6 +20,7 @@ from scanrack.ladder.prove.solving.solver import is_installed
 from scanrack.ladder.run.engine import Engine
 from scanrack.ladder.state.lowered import LoweredProgram
 from scanrack.runtime.loop.scan import ScanLogic
+
 from ...fuzz.aim.corpus import STEP_WORTH, Entry, cut
 from ...fuzz.aim.times import times_of
 from ...fuzz.campaign.state import State

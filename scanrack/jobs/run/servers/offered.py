@@ -5,6 +5,7 @@ from __future__ import annotations
 from scanrack.io_images.enip.listing import Listing
 from scanrack.runtime.tag_servers.database import Database
 from scanrack.runtime.tag_servers.images import with_images
+
 from ...load.loading import LoadedRack
 from ...load.rungs import is_rungs
 

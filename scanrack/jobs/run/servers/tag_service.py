@@ -22,6 +22,7 @@ from scanrack.runtime.tag_servers.register_map import RegisterMap
 from scanrack.runtime.tag_servers.setup import MODBUS_TCP, OPC_UA, TagSetup
 from scanrack.runtime.tag_servers.ua_security import UaSecurity
 from scanrack.runtime.tag_servers.variables import VARIABLES_MOST, TagTree
+
 from ...load.loading import LoadedRack
 from ...trust.launcher import Handed, Helper, TimeoutExpired, launch
 from ..running import JobRun

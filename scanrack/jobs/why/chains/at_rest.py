@@ -18,6 +18,7 @@ from scanrack.io_images.site import Site
 from scanrack.ladder.debug import CauseLink, linked
 from scanrack.ladder.state.memory import Value
 from scanrack.traces.replay import PackedTrace
+
 from ..chain import Bits
 from ..past import ALL_BITS
 from ..source.class_names import Names

@@ -11,6 +11,7 @@ from scanrack.io_images.amci3601 import StatusMsw
 from scanrack.ladder.debug import CauseLink, Chains
 from scanrack.ladder.state.lowered import AddOnCall, LoweredProgram
 from scanrack.traces.replay import PackedTrace
+
 from ..past import Past, SlotPast
 from ..waits import waits
 

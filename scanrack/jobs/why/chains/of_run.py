@@ -5,6 +5,7 @@ from __future__ import annotations
 from scanrack.ladder import LadderLogic
 from scanrack.ladder.debug import CauseLink, Debugger
 from scanrack.traces.replay import PackedTrace
+
 from ...load.loading import LoadedRack
 from ...replay.replaying import score_of
 from ...replay.tag_orders import TagOrders

@@ -10,6 +10,7 @@ from scanrack.ladder.debug import CauseLink, Debugger
 from scanrack.ladder.model.stubs import Partner
 from scanrack.runtime.loop.faults import CpuFault
 from scanrack.traces.replay import PackedTrace
+
 from ...load.building import build_cpu, build_rack
 from ...load.linked_racks import FromRack
 from ...load.loading import LoadedRack, load_job

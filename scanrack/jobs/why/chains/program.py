@@ -16,6 +16,7 @@ from scanrack.ladder.state.memory import same
 from scanrack.runtime.config.rackspec import RackSpec
 from scanrack.runtime.loop.scan import ScanLogic
 from scanrack.traces.read.sequence_steps import Step, steps_of
+
 from ...record.tag_names import named_values, namespace_of
 from ..chain import Bits, RackChain
 from ..outranked import forced, of_cpu

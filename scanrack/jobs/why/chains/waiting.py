@@ -9,6 +9,7 @@ from dataclasses import replace
 from scanrack.io_images.times import parse_duration, seconds
 from scanrack.ladder.debug import CauseLink
 from scanrack.traces.read.sequence_steps import Step
+
 from ..chain import Bits
 from ..outranked import of_link
 from ..past import Past, SlotPast

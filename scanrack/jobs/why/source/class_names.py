@@ -10,6 +10,7 @@ from scanrack.ladder.python.axis3601 import Axis3601
 from scanrack.ladder.python.sequences import Logic, fresh, parts_of, sequences_of
 from scanrack.ladder.python.sequences.signals import Signal
 from scanrack.runtime.loop.scan import ScanLogic
+
 from ...load.bare_slots import bare_slots
 
 

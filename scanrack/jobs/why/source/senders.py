@@ -13,6 +13,7 @@ from pathlib import Path
 from scanrack.ladder.files.steps import Steps
 from scanrack.ladder.python.axis3601 import Axis3601
 from scanrack.ladder.python.sequences import Logic, parts_of, sequences_of
+
 from .lines import NOWHERE, Line
 
 
