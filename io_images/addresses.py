@@ -21,9 +21,10 @@ from __future__ import annotations
 import difflib
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from .cards import member_of, members_of
+from .dataclass import dataclass
 from .module_words import BitPlace, Groups, ModuleWords
 from .site import SiteError
 

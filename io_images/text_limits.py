@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import StrEnum
+
+from .dataclass import dataclass
 
 KIB, MIB = 1 << 10, 1 << 20
 

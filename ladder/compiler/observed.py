@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from typing_extensions import override
 
+from ...io_images.dataclass import dataclass
 from ..state.lowered import LoweredProgram
 
 NOTED = "__noted"

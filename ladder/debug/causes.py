@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
 
+from ...io_images.dataclass import dataclass
 from ..model.operands import Group
 from ..model.spec import InstructionKind, Use
 from ..model.tags import Leaf

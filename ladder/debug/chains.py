@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from ...io_images.dataclass import dataclass
 from ...io_images.site import Site
 from ...io_images.times import time_text
 from ..model.resolver import Resolver

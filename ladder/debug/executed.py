@@ -12,10 +12,11 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from typing_extensions import override
 
+from ...io_images.dataclass import dataclass
 from ..model.errors import LadderFault
 from ..model.operands import Calculation, Constant, Group, Place, Resolved
 from ..model.spec import InstructionKind, Use

@@ -8,11 +8,11 @@ interpreter writes through the memory, which holds both.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from typing_extensions import override
 
+from ...io_images.dataclass import dataclass
 from ..compiler.observed import held_name, kept_name
 from ..model.arithmetic import wrap
 from ..model.tags import Layout, Leaf

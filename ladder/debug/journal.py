@@ -5,10 +5,10 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
+from ...io_images.dataclass import dataclass
 from ..state.memory import Memory
 from ..state.snapshots import snapshot
 from .forces import Forces

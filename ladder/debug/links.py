@@ -9,9 +9,10 @@ alternatives begin with the shortest.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
+from ...io_images.dataclass import dataclass
 from ...io_images.site import NOWHERE, Site
 from ...io_images.times import seconds
 from ..state.memory import Value

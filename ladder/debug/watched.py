@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 from typing_extensions import override
 
+from ...io_images.dataclass import dataclass
 from ...io_images.site import Site
 from ..interpreter import Interpreter
 from ..model.errors import LadderFault

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 
+from ...io_images.dataclass import dataclass
 from .shapes import BoxFrame, Curve, Form, Letters, Line
 
 CELL = 8

@@ -32,11 +32,12 @@ the rung unless a routine writes it.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from enum import Enum
 from functools import cached_property
 from types import MappingProxyType
 
+from ...io_images.dataclass import dataclass
 from ...io_images.site import Site
 from ..instructions import BY_NAME
 from ..instructions.addons import ADD_ON_CALL, with_off_calls

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import partial
 
+from ...io_images.dataclass import dataclass
 from .operands import (
     Calculation,
     Constant,

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
+from ...io_images.dataclass import dataclass
 from ..model.arithmetic import real
 from ..model.stretches import BITS, byte_parts
 from ..model.types import BOOL, DataType, Elementary, Structure, count_of, members_at, size_of

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from typing import Any, Protocol
 
+from ...io_images.dataclass import dataclass
 from ...io_images.records import record
 from ...io_images.site import Site
 from ..model.chart import DEFAULT_OPTIONS, ChartOptions, Qualifier

@@ -10,7 +10,7 @@ import re
 import sys
 import tomllib
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from ...io_images.addresses import allowed
+from ...io_images.dataclass import dataclass
 from ...io_images.doors import toml_tables
 from ...io_images.input_files import read_input_text
 from ...io_images.site import Site, SiteError, sites_of

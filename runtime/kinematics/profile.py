@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from ...io_images.dataclass import dataclass
 from .shape import AnyShape, Rate, Shape
 
 

@@ -7,11 +7,11 @@ import sys
 import sysconfig
 import traceback
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import Enum
 from opcode import opmap
 from pathlib import Path
 
+from ...io_images.dataclass import dataclass
 from ...io_images.site import NOWHERE, Site
 from ...io_images.text_limits import shortened
 from ...io_images.times import seconds

@@ -10,11 +10,11 @@ specification, so that a run with them is as repeatable as one without.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 
 from pydantic import ConfigDict, StrictInt
 
+from ...io_images.dataclass import dataclass
 from ...io_images.image import WORDS_MAX
 from ...io_images.site import SettingError
 from .module_fault import ModuleFault

@@ -10,9 +10,10 @@ copies the block unchanged, scan by scan; the images of logic and modules are vi
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeVar
 
+from ...io_images.dataclass import dataclass
 from ...io_images.image import Image
 from ...io_images.memory_layout import ImagePlaces, MemoryLayout, memory_layout
 from ...io_images.module_words import PLAIN_WORDS, ModuleWords

@@ -10,7 +10,6 @@ types define their form in the file.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from decimal import Decimal
 from fractions import Fraction
 from itertools import pairwise
@@ -29,6 +28,7 @@ from pydantic_core import PydanticCustomError
 
 from ...io_images.addresses import allowed
 from ...io_images.amci3601.bits import InputBit
+from ...io_images.dataclass import dataclass
 from ...io_images.site import SettingError
 
 

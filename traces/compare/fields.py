@@ -8,7 +8,6 @@ configuration's word is 0 in command mode: every word counts once in either mode
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from functools import partial
 from typing import Any
@@ -16,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...io_images.dataclass import dataclass
 from ...io_images.number_formats import NumberFormat
 from ..format.flags import FLAGS as CPU_FLAGS
 from ..format.flags import OVERRUN

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
+from ...io_images.dataclass import dataclass
 from ..format.flags import flag_names
 from ..format.layout import SlotInfo
 from ..read.changes import ChangeRows, Row

@@ -33,9 +33,9 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from struct import Struct
 
+from ...io_images.dataclass import dataclass
 from .cdr import leaves
 from .layout import SlotInfo, block_layout
 from .named_words import SEPARATOR

@@ -27,13 +27,13 @@ import json
 import re
 import unicodedata
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from keyword import kwlist
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
+from ...io_images.dataclass import dataclass
 from ...io_images.tag_names import element_of, without_ranges
 from .named_words import SEPARATOR
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...io_images.dataclass import dataclass
 from ..signals import Signal, SignalKind
 from ..signals.signal import whole_numbers
 from . import numbers

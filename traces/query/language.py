@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any
 
@@ -21,6 +20,7 @@ import numpy as np
 from lark import Lark, Token, Transformer, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken, VisitError
 
+from ...io_images.dataclass import dataclass
 from ..signals import Catalog, Signal, SignalKind
 from ..signals.catalog import UnknownSignalError
 from . import columns, numbers

@@ -13,11 +13,11 @@ silence(A, B, 5 ms) the same, where B comes later than 5 ms, or never
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ...io_images.dataclass import dataclass
 from .columns import Condition, Scans
 
 Rows = NDArray[np.int64]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import BinaryIO
 
 from mcap.opcode import Opcode
 from mcap.records import Channel, Header, Metadata, Schema
 
+from ...io_images.dataclass import dataclass
 from ...io_images.memory_layout import MemoryLayout
 from ...io_images.module_words import PLAIN_WORDS
 from ..format.layout import SlotInfo, block_layout

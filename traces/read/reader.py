@@ -13,7 +13,6 @@ from __future__ import annotations
 import os
 from bisect import bisect_right
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from types import TracebackType
@@ -23,6 +22,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Schema
 from typing_extensions import override
 
+from ...io_images.dataclass import dataclass
 from ...io_images.doors import json_value
 from ...io_images.image import Image
 from ...io_images.memory_layout import ImagePlaces

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from itertools import pairwise
 from typing import BinaryIO, NamedTuple
 
@@ -20,6 +20,7 @@ from mcap.opcode import Opcode
 from mcap.records import Channel, Schema
 from numpy.typing import NDArray
 
+from ...io_images.dataclass import dataclass
 from ...io_images.times import seconds_column
 from ..format.batch import message_layout
 from ..format.records import (

@@ -16,11 +16,11 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Never
 
+from ...io_images.dataclass import dataclass
 from ..files.keeping import RecordingKeeper
 from ..format.batch import ScanBatch, TagBatch, message_layout
 from ..format.layout import SlotInfo, block_layout, check_slots

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from ...io_images.dataclass import dataclass
 from ...io_images.times import DEFAULT_RUN
 from ...terminal.as_json import JsonOption
 from ...terminal.grouped import grouped

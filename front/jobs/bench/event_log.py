@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
+from ...io_images.dataclass import dataclass
 from ...io_images.times import seconds
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.events import JsonValue

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from dataclasses import dataclass
 
+from ...io_images.dataclass import dataclass
 from ...io_images.times import parse_time
 from ...traces.replay import PackedTrace
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
+from ...io_images.dataclass import dataclass
 from ...ladder import LadderLogic
 from ...ladder.debug import CauseLink, Debugger, Remedies
 from ...runtime.config.rackspec import RackSpec

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
+from ...io_images.dataclass import dataclass
 from ...io_images.text_limits import EXPORT_MIB
 
 

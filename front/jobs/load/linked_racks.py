@@ -11,10 +11,11 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...io_images.dataclass import dataclass
 from ...io_images.times import seconds
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import NEVER, DataSource, Ending, Partner, Sample, Sampler, Stub

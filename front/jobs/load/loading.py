@@ -7,12 +7,13 @@ import inspect
 import tempfile
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
+from ...io_images.dataclass import dataclass
 from ...io_images.times import DEFAULT_RUN, parse_duration
 from ...ladder.model.errors import LadderError
 from ...ladder.model.stubs import Stub, Stubs

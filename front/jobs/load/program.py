@@ -15,7 +15,7 @@ import sys
 import traceback
 from collections.abc import Callable, Collection, Iterator, Mapping
 from contextvars import ContextVar
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from enum import StrEnum
 from importlib.machinery import ModuleSpec
 from pathlib import Path, PurePath
@@ -23,6 +23,7 @@ from types import CodeType, FunctionType, ModuleType
 from typing import TYPE_CHECKING, Any
 
 from ...io_images.annotations import signature_of
+from ...io_images.dataclass import dataclass
 from ...io_images.input_files import read_input
 from ...io_images.site import Site, SiteError
 from ...io_images.text_limits import LIMITS, TextKind, shortened

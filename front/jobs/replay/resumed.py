@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
 from struct import unpack
 
 from ...io_images.amci3601 import (
@@ -25,6 +24,7 @@ from ...io_images.amci3601 import (
     StatusLsw,
     StatusMsw,
 )
+from ...io_images.dataclass import dataclass
 from ...io_images.image import Image, signed_word
 from ...io_images.thousands import join_reported
 from ...runtime.loop.events import Event

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Protocol, TypeGuard
 
+from ...io_images.dataclass import dataclass
 from ...io_images.doors import json_value
 from ...ladder.python.online.fields import Fields
 from ...ladder.python.sequences import Logic

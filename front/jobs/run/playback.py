@@ -11,9 +11,10 @@ and begin anywhere.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ...io_images.amci3601.bits import InputBit
+from ...io_images.dataclass import dataclass
 from ...io_images.image import Image
 from ...io_images.memory_layout import MemoryLayout
 from ...runtime.loop.cpu import Cpu

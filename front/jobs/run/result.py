@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
+from ...io_images.dataclass import dataclass
 from ...runtime.loop.events import JsonValue
 from ...runtime.loop.listeners import QuietListener
 from ...runtime.loop.rack import Rack

@@ -11,10 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager, ExitStack, nullcontext
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ...io_images.dataclass import dataclass
 from ...runtime.loop.cpu import Cpu
 from ...runtime.loop.listeners import ScanListener
 from ...runtime.loop.pace import FreeRun, Pacer

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any
 
 from ...io_images.addresses import Address
 from ...io_images.amci3601 import COMPLETION_BITS, MOTIONS, CommandMsw, StatusMsw
 from ...io_images.amci3601.rules.causes import BitCause, Origin, cause_of
 from ...io_images.amci3601.words import is_stepper
+from ...io_images.dataclass import dataclass
 from ...io_images.times import seconds
 from ...ladder import LadderLogic
 from ...ladder.debug import CauseLink, Chains, Debugger, linked

@@ -6,9 +6,10 @@ In this order. Where one of them is in effect, a value is what it makes of it, w
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from ...io_images.addresses import Address
+from ...io_images.dataclass import dataclass
 from ...io_images.times import seconds
 from ...runtime.loop.incidents import FaultKind
 from ...runtime.loop.scan import MODE_MASK, CpuMode, ScanFlag

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from ...io_images.dataclass import dataclass
 from ...io_images.times import seconds
 from ...traces.format.layout import SlotInfo
 from ...traces.read.event_text import describe

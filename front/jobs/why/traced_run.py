@@ -14,12 +14,13 @@ import sys
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, redirect_stderr, redirect_stdout
-from dataclasses import dataclass, field
+from dataclasses import field
 from io import StringIO
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
+from ...io_images.dataclass import dataclass
 from ...ladder.state.memory import same
 from ...runtime.config.rackspec import RackSpec
 from ...runtime.loop.rack import Slot

@@ -17,9 +17,9 @@ What an edit does to each name:
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 from typing import Any
 
+from ....io_images.dataclass import dataclass
 from ....io_images.site import sites_of
 from ....io_images.times import seconds
 from ..sequences.coroutine import Sequence

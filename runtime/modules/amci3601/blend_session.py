@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 
+from ....io_images.dataclass import dataclass
 from ....io_images.thousands import PARAMETER_MAX
 from ...kinematics import MILLI, PICO, BlendLeg, Shape, check_blend, ramp_distance
 from .axis_protocol import BlendProgram

@@ -12,9 +12,9 @@ together when the module's processor has lost the backplane chip.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 
+from ....io_images.dataclass import dataclass
 from .latches import COMMAND_ERROR, CONFIG_ERROR, HOME_INVALID, INPUT_ERROR, INVALID_PROFILE
 
 BLINKING_ERRORS = CONFIG_ERROR | COMMAND_ERROR | INPUT_ERROR | HOME_INVALID | INVALID_PROFILE

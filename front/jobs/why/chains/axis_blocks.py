@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Protocol
 
 from ....io_images.amci3601 import StatusMsw
+from ....io_images.dataclass import dataclass
 from ....ladder.debug import CauseLink, Chains
 from ....ladder.state.lowered import AddOnCall, LoweredProgram
 from ....traces.replay import PackedTrace

@@ -12,10 +12,10 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from types import FrameType
 from typing import Any
 
+from ....io_images.dataclass import dataclass
 from ....ladder.state.memory import same
 from ....runtime.loop.faults import is_the_users
 
