@@ -15,7 +15,6 @@ from ...jobs.run.result import RunCounters, result_of
 from ...jobs.run.running import JobRun, RunOptions
 from ...jobs.trust.owned import check_recording
 from ...runtime.loop.pace import FreeRun, wall_ns
-from ...terminal.as_json import say_json
 from ...terminal.progress import shown_progress
 from ...terminal.run_end import run_to_end
 from ...terminal.status import BAD_INPUT, CANNOT_WRITE, DONE, INTERRUPTED, NO, NO_HELPER, complain, reason
@@ -77,6 +76,8 @@ def run_job(
         took_ns = wall_ns() - start_ns
         result = result_of(run, tally, options.trace)
         if as_json:
+            from ...terminal.as_json import say_json
+
             say_json({"ended": ENDED[status], **summary_row(run, result, took_ns)})
         elif summarised and not quiet:
             say(summary(result, took_ns, pacer, run.stubs, run.steps))
