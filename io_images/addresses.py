@@ -18,7 +18,6 @@ Upper and lower case are the same.
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -213,6 +212,8 @@ def allowed(given: object, choices: Iterable[object]) -> str:
     'did you mean HOLD_MOVE? Choose from HOLD_MOVE, RESUME_MOVE'
     """
     names = [str(choice) for choice in choices]
+    import difflib  # most names are right
+
     close = difflib.get_close_matches(str(given), names, n=1)
     listed = f"hoose from {', '.join(names) or 'none'}"
     return f"did you mean {close[0]}? C{listed}" if close else f"c{listed}"

@@ -2,7 +2,7 @@
 
 The standard library compiles six methods of a class when the class is defined, which took a tenth of the time
 of a short `scanrack run`; most of them are never called. It still finds the fields and the slots, and makes
-each class that inherits fields.
+each class that inherits fields or has an `InitVar`.
 
 >>> @dataclass(frozen=True, slots=True)
 ... class Spot:
@@ -17,11 +17,13 @@ from __future__ import annotations
 import dataclasses
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import MISSING, Field, FrozenInstanceError, fields
 from reprlib import recursive_repr
 from typing import TYPE_CHECKING, Any
 
 Method = Callable[..., Any]
+_whole: Any = dataclasses.dataclass
 
 DEFAULTS = {"init": True, "repr": True, "eq": True, "order": False, "unsafe_hash": False, "frozen": False}
 """Options that have methods."""
@@ -58,13 +60,13 @@ def _dataclass(cls: type[Any] | None = None, /, **options: bool) -> Any:
 
 
 def _made(cls: type[Any], options: Mapping[str, bool]) -> type[Any]:
-    if dataclasses.is_dataclass(cls):
-        return dataclasses.dataclass(**options)(cls)  # type: ignore[call-overload]
+    if dataclasses.is_dataclass(cls) or "InitVar" in str(getattr(cls, "__annotations__", "")):
+        return _whole(**options)(cls)
     chosen = DEFAULTS | options
     own = dict(vars(cls))
     if "__eq__" in own and own["__hash__"] is None:  # Python's, not the author's
         del own["__hash__"]
-    made = dataclasses.dataclass(**{**options, **dict.fromkeys(DEFAULTS, False)})(cls)
+    made = _whole(**{**options, **dict.fromkeys(DEFAULTS, False)})(cls)
     for name in DEFAULTS:
         setattr(made.__dataclass_params__, name, chosen[name])
     for name, method in _methods(made, chosen):
@@ -195,3 +197,14 @@ if TYPE_CHECKING:
     from dataclasses import dataclass as dataclass
 else:
     dataclass = _dataclass
+
+
+@contextmanager
+def of_libraries_too() -> Iterator[None]:
+    """Make dataclasses of libraries that the block imports in the same way; pydantic and mcap have 70."""
+    original = dataclasses.dataclass
+    dataclasses.dataclass = dataclass
+    try:
+        yield
+    finally:
+        dataclasses.dataclass = original

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from typing import TYPE_CHECKING
 
 from ...io_images.module_words import PLAIN_WORDS, ModuleWords
 from ...io_images.site import SettingError
@@ -13,6 +13,9 @@ from .amci3601.record import RECORD as AMCI3601
 from .cards.record import RECORDS as CARDS
 from .drives.record import RECORDS as DRIVES
 from .record import LivePort, ModuleRecord, Options
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 GROUP = "scanrack.modules"
 """The group of entry points of installed packages with modules: catalog name = module:RECORD."""
@@ -24,6 +27,8 @@ OWN: Mapping[str, ModuleRecord] = {record.name: record for record in (AMCI3601, 
 @cache
 def _installed() -> Mapping[str, EntryPoint]:
     """Return the entry points of installed packages by catalog name, without names of scanrack's own."""
+    from importlib.metadata import entry_points  # it imports the whole of `email`
+
     return {point.name: point for point in entry_points(group=GROUP) if point.name not in OWN}
 
 

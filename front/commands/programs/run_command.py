@@ -11,7 +11,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
-from ...io_images.dataclass import dataclass
+from ...io_images.dataclass import dataclass, of_libraries_too
 from ...terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
 
 
@@ -97,12 +97,13 @@ def run_command(options: RunArguments) -> NoReturn:
     Raises:
         SystemExit: always, with a status of `terminal.status`.
     """
-    from ...jobs.load.exports import begun
-    from ...jobs.load.loading import forces_to_hold, load_job, scans_to_run, with_tags
-    from ...jobs.run.build import check_ports
-    from ...jobs.run.running import RunOptions
-    from ...runtime.loop.pace import RealTime
-    from .run_job import retained_memory, run_job, run_retained, servers_at, trace_path
+    with of_libraries_too():
+        from ...jobs.load.exports import begun
+        from ...jobs.load.loading import forces_to_hold, load_job, scans_to_run, with_tags
+        from ...jobs.run.build import check_ports
+        from ...jobs.run.running import RunOptions
+        from ...runtime.loop.pace import RealTime
+        from .run_job import retained_memory, run_job, run_retained, servers_at, trace_path
 
     try:
         export = begun(keep_values=options.keep_values, memory=options.memory)

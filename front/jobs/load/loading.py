@@ -125,7 +125,7 @@ def load_job(
 
 
 def _program(address: str, folder: Path, stubs: Stubs, spec: RackSpec) -> LoadedProgram:
-    begins = ExportStart(**spec.export.model_dump())
+    begins = ExportStart(spec.export.keep_values, spec.export.memory_mib)
     return load_program(address, folder, stubs, _slots(spec), begins)
 
 

@@ -7,7 +7,6 @@ structured text; a `.steps` file, a list of steps; or an `.L5X` or `.SLC` file, 
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import importlib.util
 import inspect
@@ -480,6 +479,8 @@ def _pick(path: Path, module: ModuleType, name: str) -> Callable[..., Any]:
         for key, value in vars(module).items()
         if isinstance(value, FunctionType) and value.__module__ == module.__name__ and not key.startswith("_")
     ]
+    import difflib  # most names are right
+
     close = difflib.get_close_matches(name, there, n=1)
     hint = f"; did you mean {close[0]}?" if close else ""
     named = f"no function {name} among {', '.join(there)}" if there else f"no function {name} in it"
