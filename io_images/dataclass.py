@@ -60,8 +60,8 @@ def _dataclass(cls: type[Any] | None = None, /, **options: bool) -> Any:
 
 
 def _made(cls: type[Any], options: Mapping[str, bool]) -> type[Any]:
-    if dataclasses.is_dataclass(cls) or "InitVar" in str(getattr(cls, "__annotations__", "")):
-        return _whole(**options)(cls)
+    if _is_special(cls):
+        return _whole(**options)(cls)  # type: ignore[no-any-return]
     chosen = DEFAULTS | options
     own = dict(vars(cls))
     if "__eq__" in own and own["__hash__"] is None:  # Python's, not the author's
@@ -73,6 +73,12 @@ def _made(cls: type[Any], options: Mapping[str, bool]) -> type[Any]:
         if name not in own:
             setattr(made, name, method)
     return made
+
+
+def _is_special(cls: type[Any]) -> bool:
+    """Return whether a class inherits fields, or has parameters that are none."""
+    inherits = dataclasses.is_dataclass(cls) and (fields(cls) or cls.__dataclass_params__.frozen)
+    return bool(inherits) or "InitVar" in str(getattr(cls, "__annotations__", ""))
 
 
 def _methods(cls: type[Any], chosen: Mapping[str, bool]) -> Iterator[tuple[str, object]]:
@@ -202,9 +208,8 @@ else:
 @contextmanager
 def of_libraries_too() -> Iterator[None]:
     """Make dataclasses of libraries that the block imports in the same way; pydantic and mcap have 70."""
-    original = dataclasses.dataclass
     dataclasses.dataclass = dataclass
     try:
         yield
     finally:
-        dataclasses.dataclass = original
+        dataclasses.dataclass = _whole

@@ -11,7 +11,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
-from ...io_images.dataclass import dataclass, of_libraries_too
+from ...io_images.dataclass import dataclass
+from ...terminal.importing import imported
 from ...terminal.status import BAD_INPUT, CANNOT_WRITE, complain, reason
 
 
@@ -97,7 +98,7 @@ def run_command(options: RunArguments) -> NoReturn:
     Raises:
         SystemExit: always, with a status of `terminal.status`.
     """
-    with of_libraries_too():
+    with imported():
         from ...jobs.load.exports import begun
         from ...jobs.load.loading import forces_to_hold, load_job, scans_to_run, with_tags
         from ...jobs.run.build import check_ports
