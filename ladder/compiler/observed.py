@@ -15,9 +15,9 @@ import ast
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from scanrack.io_images.dataclass import dataclass
 from typing_extensions import override
 
-from ...io_images.dataclass import dataclass
 from ..state.lowered import LoweredProgram
 
 NOTED = "__noted"

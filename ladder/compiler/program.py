@@ -7,7 +7,8 @@ import textwrap
 from collections.abc import Sequence, Set
 from functools import partial
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ..state.lowered import LoweredLine, LoweredProgram, LoweredRoutine
 from .calls import function_name, parameters_of
 from .observed import NOTED, NOTES, UNOBSERVED, NoteList, Notes, Observation

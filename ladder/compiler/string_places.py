@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ..state.tag_bytes import PUT_TEXT
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ..model.operands import Calculation, Group, Place, Resolved, can_fault, is_truth
 from ..model.operators import FUNCTIONS, RELATIONS
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ..model.operands import Constant, Group, Place, leaves_in
 from ..model.tags import Leaf
 from ..model.types import COUNTER, HIDDEN, TIMER

@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from typing import Any, Literal
 
-from ...io_images.dataclass import dataclass
-from ...io_images.times import seconds
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.times import seconds
+
 from ..compiler.observed import LineKey
 from ..lowering.runnable import LadderLogic
 from ..model.errors import LadderError, LadderFault

@@ -14,9 +14,9 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import field
 
+from scanrack.io_images.dataclass import dataclass
 from typing_extensions import override
 
-from ...io_images.dataclass import dataclass
 from ..model.errors import LadderFault
 from ..model.operands import Calculation, Constant, Group, Place, Resolved
 from ..model.spec import InstructionKind, Use

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
+from scanrack.io_images.dataclass import dataclass
 from typing_extensions import override
 
-from ...io_images.dataclass import dataclass
 from ..compiler.observed import held_name, kept_name
 from ..model.arithmetic import wrap
 from ..model.tags import Layout, Leaf

@@ -8,7 +8,8 @@ from collections.abc import Callable, Iterator, Mapping
 from itertools import chain
 from typing import Any
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ..state.memory import Memory
 from ..state.snapshots import snapshot
 from .forces import Forces

@@ -11,7 +11,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import field
 from typing import Any
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ..model.operands import Calculation, Place
 from ..model.operators import RELATIONS
 from ..model.spec import InstructionKind

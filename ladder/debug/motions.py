@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ..instructions.motion.ideal_axis import BITS, PLANNER_OF
 from ..instructions.motion.motion_control import ERRORS
 from ..instructions.motion.spots import Ideal, MotionPart

@@ -11,8 +11,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
-from ...io_images.dataclass import dataclass
-from ...io_images.times import seconds
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.times import seconds
+
 from ..state.lowered import (
     ADD_ON,
 )

@@ -11,7 +11,8 @@ from dataclasses import replace
 from itertools import combinations, product
 from typing import Any
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ..model.arithmetic import real
 from ..state.memory import Value
 from .watched import shown

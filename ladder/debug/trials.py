@@ -12,7 +12,8 @@ from dataclasses import field
 from itertools import islice
 from typing import Any
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ..model.arithmetic import wrap
 from ..model.errors import LadderFault
 from ..model.operands import Calculation, Constant, Group, Place

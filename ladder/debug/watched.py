@@ -7,10 +7,10 @@ from contextlib import contextmanager
 from dataclasses import field, replace
 from typing import Any
 
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.site import Site
 from typing_extensions import override
 
-from ...io_images.dataclass import dataclass
-from ...io_images.site import Site
 from ..interpreter import Interpreter
 from ..model.errors import LadderFault
 from ..model.operands import Calculation, Place

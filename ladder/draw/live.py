@@ -12,9 +12,9 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
+from scanrack.io_images.dataclass import dataclass
 from typing_extensions import override
 
-from ...io_images.dataclass import dataclass
 from ..model.tree import Address, Instruction, MemberStep, Operand, Rung, addresses_in, instructions_of
 from .layout import NO_CAPTIONS, place
 from .marks import BoxLine, Picture, Symbol

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import field
 from typing import NamedTuple
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from .shapes import BoxFrame, Curve, Form, Letters, Line
 
 CELL = 8

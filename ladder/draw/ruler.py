@@ -9,7 +9,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ..instructions import SPECS
 from ..lowering.addon import AddOn
 from ..model.tree import Branch, Element, Instruction, Series

@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ..interpreter import Interpreter
 from ..model.arithmetic import wrap
 from ..model.errors import LadderError

@@ -10,8 +10,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ...io_images.dataclass import dataclass
-from ...io_images.site import Site
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.site import Site
+
 from ..instructions.motion.axes import AxisSettings, MotionData
 from ..instructions.motion.axis_3601 import Axis, BoundAxis, show
 from ..instructions.motion.ideal_axis import IdealAxis, update_axes

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from dataclasses import field, replace
 from itertools import zip_longest
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ..model.predefined.motion_types import is_axis
 from ..model.tags import Tag
 from ..model.tree import Address, BitStep, MemberStep, Number, SubscriptStep

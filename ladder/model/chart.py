@@ -13,7 +13,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import field
 from enum import Enum
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from .statements import INDENT, Assignment, Invocation, block_lines
 from .tree import Address, Block, Instruction, MemberStep, Operand, Origin, Statement
 

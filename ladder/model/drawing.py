@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...io_images.dataclass import dataclass
-from ...io_images.site import NOWHERE, Site, SiteError
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.site import NOWHERE, Site, SiteError
 
 
 class LadderError(SiteError):

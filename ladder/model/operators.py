@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from . import arithmetic
 from .arithmetic import decimal, from_decimal, real_decimal, real_from_decimal
 

@@ -15,7 +15,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from enum import Enum
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from .errors import LadderError
 from .tags import Layout, Leaf
 from .types import BOOL, DINT, INT, LINT

@@ -13,7 +13,8 @@ from enum import Enum, auto
 from functools import cached_property
 from typing import Any
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from .errors import LadderError
 from .tagref import operand_of
 from .tree import Address, Instruction, Unknown

@@ -10,7 +10,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import field, fields, replace
 from typing import Any, ClassVar
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from .tree import Address, Block, Instruction, Number, NumberedLine, Operand, Origin, Statement, comment_lines
 
 INDENT = "    "

@@ -13,8 +13,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import lru_cache
 
-from ...io_images.dataclass import dataclass
-from ...io_images.records import record
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.records import record
+
 from .types import BOOL, HIDDEN, DataType, Elementary, Structure, count_of, members_at, size_of
 
 

@@ -11,8 +11,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import field
 
-from ...io_images.dataclass import dataclass
-from ...io_images.records import record
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.records import record
+
 from . import hooks
 from .quoting import quoted
 

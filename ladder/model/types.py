@@ -20,8 +20,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import field
 from functools import cached_property, lru_cache
 
-from ...io_images.dataclass import dataclass
-from ...io_images.records import record
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.records import record
+
 from .errors import LadderError
 
 MAX_DIMENSIONS = 3

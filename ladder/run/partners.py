@@ -13,7 +13,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ..model.errors import LadderError, Problem
 from ..model.operands import Group
 from ..model.stubs import RPI_NS, Ending, Partner, Remote, Sample, Sampler, Stub

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ..model.arithmetic import real
 from ..model.stretches import BITS, byte_parts
 from ..model.types import BOOL, DataType, Elementary, Structure, count_of, members_at, size_of

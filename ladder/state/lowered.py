@@ -7,9 +7,10 @@ from dataclasses import field
 from functools import cached_property
 from typing import Any, Protocol
 
-from ...io_images.dataclass import dataclass
-from ...io_images.records import record
-from ...io_images.site import Site
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.records import record
+from scanrack.io_images.site import Site
+
 from ..model.chart import DEFAULT_OPTIONS, ChartOptions, Qualifier
 from ..model.operands import Constant, Group, Place, Resolved
 from ..model.schedule import Schedule

@@ -11,9 +11,10 @@ from collections.abc import Callable, Container, Mapping, Sequence
 from types import CellType, MappingProxyType
 from typing import Any, Protocol
 
-from ...io_images.dataclass import dataclass
-from ...io_images.image import Image
-from ...io_images.site import Site
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.image import Image
+from scanrack.io_images.site import Site
+
 from ..model.arithmetic import real
 from ..model.errors import LadderError
 from ..model.stretches import Spot

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ..model.expressions import parse_address
 from ..model.tree import BitStep, MemberStep, Number, Operand, Step, SubscriptStep
 from ..model.types import DataType, Elementary, Member, Structure

@@ -19,9 +19,9 @@ from pydantic import (
     model_validator,
 )
 from pydantic_core import PydanticCustomError, core_schema
+from scanrack.io_images.site import SettingError
+from scanrack.io_images.times import exact_ns
 
-from ...io_images.site import SettingError
-from ...io_images.times import exact_ns
 from ..machine.spec import (
     EncoderSpec,
     InputName,

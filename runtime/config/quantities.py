@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import PydanticCustomError, core_schema
-
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
 
 if TYPE_CHECKING:
     from pydantic.json_schema import JsonSchemaValue

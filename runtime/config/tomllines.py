@@ -16,7 +16,7 @@ import re
 from collections.abc import Mapping
 from functools import cached_property
 
-from ...io_images.doors import toml_tables
+from scanrack.io_images.doors import toml_tables
 
 KeyPath = tuple[str | int, ...]
 """Keys and array indexes from the top of a document."""

@@ -25,7 +25,7 @@ from enum import Enum
 from fractions import Fraction
 from math import ceil, isqrt
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
 
 PICO = 10**12
 """Picosteps in a step."""

@@ -14,9 +14,10 @@ from dataclasses import MISSING, asdict, fields
 from itertools import chain
 from typing import Any, NoReturn, TypeGuard
 
-from ...io_images.dataclass import dataclass
-from ...io_images.doors import json_value
-from ...io_images.image import WORDS_MAX
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.doors import json_value
+from scanrack.io_images.image import WORDS_MAX
+
 from ..loop.incidents import FaultKind
 from .speeds import MAX, SPEED_LEAST, SPEED_MOST
 

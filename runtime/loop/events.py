@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import field
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
 
 JsonValue = str | int | float | bool | None | list[int] | list[str] | Mapping[str, str | int | float | bool]
 

@@ -11,9 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 
-from ...io_images.addresses import Address, parse_address
-from ...io_images.dataclass import dataclass
-from ...io_images.image import UNSIGNED_MAX, WORD_MIN
+from scanrack.io_images.addresses import Address, parse_address
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.image import UNSIGNED_MAX, WORD_MIN
+
 from .rack import Rack
 
 WORD_MASK = 0xFFFF

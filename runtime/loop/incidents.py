@@ -13,10 +13,10 @@ from __future__ import annotations
 from enum import Enum
 
 from pydantic import ConfigDict, StrictInt
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.image import WORDS_MAX
+from scanrack.io_images.site import SettingError
 
-from ...io_images.dataclass import dataclass
-from ...io_images.image import WORDS_MAX
-from ...io_images.site import SettingError
 from .module_fault import ModuleFault
 
 

@@ -13,10 +13,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TypeVar
 
-from ...io_images.dataclass import dataclass
-from ...io_images.image import Image
-from ...io_images.memory_layout import ImagePlaces, MemoryLayout, memory_layout
-from ...io_images.module_words import PLAIN_WORDS, ModuleWords
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.image import Image
+from scanrack.io_images.memory_layout import ImagePlaces, MemoryLayout, memory_layout
+from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
+
 from .module import Module
 
 

@@ -14,7 +14,8 @@ from bisect import bisect_right, insort
 from collections import deque
 from typing import TYPE_CHECKING
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from .spec import EncoderSpec
 
 if TYPE_CHECKING:

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 from functools import cache, cached_property
 from typing import TYPE_CHECKING
 
-from ...io_images.module_words import PLAIN_WORDS, ModuleWords
-from ...io_images.site import SettingError
+from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
+from scanrack.io_images.site import SettingError
+
 from .amci3601.record import RECORD as AMCI3601
 from .record import LivePort, ModuleRecord, Options
 

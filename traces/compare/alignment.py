@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
 
-from ...io_images.dataclass import dataclass
 from ..read.reader import Trace
 from ..signals import Catalog, SignalKind, blocks
 

@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.number_formats import NumberFormat
 
-from ...io_images.dataclass import dataclass
-from ...io_images.number_formats import NumberFormat
 from ..format.flags import FLAGS as CPU_FLAGS
 from ..format.flags import OVERRUN
 from ..format.layout import SlotInfo

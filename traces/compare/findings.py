@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from scanrack.io_images.dataclass import dataclass
 
-from ...io_images.dataclass import dataclass
 from ..format.flags import flag_names
 from ..format.layout import SlotInfo
 from ..read.changes import ChangeRows, Row

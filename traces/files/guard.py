@@ -20,7 +20,8 @@ from os.path import realpath
 from pathlib import Path
 from types import MappingProxyType
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ..format.records import MAGIC
 from .locking import is_being_recorded
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
 
 SMALLEST_MESSAGE_BYTES = 31
 """Opcode, length, and the fields of a message without data."""

@@ -35,7 +35,8 @@ import hashlib
 from collections.abc import Sequence
 from struct import Struct
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from .cdr import leaves
 from .layout import SlotInfo, block_layout
 from .named_words import SEPARATOR

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import json
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
 
 SCAN_TOPIC = "/scan"
 MESSAGE_ENCODING = "json"

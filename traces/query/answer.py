@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

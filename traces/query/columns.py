@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
 
-from ...io_images.dataclass import dataclass
 from ..signals import Signal, SignalKind
 from ..signals.signal import whole_numbers
 from . import numbers

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 from lark import Lark, Token, Transformer, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedInput, UnexpectedToken, VisitError
+from scanrack.io_images.dataclass import dataclass
 
-from ...io_images.dataclass import dataclass
 from ..signals import Catalog, Signal, SignalKind
 from ..signals.catalog import UnknownSignalError
 from . import columns, numbers

@@ -16,8 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-
-from ...io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
 
 Array = NDArray[Any]
 Condition = NDArray[np.bool_]

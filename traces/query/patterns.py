@@ -16,8 +16,8 @@ from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
 
-from ...io_images.dataclass import dataclass
 from .columns import Condition, Scans
 
 Rows = NDArray[np.int64]

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
 
-from ...io_images.dataclass import dataclass
 from ..format.layout import SlotInfo, block_layout
 from ..format.tagplan import FIELD
 from .image_text import Words, module_text, risen_and_fallen

@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
 
-from ...io_images.dataclass import dataclass
 from ..format.layout import SlotInfo, block_layout
 
 

@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from ...io_images.dataclass import dataclass
-from ...io_images.times import seconds
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.times import seconds
+
 from ..format.topics import SEQUENCES
 
 if TYPE_CHECKING:  # a run reads no recording

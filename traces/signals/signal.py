@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
 
-from ...io_images.dataclass import dataclass
 from .stream import Block
 
 Array = NDArray[Any]

@@ -13,9 +13,9 @@ from collections.abc import Callable, Iterator, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.memory_layout import ImagePlaces
 
-from ...io_images.dataclass import dataclass
-from ...io_images.memory_layout import ImagePlaces
 from ..read.arrays import column_chunks, extent, scan_count
 from ..read.columns import ALL, Columns, Selection
 from ..read.reader import Trace

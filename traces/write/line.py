@@ -15,7 +15,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...io_images.versions import version_of
+from scanrack.io_images.versions import version_of
+
 from ..files.keeping import RecordingKeeper
 from ..format.schema import LIBRARY
 from .chunks import ChunkWriter

@@ -19,8 +19,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Never
 
-from ...io_images.dataclass import dataclass
-from ...io_images.versions import version_of
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.versions import version_of
+
 from ..files.keeping import RecordingKeeper
 from ..format.batch import ScanBatch, TagBatch, message_layout
 from ..format.layout import SlotInfo, block_layout, check_slots

@@ -14,8 +14,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import field
 
-from ....io_images.amci3601.parameters import LIMITS_3601, Limits
-from ....io_images.dataclass import dataclass
+from scanrack.io_images.amci3601.parameters import LIMITS_3601, Limits
+from scanrack.io_images.dataclass import dataclass
+
 from ...model.errors import LadderError
 
 WORDS = 8

@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from ....io_images.dataclass import dataclass
-from ....io_images.thousands import PARAMETER_MAX
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.thousands import PARAMETER_MAX
+
 from ...interpreter import Interpreter
 from ...interpreter.files import Members
 from ...model.arithmetic import wrap

@@ -17,7 +17,7 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from ....io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
 
 
 @dataclass(frozen=True, slots=True)

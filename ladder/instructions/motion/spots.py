@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import field
 
-from ....io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ...model.predefined.motion_types import MOTION_BITS, PLANNERS
 from ...model.tags import Leaf
 from ...state.memory import Memory, Value

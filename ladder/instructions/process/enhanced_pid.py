@@ -21,7 +21,8 @@ from __future__ import annotations
 
 import math
 
-from ....io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from .function_block import FunctionBlock, block_row
 from .measuring import level_alarms, rate_alarms
 

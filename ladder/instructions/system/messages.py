@@ -18,7 +18,8 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from ....io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ...compiler.edges import write_message
 from ...interpreter import Interpreter
 from ...model.arithmetic import wrap

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from ....io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
 
 SINT, INT, DINT, LINT = 1, 2, 4, 8
 """Bytes of an attribute."""

@@ -14,7 +14,8 @@ from collections.abc import Callable, Mapping
 from functools import lru_cache, partial
 from typing import Any
 
-from ....io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from ...compiler.attributes import write_gsv
 from ...interpreter import Interpreter
 from ...model.arithmetic import wrap

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from enum import Enum, IntEnum
 
-from ....io_images.amci3601.bits import CommandMsw, StatusMsw
-from ....io_images.dataclass import dataclass
+from scanrack.io_images.amci3601.bits import CommandMsw, StatusMsw
+from scanrack.io_images.dataclass import dataclass
 
 
 class State(IntEnum):

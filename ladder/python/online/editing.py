@@ -19,9 +19,10 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from ....io_images.dataclass import dataclass
-from ....io_images.site import sites_of
-from ....io_images.times import seconds
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.site import sites_of
+from scanrack.io_images.times import seconds
+
 from ..sequences.coroutine import Sequence
 from ..sequences.logic import Logic
 from ..sequences.parts import Part

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Mapping
 from enum import Enum
 from typing import Any
 
-from ....io_images.dataclass import dataclass
-from ....io_images.site import SiteError
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.site import SiteError
+
 from ..sequences.coroutine import Sequence
 from ..sequences.logic import Field, Logic
 from ..sequences.parts import Part

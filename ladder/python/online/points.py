@@ -13,7 +13,8 @@ import ast
 from collections.abc import Iterator
 from typing import Any
 
-from ....io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from .suspended import Hold, Range
 
 Function = ast.AsyncFunctionDef

@@ -23,7 +23,8 @@ from dataclasses import field
 from types import CellType, CodeType, FunctionType
 from typing import Any, TypeVar
 
-from ....io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from .held import Again, Entering, OpenBlock, Rest
 from .points import NESTED, BlockStep, Function, Point
 from .suspended import Hold

@@ -13,7 +13,8 @@ from itertools import islice
 from types import CodeType
 from typing import Any
 
-from ....io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from .held import entry_of, unwrapped
 
 _EXITS = ("__exit__", "__aexit__")

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from ....io_images.amci3601 import Configuration
-from ....io_images.dataclass import dataclass
+from scanrack.io_images.amci3601 import Configuration
+from scanrack.io_images.dataclass import dataclass
+
 from ...kinematics import AnyShape, BlendLeg, Profile, Rate
 from .capabilities import Capabilities
 

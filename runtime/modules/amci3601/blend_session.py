@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import field
 
-from ....io_images.dataclass import dataclass
-from ....io_images.thousands import PARAMETER_MAX
+from scanrack.io_images.dataclass import dataclass
+from scanrack.io_images.thousands import PARAMETER_MAX
+
 from ...kinematics import MILLI, PICO, BlendLeg, Shape, check_blend, ramp_distance
 from .axis_protocol import BlendProgram
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 from enum import Enum
 
-from ....io_images.amci3601 import Configuration, HomingKind
-from ....io_images.dataclass import dataclass
+from scanrack.io_images.amci3601 import Configuration, HomingKind
+from scanrack.io_images.dataclass import dataclass
+
 from .command_words import CommandWords
 
 

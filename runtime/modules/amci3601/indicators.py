@@ -14,7 +14,8 @@ from __future__ import annotations
 
 from enum import Enum
 
-from ....io_images.dataclass import dataclass
+from scanrack.io_images.dataclass import dataclass
+
 from .latches import COMMAND_ERROR, CONFIG_ERROR, HOME_INVALID, INPUT_ERROR, INVALID_PROFILE
 
 BLINKING_ERRORS = CONFIG_ERROR | COMMAND_ERROR | INPUT_ERROR | HOME_INVALID | INVALID_PROFILE

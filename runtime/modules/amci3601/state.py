@@ -5,8 +5,9 @@ Operations and commands change the state; this file knows none of them.
 
 from __future__ import annotations
 
-from ....io_images.amci3601 import CommandLsw, Configuration, InputBit
-from ....io_images.dataclass import dataclass
+from scanrack.io_images.amci3601 import CommandLsw, Configuration, InputBit
+from scanrack.io_images.dataclass import dataclass
+
 from .axis_protocol import BlendProgram
 from .blend_session import BlendSession
 from .command_words import CommandWords
