@@ -66,6 +66,7 @@ def _made(cls: type[Any], options: Mapping[str, bool]) -> type[Any]:
     own = dict(vars(cls))
     if "__eq__" in own and own["__hash__"] is None:  # Python's, not the author's
         del own["__hash__"]
+    cls.__doc__ = cls.__doc__ or cls.__name__  # else `inspect` composes a signature
     made = _whole(**{**options, **dict.fromkeys(DEFAULTS, False)})(cls)
     for name in DEFAULTS:
         setattr(made.__dataclass_params__, name, chosen[name])
