@@ -14,12 +14,13 @@ from importlib import import_module
 from typing import Any
 
 import typer
+from scanrack.terminal.interrupting import interrupted
 from scanrack.terminal.limiting import limit_traces
 from scanrack.terminal.status import BAD_INPUT, complain
 from scanrack.terminal.terminal import say
 from typer.core import TyperGroup
 
-from . import COMMANDS, GROUPS, interrupted
+from .catalog import COMMANDS, GROUPS
 from .renamed import renewed
 
 

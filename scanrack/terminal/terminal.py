@@ -26,8 +26,9 @@ def say(text: object, *, err: bool = False, nl: bool = True, whole: bool = False
     """
     shown = str(text) if whole else _short_lines(str(text), err=err)
     stream = sys.stderr if err else sys.stdout
-    stream.write(visible(shown) + "\n" * nl)
-    stream.flush()
+    if stream is not None:  # None: a standard stream that was closed, outside of a command
+        stream.write(visible(shown) + "\n" * nl)
+        stream.flush()
 
 
 def say_file(data: bytes) -> None:
