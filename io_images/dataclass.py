@@ -62,12 +62,12 @@ def _dataclass(cls: type[Any] | None = None, /, **options: bool) -> Any:
 def _made(cls: type[Any], options: Mapping[str, bool]) -> type[Any]:
     if _is_special(cls):
         return _whole(**options)(cls)  # type: ignore[no-any-return]
-    chosen = DEFAULTS | options
+    chosen = {**DEFAULTS, **options}
     own = dict(vars(cls))
     if "__eq__" in own and own["__hash__"] is None:  # Python's, not the author's
         del own["__hash__"]
     cls.__doc__ = cls.__doc__ or cls.__name__  # else `inspect` composes a signature
-    made = _whole(**{**options, **dict.fromkeys(DEFAULTS, False)})(cls)
+    made: type[Any] = _whole(**{**options, **dict.fromkeys(DEFAULTS, False)})(cls)
     for name in DEFAULTS:
         setattr(made.__dataclass_params__, name, chosen[name])
     for name, method in _methods(made, chosen):
@@ -78,8 +78,9 @@ def _made(cls: type[Any], options: Mapping[str, bool]) -> type[Any]:
 
 def _is_special(cls: type[Any]) -> bool:
     """Return whether a class inherits fields, or has parameters that are none."""
-    inherits = dataclasses.is_dataclass(cls) and (fields(cls) or cls.__dataclass_params__.frozen)
-    return bool(inherits) or "InitVar" in str(getattr(cls, "__annotations__", ""))
+    base: Any = cls if dataclasses.is_dataclass(cls) else None
+    inherits = base is not None and bool(fields(base) or base.__dataclass_params__.frozen)
+    return inherits or "InitVar" in str(getattr(cls, "__annotations__", ""))
 
 
 def _methods(cls: type[Any], chosen: Mapping[str, bool]) -> Iterator[tuple[str, object]]:

@@ -51,7 +51,7 @@ def grouped(
 
 
 def _options(group: type[Any], declared: Mapping[str, Any]) -> Iterator[Parameter]:
-    hints = get_type_hints(group, include_extras=True) | declared
+    hints = {**get_type_hints(group, include_extras=True), **declared}
     for field in fields(group):
         yield Parameter(
             field.name, Parameter.POSITIONAL_OR_KEYWORD, default=_default(field), annotation=hints[field.name]
