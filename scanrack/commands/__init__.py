@@ -205,8 +205,9 @@ def _usage(error: Any, words: Sequence[str]) -> str:
     return f"{said} ('{path} --help' lists what there is)"
 
 
+@cache
 def build() -> typer.Typer:
-    """Return the command-line application."""
+    """Return the command-line application, which keeps nothing between two uses."""
     return _application(Lazy)
 
 

@@ -17,6 +17,7 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Never
@@ -330,6 +331,7 @@ def _hashes(**files: Attachment | None) -> dict[str, str]:
     }
 
 
+@cache
 def _version(distribution: str) -> str:
     """Return the version of a distribution; "unknown" for an uninstalled one."""
     try:

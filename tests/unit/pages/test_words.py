@@ -120,6 +120,8 @@ def messages() -> str:
 def grown(text: str, place: Callable[[Retired], int]) -> list[str]:
     """Return the words that are more than were left, each with what to write instead and where it stands."""
     found = []
+    sentences = text.splitlines(keepends=True)
+    text = "".join(each for each in sentences if ANY.search(each))  # few have one of many words
     for word, retired in RETIRED.items():
         hits = [text[max(0, hit.start() - 40) : hit.end() + 30] for hit in FINDERS[word].finditer(text)]
         if len(hits) > place(retired):
