@@ -16,7 +16,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from scanrack.io_images.memory_layout import MemoryLayout
-from scanrack.io_images.renamed import renamed
 
 from .compare import EXACT, Comparison, Tolerance, compare_parts
 from .format.layout import SlotInfo, block_layout
@@ -186,7 +185,3 @@ def _first_scans(chunks: Iterator[Columns], count: int) -> Iterator[Columns]:
         count -= len(columns.scan)
         if count <= 0:
             return
-
-
-def __getattr__(name: str) -> object:
-    return renamed(__name__, name)

@@ -23,8 +23,6 @@ from scanrack.terminal.streams import LostOutput, closed_streams_plugged, guarde
 from scanrack.terminal.terminal import say
 from typer.core import TyperGroup
 
-from .renamed import renewed
-
 __all__ = ["build", "main"]
 
 
@@ -114,9 +112,7 @@ class Lazy(TyperGroup):
         Raises:
             SystemExit: always, with a status of `terminal.status`.
         """
-        words, notes = renewed(sys.argv[1:] if args is None else list(args), tuple(COMMANDS))
-        for note in notes:
-            complain(note)
+        words = sys.argv[1:] if args is None else list(args)
         options["standalone_mode"] = False
         try:
             sys.exit(super().main(words, prog_name, **options))
