@@ -44,6 +44,7 @@ class Block(NamedTuple):
 
     scans: Iterable[tuple[bytes, bool]]  # the rack's memory before the logic, and whether the modules update
     length: int
+    row: bytes | None = None  # that memory if it is the same for all scans, each of which updates the inputs
 
     @classmethod
     def of(cls, rows: list[bytes] | bytes, count: int) -> Block:
@@ -54,7 +55,7 @@ class Block(NamedTuple):
             count: of the scans, if it is a single row.
         """
         if isinstance(rows, bytes):
-            return cls(repeat((rows, True), count), count)
+            return cls(repeat((rows, True), count), count, rows)
         return cls(zip(rows, repeat(True)), len(rows))
 
 

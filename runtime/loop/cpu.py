@@ -22,7 +22,7 @@ from .pace import FreeRun, Pacer, Watchdog, WatchdogTimeout, stopping_on_interru
 from .phases import IDLE_PHASES, PHASES, Phase, ScanPhases
 from .rack import Rack
 from .scan import AttachedLogic, CpuMode, LogicScan, ScanFlag, ScanLogic, mode_name
-from .scans_ahead import ScansAhead
+from .scans_ahead import RepeatFinder, ScansAhead
 
 __all__ = ["PHASES", "Cpu", "CpuFault", "CpuMode", "Fault", "LogicScan", "ScanFlag", "ScanLogic"]
 
@@ -140,6 +140,10 @@ class Cpu:
     def dismiss(self, listener: ScanListener) -> None:
         """Close a listener, which is told nothing more; nothing if it is closed."""
         self._listeners.dismiss(listener)
+
+    def pass_over_repeats(self, finder: RepeatFinder) -> None:
+        """Let scans that repeat the one before them only take their time, see `runtime.loop.scans_ahead`."""
+        self._ahead.finder = finder
 
     def announce(self, event: Event) -> None:
         """Announce an event of the program's own to the listeners with the next scan."""
