@@ -145,11 +145,12 @@ class Patience:
 
     def __init__(self) -> None:
         self.wait = self.SHORTEST_WAIT  # ordinary scans to run first
+        self.longest_wait = self.LONGEST_WAIT
         self.most_rows = self.FEWEST_ROWS  # most scans to foresee while an axis moves
 
     def not_calm(self, scans: int) -> None:
         """Wait because an event comes within `scans` scans; 0 = the modules can't tell."""
-        self.wait = scans + 1 if scans else min(2 * self.wait, self.LONGEST_WAIT)
+        self.wait = scans + 1 if scans else min(2 * self.wait, self.longest_wait)
 
     def ended(self, used: int, count: int) -> None:
         """Adapt to a block of which `used` scans were run."""
@@ -158,6 +159,6 @@ class Patience:
             self.most_rows = min(2 * self.most_rows, self.MOST_ROWS)
             return
         paid = used >= PAYING_SCANS
-        self.wait = self.SHORTEST_WAIT if paid else min(2 * self.wait, self.LONGEST_WAIT)
+        self.wait = self.SHORTEST_WAIT if paid else min(2 * self.wait, self.longest_wait)
         if 4 * used < self.most_rows:
             self.most_rows = max(self.most_rows // 2, self.FEWEST_ROWS)

@@ -143,7 +143,7 @@ class Cpu:
 
     def pass_over_repeats(self, finder: RepeatFinder) -> None:
         """Let scans that repeat the one before them only take their time, see `runtime.loop.scans_ahead`."""
-        self._ahead.finder = finder
+        self._ahead.pass_over_repeats(finder)
 
     def announce(self, event: Event) -> None:
         """Announce an event of the program's own to the listeners with the next scan."""

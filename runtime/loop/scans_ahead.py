@@ -51,7 +51,7 @@ class ScansAhead:
     """Runs scans, by their phases or by rows."""
 
     def __init__(self, phases: ScanPhases, rack: Rack, exchange: Exchange, period_ns: int) -> None:
-        self.finder: RepeatFinder | None = None
+        self._finder: RepeatFinder | None = None
         self.enabled = True  # False = every scan by its phases, as in tests and for irregular scans
         self.stop_requested = False
         self.present: Phase = phases.input_latch  # the phase that ran last
@@ -61,6 +61,11 @@ class ScansAhead:
         self._modules = tuple(slot.module for slot in rack.slots.values())
         self._by_rows = False
         exchange.tell_before_change(self.catch_up)
+
+    def pass_over_repeats(self, finder: RepeatFinder) -> None:
+        """Pass over scans that repeat the one before them, and look ahead more often for that."""
+        self._finder = finder
+        self.patience.longest_wait = self.patience.SHORTEST_WAIT
 
     def run(self, scans: int) -> None:
         """Run scans until they are done or a stop is requested."""
@@ -97,10 +102,10 @@ class ScansAhead:
         count = min(calm, most)
         block = self._exchange.foresee(view.now_ns, self._period_ns, count, patience.most_rows)
         first = view.number
-        if self.finder is None or block.row is None:
+        if self._finder is None or block.row is None:
             self._scan_rows(block.scans)
         else:
-            self._scan_equal_rows(self.finder, block)
+            self._scan_equal_rows(self._finder, block)
         used = view.number - first
         patience.ended(used, block.length)
         return used

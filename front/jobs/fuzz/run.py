@@ -37,7 +37,8 @@ from .invariants.goals import MaximumGoal, Sometimes
 from .invariants.invariants import FOREVER_NS, Invariant, Watch
 from .invariants.output_line import Places
 from .invariants.scan_view import ProgramState, Snapshot
-from .repeated_scans import NS_PER_MS, RepeatedScans, clocks_of, stops_of
+from .program_clocks import clocks_of
+from .repeated_scans import NS_PER_MS, RepeatedScans, stops_of
 from .scenarios.panel import PanelTag
 from .scenarios.parts import timed_parts
 from .scenarios.scenario import Scenario
@@ -230,7 +231,7 @@ class _Watcher(QuietListener):
         """Return whether the clock of an invariant runs."""
         return any(getattr(each.watch, "waiting", False) for each in self._asked)
 
-    def same_until_ns(self, _now_ns: int, counting: bool) -> int:
+    def same_until_ns(self, counting: bool) -> int:
         """Return the instant up to which no invariant has another answer, see `Watch`; 0 if unknown."""
         asked = [getattr(each.watch, "same_until_ns", None) for each in self._asked]
         return min((0 if each is None else each(counting) for each in asked), default=FOREVER_NS)
