@@ -342,7 +342,8 @@ class TrialBench:
         run.rester = None if rests is None else rests.begin(scenario, self.spec)
         verdict = run.go(listeners, aloud=aloud)
         if verdict.broken is not None and verdict.broken.cause == UNPLACED:
-            verdict = _Run(self, scenario, frozenset(without), traced=True).go(_no_listeners, aloud=False)
+            run = _Run(self, scenario, frozenset(without), traced=True, every_scan=every_scan)
+            verdict = run.go(_no_listeners, aloud=False)
         spent = {**verdict.spent, BUILDING: 0}
         return replace(verdict, spent={**spent, BUILDING: wall_ns() - start_ns - sum(spent.values())})
 
@@ -381,7 +382,7 @@ class _Run:
     ) -> None:
         self.rester: ExploredStateStop | None = None
         self._scans, self._scenario = bench.scans, scenario
-        self._every_scan = traced or every_scan
+        self._every_scan = every_scan
         self._without = without
         self._printed = _LineCounter()
         self._spec, self._orders = scenario.laid_over(bench.spec), scenario.orders
