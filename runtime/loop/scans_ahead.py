@@ -10,8 +10,8 @@
 New outputs, a request, a stop, or any action on a module ends the block in the same scan, which
 continues with its phases.
 
-Where all rows are equal, a `RepeatFinder` may say that the coming scans repeat the latest one. These only take their
-time: neither logic nor listeners are called.
+Where all rows are equal, a `RepeatFinder` may find that the coming scans repeat the latest one. Such scans
+only take their time: neither logic nor listeners are called.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ MOST_APART = 63
 
 
 class RepeatFinder(Protocol):
-    """Finds scans that repeat the one before them: the same inputs, program state and answers of listeners."""
+    """Finds scans that repeat the one before them: the same inputs, program state and listeners' answers."""
 
     def keep(self) -> None:
         """Keep the program's state before the next scan."""
 
     def repeats(self, scan: int, now_ns: int, most: int) -> int:
-        """Return how many of the coming scans repeat the latest one, and move the program's clocks on by these.
+        """Return how many of the coming scans repeat the latest one, and move the program's clocks on.
 
         Args:
             scan: number of the next scan.
@@ -90,7 +90,8 @@ class ScansAhead:
     def _ahead(self, most: int) -> int:
         """Run foreseen scans by rows; return their number."""
         view, patience = self._phases.view, self.patience
-        if not (self._phases.plain and self.enabled and numpy_is_worth_it(view.number)):
+        worth = self._finder is not None or numpy_is_worth_it(view.number)
+        if not (self._phases.plain and self.enabled and worth):
             patience.not_calm(0)
             return 0
         if self.stop_requested or most < LEAST_ROWS or any(module.events for module in self._modules):

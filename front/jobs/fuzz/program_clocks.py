@@ -1,8 +1,8 @@
 """The values of a ladder program that follow the time, and what may depend on them.
 
-A scan of a program follows from its inputs, its memory and the time. `clocks_of` returns the clocks of a program
-whose instructions get the time from TON, TOF and RTO only. Such a timer is an *even* one if its count goes on by
-itself while nothing else changes: other instructions only read its bits, copy the count, or compare it with constants.
+Inputs, memory and the time determine a scan. `clocks_of` returns the clocks of a program in which only TON,
+TOF and RTO read the time. A timer is *even* if its count can go on while nothing else changes: other
+instructions only read its bits, copy the count, or compare it with constants.
 
     XIC(Run)TON(Cycle,1400,0)      the count changes in every scan, the bits when it is done
     GRT(Cycle.ACC,700)OTE(Late)    changes between a count of 700 and one of 701
@@ -22,10 +22,12 @@ from ...ladder.model.tags import Leaf
 from ...ladder.model.types import DINT
 from ...ladder.state.lowered import ADD_ON, LoweredProgram, LoweredStep
 
-EVEN = frozenset(
-    "addons arrays bits blocks compare compute control decimal files move sequencers shifts statements timing "
-    "trigonometry".split()
+_FAMILIES = (
+    "addons arrays bits blocks compare compute control decimal files move sequencers shifts statements "
+    "timing trigonometry"
 )
+
+EVEN = frozenset(_FAMILIES.split(" "))
 """Families of instructions that depend on their operands only, and count time in milliseconds."""
 
 TIMERS = frozenset({timing.TON.name, timing.TOF.name, timing.RTO.name})
@@ -70,7 +72,7 @@ _KNOWN: list[tuple[LoweredProgram, ProgramClocks | None]] = []
 
 
 def clocks_of(lowered: LoweredProgram) -> ProgramClocks | None:
-    """Return the clocks of a program; None if its scans may depend on the time in other ways, or on Python."""
+    """Return the clocks of a program; None if it reads the time in other ways, or calls Python."""
     if not _KNOWN or _KNOWN[0][0] is not lowered:
         _KNOWN[:] = [(lowered, _clocks(lowered))]
     return _KNOWN[0][1]

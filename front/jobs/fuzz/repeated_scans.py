@@ -5,9 +5,9 @@
     memory before   M     M                   M, or a timer is done now
     memory after    M
 
-If a scan leaves the memory as it was, and the inputs stay, so do all that follow. Only even timers go on, see
-`program_clocks`: they are moved on by k scans, and the last of these comes before anything depends on them.
-What is watched has to have the same answer, too, see `invariants.Watch`.
+If a scan leaves the memory as it was and the inputs stay, the scans after it do the same. Only even timers
+go on (`program_clocks`): they are moved on by k scans, of which the last comes before anything depends on a
+count. The invariants must also keep their answers (`invariants.Watch`).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Clocks = list[tuple[int, int]]
 
 
 class RepeatedScans:
-    """Finds the scans of one run that repeat the one before them, see `runtime.loop.scans_ahead.RepeatFinder`.
+    """Finds the scans of one run that repeat the one before them, a `runtime.loop.scans_ahead.RepeatFinder`.
 
     Args:
         period_ns: time from scan to scan, whole milliseconds: a timer that runs counts in each scan.

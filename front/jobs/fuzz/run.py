@@ -29,7 +29,7 @@ from ..load.building import build_cpu, build_rack
 from ..record.logic_wrapper import LogicWrapper, unwrapped
 from ..record.order_repeater import OrderRepeater
 from ..record.sequence_watch import sequences_in, standing
-from .aim.explored_states import ExploredStates, ExploredStateStop
+from .aim.explored_states import RARELY, ExploredStates, ExploredStateStop
 from .aim.probe import Probe
 from .aim.python_state import namespace_of
 from .invariants.busy import axes_in
@@ -453,6 +453,8 @@ class _Run:
             return
         stops = stops_of(self._instants_ns(), spec.scan_ns)
         until_ns = self._watcher.same_until_ns
+        if self.rester is not None:
+            self.rester.calm = RARELY
         cpu.pass_over_repeats(RepeatedScans(engine, clocks, spec.scan_ns, stops, until_ns))
 
     def _instants_ns(self) -> Iterator[int]:

@@ -50,8 +50,8 @@ def fields_reader(logic: ScanLogic, module: Mapping[str, Any]) -> Callable[[], d
 class _FieldsReader:
     """Reads values again where an object in their place is another one than before.
 
-    Call it for the values: the same dict as long as nothing has changed. Objects are compared by identity, since
-    those of the program may compare in their own way.
+    A call returns the values: the same dict as long as nothing has changed. Objects are compared by identity,
+    since a program's own classes may define equality in any way.
     """
 
     def __init__(
@@ -62,21 +62,19 @@ class _FieldsReader:
         plain: Collection[type],
     ) -> None:
         self._holders, self._shared, self._module, self._plain = holders, shared, module, plain
-        self._seen: list[Mapping[str, Any]] = [{} for _ in holders]
+        self._seen: list[list[Any]] = [[] for _ in holders]
         self._seen_shared: list[Any] = []
         self._values: dict[Hashable, Hashable] = {}
 
     def __call__(self) -> dict[Hashable, Hashable]:
         get, fresh = self._module.get, False
-        shared = [get(name) for name in self._shared]
+        shared = [*map(get, self._shared)]
         if len(shared) != len(self._seen_shared) or not all(map(is_, shared, self._seen_shared)):
             self._seen_shared, fresh = shared, True
         for place, holder in self._holders:
             seen = self._seen[place]
-            if len(holder) != len(seen) or not (
-                all(map(is_, holder.values(), seen.values())) and all(map(is_, holder, seen))
-            ):
-                self._seen[place], fresh = {**holder}, True
+            if len(holder) != len(seen) or not all(map(is_, holder.values(), seen)):
+                self._seen[place], fresh = [*holder.values()], True
         if fresh:
             self._values = self._read()
         return self._values

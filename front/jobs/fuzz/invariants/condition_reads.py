@@ -1,8 +1,8 @@
-"""What a user's condition reads, found in its code: whether its answer can change while the program stands still.
+"""What a user's condition reads, found in its code.
 
-A condition that reads tags and images only has the same answer as long as these stay. One that reads the
-time, keeps something between calls, or calls unknown code may change its answer at any scan. Where the code leaves
-a doubt, the condition is taken for one of these.
+A condition that reads only tags and images has the same answer until one of them changes. A condition that
+reads the time, keeps something between calls, or calls unknown code may change its answer in any scan.
+Where the code leaves doubt, the condition counts as one of these.
 """
 
 from __future__ import annotations
@@ -32,13 +32,12 @@ TIMED = frozenset({"ns", "seconds", "scan", "shaft", "axes", "rules", "state"})
 CHANGING = ("STORE_GLOBAL", "STORE_ATTR", "STORE_SUBSCR", "DELETE_", "IMPORT_")
 """Instructions by which a function may keep something."""
 
-KNOWN = frozenset(
-    getattr(builtins, name)
-    for name in (
-        "abs all any bool dict divmod enumerate filter float frozenset getattr int isinstance len list map max min "
-        "pow range reversed round set sorted str sum tuple zip"
-    ).split()
+_KNOWN_NAMES = (
+    "abs all any bool dict divmod enumerate filter float frozenset getattr int isinstance len list map max "
+    "min pow range reversed round set sorted str sum tuple zip"
 )
+
+KNOWN = frozenset(getattr(builtins, name) for name in _KNOWN_NAMES.split(" "))
 """Builtins that depend on their arguments only."""
 
 PLAIN = (bool, int, float, str, bytes, type(None), Enum)

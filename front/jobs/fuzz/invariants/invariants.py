@@ -27,10 +27,13 @@ Condition = Callable[[Snapshot], Any]
 Watch = Callable[[Snapshot], str | None]
 """Checks every scan of one run; returns the violation, or None.
 
-Attributes that a watch may have: `applied`, whether it had something to check; `waiting`, whether its clock
-runs; `origin_scan`, the scan of the cause if a violation shows later; `same_until_ns`, a method that takes whether
-timers count, and returns the instant up to which the answer to the latest snapshot stays the same if nothing but the
-time changes: a watch without it is called in every scan.
+Attributes that a watch may have:
+
+applied         whether it had something to check
+waiting         whether its clock runs
+origin_scan     the scan of the cause if a violation shows later
+same_until_ns   a method: the instant up to which its answer stays the same if only the time changes, and the
+                counts of timers if its argument is true. A watch without it is called in every scan.
 """
 
 
@@ -122,7 +125,9 @@ class _Eventually:
     def same_until_ns(self, counting: bool) -> int:
         """See `Watch`."""
         least = min(same_until_ns(each, counting) for each in (self._condition, self._after))
-        return least if self._since_ns is None else min(least, self._since_ns + self._paused_ns + self._limit_ns)
+        return (
+            least if self._since_ns is None else min(least, self._since_ns + self._paused_ns + self._limit_ns)
+        )
 
     def _start(self, now: Snapshot) -> None:
         self._since_ns, self._paused_ns, self.origin_scan = now.ns, 0, now.scan
