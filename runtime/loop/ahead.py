@@ -22,7 +22,7 @@ from itertools import repeat
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...io_images.image import Image
-from .module import ForeseeingModule
+from .module import foreseeing
 from .rack import Rack
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class RackPrediction:
         self._inputs = [each.inputs for each in places]
         self._outputs = [each.outputs for each in places]
         modules = [slot.module for slot in rack.slots.values()]
-        self._modules = [module for module in modules if isinstance(module, ForeseeingModule)]
+        self._modules = [each for module in modules if (each := foreseeing(module)) is not None]
         self._sent = sent
         self._block: NDArray[np.int16] | None = None
         self.possible = bool(modules) and len(self._modules) == len(modules)
