@@ -96,7 +96,7 @@ class LadderLogic(ABC):
         self._initial: tuple[object, Memory | None] = (
             None,
             None,
-        )  # for further engines, with the layout's size
+        )  # for further engines, with `Layout.size`
         self._engine: Engine | None = None
         self._warnings: tuple[Problem, ...] = ()
 

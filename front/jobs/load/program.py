@@ -159,13 +159,13 @@ def load_program(
     return load_function(address, folder, default=DEFAULT_FUNCTION, arguments=("scan",), stubs=stubs)
 
 
-def executed_again(program: LoadedProgram) -> ScanLogic:
+def executed_again(program: LoadedProgram) -> Callable[..., Any]:
     """Run the file of a program in Python again, as a new module; return the new function.
 
     Raises:
         ProgramError: an error while the file runs.
     """
-    function: ScanLogic = getattr(_execute(program.path, program.data), program.name)
+    function: Callable[..., Any] = getattr(_execute(program.path, program.data), program.name)
     return function
 
 
