@@ -15,10 +15,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
-from ...io_images.addresses import parse_address
-from ...io_images.enip.listing import patched
-from ...io_images.module_words import ModuleWords
-from ...io_images.times import exact_ns
+from scanrack.io_images.addresses import parse_address
+from scanrack.io_images.enip.listing import patched
+from scanrack.io_images.module_words import ModuleWords
+from scanrack.io_images.times import exact_ns
+
 from ..loop.cpu import Cpu
 from ..loop.events import Event
 from ..loop.exposed import ExposedModule
@@ -214,7 +215,7 @@ def _whole(tag: str, value: Value) -> int:
     return int(value)
 
 
-_LEVELS = {True: "energised", False: "de-energised", None: "left to the machine"}
+_LEVELS = {True: "energized", False: "de-energized", None: "left to the machine"}
 
 _SENTENCES: Mapping[type[Action], Callable[[Any], str]] = {
     actions.Mode: lambda order: f"The key is turned to {order.mode}.",
@@ -245,7 +246,7 @@ def sentence(order: Action) -> str:
 
     >>> from scanrack.runtime.live.actions import Press
     >>> sentence(Press(1, "home", True))
-    'Slot 1: the home input is energised.'
+    'Slot 1: the home input is energized.'
     """
     return _SENTENCES[type(order)](order)
 

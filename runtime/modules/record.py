@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
-from ...io_images.amci3601 import InputBit
-from ...io_images.image import Image
-from ...io_images.module_words import PLAIN_WORDS, ModuleWords
-from ...io_images.number_formats import NumberFormat
-from ...io_images.site import SettingError
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.image import Image
+from scanrack.io_images.module_words import PLAIN_WORDS, ModuleWords
+from scanrack.io_images.number_formats import NumberFormat
+from scanrack.io_images.site import SettingError
+
 from ..loop.events import JsonValue
 from ..loop.exposed import Conditions
 from ..loop.module import Module
@@ -35,7 +36,7 @@ class LiveModule(Module, Protocol):
 class NamedInputs(Protocol):
     """A module whose inputs have names."""
 
-    def set_input(self, name: str, energised: bool) -> None:
+    def set_input(self, name: str, energized: bool) -> None:
         """Set an input from now on; ValueError for an unknown input."""
 
 
@@ -51,7 +52,7 @@ class AnalogInputs(Protocol):
 class ModuleWithInputs(Protocol):
     """A module whose machine has inputs that a person may operate."""
 
-    def operate(self, bit: InputBit, energised: bool | None) -> None:
+    def operate(self, bit: InputBit, energized: bool | None) -> None:
         """Set an input from the last `update` on; None returns it to the machine."""
 
 

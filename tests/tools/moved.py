@@ -17,9 +17,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT = Path(__file__).parents[2]
-ROOMS = ("front", "io_images", "ladder", "rockwell", "runtime", "traces")
-FRONT = "front"
-"""The room of the package `scanrack` itself: front/jobs is scanrack.jobs."""
+ROOMS = ("scanrack", "io_images", "ladder", "rockwell", "runtime", "traces")
+FRONT = "scanrack"
+"""The room of the package `scanrack` itself: scanrack/jobs is scanrack.jobs."""
 
 
 class Edit(NamedTuple):
@@ -34,7 +34,7 @@ class Edit(NamedTuple):
 def module_of(path: Path) -> str:
     """Return the dotted name of a file of the product.
 
-    >>> module_of(Path("front/jobs/run/running.py")), module_of(Path("ladder/__init__.py"))
+    >>> module_of(Path("scanrack/jobs/run/running.py")), module_of(Path("ladder/__init__.py"))
     ('scanrack.jobs.run.running', 'scanrack.ladder')
     """
     parts = path.with_suffix("").parts
@@ -46,7 +46,7 @@ def path_of(module: str) -> Path:
     """Return the file or folder of a dotted name, from the root, without its suffix.
 
     >>> path_of("scanrack.ladder.debug").as_posix(), path_of("scanrack.jobs.why").as_posix()
-    ('ladder/debug', 'front/jobs/why')
+    ('ladder/debug', 'scanrack/jobs/why')
     """
     parts = module.split(".")[1:]
     return Path(*parts) if parts[0] in ROOMS else Path(FRONT, *parts)
@@ -85,7 +85,7 @@ class Move:
                         raise SystemExit(f"{path}:{node.lineno}: give {name.name} an import of its own")
                     as_old = "" if name.asname or leaf == name.name else f" as {name.asname or name.name}"
                     yield Edit(name.lineno, name.col_offset, name.col_offset + len(name.name), leaf + as_old)
-            relative = relative_to(wanted, package_there)
+            relative = wanted if leaves_room(wanted, package_there) else relative_to(wanted, package_there)
             if relative != "." * node.level + (node.module or ""):
                 yield Edit(node.lineno, begin, end, relative)
 
@@ -129,6 +129,15 @@ class Move:
         (ROOT / paths[1]).parent.mkdir(parents=True, exist_ok=True)
         subprocess.run(["git", "mv", *paths], cwd=ROOT, check=True)
         return changed
+
+
+def leaves_room(module: str, package: str) -> bool:
+    """Return whether a package imports a module from another room, which the import then names.
+
+    >>> leaves_room("scanrack.ladder.run", "scanrack.jobs.why")
+    True
+    """
+    return module.split(".")[1:2] != package.split(".")[1:2]
 
 
 def relative_to(module: str, package: str) -> str:

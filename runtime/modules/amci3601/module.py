@@ -23,12 +23,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from scanrack.io_images.amci3601 import Configuration, Firmware, InputBit
+from scanrack.io_images.amci3601.words import WORDS_3601, Profile
+from scanrack.io_images.image import Image
+from scanrack.io_images.thousands import split_reported, split_reported_all
 from typing_extensions import override
 
-from ....io_images.amci3601 import Configuration, Firmware, InputBit
-from ....io_images.amci3601.words import WORDS_3601, Profile
-from ....io_images.image import Image
-from ....io_images.thousands import split_reported, split_reported_all
 from ...kinematics import Segment
 from ...loop.events import Event, JsonValue
 from ...loop.module import unnoticed
@@ -208,10 +208,10 @@ class Amci3601(SteppedModule):
         self.axis.cut(self._now_ns)
         self.layer.operation = None
 
-    def operate(self, bit: InputBit, energised: bool | None) -> None:
+    def operate(self, bit: InputBit, energized: bool | None) -> None:
         """Operate an input of the machine from the last `update` on, see `Machine.operate`."""
         self.before_change()
-        self.machine.operate(bit, energised, self._now_ns)
+        self.machine.operate(bit, energized, self._now_ns)
         self.look_again()
 
     def look_again(self) -> None:

@@ -11,13 +11,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from scanrack.io_images.amci3601 import InputBit
+from scanrack.io_images.drives.bits import StatusBit
+from scanrack.io_images.drives.models import WORDS, Model
+from scanrack.io_images.image import Image, signed_word
+from scanrack.io_images.number_formats import NumberFormat
 from typing_extensions import override
 
-from ....io_images.amci3601 import InputBit
-from ....io_images.drives.bits import StatusBit
-from ....io_images.drives.models import WORDS, Model
-from ....io_images.image import Image, signed_word
-from ....io_images.number_formats import NumberFormat
 from ...kinematics import Segment
 from ...loop.events import Event, JsonValue
 from ...loop.module import unnoticed
@@ -216,9 +216,9 @@ class DriveUnit(SteppedModule):
         machine = self.machine_at(self._now_ns)
         return machine.shaft, machine.encoder_counts(self._now_ns), machine.shown
 
-    def operate(self, bit: InputBit, energised: bool | None) -> None:
+    def operate(self, bit: InputBit, energized: bool | None) -> None:
         """Operate an input of the machine from the last call on, see `Machine.operate`."""
-        self.machine.operate(bit, energised, self._now_ns)
+        self.machine.operate(bit, energized, self._now_ns)
         self.look_again()
 
     def look_again(self) -> None:

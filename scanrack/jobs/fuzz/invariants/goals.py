@@ -1,0 +1,103 @@
+"""Search goals: something seen sometimes, a number maximized."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from ..aim.edges import SIZE, STATE
+from .invariants import FOREVER_NS, Condition, Invariant, always, answer, same_until_ns
+from .scan_view import Snapshot
+
+Note = Callable[[str, Hashable, int], None]
+"""Notes a change: its group, kind and scan."""
+
+
+def sometimes(condition: Condition) -> Invariant:
+    """Name what a good search must see; the function's docstring is the sentence.
+
+    A run that sees it first is kept, and varied from that scan on. The summary says what was never seen;
+    `scanrack fuzz --strict` then ends with exit status 3.
+
+    Raises:
+        InvariantError: the condition is not a function of one argument, the snapshot.
+    """
+    return replace(always(condition), start=partial(Sometimes, condition), is_goal=True)
+
+
+def maximize(measure: Condition) -> Invariant:
+    """Make a number great: runs in which it grows by about a fifth are kept and varied.
+
+    The summary has the greatest value. Integer tags and fields are followed anyway; this is for what is
+    computed. Values below 1 do not count.
+
+    Args:
+        measure: returns a number of the snapshot.
+
+    Raises:
+        InvariantError: the measure is not a function of one argument, the snapshot.
+    """
+    return replace(always(measure), start=partial(MaximumGoal, measure), is_goal=True)
+
+
+class Sometimes:
+    """Watches a run for what is to be seen."""
+
+    def __init__(self, condition: Condition) -> None:
+        self._condition = condition
+        self.applied = False
+        self.note: Note | None = None
+
+    def __call__(self, now: Snapshot) -> None:
+        """Note the first scan in which it is seen."""
+        if not self.applied and answer(self._condition, now):
+            self.applied = True
+            if self.note is not None:
+                self.note(STATE, ("sometimes", str(self._condition.__name__), "seen"), now.scan)
+
+    def same_until_ns(self, counting: bool) -> int:
+        """See `Watch`."""
+        return FOREVER_NS if self.applied else same_until_ns(self._condition, counting)
+
+
+class MaximumGoal:
+    """Watches a run for the greatest value of a number."""
+
+    def __init__(self, measure: Condition) -> None:
+        self._measure = measure
+        self._level = (0, 0)
+        self.greatest: float | None = None
+        self.note: Note | None = None
+
+    @property
+    def applied(self) -> bool:
+        """Whether there was a value."""
+        return self.greatest is not None
+
+    def __call__(self, now: Snapshot) -> None:
+        """Note a scan with a clearly greater value than before."""
+        value: Any = answer(self._measure, now)
+        if self.greatest is not None and value <= self.greatest:
+            return
+        self.greatest = value
+        level = level_of(int(value))
+        if level > self._level:
+            self._level = level
+            if self.note is not None:
+                self.note(SIZE, ("maximize", str(self._measure.__name__), *level), now.scan)
+
+    def same_until_ns(self, counting: bool) -> int:
+        """See `Watch`."""
+        return same_until_ns(self._measure, counting)
+
+
+def level_of(value: int) -> tuple[int, int]:
+    """Return the size of a number: four levels from a power of two to the next.
+
+    >>> level_of(-3), level_of(8), level_of(9), level_of(10), level_of(1000)
+    ((0, 0), (4, 4), (4, 4), (4, 5), (10, 7))
+    """
+    size = max(0, value).bit_length()
+    return size, max(0, value) >> max(0, size - 3)
