@@ -4,7 +4,7 @@ import { setText } from "./dom.js";
 import { count, shown } from "./format.js";
 import { valueOf } from "./values.js";
 
-const REFERENCE = /\{([^}]+?)(:s)?\}/g; // {Out.ACC}, in seconds {Out.ACC:s}
+const REFERENCE = /\{([^}]+?)(?::s(\d*))?\}/g; // {Out.ACC}; in seconds {Out.ACC:s} of ms, {T4:0.ACC:s10} of 10 ms
 
 const POWER = "*"; // the condition that power reaches the block
 
@@ -29,10 +29,12 @@ const rungOf = group => group.dataset.element.slice(0, group.dataset.element.las
 
 function say({ node, states, group }) {
   const state = states.find(([when]) => !when || (when === POWER ? group.dataset.power === "1" : valueOf(when)));
-  setText(node, state ? state[1].replace(REFERENCE, (_, name, inSeconds) => said(valueOf(name), inSeconds)) : "");
+  setText(node, state ? state[1].replace(REFERENCE, (_, name, ms) => said(valueOf(name), ms)) : "");
 }
 
-function said(value, inSeconds) {
-  if (inSeconds && typeof value === "number") return (value / 1000).toFixed(value % 100 && value < 100 ? 3 : 1);
+function said(value, ms) {
+  if (ms !== undefined && typeof value === "number") return seconds(value * (ms || 1));
   return Number.isInteger(value) ? count(value) : shown(value);
 }
+
+const seconds = ms => (ms / 1000).toFixed(ms % 100 && ms < 100 ? 3 : 1);
