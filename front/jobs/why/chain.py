@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -428,7 +429,8 @@ class RackChain:
         for each in self._events_by_scan.get(scan, []):
             text = str(each.fields.get("text", ""))
             if each.topic == "/orders" and text.startswith(f"Slot {slot.number}:"):
-                yield "operator", f"{at}: {text}"
+                if _is_for(each, slot, bits):
+                    yield "operator", f"{at}: {text}"
             elif each.topic == "/stimuli" and each.fields.get("slot", 0) == slot.number:
                 if each.fields.get("name") in _INCIDENTS:
                     yield "incident", f"slot {slot.number}: {text}"
@@ -527,6 +529,12 @@ def _is_of(name: str, slot: SlotInfo, bits: Bits) -> bool:
     names = [each.lower() for each, bit in slot.words.bits("I", bits.word) if bits.mask >> bit & 1]
     inputs = any(each in (name.lower(), f"in_{name.lower()}") for each in names)
     return inputs or slot.words.modes is None or (not slot.is_stepper and any(map(_shows, names)))
+
+
+def _is_for(order: TraceEvent, slot: SlotInfo, bits: Bits) -> bool:
+    """Whether an order on a slot is one on the bits of an input image: a press has its input alone."""
+    said = json.loads(str(order.fields.get("order", "{}")))
+    return "name" not in said or _is_of(str(said["name"]), slot, bits)
 
 
 def _shows(name: str) -> bool:
