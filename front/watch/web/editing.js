@@ -44,7 +44,8 @@ draft.onDraft(() => {
   redoButton.disabled = !draft.canRedo();
   setFlag(hint, "hidden", draft.draft.rungs.size > 0 || draft.session.stage !== "");
   others.replaceChildren(...draft.draft.mistakes.map(each => el("p", { class: "note", "data-kind": "mistake" }, each)));
-  if (draft.session.stage && bar.hidden && orders.allowed() && panel.hidden) resume();
+  const hasEdit = draft.session.stage || (draft.draft.own && !draft.draft.words); // or a draft of this tab before
+  if (hasEdit && bar.hidden && orders.allowed() && panel.hidden) resume();
 });
 
 // An edit that another page, or this one before it was loaded again, has accepted.

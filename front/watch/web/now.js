@@ -2,6 +2,7 @@
 
 import { setText } from "./dom.js";
 import { count, shown } from "./format.js";
+import { run } from "./state.js";
 import { valueOf } from "./values.js";
 
 const REFERENCE = /\{([^}]+?)(?::s(\d*))?\}/g; // {Out.ACC}; in seconds {Out.ACC:s} of ms, {T4:0.ACC:s10} of 10 ms
@@ -27,8 +28,18 @@ export function paintNow(tags, power) {
 
 const rungOf = group => group.dataset.element.slice(0, group.dataset.element.lastIndexOf("."));
 
+// The first state that holds; none while it is not known whether an earlier one does.
+function stateOf({ states, group }) {
+  for (const state of states) {
+    const [when] = state, holds = when === "" || (when === POWER ? group.dataset.power === "1" : valueOf(when));
+    if (holds === undefined || holds === null || (when === POWER && run.known === false)) return null;
+    if (holds) return state;
+  }
+  return null;
+}
+
 function say({ node, states, group }) {
-  const state = states.find(([when]) => !when || (when === POWER ? group.dataset.power === "1" : valueOf(when)));
+  const state = stateOf({ states, group });
   setText(node, state ? state[1].replace(REFERENCE, (_, name, ms) => said(valueOf(name), ms)) : "");
 }
 

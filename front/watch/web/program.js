@@ -1,7 +1,6 @@
 // The program: its routines as tabs, rungs or text of the one that is chosen, what is selected in it.
 
-import { faultPlaces } from "./causeband.js";
-import { markCauses, onCauses } from "./causes.js";
+import { faultPlaces, markCauses, onCauses } from "./causes.js";
 import { editButton, editor } from "./editing.js";
 import { at, button, el, goTo, heading, setAttribute, setFlag } from "./dom.js";
 import { buildDiagram } from "./diagram.js";

@@ -1,10 +1,10 @@
 // The selected tag: its value, writing and forcing it, and why it is as it is.
 
-import { declared, lacksBreak, lacksForce, lacksWrite } from "./actions.js";
 import { chainOf, clearChain } from "./chain.js";
 import { toNext, toPrevious } from "./changes.js";
 import { at, button, el, heading, setFlag, setText } from "./dom.js";
 import { clock, count, parsed, plain, shown } from "./format.js";
+import { declared, isPython, lacksBreak, lacksForce, lacksWrite } from "./lacks.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
 import { showRung } from "./program.js";
@@ -189,8 +189,6 @@ async function askAgain(fields, wanted, tries) {
   }
   return orders.order("why", fields);
 }
-
-export const isPython = () => run.hello.routines.some(each => each.kind === "python");
 
 // The lines of the program in Python that an answer names.
 function linesOf({ lines = [] }) {
