@@ -75,13 +75,14 @@ export function inRadix(value, radix = "decimal", type = "DINT") {
 // A value in its plainest form, short enough for the place that a box of a rung keeps for it.
 export function shown(value) {
   if (value === null || value === undefined) return "–"; // it can't be read now
-  if (typeof value !== "number" || Number.isInteger(value)) return plain(value);
+  if (isWhole(value)) return value.toLocaleString("en");
+  if (typeof value !== "number") return plain(value);
   return Math.abs(value) >= 1e7 || Math.abs(value) < 1e-4 ? value.toExponential(4) : String(Number(value.toPrecision(7)));
 }
 
 // What was typed, as a value; undefined if it is none.
 export function parsed(text, type = "") {
-  const said = text.trim().replaceAll("_", "");
+  const said = text.trim().replaceAll("_", "").replace(/^-?\d{1,3}(,\d{3})+$/, whole => whole.replaceAll(",", ""));
   if (type === "BOOL" || /^(true|false)$/i.test(said)) {
     return { 1: true, 0: false, true: true, false: false }[said.toLowerCase()];
   }
