@@ -1,11 +1,7 @@
 """What the page says is so: keys that are pressed quickly, error bits, blocks of a scan that is worked out.
 
-Broken on purpose: `moveBy` from the scan shown, the kind of error bits left out, `idle` said of unknown states: red.
+Broken on purpose: `moveBy` from the scan shown, the kind of error bits left out, `idle` of unknown states: red.
 """
-
-from pathlib import Path
-
-from watched_page import until, watching
 
 QUICKLY = """
 for (let press = 0; press < 3; press++) {

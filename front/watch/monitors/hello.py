@@ -10,7 +10,7 @@ from ...io_images.drives.models import MODELS
 from ...io_images.module_words import ModuleWords
 from ...runtime.config.rackspec import RackSpec, SlotSpec
 from ...runtime.loop.incidents import LASTING, ON_THE_LINE, TROUBLES, FaultKind
-from ...runtime.machine.spec import INPUT_NAMES, MachineSpec, input_name
+from ...runtime.machine.spec import MachineSpec, input_name
 from ...runtime.modules.record import Trait
 from .picture import said_values
 

@@ -1,6 +1,6 @@
 // What can be done with a tag or a rung, by menu and by key: a row each, with the reason why it can't be done now.
 
-import { WAITS } from "./breakpoints.js";
+import { WAITS, waits } from "./breakpoints.js";
 import {
   closed, first, lacksBreak, lacksForce, notBool, notSingle, past, python, untimed, unwritable,
 } from "./lacks.js";
@@ -18,10 +18,15 @@ const full = ({ tag }) =>
 
 const unitOf = rung => (run.hello.routines.find(each => rung.startsWith(`${each.name}.`))?.kind === "ladder" ? "rung" : "line");
 const onTag = (key, text, says, lacks, act, more) => ({ key, text: () => text, says, lacks, act, of: "tag", ...more });
-const onRung = (key, [end, , words]) => ({
-  key, of: "rung", text: ({ rung }) => `Break when ${unitOf(rung)} ${rung.split(".").at(-1)} ${words}`, says: `breakpoint: when the rung ${words}`, lacks: first(untimed, python),
-  checked: ({ rung }) => run.breakpoints.includes(rung + end), act: ({ rung }) => orders.breakpoint(rung + end),
-});
+const onRung = (key, wait) => {
+  const [end, , words] = wait;
+  return {
+    key, of: "rung", text: ({ rung }) => `Break when ${unitOf(rung)} ${rung.split(".").at(-1)} ${words}`,
+    says: `breakpoint: when the rung ${words}`,
+    lacks: first(untimed, () => (waits().includes(wait) ? "" : "a line of Python executes or not")),
+    checked: ({ rung }) => run.breakpoints.includes(rung + end), act: ({ rung }) => orders.breakpoint(rung + end),
+  };
+};
 
 export const ACTIONS = [
   onTag("t", "Toggle", "toggle the tag", first(closed, past, notBool, unwritable), ({ tag }) => orders.write(tag, !valueOf(tag))),

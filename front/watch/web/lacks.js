@@ -35,4 +35,4 @@ export function unwritable({ tag }) {
 const unforceable = subject => (isImage(subject.tag) ? "" : unwritable(subject));
 
 export const lacksWrite = first(closed, unwritable), lacksForce = first(closed, unforceable);
-export const lacksBreak = first(untimed, ({ tag }) => (isImage(tag) ? "" : python()));
+export const lacksBreak = first(untimed, ({ tag }) => (isImage(tag) && isPython() ? "an image: break at a line" : ""));

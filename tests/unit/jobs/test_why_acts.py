@@ -94,7 +94,9 @@ def test_the_command_says_what_to_do(tmp_path):
 def test_an_emergency_stop_that_a_page_has_pressed_is_let_go():
     bench = open_bench("examples/feeder/feeder.toml")
     bench.run_for("2 s")  # the rack file presses it at 8 s
-    OperatorActions(bench.cpu, bench.cpu.rack, None).act(Press(1, "estop", True), bench.cpu.now_ns, bench.scans)
+    OperatorActions(bench.cpu, bench.cpu.rack, None).act(
+        Press(1, "estop", True), bench.cpu.now_ns, bench.scans
+    )
     bench.run_for("1 s")
     chain = bench.chain("Feeding")
     assert [each.kind for each in chain.walk()][-1] == "operator"

@@ -1,4 +1,4 @@
-"""The colors of the page: text has a contrast of 4.5 to what it stands on, what carries meaning of 3 [WCAG 2.2].
+"""The colors of the page: text has a contrast of 4.5 to its ground, what carries meaning of 3 [WCAG 2.2].
 
 Broken on purpose: `line` as light as `edge`, power as light as before (1.03 to a wire without): red.
 """
