@@ -1,4 +1,4 @@
-"""Breakpoints of a program in Python: a line that runs, a value that changes. The session pauses after the scan.
+"""Breakpoints of a program in Python: a line that runs, a value that changes; the session pauses after it.
 
 Lines are traced only while there is a breakpoint on one, and only in functions of the program's file.
 """

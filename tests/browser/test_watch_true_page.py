@@ -1,6 +1,6 @@
 """What the page says is so: keys that are pressed quickly, error bits, blocks of a scan that is worked out.
 
-Broken on purpose: `moveBy` from the scan shown, the kind of error bits left out, `idle` of unknown states: red.
+Broken on purpose: `moveBy` from the scan shown, the kind of error bits left out, `idle` of unknown: red.
 """
 
 QUICKLY = """

@@ -10,6 +10,7 @@ import * as orders from "./orders.js";
 import { showRung } from "./program.js";
 import { lookAt } from "./scrub.js";
 import { onSelect, select, selected } from "./selection.js";
+import { lastChange } from "./since.js";
 import { ask } from "./source.js";
 import { onHello, onPaint, run } from "./state.js";
 import { hasLane, toggleTag } from "./taglanes.js";
@@ -83,19 +84,21 @@ function show({ tag, names }) {
 
 // Since when the tag has its value: asked again when that changes, or another scan of the past is shown.
 async function askSince() {
-  const { tag } = selected, wish = `${tag} ${plain(valueOf(tag))} ${run.state === "past" ? run.scan : run.state}`;
+  const wish = wishNow(), { tag } = selected;
   if (!tag || wish === sinceOf || asking) return;
   sinceOf = wish;
   asking = true;
   try {
-    const said = await ask("since", { tag });
-    if (tag === selected.tag) showSince(said.since);
+    const told = await lastChange(tag, () => wish === wishNow(), from => setText(since, `It has not changed since scan ${count(from)}; earlier ones are being looked at …`));
+    if (told !== undefined) showSince(told);
   } catch { if (tag === selected.tag) setText(since, ""); }
   setTimeout(() => { asking = false; askSince(); }, SINCE_MS);
 }
 
+const wishNow = () => `${selected.tag} ${plain(valueOf(selected.tag))} ${run.state === "past" ? run.scan : run.state}`;
+
 function showSince(told) {
-  if (!told) return setText(since, "It has not changed in the scans that are known.");
+  if (!told) return setText(since, "It has not changed in any scan up to here.");
   const simple = told.before === null || typeof told.before === "object" ? "" : `, before that ${shown(told.before)}`;
   since.replaceChildren("Since ", el("button", { type: "button", class: "plain", title: `Look at scan ${told.scan}`, click: () => lookAt(told.scan) }, told.t === null ? `scan ${count(told.scan)}` : clock(told.t)), simple);
 }
