@@ -13,6 +13,12 @@ export function clock(ns) {
   return min < 60 ? `${two(min)}:${tail}` : `${Math.floor(min / 60)}:${two(min % 60)}:${tail}`;
 }
 
+// A text in which numbers of four digits and more are grouped as elsewhere; not parts of names and addresses.
+export const grouped = text => text.replace(/(?<![\w.:,#])-?\d{4,}(?![\w.]|:\d)/g, number => Number(number).toLocaleString("en"));
+
+// A text in which the time since when something is so is a clock's, as elsewhere.
+export const clocked = text => text.replace(/\bsince ([\d.e+-]+) s\b/g, (_, s) => `since ${clock(Math.round(Number(s) * 1e9))}`);
+
 const UNITS = [[1e9, "s"], [1e6, "ms"], [1e3, "µs"], [1, "ns"]];
 
 // A time in whole ns as `time_text` of io_images/times.py writes it.

@@ -3,7 +3,7 @@
 import { chainOf, clearChain } from "./chain.js";
 import { toNext, toPrevious } from "./changes.js";
 import { at, button, el, heading, setFlag, setText } from "./dom.js";
-import { clock, count, parsed, plain, shown } from "./format.js";
+import { clock, clocked, count, parsed, plain, shown } from "./format.js";
 import { declared, isPython, lacksBreak, lacksForce, lacksWrite } from "./lacks.js";
 import { tell } from "./notice.js";
 import * as orders from "./orders.js";
@@ -177,7 +177,7 @@ async function answerTo(tag, tries = 1) {
 // Asks why; the answer calls words and bits by their names. Returns it, or null.
 export async function askWhy(fields, wanted, tries = TRIES) {
   const said = await askAgain(fields, wanted, tries);
-  return said && { ...said, text: named(said.text), chain: said.chain?.map(link => ({ ...link, text: named(link.text) })) };
+  return said && { ...said, text: clocked(named(said.text)), chain: said.chain?.map(link => ({ ...link, text: named(link.text) })) };
 }
 
 // Asks of a scan that is being worked out again and again while the answer is wanted.
