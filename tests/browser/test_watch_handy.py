@@ -1,7 +1,7 @@
 """Where the hand goes: nothing hides, jumps or vanishes by what is selected, forced or typed.
 
-Broken on purpose: the machine hidden beside a tag, rules over the words, the bar as high as its button, members
-of the watch table closed: red.
+Broken on purpose: the machine hidden beside a tag, rules over the words, the bar as high as its button,
+members of the watch table closed: red.
 """
 
 import pytest
