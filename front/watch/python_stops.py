@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Iterator
+from inspect import CO_OPTIMIZED
 from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any
@@ -115,10 +116,11 @@ class PythonStops:
         return self._line
 
 
-def _lines_of(code: CodeType, *, inside: bool = False) -> Iterator[int]:
+def _lines_of(code: CodeType) -> Iterator[int]:
     """Yield the lines that run in the functions of a module, not those that run while it is loaded."""
-    if inside:
-        yield from (line for _, _, line in code.co_lines() if line)
+    if code.co_flags & CO_OPTIMIZED:  # a function, not the text of a module or a class
+        lines = {line for _, _, line in code.co_lines() if line}
+        yield from lines - {code.co_firstlineno} or lines
     for each in code.co_consts:
         if isinstance(each, CodeType):
-            yield from _lines_of(each, inside=True)
+            yield from _lines_of(each)
