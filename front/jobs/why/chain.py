@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from bisect import bisect_left
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
@@ -12,6 +11,7 @@ from ...io_images.addresses import Address
 from ...io_images.amci3601 import COMPLETION_BITS, MOTIONS, CommandMsw, StatusMsw
 from ...io_images.amci3601.rules.causes import BitCause, Origin, cause_of
 from ...io_images.amci3601.words import is_stepper
+from ...io_images.doors import json_value
 from ...io_images.times import seconds
 from ...ladder import LadderLogic
 from ...ladder.debug import CauseLink, Chains, Debugger, linked
@@ -533,7 +533,7 @@ def _is_of(name: str, slot: SlotInfo, bits: Bits) -> bool:
 
 def _is_for(order: TraceEvent, slot: SlotInfo, bits: Bits) -> bool:
     """Whether an order on a slot is one on the bits of an input image: a press has its input alone."""
-    said = json.loads(str(order.fields.get("order", "{}")))
+    said = json_value(str(order.fields.get("order", "{}")))
     return "name" not in said or _is_of(str(said["name"]), slot, bits)
 
 
